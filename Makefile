@@ -1,0 +1,79 @@
+# FlexGUI: `make run` makes a report, `make test` checks everything.
+.DEFAULT_GOAL := help
+.PHONY: help run test bench lint format clean chromium
+MAKEFLAGS += --no-print-directory
+export PIP_DISABLE_PIP_VERSION_CHECK = 1
+
+VENV := .venv
+BIN := $(VENV)/bin
+SCENARIO ?= scenarios/paper_glocal.toml
+OUT ?= reports/$(basename $(notdir $(SCENARIO)))
+PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
+
+help:
+	@echo "make run     a report from $(SCENARIO) (SCENARIO=... OUT=... for another)"
+	@echo "make test    ruff, mypy and the tests"
+	@echo "make bench   how fast and how exact it is on this machine"
+	@echo "make lint    ruff and mypy only"
+	@echo "make format  let ruff put the code in order"
+	@echo "make clean   remove what was made, the virtual environment too"
+
+run: $(VENV)/.installed
+	@$(BIN)/flexgui export $(SCENARIO) --out $(OUT)
+	@echo "The report lies in $(OUT)/report.html"
+
+bench: $(VENV)/.installed
+	@$(BIN)/flexgui bench
+
+test: lint chromium
+	@$(BIN)/python -m pytest -n 2
+
+lint: $(VENV)/.installed-test
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/mypy
+
+format: $(VENV)/.installed-test
+	@$(BIN)/ruff check --fix .
+	@$(BIN)/ruff format .
+
+clean:
+	@rm -rf $(VENV) build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# The first python that starts and is new enough; a shim that names a missing python does not.
+$(VENV)/bin/python:
+	@for p in python3.11 python3 python3.14 python3.13 python3.12; do \
+	  if $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then found=$$p; break; fi; \
+	done; \
+	if [ -z "$$found" ]; then \
+	  echo "FlexGUI needs Python 3.11 or newer, and none was found; install it and try again." >&2; exit 1; \
+	fi; \
+	if ! $$found -c 'import ensurepip, venv' 2>/dev/null; then \
+	  v=$$($$found -c 'import sys; print("python%d.%d" % sys.version_info[:2])'); \
+	  echo "$$found cannot make virtual environments; on Debian or Ubuntu: sudo apt-get install $$v-venv" >&2; exit 1; \
+	fi; \
+	echo "Making $(VENV) with $$($$found --version)"; \
+	$$found -m venv $(VENV) || { rm -rf $(VENV); exit 1; }
+
+# A stamp is newer than what it was made from: the second run installs nothing.
+$(VENV)/.installed: pyproject.toml constraints.txt | $(VENV)/bin/python
+	@echo "Installing FlexGUI into $(VENV) (a few minutes the first time)"
+	@$(PIP) --editable .
+	@touch $@
+
+$(VENV)/.installed-test: $(VENV)/.installed
+	@echo "Installing the tools of the tests"
+	@$(PIP) --editable '.[test]'
+	@touch $@
+
+# Tests of the page and the report look at them in a browser; without one they are skipped.
+chromium:
+	@if ! command -v chromium >/dev/null 2>&1; then \
+	  echo "Installing Chromium for the tests of the page"; \
+	  if [ "$$(id -u)" = 0 ]; then s=; else s="sudo -n"; fi; \
+	  export DEBIAN_FRONTEND=noninteractive; \
+	  { $$s apt-get install -qq -y chromium || { $$s apt-get -qq update && $$s apt-get install -qq -y chromium; }; } \
+	    >/dev/null 2>&1 \
+	  || echo "Chromium could not be installed (no apt-get, no rights or no network); tests that need it are skipped."; \
+	fi

@@ -1,0 +1,1 @@
+"""The arm: its geometry, its shape functions and its symbolic statement."""

@@ -1,0 +1,119 @@
+"""The compiled equations of an arm, made once and kept in the user's cache folder."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import sys
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from platformdirs import user_cache_path
+
+from core.arm.symbols import Structure
+
+CACHE_VARIABLE = "FLEXGUI_CACHE"
+_SOURCES = ("generate", "kinematics", "energies", "straight", "shapes", "symbols", "slots")
+
+
+@dataclass(frozen=True)
+class CompiledArm:
+    """Compiled functions of one structure, each taking the parameter vector p of core.arm.slots.
+
+    `dynamics(q, v, p, M, f)`, `tip(q, p, z, J)`, `linear(q, p, K, D)` fill their last two
+    arguments. They are C functions: other compiled code takes them as arguments without being
+    compiled anew.
+    """
+
+    structure: Structure
+    dynamics: Any
+    tip: Any
+    linear: Any
+
+    def mass_matrix(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """M(q) (n, n)."""
+        return self.mass_and_force(q, np.zeros_like(q), p)[0]
+
+    def mass_and_force(
+        self, q: np.ndarray, v: np.ndarray, p: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """M(q) (n, n) and F(q, q') (n,) without the drive."""
+        from core.arm.calls import call_dynamics
+
+        return call_dynamics(self.dynamics, *_floats(q, v, p))
+
+    def tip_place(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """z (2,) in m and dz/dq (2, n)."""
+        from core.arm.calls import call_tip
+
+        return call_tip(self.tip, *_floats(q, p))
+
+    def linear_matrices(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """K = -dF/dq and D = -dF/dq' (n, n) of the straight arm at the joint positions in q."""
+        from core.arm.calls import call_linear
+
+        return call_linear(self.linear, *_floats(q, p))
+
+
+def _floats(*arrays: np.ndarray) -> list[np.ndarray]:
+    return [np.ascontiguousarray(a, dtype=float) for a in arrays]
+
+
+def cache_folder() -> Path:
+    """Where generated modules are kept; the variable FLEXGUI_CACHE moves it."""
+    chosen = os.environ.get(CACHE_VARIABLE)
+    return Path(chosen) if chosen else user_cache_path("flexgui", appauthor=False)
+
+
+def _key(structure: Structure) -> str:
+    """Changes with the structure and with the code that derives its equations."""
+    import numba
+
+    digest = hashlib.sha256()
+    digest.update(repr((structure, numba.__version__)).encode())
+    here = Path(__file__).parent
+    for name in _SOURCES:
+        digest.update((here / f"{name}.py").read_bytes())
+    for plug_in in sorted((here / "joints").glob("*.py")):
+        digest.update(plug_in.read_bytes())
+    digest.update((here / "module_template.txt").read_bytes())
+    return digest.hexdigest()[:20]
+
+
+def _module_file(structure: Structure) -> Path:
+    """The generated module's file; derived and written where it does not exist yet."""
+    file = cache_folder() / f"arm_{_key(structure)}.py"
+    if not file.exists():
+        from core.arm.generate import ArmCode
+        from core.arm.kinematics import Kinematics
+
+        file.parent.mkdir(parents=True, exist_ok=True)
+        text = ArmCode(Kinematics(structure)).module()
+        draft = file.with_suffix(f".{os.getpid()}.tmp")
+        draft.write_text(text, encoding="utf-8")
+        draft.replace(file)
+    return file
+
+
+def _load(file: Path) -> ModuleType:
+    name = f"flexgui_{file.stem}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, file)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+@cache
+def compile_arm(structure: Structure) -> CompiledArm:
+    """The compiled arm; a second or two the first time, from the cache after that."""
+    module = _load(_module_file(structure))
+    return CompiledArm(structure, module.dynamics, module.tip, module.linear)

@@ -1,0 +1,88 @@
+"""Energies of an arm, in symbols: kinetic, bending, gravity, and the dissipation."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from core.arm import shapes
+from core.arm.kinematics import Kinematics, components
+from core.arm.slots import (
+    DAMPING_TIME,
+    HUB_INERTIA,
+    LENGTH,
+    MASS,
+    STIFFNESS,
+    TIP_INERTIA,
+    TIP_MASS,
+)
+
+
+def bending(kinematics: Kinematics) -> sp.Expr:
+    """V_b = sum_k 1/2 EI_k int delta_k''^2 dx."""
+    s = kinematics.symbols
+    return sp.Add(
+        *[
+            shapes.bending_energy(s.modal[k], s.slot(k, LENGTH), s.slot(k, STIFFNESS))
+            for k in range(kinematics.structure.segments)
+        ]
+    )
+
+
+def dissipation(kinematics: Kinematics) -> sp.Expr:
+    """Rayleigh's function of Kelvin-Voigt beams: tau_k times the bending energy of the rates."""
+    s = kinematics.symbols
+    rates = dict(zip(s.q, s.dq, strict=True))
+    terms = []
+    for k in range(kinematics.structure.segments):
+        speeds = [rates[v] for v in s.modal[k]]
+        energy = shapes.bending_energy(speeds, s.slot(k, LENGTH), s.slot(k, STIFFNESS))
+        terms.append(s.slot(k, DAMPING_TIME) * energy)
+    return sp.Add(*terms)
+
+
+def stiffness_matrix(kinematics: Kinematics) -> sp.Matrix:
+    """(n, n) Hessian of the bending energy."""
+    return sp.hessian(bending(kinematics), kinematics.symbols.q)
+
+
+def damping_matrix(kinematics: Kinematics) -> sp.Matrix:
+    """(n, n) Hessian of the dissipation in the rates."""
+    return sp.hessian(dissipation(kinematics), kinematics.symbols.dq)
+
+
+def kinetic_terms(kinematics: Kinematics) -> list[tuple[str, sp.Expr]]:
+    """(what moves, its kinetic energy) per body, stated and not expanded, for display."""
+    s = kinematics.symbols
+    terms: list[tuple[str, sp.Expr]] = []
+    for k in range(kinematics.structure.segments):
+        length = s.slot(k, LENGTH)
+        speed = sp.Function(f"p{k + 1}")(s.x)
+        density = s.slot(k, MASS) / length
+        terms.append((f"segment {k + 1}", density / 2 * sp.Integral(speed**2, (s.x, 0, length))))
+    return terms
+
+
+def gravity_potential(kinematics: Kinematics) -> sp.Expr:
+    """V_g = - sum of masses times g . p, integrated over each segment."""
+    s = kinematics.symbols
+    g = sp.Matrix(s.gravity)
+    total = sp.Integer(0)
+    for k in range(kinematics.structure.segments):
+        length = s.slot(k, LENGTH)
+        place = components(kinematics.point(k, s.x))
+        height = sp.integrate(sp.expand(place.dot(g)), (s.x, 0, length))
+        tip = components(kinematics.segment_tip(k)).dot(g)
+        total -= s.slot(k, MASS) / length * height + s.slot(k, TIP_MASS) * tip
+    return total
+
+
+def lumped_inertia(kinematics: Kinematics) -> sp.Matrix:
+    """(n, n) constant part of M: hubs, 1/2 Jh theta'^2, and tip inertias, 1/2 Jt phi_tip'^2."""
+    s = kinematics.symbols
+    n = kinematics.structure.coordinates
+    total = sp.zeros(n, n)
+    for k in range(kinematics.structure.segments):
+        total[k, k] += s.slot(k, HUB_INERTIA)
+        slope = sp.Matrix([kinematics.tip_angle(k)]).jacobian(s.q)
+        total += s.slot(k, TIP_INERTIA) * slope.T * slope
+    return total

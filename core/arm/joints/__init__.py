@@ -1,0 +1,11 @@
+"""Kinds of joint, one file each, found by walking this folder."""
+
+from __future__ import annotations
+
+from core.arm.joints.joint import Joint
+from core.plugins import discover
+
+
+def joint(kind: str) -> Joint:
+    """The joint of that kind; InputError with the nearest known kind otherwise."""
+    return discover(__name__, Joint).named(kind, "joint")

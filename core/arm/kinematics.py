@@ -1,0 +1,90 @@
+"""Where every point of an arm is: the one statement that everything else follows from.
+
+A place in the plane is a sum of phasors, p = sum_a exp(i phi_a) w_a(v, x), with angles phi_a
+linear in q. Real part: first component, imaginary part: second. Design section 2, (3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from core.arm import shapes
+from core.arm.joints import joint
+from core.arm.slots import AXIS_ANGLE, LENGTH
+from core.arm.symbols import Structure, Symbols
+
+
+@dataclass(frozen=True)
+class Phasor:
+    """exp(i angle) (along + i across): a vector given in a frame turned by `angle`."""
+
+    angle: sp.Expr
+    along: sp.Expr
+    across: sp.Expr
+
+
+Place = tuple[Phasor, ...]
+
+
+def components(place: Place) -> sp.Matrix:
+    """The place (2, 1) in the plane."""
+    first = [f.along * sp.cos(f.angle) - f.across * sp.sin(f.angle) for f in place]
+    second = [f.along * sp.sin(f.angle) + f.across * sp.cos(f.angle) for f in place]
+    return sp.Matrix([sp.Add(*first), sp.Add(*second)])
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """Places and directions along the segments of one structure."""
+
+    structure: Structure
+
+    @cached_property
+    def symbols(self) -> Symbols:
+        return Symbols(self.structure)
+
+    @cached_property
+    def _bases(self) -> tuple[tuple[Place, sp.Expr], ...]:
+        """(place, angle) of each segment's root, and last of the arm's tip."""
+        bases: list[tuple[Place, sp.Expr]] = []
+        place: Place = ()
+        angle: sp.Expr = sp.Integer(0)
+        for k in range(self.structure.segments):
+            if self.structure.mounts[k] == "ground":
+                place, angle = (), sp.Integer(0)
+            kind = joint(self.structure.joints[k])
+            put = kind.place(self.symbols.theta[k], self.symbols.slot(k, AXIS_ANGLE))
+            if put.slide != 0:
+                place = (*place, Phasor(angle + put.direction, put.slide, sp.Integer(0)))
+            angle = angle + put.turn
+            bases.append((place, angle))
+            length = self.symbols.slot(k, LENGTH)
+            place = (*place, self._along(k, length, angle))
+            angle = angle + shapes.slope(self.symbols.modal[k], length)
+        bases.append((place, angle))
+        return tuple(bases)
+
+    def _along(self, segment: int, x: sp.Expr, angle: sp.Expr) -> Phasor:
+        v = self.symbols.modal[segment]
+        return Phasor(angle, x + shapes.foreshortening(v, x), shapes.deflection(v, x))
+
+    def point(self, segment: int, x: sp.Expr) -> Place:
+        """The place at distance x from the root of a segment."""
+        base, angle = self._bases[segment]
+        return (*base, self._along(segment, x, angle))
+
+    def segment_tip(self, segment: int) -> Place:
+        return self.point(segment, self.symbols.slot(segment, LENGTH))
+
+    def tip(self) -> Place:
+        """The end effector, z."""
+        return self.segment_tip(self.structure.segments - 1)
+
+    def tip_angle(self, segment: int) -> sp.Expr:
+        """Direction of the end of a segment, rad; linear in q."""
+        angle = self._bases[segment][1]
+        length = self.symbols.slot(segment, LENGTH)
+        return angle + shapes.slope(self.symbols.modal[segment], length)

@@ -1,0 +1,62 @@
+"""One segment of an arm with the joint that carries it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+MAX_MODES = 3
+
+
+class Segment(BaseModel):
+    """A uniform beam, rigid (`modes = 0`) or bending in `modes` assumed shapes x^2, x^3, x^4.
+
+    Bending stiffness is given as `EI` or as the square section's `width` d and `young_modulus`
+    epsilon, EI = epsilon d^4 / 12. All values are SI.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    length: Positive
+    mass: Positive
+    width: Positive | None = None
+    young_modulus: Positive | None = None
+    EI: Positive | None = None
+    modes: Annotated[int, Field(ge=0, le=MAX_MODES)] = 1
+    damping_time: NonNegative = 0.0
+    """Kelvin-Voigt retardation time in s: the bending damping is this times the stiffness."""
+    tip_mass: NonNegative = 0.0
+    tip_inertia: NonNegative = 0.0
+    hub_inertia: NonNegative = 0.0
+    """Rotor and gear on the joint's side, kg m^2 (kg for a prismatic joint)."""
+    joint: str = "revolute"
+    axis_angle: Annotated[float, Field(allow_inf_nan=False)] = 0.0
+    """Direction of a prismatic joint's slide in rad, from the end of the segment before."""
+    mount: Literal["previous", "ground"] = "previous"
+    """`ground` uncouples a segment from the one before it: its base does not move."""
+
+    @model_validator(mode="after")
+    def _check_section(self) -> Segment:
+        if self.EI is None and self.modes and (self.width is None or self.young_modulus is None):
+            raise ValueError("a bending segment needs EI, or both width and young_modulus")
+        if self.EI is not None and self.young_modulus is not None:
+            raise ValueError("give either EI or width and young_modulus, not both")
+        return self
+
+    @property
+    def has_section(self) -> bool:
+        """Whether EI follows from a square section."""
+        return self.EI is None and self.width is not None and self.young_modulus is not None
+
+    @property
+    def bending_stiffness(self) -> float:
+        """EI in N m^2; zero where a rigid segment states none."""
+        if self.EI is not None:
+            return self.EI
+        if self.width is not None and self.young_modulus is not None:
+            return self.young_modulus * self.width**4 / 12.0
+        return 0.0

@@ -1,0 +1,61 @@
+"""The contract of a drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from typing import ClassVar
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from core.arm.arm import Arm
+from core.drives.law import DriveLaw
+from core.errors import InputError
+from core.parameters import Parameter
+from core.plugins import classes_of
+from core.recording.recording import Recording
+
+
+class Drive(BaseModel):
+    """A drive as a scenario states it; frozen and checked."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: ClassVar[str] = ""
+
+    def check(self, arm: Arm) -> None:
+        """InputError where the drive does not fit the arm."""
+
+    def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
+        """What of the drive can be estimated."""
+        return ()
+
+    def reference_channels(self, arm: Arm) -> tuple[str, ...]:
+        """Columns of a recording that drive the arm, in the order of DriveLaw's references."""
+        raise NotImplementedError
+
+    def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
+        """The law for an arm with numbers p and the drive's parameters in `values`."""
+        raise NotImplementedError
+
+    def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
+        """References (N, nr) of a recording."""
+        columns = [recording[name] for name in self.reference_channels(arm)]
+        return np.column_stack(columns) if columns else np.zeros((len(recording.time), 0))
+
+
+def per_joint(values: tuple[float, ...], arm: Arm, setting: str) -> tuple[float, ...]:
+    """One value per joint, or InputError."""
+    if len(values) != arm.joints:
+        raise InputError(
+            f"[drive] {setting} has {len(values)} values but the arm has {arm.joints} joints; "
+            f"give one per joint."
+        )
+    return values
+
+
+@cache
+def drive_classes() -> dict[str, type[Drive]]:
+    """All drives by their kind."""
+    return classes_of("core.drives", Drive)

@@ -1,0 +1,62 @@
+"""The law by which a drive turns references and states into joint torques."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class DriveLaw:
+    """u = R r - P q - V q' - S s, each component cut at its limit; s' = Fs s + Fq q + Fv q' + Fr r.
+
+    Every drive is of this form, so the non-linear simulator and the linear model share it and
+    neither asks which drive it is. Shapes with nj joints, n coordinates, nr references and
+    ns own states: R (nj, nr), P and V (nj, n), S (nj, ns), Fs (ns, ns), Fq and Fv (ns, n),
+    Fr (ns, nr), limit (nj,) in N m (or N), infinite where there is none.
+    """
+
+    R: np.ndarray
+    P: np.ndarray
+    V: np.ndarray
+    S: np.ndarray
+    Fs: np.ndarray
+    Fq: np.ndarray
+    Fv: np.ndarray
+    Fr: np.ndarray
+    limit: np.ndarray
+    interpolate: bool = False
+    """Whether references run straight between samples (a measured motion) or are held."""
+
+    @property
+    def states(self) -> int:
+        return int(self.Fs.shape[0])
+
+    @property
+    def references(self) -> int:
+        return int(self.R.shape[1])
+
+
+def static_law(
+    R: np.ndarray,
+    P: np.ndarray,
+    V: np.ndarray,
+    limit: np.ndarray | None = None,
+    interpolate: bool = False,
+) -> DriveLaw:
+    """A law without states of its own."""
+    joints, references = R.shape
+    n = P.shape[1]
+    return DriveLaw(
+        R=R,
+        P=P,
+        V=V,
+        S=np.zeros((joints, 0)),
+        Fs=np.zeros((0, 0)),
+        Fq=np.zeros((0, n)),
+        Fv=np.zeros((0, n)),
+        Fr=np.zeros((0, references)),
+        limit=np.full(joints, np.inf) if limit is None else limit,
+        interpolate=interpolate,
+    )

@@ -1,0 +1,85 @@
+"""The stiff virtual servo: follows the recorded joints; its torque is what the model lacks.
+
+Design section 4. For a rig whose joints integrate an open-loop simulation drifts. Here the
+recorded torque acts on the model and a servo holds the model's joints on the recorded ones.
+With a perfect model the servo has nothing to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.drives.law import DriveLaw, static_law
+from core.errors import InputError
+from core.recording.recording import Recording
+from core.recording.velocity import ZeroPhaseLowPass, central_difference
+
+DEFAULT_HZ = 60.0
+"""Reproduces the inverse-dynamics torque within a few per cent; 5 Hz would swallow it."""
+
+
+@dataclass(frozen=True)
+class FollowingServo:
+    """A drive together with a servo of double pole `hz` on the rigid inertia of each joint.
+
+    References: those of the drive, then the measured joint positions and velocities.
+    """
+
+    base: Drive
+    hz: float
+    inertia: tuple[float, ...]
+    """Diagonal of M at the joints, kg m^2; fixed, so that it does not move with the estimates."""
+    smoothing: ZeroPhaseLowPass | None = None
+    """Filter of the measured positions before they are differentiated."""
+
+    def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
+        """The drive's own feedback acts on the measured joints; the servo on the difference."""
+        own = self.base.law(arm, p, values)
+        joints = arm.joints
+        if own.states or np.any(own.P[:, joints:]) or np.any(own.V[:, joints:]):
+            raise InputError(
+                f"[drive] kind {self.base.kind!r} sees more than the joints, so its torque cannot "
+                f'be replayed; use kind = "torque" with the recorded torque or current.'
+            )
+        place, speed = self.gains()
+        R = np.hstack([own.R, place - own.P[:, :joints], speed - own.V[:, :joints]])
+        P, V = np.zeros((joints, arm.coordinates)), np.zeros((joints, arm.coordinates))
+        P[:, :joints], V[:, :joints] = place, speed
+        return static_law(R, P, V, interpolate=True)
+
+    def gains(self) -> tuple[np.ndarray, np.ndarray]:
+        """Diagonal position and velocity gains (joints, joints) of a double pole."""
+        w = 2.0 * np.pi * self.hz
+        inertia = np.diag(self.inertia)
+        return inertia * w * w, inertia * 2.0 * w
+
+    def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
+        """(N, nr + 2 joints)"""
+        place, speed = self.motion(recording, arm)
+        return np.hstack([self.base.signals(recording, arm), place, speed])
+
+    def motion(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray]:
+        """Measured joint positions and velocities (N, joints), smoothed where so chosen."""
+        names = [f"theta{k + 1}" for k in range(arm.joints)]
+        dt = recording.sample_time
+        columns = [recording[name] for name in names]
+        if self.smoothing is not None:
+            columns = [self.smoothing.apply(x, dt) for x in columns]
+        return np.column_stack(columns), np.column_stack(
+            [central_difference(x, dt) for x in columns]
+        )
+
+    def recorded_torque(
+        self, recording: Recording, arm: Arm, p: np.ndarray, values: Mapping[str, float]
+    ) -> np.ndarray:
+        """(N, joints): what the drive itself applied along the measured motion."""
+        own = self.base.law(arm, p, values)
+        place, speed = self.motion(recording, arm)
+        joints = arm.joints
+        torque = self.base.signals(recording, arm) @ own.R.T
+        return torque - place @ own.P[:, :joints].T - speed @ own.V[:, :joints].T

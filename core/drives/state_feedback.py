@@ -1,0 +1,120 @@
+"""State feedback on joint angle, link deflection and their rates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from core.arm.arm import Arm
+from core.arm.chord import chord_matrix
+from core.drives.drive import Drive, per_joint
+from core.drives.law import DriveLaw
+
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class GaugeFilter(BaseModel):
+    """Second-order low-pass through which the controller sees the deflection."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    frequency: Positive
+    damping: Positive
+
+
+class StateFeedback(Drive):
+    """i = K (x* - x) per joint, x = [angle, deflection, their rates], u = torque constant times i.
+
+    `gains` has one row of four per joint; only the angle has a reference. The controller may
+    see the rate of the angle through a first-order filter `rate_filter` (rad/s) and the
+    deflection through a `gauge_filter`.
+    """
+
+    kind: ClassVar[str] = "state_feedback"
+
+    gains: tuple[tuple[Number, Number, Number, Number], ...]
+    torque_constants: tuple[Positive, ...]
+    rate_filter: Positive | None = None
+    gauge_filter: GaugeFilter | None = None
+    current_limits: tuple[Positive, ...] | None = None
+
+    def check(self, arm: Arm) -> None:
+        per_joint(self.torque_constants, arm, "torque_constants")
+        per_joint(tuple(float(i) for i in range(len(self.gains))), arm, "gains")
+        if self.current_limits is not None:
+            per_joint(self.current_limits, arm, "current_limits")
+
+    def reference_channels(self, arm: Arm) -> tuple[str, ...]:
+        return tuple(f"theta{k + 1}_ref" for k in range(arm.joints))
+
+    def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
+        joints, n = arm.joints, arm.coordinates
+        K = np.array(self.gains, dtype=float) * np.array(self.torque_constants)[:, None]
+        chord = chord_matrix(arm, p)
+        angle = np.eye(joints, n)
+        P, V = K[:, :1] * angle, np.zeros((joints, n))
+        blocks = _Blocks(joints, n)
+        if self.rate_filter is None:
+            V += K[:, 2:3] * angle
+        else:
+            blocks.add_rate(self.rate_filter, angle, K[:, 2], P)
+        if self.gauge_filter is None:
+            P += K[:, 1:2] * chord
+            V += K[:, 3:4] * chord
+        else:
+            g = self.gauge_filter
+            blocks.add_low_pass(g.frequency, g.damping, chord, K[:, 1], K[:, 3])
+        limit = np.full(joints, np.inf)
+        if self.current_limits is not None:
+            limit = np.array(self.current_limits) * np.array(self.torque_constants)
+        S, Fs, Fq = blocks.matrices()
+        ns = len(Fs)
+        return DriveLaw(
+            R=np.diag(K[:, 0]), P=P, V=V, S=S, Fs=Fs, Fq=Fq, Fv=np.zeros((ns, n)),
+            Fr=np.zeros((ns, joints)), limit=limit,
+        )  # fmt: skip
+
+
+class _Blocks:
+    """Collects the states of the controller's filters."""
+
+    def __init__(self, joints: int, n: int) -> None:
+        self.joints, self.n = joints, n
+        self.S: list[np.ndarray] = []
+        self.rows: list[tuple[dict[int, float], np.ndarray]] = []
+
+    def _state(self, output: np.ndarray, own: dict[int, float], drive: np.ndarray) -> None:
+        self.S.append(output)
+        self.rows.append((own, drive))
+
+    def add_rate(self, w: float, seen: np.ndarray, gain: np.ndarray, P: np.ndarray) -> None:
+        """s' = w (x - s); rate = w (x - s)."""
+        for k in range(self.joints):
+            P[k] += gain[k] * w * seen[k]
+            output = np.zeros(self.joints)
+            output[k] = -gain[k] * w
+            self._state(output, {len(self.S): -w}, w * seen[k])
+
+    def add_low_pass(
+        self, w: float, zeta: float, seen: np.ndarray, gain: np.ndarray, rate_gain: np.ndarray
+    ) -> None:
+        """a' = b, b' = w^2 (x - a) - 2 zeta w b; a and b are what the controller sees."""
+        for k in range(self.joints):
+            a, b = len(self.S), len(self.S) + 1
+            unit = np.eye(self.joints)[k]
+            self._state(gain[k] * unit, {b: 1.0}, np.zeros(self.n))
+            self._state(rate_gain[k] * unit, {a: -w * w, b: -2.0 * zeta * w}, w * w * seen[k])
+
+    def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        ns = len(self.S)
+        S = np.array(self.S).T.reshape(self.joints, ns)
+        Fs, Fq = np.zeros((ns, ns)), np.zeros((ns, self.n))
+        for i, (own, drive) in enumerate(self.rows):
+            Fq[i] = drive
+            for j, value in own.items():
+                Fs[i, j] = value
+        return np.ascontiguousarray(S), Fs, Fq

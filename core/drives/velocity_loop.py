@@ -1,0 +1,50 @@
+"""Velocity loops: u = Lambda (theta'* - theta'), (10) of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive, per_joint
+from core.drives.law import DriveLaw, static_law
+from core.parameters import Parameter
+
+Gain = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class VelocityLoop(Drive):
+    """One proportional velocity loop per joint, gains in N m s/rad (N s/m on a slide)."""
+
+    kind: ClassVar[str] = "velocity_loop"
+
+    gains: tuple[Gain, ...]
+    limits: tuple[Annotated[float, Field(gt=0)], ...] | None = None
+
+    def check(self, arm: Arm) -> None:
+        per_joint(self.gains, arm, "gains")
+        if self.limits is not None:
+            per_joint(self.limits, arm, "limits")
+
+    def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
+        return tuple(
+            Parameter(
+                f"lambda{k + 1}", gain, "N m s/rad", 0.0, 100.0 * (gain or 1.0),
+                rf"\lambda_{{{k + 1}}}", f"gain of velocity loop {k + 1}", scale=gain or 1.0,
+            )
+            for k, gain in enumerate(self.gains)
+        )  # fmt: skip
+
+    def reference_channels(self, arm: Arm) -> tuple[str, ...]:
+        return tuple(f"dtheta{k + 1}_ref" for k in range(arm.joints))
+
+    def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
+        gains = [values.get(f"lambda{k + 1}", gain) for k, gain in enumerate(self.gains)]
+        R = np.diag(gains).astype(float)
+        feedback = np.zeros((arm.joints, arm.coordinates))
+        feedback[:, : arm.joints] = R
+        limit = None if self.limits is None else np.array(self.limits, dtype=float)
+        return static_law(R, np.zeros_like(feedback), feedback, limit)

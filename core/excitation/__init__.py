@@ -1,0 +1,20 @@
+"""Excitations: what the references do in an experiment. One file each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from core.errors import InputError
+from core.excitation.excitation import Excitation
+from core.plugins import classes_of
+from core.sentences import did_you_mean
+from core.validation import validated
+
+
+def build_excitation(kind: str, options: Mapping[str, Any]) -> Excitation:
+    """The excitation of a simulated recording; InputError where a setting is wrong."""
+    kinds = classes_of(__name__, Excitation)
+    if kind not in kinds:
+        raise InputError(f"simulate.excitation {kind!r} is not known; {did_you_mean(kind, kinds)}")
+    return validated(kinds[kind], options, f"simulate.options of {kind}")

@@ -1,0 +1,29 @@
+"""The contract of an excitation."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class Excitation(BaseModel):
+    """A signal per joint, seeded, uncorrelated between joints."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: ClassVar[str] = ""
+    amplitude: Positive = 0.3
+    """rad/s for velocity loops; the unit of the reference otherwise."""
+    hold: Positive = 0.02
+    """s, how long a level is kept."""
+
+    def signal(self, samples: int, joints: int, dt: float, rng: np.random.Generator) -> np.ndarray:
+        """(samples, joints)"""
+        raise NotImplementedError
+
+    def hold_samples(self, dt: float) -> int:
+        return max(int(round(self.hold / dt)), 1)

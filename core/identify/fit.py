@@ -1,0 +1,186 @@
+"""One identification: search, refinement, uncertainty, identifiability."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.identify import identifiability
+from core.identify.derived import derived_estimates
+from core.identify.evolution import Searched, evolve
+from core.identify.predictor import Predictor
+from core.identify.prepared import Prepared
+from core.identify.refinement import Prior, Refined, refine
+from core.identify.residuals import Residuals, channel_weights
+from core.identify.uncertainty import covariance
+from core.identify.unknowns import Unknowns
+from core.progress import Progress
+from core.results import Estimate, Fit, Generation
+from core.scenario.schema import IdentifySpec
+
+AGREEMENT = 1e-3
+"""Two starts agree when their costs differ by less than this share."""
+
+ROUNDING = 1e-18
+"""Of the outputs' sum of squares: below this two costs are both zero."""
+
+AT_BOUND = 1e-6
+"""Of the distance between the bounds."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A fit and what is needed to predict with it."""
+
+    fit: Fit
+    vector: np.ndarray
+    residuals: Residuals
+
+
+def identify(
+    label: str,
+    experiments: Sequence[Prepared],
+    unknowns: Unknowns,
+    spec: IdentifySpec,
+    fixed: Mapping[str, float],
+    progress: Progress,
+) -> Fitted:
+    """Minimises (13) over the experiments and says how sure the result is."""
+    predictor = Predictor(experiments, unknowns, fixed)
+    residuals = Residuals(predictor, channel_weights(experiments, spec.weights))
+    start = unknowns.parameters.vector()
+    searched = _search(label, residuals, start, spec, progress)
+    stopped = (searched is not None and searched.stopped) or progress.stopped()
+    best = start if searched is None else searched.vector
+    if not len(unknowns) or stopped or not spec.refine:
+        refined = Refined(best, float(np.sum(residuals(best) ** 2)), np.nan, False)
+        agreement = ""
+    else:
+        refined, agreement = _refine_from_all(residuals, best, start)
+    history = searched.generations if searched is not None else ()
+    fit = _describe(label, residuals, refined, history, agreement, stopped)
+    return Fitted(fit, refined.vector, residuals)
+
+
+def _search(
+    label: str, residuals: Residuals, start: np.ndarray, spec: IdentifySpec, progress: Progress
+) -> Searched | None:
+    """Evolution over the searched entries; the rest keep their start."""
+    items = residuals.unknowns.items
+    free = np.array([i for i, item in enumerate(items) if item.searched], dtype=int)
+    if not spec.generations or not len(free):
+        return None
+    parameters = residuals.unknowns.parameters
+    fast = residuals.population() or residuals.costs
+    prior = Prior(residuals)
+
+    def costs(points: np.ndarray) -> np.ndarray:
+        vectors = np.tile(start, (len(points), 1))
+        vectors[:, free] = points
+        return np.asarray(fast(vectors) * prior.factor(vectors))
+
+    def report(generation: Generation) -> bool:
+        progress.generation(label, generation)
+        progress.advance()
+        return progress.stopped()
+
+    found = evolve(
+        costs, parameters.lower()[free], parameters.upper()[free], spec.population,
+        spec.generations, spec.seed, report,
+    )  # fmt: skip
+    vector = start.copy()
+    vector[free] = found.vector
+    return Searched(vector, found.cost, found.generations, found.stopped)
+
+
+def _refine_from_all(
+    residuals: Residuals, best: np.ndarray, start: np.ndarray
+) -> tuple[Refined, str]:
+    """Refines from the search's best and from the nominal start; says whether they agree."""
+    first = refine(residuals, best)
+    if np.array_equal(best, start):
+        return first, "One start: the nominal values."
+    second = refine(residuals, start)
+    low, high = sorted((first.cost, second.cost))
+    size = sum(float(np.sum(e.measured[e.counted] ** 2)) for e in residuals.experiments)
+    agree = high - low <= AGREEMENT * low + ROUNDING * size
+    said = (
+        "Both starts, the search's best and the nominal values, end at the same cost."
+        if agree
+        else f"The two starts end at different costs, {low:.4g} and {high:.4g}; the lower is kept."
+    )
+    return (first if first.cost <= second.cost else second), said
+
+
+def _describe(
+    label: str,
+    residuals: Residuals,
+    refined: Refined,
+    history: tuple[Generation, ...],
+    agreement: str,
+    stopped: bool,
+) -> Fit:
+    unknowns, vector = residuals.unknowns, refined.vector
+    recordings = tuple(e.recording.name for e in residuals.experiments)
+    P = len(unknowns)
+    blocks = residuals.blocks(vector)
+    sensitivities = residuals.sensitivities(vector)
+    jacobian = residuals.vector(sensitivities) if P else np.zeros((1, 0))
+    rank, _, null = identifiability.analyse(unknowns, vector, jacobian) if P else (0, None, None)
+    cov = covariance(sensitivities, blocks, rank) if P else np.zeros((0, 0))
+    seen = identifiability.identified(null, P) if P else np.zeros(0, dtype=bool)
+    correlation = _correlation(cov)
+    fast = residuals.population()
+
+    def cost(v: np.ndarray) -> float:
+        return float(fast(v[None])[0]) if fast is not None else float(np.sum(residuals(v) ** 2))
+
+    return Fit(
+        label=label,
+        recordings=recordings,
+        estimates=_estimates(unknowns, vector, cov, seen),
+        correlation=correlation,
+        cost=refined.cost,
+        residual_count=residuals.count,
+        convergence=history,
+        identifiability=identifiability.verdict(unknowns, vector, jacobian, correlation, cost),
+        gradient_norm=refined.gradient,
+        message=agreement,
+        stopped=stopped,
+        derived=derived_estimates(residuals.experiments[0].model, unknowns, vector, cov, null),
+    )
+
+
+def _estimates(
+    unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray, seen: np.ndarray
+) -> tuple[Estimate, ...]:
+    found = []
+    for i, item in enumerate(unknowns.items):
+        p = item.parameter
+        near = AT_BOUND * (p.upper - p.lower)
+        value = float(vector[i])
+        found.append(
+            Estimate(
+                name=p.name,
+                value=value,
+                std=float(np.sqrt(max(cov[i, i], 0.0))) if seen[i] else float("nan"),
+                unit=p.unit,
+                identifiable=bool(seen[i]),
+                symbol=p.symbol,
+                start=p.value,
+                lower=p.lower,
+                upper=p.upper,
+                recording=item.recording,
+                at_bound=bool(value - p.lower < near or p.upper - value < near),
+            )
+        )
+    return tuple(found)
+
+
+def _correlation(cov: np.ndarray) -> np.ndarray:
+    d = np.sqrt(np.maximum(np.diag(cov), 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rho = cov / np.outer(d, d)
+    return np.nan_to_num(rho)

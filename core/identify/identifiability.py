@@ -1,0 +1,185 @@
+"""What the data fix and what they leave free, said in words.
+
+The singular values of the sensitivities to relative changes tell how many directions the
+outputs show; the null directions tell which changes leave them as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from core.identify.unknowns import Unknowns
+from core.results import Identifiability, Valley
+
+RANK_TOLERANCE = 1e-6
+"""Of the largest singular value. Central differences leave about 1e-8 where there is nothing;
+a direction below this is not seen by any rig."""
+
+INVOLVED = 0.02
+"""Share of a null direction below which a parameter has no part in it."""
+
+LARGEST_DENOMINATOR = 6
+EXPONENT_TOLERANCE = 0.02
+
+TOGETHER = 0.99
+"""Correlation above which two estimates are said to be told apart poorly."""
+
+VALLEY_POINTS = 41
+
+
+def relative_scales(unknowns: Unknowns, vector: np.ndarray) -> np.ndarray:
+    """(P,): the value itself where the sign is fixed, the typical size elsewhere."""
+    parameters = unknowns.parameters
+    positive = np.array([p.positive for p in parameters])
+    return np.where(positive, np.abs(vector), parameters.scales())
+
+
+def analyse(
+    unknowns: Unknowns, vector: np.ndarray, jacobian: np.ndarray
+) -> tuple[int, np.ndarray, np.ndarray]:
+    """(rank, singular values (P,), null directions (P - rank, P)) of relative changes."""
+    scaled = jacobian * relative_scales(unknowns, vector)
+    _, values, vectors = np.linalg.svd(np.linalg.qr(scaled, mode="r"))
+    largest = values[0] if values.size else 0.0
+    rank = int(np.sum(values > RANK_TOLERANCE * largest)) if largest > 0.0 else 0
+    return rank, values, _sparse(vectors[rank:])
+
+
+def _sparse(basis: np.ndarray) -> np.ndarray:
+    """The same space with as many zeros as elimination gives, each row of unit length."""
+    rows = basis.copy()
+    used: list[int] = []
+    for i in range(len(rows)):
+        free = [j for j in range(rows.shape[1]) if j not in used]
+        pivot = max(free, key=lambda j: abs(rows[i, j]))
+        used.append(pivot)
+        rows[i] /= rows[i, pivot]
+        for k in range(len(rows)):
+            if k != i:
+                rows[k] -= rows[k, pivot] * rows[i]
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True) if len(rows) else rows
+
+
+def identified(null: np.ndarray, count: int) -> np.ndarray:
+    """(P,) bool: parameters with no part in any null direction."""
+    if not len(null):
+        return np.ones(count, dtype=bool)
+    return np.asarray(np.abs(null).max(axis=0) < INVOLVED)
+
+
+def invariant(direction: np.ndarray, names: Sequence[str]) -> str:
+    """The product of powers of two names that a null direction leaves as it is."""
+    first, second = (int(i) for i in np.flatnonzero(np.abs(direction) >= INVOLVED))
+    powers = np.array([direction[second], -direction[first]])
+    powers = powers / powers[np.argmin(np.abs(powers))]
+    powers = powers if powers[0] > 0 else -powers
+    return " ".join(_power(names[i], x) for i, x in zip((first, second), powers, strict=True))
+
+
+def _power(name: str, exponent: float) -> str:
+    fraction = Fraction(float(exponent)).limit_denominator(LARGEST_DENOMINATOR)
+    exact = abs(float(fraction) - exponent) < EXPONENT_TOLERANCE * max(abs(exponent), 1.0)
+    text = str(fraction) if exact else f"{exponent:.2f}"
+    return name if text == "1" else f"{name}^{text}"
+
+
+def sentences(
+    unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray
+) -> tuple[str, ...]:
+    """What a person should know before using the estimates."""
+    labels = unknowns.labels
+    if not len(labels):
+        return ("Nothing was estimated.",)
+    said = [_about(direction, labels) for direction in null]
+    if not said:
+        said = ["The data fix every estimated parameter."]
+    return tuple(said + _correlated(correlation, labels, identified(null, len(labels))))
+
+
+def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
+    involved = np.flatnonzero(np.abs(direction) >= INVOLVED)
+    names = [labels[i] for i in involved]
+    if len(names) == 1:
+        return f"The data say nothing about {names[0]}."
+    if len(names) == 2:
+        return (
+            f"The data fix {invariant(direction, labels)}, not {names[0]} and {names[1]} apart: "
+            f"fix one of them to get the other."
+        )
+    largest = np.abs(direction).max()
+    changes = ", ".join(f"{labels[i]} {direction[i] / largest:+.2f} %" for i in involved)
+    listed = ", ".join(names[:-1]) + f" and {names[-1]}"
+    return (
+        f"The data do not tell {listed} apart: changing them together ({changes}) changes nothing "
+        f"that is measured; fix one of them."
+    )
+
+
+def _correlated(correlation: np.ndarray, labels: Sequence[str], seen: np.ndarray) -> list[str]:
+    said = []
+    for i in range(len(labels)):
+        for j in range(i):
+            if seen[i] and seen[j] and abs(correlation[i, j]) > TOGETHER:
+                said.append(
+                    f"{labels[j]} and {labels[i]} are told apart poorly "
+                    f"(correlation {correlation[i, j]:+.3f})."
+                )
+    return said
+
+
+def valley(
+    unknowns: Unknowns,
+    vector: np.ndarray,
+    null: np.ndarray,
+    cost: Callable[[np.ndarray], float],
+) -> Valley | None:
+    """The curve along which two parameters trade against each other, with the cost on it."""
+    for direction in null:
+        involved = np.flatnonzero(np.abs(direction) >= INVOLVED)
+        items = [unknowns.items[i].parameter for i in involved]
+        if len(items) != 2 or not all(item.positive for item in items):
+            continue
+        a, b = items
+        span = _span(vector[involved], direction[involved], (a.lower, b.lower), (a.upper, b.upper))
+        steps = np.linspace(*span, VALLEY_POINTS)
+        points = vector[involved] * np.exp(np.outer(steps, direction[involved]))
+        vectors = np.tile(vector, (VALLEY_POINTS, 1))
+        vectors[:, involved] = points
+        costs = np.array([cost(v) for v in vectors])
+        least = max(float(costs.min()), np.finfo(float).tiny)
+        names = (unknowns.labels[involved[0]], unknowns.labels[involved[1]])
+        text = invariant(direction, unknowns.labels)
+        return Valley(names, (a.unit, b.unit), points, costs / least, text)
+    return None
+
+
+def _span(
+    at: np.ndarray, direction: np.ndarray, lower: Sequence[float], upper: Sequence[float]
+) -> tuple[float, float]:
+    """Steps along a relative direction that stay within the bounds."""
+    to_lower = np.log(np.array(lower) / at) / direction
+    to_upper = np.log(np.array(upper) / at) / direction
+    ends = np.sort(np.array([to_lower, to_upper]), axis=0)
+    return float(ends[0].max()), float(ends[1].min())
+
+
+def verdict(
+    unknowns: Unknowns,
+    vector: np.ndarray,
+    jacobian: np.ndarray,
+    correlation: np.ndarray,
+    cost: Callable[[np.ndarray], float],
+) -> Identifiability:
+    """All of the above as one record."""
+    rank, values, null = analyse(unknowns, vector, jacobian)
+    return Identifiability(
+        names=unknowns.labels,
+        rank=rank,
+        singular_values=values,
+        null_directions=null,
+        sentences=sentences(unknowns, null, correlation),
+        valley=valley(unknowns, vector, null, cost),
+    )

@@ -1,0 +1,205 @@
+"""A recording made ready for a model: what is simulated, what is compared, and how."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.drives.servo import FollowingServo
+from core.errors import InputError
+from core.identify.unknowns import GAIN, OFFSET, START
+from core.model import Model, Numbers
+from core.recording.logger_filter import apply_logger_filter
+from core.recording.recording import Recording
+from core.recording.velocity import ZeroPhaseLowPass
+from core.sensors import Sensor
+from core.simulate.motion import Task, at_rest
+from core.trajectory import Trajectory
+
+TORQUE = "torque"
+
+
+@dataclass(frozen=True)
+class Processing:
+    """What happens to measurement and model alike before they are compared."""
+
+    filter: ZeroPhaseLowPass | None = None
+    decimate: int = 1
+
+    def apply(self, y: np.ndarray, dt: float) -> np.ndarray:
+        """(N, k) -> (ceil(N / decimate), k)"""
+        if self.filter is not None:
+            y = np.column_stack([self.filter.apply(column, dt) for column in y.T])
+        return y[:: self.decimate]
+
+    @property
+    def nothing(self) -> bool:
+        return self.filter is None and self.decimate == 1
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """One recording, one model, the outputs that are compared."""
+
+    model: Model
+    recording: Recording
+    outputs: tuple[Sensor, ...]
+    processing: Processing
+    task: Task
+    measured: np.ndarray
+    """(M, k), processed; NaN where there is no sample."""
+    counted: np.ndarray
+    """(M, k) bool"""
+
+    @property
+    def channels(self) -> tuple[tuple[str, str], ...]:
+        """(name, unit) of the k outputs."""
+        arm = self.model.arm
+        return tuple((c.name, c.unit) for s in self.outputs for c in s.channels(arm))
+
+    @property
+    def time(self) -> np.ndarray:
+        return self.task.time[:: self.processing.decimate]
+
+    def task_at(self, values: Mapping[str, float]) -> Task:
+        """The task with the initial deviations that the values state."""
+        moved = [name for name in values if name.startswith(START)]
+        if not moved:
+            return self.task
+        start = self.task.start.copy()
+        names = self.model.arm.coordinate_names
+        for i, name in enumerate(names):
+            start[i] += values.get(START + name, 0.0)
+            start[len(names) + i] += values.get(f"{START}d{name}", 0.0)
+        return Task(self.task.time, self.task.references, start, self.task.schedule)
+
+    def predicted(
+        self, trajectory: Trajectory, numbers: Numbers, values: Mapping[str, float]
+    ) -> np.ndarray:
+        """(M, k): the model's outputs by the route that the measured ones took."""
+        columns = [self._sensed(sensor, trajectory, values) for sensor in self.outputs]
+        raw = np.hstack(columns)
+        dt = self.recording.sample_time
+        for k, (name, _) in enumerate(self.channels):
+            raw[:, k] = self._through_logger(name, raw[:, k], dt)
+            raw[:, k] = values.get(GAIN + name, 1.0) * raw[:, k] + values.get(OFFSET + name, 0.0)
+        return self.processing.apply(raw, dt)
+
+    def _sensed(
+        self, sensor: Sensor, trajectory: Trajectory, values: Mapping[str, float]
+    ) -> np.ndarray:
+        y = np.array(sensor.measure_like(self.recording, trajectory))
+        steering = self.model.steering
+        if sensor.kind != TORQUE or not isinstance(steering, FollowingServo):
+            return y
+        # What the servo adds is the residual, whatever torque constant is being tried.
+        arm, base = self.model.arm, self.model.numbers()
+        applied = steering.recorded_torque(self.recording, arm, trajectory.p, values)
+        return y - applied + steering.recorded_torque(self.recording, arm, base.p, {})
+
+    def _through_logger(self, name: str, y: np.ndarray, dt: float) -> np.ndarray:
+        delay = self.recording.camera.delay
+        if delay and name[:1] in ("z", "y"):
+            t = self.task.time
+            y = np.interp(t - delay, t, y)
+        logged = self.recording.logger_filters.get(name)
+        return y if logged is None else apply_logger_filter(y, dt, logged)
+
+
+def prepare(
+    model: Model, recording: Recording, outputs: Sequence[Sensor], processing: Processing
+) -> Prepared:
+    """InputError where the recording lacks something that model or outputs need."""
+    arm = model.arm
+    measured, counted = [], []
+    for sensor in outputs:
+        y, mask = measured_outputs(model, recording, sensor)
+        measured.append(y)
+        counted.append(mask)
+    dt = recording.sample_time
+    raw = np.hstack(measured) if measured else np.zeros((len(recording.time), 0))
+    mask = np.hstack(counted) if counted else np.zeros((len(recording.time), 0), dtype=bool)
+    processed = processing.apply(raw, dt)
+    counts = mask[:: processing.decimate] & np.isfinite(processed)
+    task = make_task(model, recording)
+    if outputs and not counts.any():
+        raise InputError(
+            f"Recording {recording.name}: no sample of its outputs counts; check mask, window "
+            f"and [identify] filter."
+        )
+    _ = arm
+    return Prepared(model, recording, tuple(outputs), processing, task, processed, counts)
+
+
+def measured_outputs(
+    model: Model, recording: Recording, sensor: Sensor
+) -> tuple[np.ndarray, np.ndarray]:
+    """Measured (N, k) and which samples count (N, k)."""
+    arm = model.arm
+    sensor.check(arm, recording)
+    names = [c.name for c in sensor.channels(arm)]
+    steering = model.steering
+    if sensor.kind == TORQUE and isinstance(steering, FollowingServo):
+        y = steering.recorded_torque(recording, arm, model.numbers().p, {})
+    else:
+        y = np.array(sensor.measured(recording, arm))
+    mask = np.isfinite(y)
+    for k, name in enumerate(names):
+        chosen = recording.counted.get(name)
+        if chosen is not None:
+            mask[:, k] &= chosen
+    return y, mask
+
+
+def make_task(model: Model, recording: Recording) -> Task:
+    """References, start and schedule of a recording."""
+    arm, steering = model.arm, model.active_steering
+    references = steering.signals(recording, arm)
+    states = model.numbers().law.states
+    start = at_rest(start_joints(model, recording), arm.coordinates, states)
+    if isinstance(steering, FollowingServo):
+        place, speed = steering.motion(recording, arm)
+        start[: arm.joints] = place[0]
+        start[arm.coordinates : arm.coordinates + arm.joints] = speed[0]
+    return Task(recording.time, references, start, joint_schedule(model, recording))
+
+
+def start_joints(model: Model, recording: Recording) -> np.ndarray:
+    """(joints,) at the first sample: from the encoders, else from the stated working point."""
+    joints = np.zeros(model.arm.joints)
+    for k in range(model.arm.joints):
+        name = f"theta{k + 1}"
+        if recording.has(name):
+            joints[k] = recording[name][0]
+        elif k == 1:
+            joints[k] = _stated_point(recording)
+    return joints
+
+
+def _stated_point(recording: Recording) -> float:
+    if recording.theta2 is None:
+        raise InputError(
+            f"Recording {recording.name} has neither a column theta2 nor a working point; "
+            f"add theta2 = ... (rad) under [[recordings]]."
+        )
+    return recording.theta2
+
+
+def joint_schedule(model: Model, recording: Recording) -> np.ndarray:
+    """(1, n) at a working point; (N, n) with the joints as measured where none is stated."""
+    arm = model.arm
+    n = arm.coordinates
+    point = start_joints(model, recording)
+    if recording.theta2 is not None and arm.joints > 1:
+        point[1] = recording.theta2
+    coupled = any(s.mount == "previous" for s in arm.segments[1:])
+    moving = recording.theta2 is None and (coupled or any(arm.gravity))
+    names = [f"theta{k + 1}" for k in range(arm.joints)]
+    if moving and recording.has(*names):
+        schedule = np.zeros((len(recording.time), n))
+        for k, name in enumerate(names):
+            schedule[:, k] = recording[name]
+        return schedule
+    return at_rest(point, n)[None, :n]

@@ -1,0 +1,124 @@
+"""The weighted residuals of a set of recordings and their sensitivities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from core.identify.population import PopulationCost, applicable
+from core.identify.predictor import Predictor
+from core.identify.prepared import Prepared
+from core.identify.unknowns import Unknowns
+
+STEP = 1e-4
+"""Relative step of central differences: truncation about 1e-8, rounding about 1e-10."""
+
+
+def channel_weights(experiments: Sequence[Prepared], stated: Mapping[str, float]) -> list[np.ndarray]:
+    """(k,) per recording: 1 where all outputs share a unit, as in (13), else 1 over the spread
+    of what was measured; a scenario's weight replaces either."""
+    units = {unit for e in experiments for _, unit in e.channels}
+    spread = _spreads(experiments)
+    mixed = len(units) > 1
+    found = []
+    for e in experiments:
+        names = [name for name, _ in e.channels]
+        found.append(
+            np.array([stated.get(n, 1.0 / spread[n] if mixed else 1.0) for n in names], dtype=float)
+        )
+    return found
+
+
+def _spreads(experiments: Sequence[Prepared]) -> dict[str, float]:
+    collected: dict[str, list[np.ndarray]] = {}
+    for e in experiments:
+        for k, (name, _) in enumerate(e.channels):
+            y = e.measured[e.counted[:, k], k]
+            collected.setdefault(name, []).append(y - y.mean() if y.size else y)
+    sizes = {name: float(np.std(np.concatenate(parts))) for name, parts in collected.items()}
+    return {name: size if size > 0.0 else 1.0 for name, size in sizes.items()}
+
+
+@dataclass
+class Residuals:
+    """r(vector) over all recordings, only samples that count, times the channel's weight."""
+
+    predictor: Predictor
+    weights: Sequence[np.ndarray]
+
+    @property
+    def experiments(self) -> Sequence[Prepared]:
+        return self.predictor.experiments
+
+    @property
+    def unknowns(self) -> Unknowns:
+        return self.predictor.unknowns
+
+    @cached_property
+    def scales(self) -> np.ndarray:
+        return self.unknowns.parameters.scales()
+
+    def blocks(self, vector: np.ndarray, which: Sequence[int] | None = None) -> list[np.ndarray]:
+        """Weighted errors (M_i, k), zero where a sample does not count."""
+        chosen = range(len(self.experiments)) if which is None else which
+        predicted = self.predictor.predict(vector, which)
+        return [self._block(i, y) for i, y in zip(chosen, predicted, strict=True)]
+
+    def _block(self, i: int, predicted: np.ndarray) -> np.ndarray:
+        e = self.experiments[i]
+        error = np.where(e.counted, e.measured - predicted, 0.0)
+        return np.asarray(error * self.weights[i])
+
+    def vector(self, blocks: Sequence[np.ndarray]) -> np.ndarray:
+        """The blocks' counted samples in one vector (K,)."""
+        parts = [b[e.counted] for b, e in zip(blocks, self.experiments, strict=True)]
+        return np.concatenate(parts)
+
+    def __call__(self, vector: np.ndarray) -> np.ndarray:
+        return self.vector(self.blocks(vector))
+
+    @property
+    def count(self) -> int:
+        return int(sum(e.counted.sum() for e in self.experiments))
+
+    def sensitivities(self, vector: np.ndarray) -> list[np.ndarray]:
+        """d(residual)/d(vector) per recording, (M_i, k, P), by central differences."""
+        lower, upper = self.unknowns.parameters.lower(), self.unknowns.parameters.upper()
+        shapes = [e.measured.shape for e in self.experiments]
+        found = [np.zeros((*shape, len(vector))) for shape in shapes]
+        for j in range(len(vector)):
+            which = self._concerned(j)
+            up, down = vector.copy(), vector.copy()
+            up[j] = min(vector[j] + STEP * self.scales[j], upper[j])
+            down[j] = max(vector[j] - STEP * self.scales[j], lower[j])
+            span = up[j] - down[j]
+            pairs = zip(self.blocks(up, which), self.blocks(down, which), strict=True)
+            for i, (a, b) in zip(which, pairs, strict=True):
+                found[i][:, :, j] = (a - b) / span
+        return found
+
+    def _concerned(self, j: int) -> list[int]:
+        own = self.unknowns.items[j].recording
+        names = [e.recording.name for e in self.experiments]
+        return [i for i, name in enumerate(names) if own in (None, name)]
+
+    def jacobian(self, vector: np.ndarray) -> np.ndarray:
+        """(K, P)"""
+        blocks = self.sensitivities(vector)
+        parts = [b[e.counted] for b, e in zip(blocks, self.experiments, strict=True)]
+        return np.concatenate(parts)
+
+    def population(self) -> PopulationCost | None:
+        """The fast cost of many vectors, where it is exact."""
+        if not applicable(self.experiments, self.unknowns):
+            return None
+        return PopulationCost(
+            self.experiments, self.weights, self.unknowns, self.predictor.fixed
+        )
+
+    def costs(self, vectors: np.ndarray) -> np.ndarray:
+        """(S,) sums of squares by plain simulation."""
+        return np.array([float(np.sum(self(v) ** 2)) for v in vectors])

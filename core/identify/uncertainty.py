@@ -1,0 +1,101 @@
+"""Covariance of the estimates that holds under coloured, cross-correlated residuals.
+
+The least-squares estimate is theta + (S'S)^-1 S'e, so its covariance is
+(S'S)^-1 S' cov(e) S (S'S)^-1 with cov(e) estimated from the residuals' own auto- and
+cross-covariances per recording, tapered by a flat-top window whose width adapts to the data
+(Politis, J. Nonparametric Statistics 15, 2003). For white residuals it is the usual formula.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.signal import fftconvolve
+
+QUIET_LAGS = 5
+"""Correlations in a row that must be small before the window is cut (Politis' K_n)."""
+
+LONGEST_SHARE = 0.2
+"""No lag beyond this share of a recording is used: there are too few products to average."""
+
+
+def covariance(
+    sensitivities: Sequence[np.ndarray], residuals: Sequence[np.ndarray], free: int
+) -> np.ndarray:
+    """(P, P) from S_i (M, k, P) and residuals (M, k) per recording, both weighted and zero where
+    a sample does not count. `free` is the number of independent directions estimated.
+    """
+    P = sensitivities[0].shape[2]
+    information, meat = np.zeros((P, P)), np.zeros((P, P))
+    counted = 0
+    for S, r in zip(sensitivities, residuals, strict=True):
+        flat = S.reshape(-1, P)
+        information += flat.T @ flat
+        meat += _meat(S, r)
+        counted += int(np.count_nonzero(r))
+    inverse = pseudo_inverse(information)
+    correction = counted / max(counted - free, 1)
+    total = correction * inverse @ meat @ inverse
+    return np.asarray(0.5 * (total + total.T))
+
+
+def pseudo_inverse(information: np.ndarray, relative: float = 1e-12) -> np.ndarray:
+    """Inverse on the directions that the data show; the scaling is by the diagonal."""
+    d = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    values, vectors = np.linalg.eigh(information / np.outer(d, d))
+    kept = values > relative * values.max()
+    inner = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
+    return np.asarray(inner / np.outer(d, d))
+
+
+def _meat(S: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """S' cov(r) S for one recording."""
+    M, k, P = S.shape
+    width = bandwidth(r)
+    gamma = cross_covariances(r, 2 * width)
+    taper = flat_top(width)
+    total = np.zeros((P, P))
+    for a in range(k):
+        for b in range(k):
+            kernel = np.concatenate(
+                [(taper * gamma[:, b, a])[:0:-1], taper * gamma[:, a, b]]
+            )  # lags -2w..2w: gamma_ab(-l) = gamma_ba(l)
+            smooth = fftconvolve(S[:, b, :], kernel[::-1, None], mode="same", axes=0)
+            total += S[:, a, :].T @ smooth
+    values, vectors = np.linalg.eigh(0.5 * (total + total.T))
+    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
+
+
+def cross_covariances(r: np.ndarray, lags: int) -> np.ndarray:
+    """(lags + 1, k, k): mean of r_a(t) r_b(t + lag)."""
+    M, k = r.shape
+    found = np.empty((lags + 1, k, k))
+    for lag in range(lags + 1):
+        found[lag] = r[: M - lag].T @ r[lag:] / M
+    return found
+
+
+def flat_top(width: int) -> np.ndarray:
+    """(2 width + 1,): one up to the width, then a straight fall to zero at twice the width."""
+    if width == 0:
+        return np.ones(1)
+    lags = np.arange(2 * width + 1)
+    return np.clip(2.0 - lags / width, 0.0, 1.0)
+
+
+def bandwidth(r: np.ndarray) -> int:
+    """The first lag after which QUIET_LAGS correlations of every channel are insignificant."""
+    M, k = r.shape
+    longest = max(int(LONGEST_SHARE * M) // 2, 1)
+    bound = 2.0 * np.sqrt(np.log10(max(M, 10)) / M)
+    loud = np.zeros(longest + QUIET_LAGS + 1, dtype=bool)
+    gamma = cross_covariances(r, min(longest + QUIET_LAGS, M - 1))
+    scale = np.sqrt(np.maximum(np.diag(gamma[0]), 1e-300))
+    rho = np.abs(gamma / np.outer(scale, scale)).max(axis=(1, 2))
+    loud[: len(rho)] = rho > bound
+    loud[0] = False
+    for lag in range(longest + 1):
+        if not loud[lag + 1 : lag + 1 + QUIET_LAGS].any():
+            return lag
+    return longest

@@ -1,0 +1,189 @@
+"""What is estimated: parameters shared by all recordings or belonging to one, as one vector."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.errors import InputError
+from core.model import Model
+from core.parameters import Parameter, ParameterSet
+from core.recording.recording import Recording
+from core.scenario.schema import IdentifySpec
+from core.sensors import sensors
+from core.sentences import did_you_mean
+
+OFFSET, GAIN, START = "offset_", "gain_", "start_"
+
+WIDE = 1e3
+"""Bounds of offsets and initial states in units of their scale: there only to be finite."""
+
+MARK = "@"
+"""Stands between a parameter's name and its recording's in the vector's names."""
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One entry of the vector: a parameter and the recording it belongs to (None: all)."""
+
+    parameter: Parameter
+    recording: str | None = None
+    searched: bool = True
+    """Whether the evolution searches it; offsets and initial states are left to refinement."""
+
+    @property
+    def label(self) -> str:
+        own = f"{MARK}{self.recording}" if self.recording is not None else ""
+        return self.parameter.name + own
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """The layout of the vector (P,)."""
+
+    items: tuple[Unknown, ...]
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        return tuple(item.label for item in self.items)
+
+    @property
+    def parameters(self) -> ParameterSet:
+        return ParameterSet(
+            tuple(replace(item.parameter, name=item.label) for item in self.items)
+        )
+
+    def values_for(self, recording: str, vector: np.ndarray) -> dict[str, float]:
+        """name -> value as one recording sees the vector (P,)."""
+        return {
+            item.parameter.name: float(value)
+            for item, value in zip(self.items, vector, strict=True)
+            if item.recording in (None, recording)
+        }
+
+    def concerning(self, recording: str) -> np.ndarray:
+        """(P,) bool: entries on which a recording's prediction depends."""
+        return np.array([item.recording in (None, recording) for item in self.items], dtype=bool)
+
+    def only(self, recordings: Iterable[str]) -> Unknowns:
+        """Without the entries that belong to other recordings."""
+        kept = set(recordings)
+        return Unknowns(
+            tuple(i for i in self.items if i.recording is None or i.recording in kept)
+        )
+
+
+def collect_unknowns(
+    model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
+) -> Unknowns:
+    """The vector that a scenario's [identify] asks for."""
+    names = list(spec.parameters) + [n for n in spec.per_recording if n not in spec.parameters]
+    names += [OFFSET + channel for channel in spec.offsets if OFFSET + channel not in names]
+    own = {*spec.per_recording, *(OFFSET + channel for channel in spec.offsets)}
+    if spec.initial_state:
+        starts = [f"{START}{rate}{q}" for rate in ("", "d") for q in model.arm.coordinate_names]
+        names, own = names + starts, own | set(starts)
+    _check_mentioned(spec, names)
+    items: list[Unknown] = []
+    for name in names:
+        parameter = _stated(_find(model, name, recordings), spec)
+        searched = not name.startswith((OFFSET, START))
+        if name in own:
+            items += [Unknown(parameter, recording.name, searched) for recording in recordings]
+        else:
+            items.append(Unknown(parameter, None, searched))
+    return Unknowns(tuple(items))
+
+
+def _check_mentioned(spec: IdentifySpec, names: Sequence[str]) -> None:
+    """Bounds, priors and starts must be about something that is estimated."""
+    for setting in ("bounds", "prior"):
+        for name in getattr(spec, setting):
+            if name not in names:
+                raise InputError(
+                    f"[identify] {setting} names {name!r}, which is not estimated; "
+                    f"{did_you_mean(name, names)}"
+                )
+
+
+def _find(model: Model, name: str, recordings: Sequence[Recording]) -> Parameter:
+    for prefix, make in ((OFFSET, _offset), (GAIN, _gain)):
+        if name.startswith(prefix):
+            return make(model, name.removeprefix(prefix), recordings)
+    if name.startswith(START):
+        return _start(model, name.removeprefix(START))
+    return model.parameter(name)
+
+
+def _channel_unit(model: Model, channel: str) -> str:
+    units = {c.name: c.unit for s in sensors().values() for c in s.channels(model.arm)}
+    if channel not in units:
+        raise InputError(
+            f"[identify] {channel!r} is not an output of this arm; {did_you_mean(channel, units)}"
+        )
+    return units[channel]
+
+
+def _spread(channel: str, recordings: Sequence[Recording]) -> float:
+    sizes = [np.nanstd(r[channel]) for r in recordings if r.has(channel)]
+    return float(max([size for size in sizes if np.isfinite(size) and size > 0.0], default=1.0))
+
+
+def _offset(model: Model, channel: str, recordings: Sequence[Recording]) -> Parameter:
+    unit, scale = _channel_unit(model, channel), _spread(channel, recordings)
+    title = f"offset of {channel}"
+    symbol = rf"o_{{\mathrm{{{channel}}}}}"
+    return Parameter(
+        OFFSET + channel, 0.0, unit, -WIDE * scale, WIDE * scale, symbol, title, scale=scale
+    )
+
+
+def _gain(model: Model, channel: str, recordings: Sequence[Recording]) -> Parameter:
+    _channel_unit(model, channel)
+    symbol = rf"\gamma_{{\mathrm{{{channel}}}}}"
+    return Parameter(GAIN + channel, 1.0, "", 0.1, 10.0, symbol, f"gain of {channel}")
+
+
+def _start(model: Model, coordinate: str) -> Parameter:
+    """Deviation of an initial coordinate or rate from what the encoders say (zero bending)."""
+    bare = coordinate.removeprefix("d") if coordinate.startswith("d") else coordinate
+    if bare not in model.arm.coordinate_names:
+        raise InputError(
+            f"[identify] {START + coordinate!r} names no coordinate; "
+            f"{did_you_mean(bare, model.arm.coordinate_names)}"
+        )
+    unit = "1/s" if coordinate.startswith("d") else ""
+    title = f"initial deviation of {coordinate}"
+    scale = 0.1 if coordinate.startswith("d") else 0.01
+    return Parameter(
+        START + coordinate, 0.0, unit, -WIDE * scale, WIDE * scale,
+        rf"\mathrm{{{coordinate}}}(0)", title, scale=scale,
+    )  # fmt: skip
+
+
+def _stated(parameter: Parameter, spec: IdentifySpec) -> Parameter:
+    """The parameter with the scenario's bounds, start and prior."""
+    name = parameter.name
+    value = spec.start.get(name, parameter.value)
+    lower, upper = spec.bounds.get(name, (parameter.lower, parameter.upper))
+    prior = spec.prior.get(name)
+    std = None
+    if prior is not None:
+        std = prior.std
+        value = prior.value if prior.value is not None and name not in spec.start else value
+    return replace(parameter, value=value, lower=lower, upper=upper, prior_std=std)
+
+
+def fixed_values(model: Model, spec: IdentifySpec, unknowns: Unknowns) -> Mapping[str, float]:
+    """Starts that the scenario states for parameters it does not estimate: they are held there."""
+    estimated = {item.parameter.name for item in unknowns.items}
+    held = {name: value for name, value in spec.start.items() if name not in estimated}
+    for name in held:
+        if not name.startswith((OFFSET, GAIN, START)):
+            model.parameter(name)
+    return held

@@ -1,0 +1,94 @@
+"""Physical parameters and the vector that an optimiser sees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.errors import InputError
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One physical number with what is needed to show it, bound it and vary it.
+
+    `scale` is a typical size: steps, bounds and conditioning are relative to it, so a parameter
+    that starts at zero (an offset, a damping) can still be varied.
+    """
+
+    name: str
+    value: float
+    unit: str = ""
+    lower: float = -np.inf
+    upper: float = np.inf
+    symbol: str = ""
+    title: str = ""
+    scale: float = 1.0
+    source: str = "start"
+    prior_std: float | None = None
+
+    def __post_init__(self) -> None:
+        if not np.isfinite(self.value):
+            raise InputError(f"Parameter {self.name} has the value {self.value}; give a number.")
+        if not self.lower <= self.value <= self.upper:
+            raise InputError(
+                f"Parameter {self.name} starts at {self.value:g}, outside its bounds "
+                f"[{self.lower:g}, {self.upper:g}]; move the start or the bounds."
+            )
+
+    @property
+    def positive(self) -> bool:
+        """Whether the sign is fixed, so that relative changes make sense."""
+        return self.lower > 0.0
+
+
+@dataclass(frozen=True)
+class ParameterSet:
+    """An ordered set of parameters and its translation to and from a vector (p,)."""
+
+    items: tuple[Parameter, ...]
+
+    def __post_init__(self) -> None:
+        names = self.names
+        doubled = sorted({name for name in names if names.count(name) > 1})
+        if doubled:
+            raise InputError(f"Parameter {doubled[0]} is listed twice; list it once.")
+
+    def __iter__(self) -> Iterator[Parameter]:
+        return iter(self.items)
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    def __getitem__(self, name: str) -> Parameter:
+        for item in self.items:
+            if item.name == name:
+                return item
+        raise KeyError(name)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(item.name for item in self.items)
+
+    def vector(self) -> np.ndarray:
+        return np.array([item.value for item in self.items], dtype=float)
+
+    def lower(self) -> np.ndarray:
+        return np.array([item.lower for item in self.items], dtype=float)
+
+    def upper(self) -> np.ndarray:
+        return np.array([item.upper for item in self.items], dtype=float)
+
+    def scales(self) -> np.ndarray:
+        return np.array([item.scale for item in self.items], dtype=float)
+
+    def with_vector(self, vector: Sequence[float] | np.ndarray) -> ParameterSet:
+        """The same set with new values (p,), clipped into the bounds."""
+        clipped = np.clip(np.asarray(vector, dtype=float), self.lower(), self.upper())
+        pairs = zip(self.items, clipped, strict=True)
+        return ParameterSet(tuple(replace(item, value=float(v)) for item, v in pairs))
+
+    def values(self) -> Mapping[str, float]:
+        return {item.name: item.value for item in self.items}

@@ -1,0 +1,70 @@
+"""The channels that a recording may have: one table of names, units and what may be empty."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+
+
+@dataclass(frozen=True)
+class ChannelKind:
+    """A family of channels; `#` in the pattern stands for the number of the joint or the axis."""
+
+    pattern: str
+    numbers: str
+    units: tuple[str, ...]
+    """The SI units it may have; more than one where a joint may turn or slide."""
+    title: str
+    sparse: bool = False
+    """Whether an empty cell means 'no sample'; otherwise every row needs a number."""
+    camera: bool = False
+    """Whether it comes from the camera, with the camera's clock."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        if not self.numbers:
+            return (self.pattern,)
+        return tuple(self.pattern.replace("#", number) for number in self.numbers)
+
+
+CHANNEL_KINDS = (
+    ChannelKind("t", "", ("s",), "time"),
+    ChannelKind("dtheta#_ref", "123", ("rad/s", "m/s"), "joint velocity reference"),
+    ChannelKind("theta#_ref", "123", ("rad", "m"), "joint position reference"),
+    ChannelKind("theta#", "123", ("rad", "m"), "joint position (encoder)"),
+    ChannelKind("u#", "123", ("N m", "N"), "joint torque or force"),
+    ChannelKind("i#_ref", "123", ("A",), "motor current reference"),
+    ChannelKind("i#", "123", ("A",), "motor current"),
+    ChannelKind("z#", "12", ("m",), "end effector (camera)", sparse=True, camera=True),
+    ChannelKind("y#", "12", ("rad",), "fictitious rigid joint angle", sparse=True, camera=True),
+    ChannelKind("ydot#", "12", ("rad/s",), "its velocity", sparse=True, camera=True),
+    ChannelKind("deflection#", "123", ("rad", ""), "link deflection (strain gauge)", sparse=True),
+)
+
+
+@cache
+def _by_name() -> dict[str, ChannelKind]:
+    return {name: kind for kind in CHANNEL_KINDS for name in kind.names}
+
+
+def channel_names() -> tuple[str, ...]:
+    """Every channel that a recording may have."""
+    return tuple(_by_name())
+
+
+def is_channel(name: str) -> bool:
+    """Whether the name is one of the channels."""
+    return name in _by_name()
+
+
+def channel_kind(name: str) -> ChannelKind:
+    """The family of a channel; KeyError where there is no such channel."""
+    return _by_name()[name]
+
+
+def joint_of(name: str) -> int | None:
+    """The joint (from 0) that a channel belongs to, None for time and the camera's channels."""
+    kind = channel_kind(name)
+    number = re.search(r"\d", name)
+    return None if kind.camera or number is None else int(number.group()) - 1

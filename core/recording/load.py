@@ -1,0 +1,220 @@
+"""From a file and what the scenario says about it to a recording in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from core.errors import InputError
+from core.recording.camera import in_base_frame, shifted
+from core.recording.channels import channel_kind, is_channel
+from core.recording.clock import check_rising, choose_rows, even_time
+from core.recording.read_table import read_table
+from core.recording.recording import CameraPose, Recording
+from core.recording.spec import RecordingSpec
+from core.recording.table import Table
+from core.sentences import did_you_mean, one_line
+from core.units import factor_to_si, parse_header
+
+
+class _Source(NamedTuple):
+    """Where a channel comes from."""
+
+    header: str
+    factor: float
+
+
+def load_recording(path: Path, spec: RecordingSpec, required: Sequence[str] = ()) -> Recording:
+    """The recording in the file, checked; `required` channels must be in it."""
+    try:
+        # Damaged files hold numbers that overflow; the checks find them, warnings would not help.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return _load(read_table(path), spec, required)
+    except InputError as error:
+        raise InputError(one_line(str(error))) from error
+
+
+def _load(table: Table, spec: RecordingSpec, required: Sequence[str]) -> Recording:
+    sources = _find_sources(table, spec)
+    for name in ("t", *required):
+        if name not in sources:
+            raise InputError(
+                f"{table.source} has no column {name}, and columns maps none to it; "
+                f"{_nearest(table, name)}"
+            )
+    _check_named(table, spec, sources)
+    rows, time = _read_time(table, spec, sources["t"])
+    channels, warnings = {}, list(table.warnings)
+    for name in (name for name in sources if name != "t"):
+        values = _read_channel(table, name, sources[name], rows)
+        if np.isnan(values).all():
+            warnings.append(f"Column {sources[name].header} has no sample at all and is left out.")
+            continue
+        channels[name] = values
+        warnings += _remarks(sources[name].header, values)
+    dt = float(time[-1] - time[0]) / (len(time) - 1)
+    warnings += _apply_camera(channels, spec, dt, table.source)
+    warnings += _unused(table, sources)
+    return Recording(
+        name=spec.name or file_stem(table.source),
+        time=time,
+        channels=channels,
+        role=spec.role,
+        counted={name: _counted(time, stretches) for name, stretches in spec.mask.items()},
+        logger_filters={name: each.filter() for name, each in spec.logger_filter.items()},
+        camera=CameraPose(delay=spec.camera.delay),
+        source=table.source,
+        warnings=tuple(warnings),
+        theta2=spec.theta2,
+    )
+
+
+def file_stem(file: str) -> str:
+    """`th1` of `data/th1.csv.gz`."""
+    return Path(file).name.split(".")[0] or Path(file).name
+
+
+def _find_sources(table: Table, spec: RecordingSpec) -> dict[str, _Source]:
+    """Which column holds which channel: mapped ones first, then columns of a channel's name."""
+    sources: dict[str, _Source] = {}
+    for channel, column in spec.columns.items():
+        header = _mapped_header(table, channel, column.name)
+        unit = parse_header(column.name)[1] or parse_header(header)[1]
+        factor = column.factor * _unit_factor(table, header, unit, channel)
+        sources[channel] = _Source(header, factor)
+    taken = {source.header for source in sources.values()}
+    mapped = set(sources)
+    for header in table.columns:
+        name, unit = parse_header(header)
+        if header in taken or not is_channel(name) or name in mapped:
+            continue
+        if name in sources:
+            raise InputError(
+                f"{table.source} has two columns {name} ([{parse_header(sources[name].header)[1]}] "
+                f"and [{unit}]); remove one, or choose one under columns."
+            )
+        sources[name] = _Source(header, _unit_factor(table, header, unit, name))
+    return sources
+
+
+def _mapped_header(table: Table, channel: str, wanted: str) -> str:
+    """The header that `columns` means: the very text, or the same name with or without a unit."""
+    name, unit = parse_header(wanted)
+    everything = (*table.columns, *table.unusable)
+    fitting = [h for h in everything if h == wanted] or [
+        h for h in everything if parse_header(h)[0] == name
+    ]
+    if not fitting:
+        raise InputError(
+            f"{table.source} has no column {name}, which columns.{channel} names; "
+            f"{_nearest(table, name)}"
+        )
+    header = fitting[0]
+    if header in table.unusable:
+        raise InputError(
+            f"{table.source}: column {header} {table.unusable[header]}; store it as one vector "
+            f"with a value per sample."
+        )
+    in_file = parse_header(header)[1]
+    if unit and in_file and unit != in_file:
+        raise InputError(
+            f"{table.source}: column {header} is in [{in_file}] by its header and in [{unit}] by "
+            f"columns.{channel}; correct one of them."
+        )
+    return header
+
+
+def _unit_factor(table: Table, header: str, unit: str, channel: str) -> float:
+    try:
+        return factor_to_si(unit, channel_kind(channel).units)
+    except InputError as error:
+        raise InputError(f"{table.source}: column {header}: {error}.") from error
+
+
+def _nearest(table: Table, name: str) -> str:
+    same = [h for h in table.unusable if parse_header(h)[0] == name]
+    if same:
+        return f"what it calls {same[0]} {table.unusable[same[0]]}."
+    return did_you_mean(name, [parse_header(header)[0] for header in table.columns])
+
+
+def _check_named(table: Table, spec: RecordingSpec, sources: dict[str, _Source]) -> None:
+    """What a mask or a logger's filter speaks of must be there."""
+    for setting, names in (("mask", spec.mask), ("logger_filter", spec.logger_filter)):
+        for name in names:
+            if name not in sources or name == "t":
+                raise InputError(
+                    f"{table.source}: {setting} names the channel {name}, but no column holds it; "
+                    f"{did_you_mean(name, [n for n in sources if n != 't'])}"
+                )
+
+
+def _read_time(table: Table, spec: RecordingSpec, source: _Source) -> tuple[slice, np.ndarray]:
+    time = source.factor * table.numbers(source.header)
+    check_rising(table, source.header, time)
+    rows = choose_rows(table, source.header, time, spec.window)
+    return rows, even_time(table, source.header, time[rows], rows.start)
+
+
+def _read_channel(table: Table, channel: str, source: _Source, rows: slice) -> np.ndarray:
+    values = source.factor * table.numbers(source.header)[rows]
+    empty = np.flatnonzero(np.isnan(values))
+    if empty.size and not channel_kind(channel).sparse:
+        raise InputError(
+            f"{table.source}: column {source.header} is empty in "
+            f"{table.row(rows.start + int(empty[0]))}; only camera and strain columns may have "
+            f"empty cells, fill it or cut the row off with window."
+        )
+    return values
+
+
+def _remarks(header: str, values: np.ndarray) -> list[str]:
+    sampled = values[np.isfinite(values)]
+    remarks = []
+    if np.ptp(sampled) == 0.0:
+        remarks.append(f"Column {header} never changes (it is {sampled[0]:g}).")
+    if len(sampled) < len(values):
+        share = 100.0 * len(sampled) / len(values)
+        remarks.append(f"Column {header} has a sample in {share:.3g} % of the rows.")
+    return remarks
+
+
+def _apply_camera(
+    channels: dict[str, np.ndarray], spec: RecordingSpec, dt: float, source: str
+) -> list[str]:
+    """Turn the camera's channels into the base frame and its clock into the logger's."""
+    seen = [name for name in channels if channel_kind(name).camera]
+    pose = spec.camera.pose()
+    if (pose.origin, pose.angle, pose.scale) != ((0.0, 0.0), 0.0, 1.0):
+        if "z1" not in channels or "z2" not in channels:
+            raise InputError(
+                f"{source}: the camera's pose needs both columns z1 and z2; "
+                f"add them, or leave out origin, angle and scale."
+            )
+        channels["z1"], channels["z2"] = in_base_frame(channels["z1"], channels["z2"], pose)
+    if spec.time_shift == 0.0:
+        return []
+    for name in seen:
+        channels[name] = shifted(channels[name], spec.time_shift / dt)
+        if np.isnan(channels[name]).all():
+            raise InputError(
+                f"{source}: a time_shift of {spec.time_shift:g} s moves every sample of {name} out "
+                f"of the recording; make it smaller."
+            )
+    return [] if seen else ["There is no camera column for time_shift to act on."]
+
+
+def _counted(time: np.ndarray, stretches: Sequence[tuple[float, float]]) -> np.ndarray:
+    counted = np.ones(len(time), dtype=bool)
+    for low, high in stretches:
+        counted &= (time < low) | (time > high)
+    return counted
+
+
+def _unused(table: Table, sources: dict[str, _Source]) -> list[str]:
+    used = {source.header for source in sources.values()}
+    left = [h for h in (*table.columns, *table.unusable) if h not in used]
+    return [f"Not used from {table.source}: {', '.join(left)}."] if left else []

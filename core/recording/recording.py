@@ -1,0 +1,77 @@
+"""A recording: one experiment, one table, in SI units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from core.errors import InputError
+
+
+@dataclass(frozen=True)
+class LoggerFilter:
+    """A second-order low-pass that the rig applied to a channel before it was written.
+
+    Transfer function w^2 / (s^2 + 2 zeta w s + w^2); the model's output passes the same.
+    """
+
+    frequency: float
+    """rad/s"""
+    damping: float
+
+
+@dataclass(frozen=True)
+class CameraPose:
+    """Where the camera of one experiment stood: z = origin + R(angle) scale z_camera."""
+
+    origin: tuple[float, float] = (0.0, 0.0)
+    angle: float = 0.0
+    scale: float = 1.0
+    delay: float = 0.0
+    """s, by which the camera's samples are late."""
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Uniformly sampled channels (N,) in SI units.
+
+    Every channel is float64; NaN means 'no sample' and is allowed only in sensors that may be
+    slower than the logger (camera, strain), never in time, references, torques or encoders.
+    """
+
+    name: str
+    time: np.ndarray
+    channels: Mapping[str, np.ndarray]
+    role: str = "estimate"
+    counted: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """(N,) bool per channel: False where the user masked it. Channels not listed count whole."""
+    logger_filters: Mapping[str, LoggerFilter] = field(default_factory=dict)
+    camera: CameraPose = CameraPose()
+    source: str = ""
+    warnings: tuple[str, ...] = ()
+    theta2: float | None = None
+    """The working point in rad where the experiment was made at one."""
+
+    @property
+    def sample_time(self) -> float:
+        """s"""
+        return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
+
+    def has(self, *channels: str) -> bool:
+        return all(name in self.channels for name in channels)
+
+    def __getitem__(self, channel: str) -> np.ndarray:
+        if channel not in self.channels:
+            raise InputError(
+                f"Recording {self.name} ({self.source}) has no column {channel}; "
+                f"add it to the file or map it under [recordings.columns]."
+            )
+        return self.channels[channel]
+
+    def mask(self, channel: str) -> np.ndarray:
+        """(N,) bool: the samples of a channel that count."""
+        sampled = np.isfinite(self[channel])
+        chosen = self.counted.get(channel)
+        return sampled if chosen is None else sampled & chosen

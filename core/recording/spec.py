@@ -1,0 +1,159 @@
+"""What a scenario says about one recording: where it is or how to simulate it, how to read it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from core.recording.channels import channel_names, is_channel
+from core.recording.recording import CameraPose, LoggerFilter
+from core.sentences import did_you_mean
+
+# Strict: a number in quotes or `true` where a number belongs is a slip, not a number.
+Real = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
+Whole = Annotated[int, Field(strict=True, ge=0, lt=2**32)]
+Switch = Annotated[bool, Field(strict=True)]
+Words = Annotated[str, Field(min_length=1)]
+
+
+class Settings(BaseModel):
+    """A table of settings: frozen, and with no key that is not known."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def _rising(pair: tuple[float, float]) -> tuple[float, float]:
+    if not pair[0] < pair[1]:
+        raise ValueError(f"is [{pair[0]:g}, {pair[1]:g}]; the first must be less than the second.")
+    return pair
+
+
+def _channel(name: str) -> str:
+    if not is_channel(name):
+        raise ValueError(f"names no channel; {did_you_mean(name, channel_names())}")
+    return name
+
+
+Interval = Annotated[tuple[Real, Real], AfterValidator(_rising)]
+"""[low, high] with low < high."""
+Channel = Annotated[str, AfterValidator(_channel)]
+
+
+class ColumnSpec(Settings):
+    """The column of the file that holds a channel: SI value = gain sign value in SI."""
+
+    name: Words
+    """The file's name, which may end in a unit: `q1 [deg]`."""
+    gain: Real = 1.0
+    sign: Literal[1, -1] = 1
+
+    @property
+    def factor(self) -> float:
+        return self.gain * self.sign
+
+
+def _column(value: Any) -> Any:
+    return {"name": value} if isinstance(value, str) else value
+
+
+class CameraSpec(Settings):
+    """The camera's pose: z = origin + R(angle) scale z_camera, and its delay in s."""
+
+    origin: tuple[Real, Real] = (0.0, 0.0)
+    angle: Real = 0.0
+    scale: Positive = 1.0
+    delay: Real = 0.0
+
+    def pose(self) -> CameraPose:
+        return CameraPose(self.origin, self.angle, self.scale, self.delay)
+
+
+class LoggerFilterSpec(Settings):
+    """The second-order low-pass that the rig's logger applied, in rad/s."""
+
+    frequency: Positive
+    damping: Positive
+
+    def filter(self) -> LoggerFilter:
+        return LoggerFilter(self.frequency, self.damping)
+
+
+class SimulateSpec(Settings):
+    """How to make a recording by simulation."""
+
+    theta2: Real | None = None
+    """rad, the working point; the other joints start at zero."""
+    theta: tuple[Real, ...] | None = None
+    """rad or m, all joints; instead of theta2."""
+    seconds: Positive = 3.0
+    snr_db: Real | None = None
+    seed: Whole = 1
+    excitation: Words = "prbs_balanced"
+    amplitude: Positive = 0.3
+    hold: Positive = 0.02
+    """s, how long the excitation keeps a level."""
+    sample_time: Positive = 1e-3
+    level: Literal["nonlinear", "lpv"] = "nonlinear"
+    sweep: tuple[Real, Real] | None = None
+    """rad, from where to where theta2 moves over the whole recording."""
+    options: dict[str, Any] = Field(default_factory=dict)
+    """Further settings of the excitation."""
+
+    @model_validator(mode="after")
+    def _check_together(self) -> SimulateSpec:
+        if self.theta is not None and self.theta2 is not None:
+            raise ValueError("gives both theta and theta2; give one of them.")
+        if self.seconds < 10 * self.sample_time:
+            raise ValueError(
+                f"asks for {self.seconds:g} s at a sample time of {self.sample_time:g} s; "
+                f"that is fewer than 10 samples."
+            )
+        return self
+
+
+class RecordingSpec(Settings):
+    """One `[[recordings]]` of a scenario."""
+
+    name: str = ""
+    """Filled in by the scenario where it is empty: the file's stem, or simulated-N."""
+    file: Words | None = None
+    simulate: SimulateSpec | None = None
+    role: Literal["estimate", "validate"] = "estimate"
+    columns: dict[Channel, Annotated[ColumnSpec, BeforeValidator(_column)]] = Field(
+        default_factory=dict
+    )
+    window: Interval | None = None
+    """s, in the file's time: rows outside it are left out."""
+    time_shift: Real = 0.0
+    """s: a camera sample written at t belongs to t - time_shift."""
+    camera: CameraSpec = CameraSpec()
+    hidden: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    """Effects of a simulated recording that the model is not told of."""
+    mask: dict[Channel, tuple[Interval, ...]] = Field(default_factory=dict)
+    """s, stretches of a channel that do not count."""
+    logger_filter: dict[Channel, LoggerFilterSpec] = Field(default_factory=dict)
+    theta2: Real | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _lift_hidden(cls, data: Any) -> Any:
+        """`simulate = {..., hidden = {...}}` says the same as `hidden` beside it."""
+        if not isinstance(data, dict) or not isinstance(data.get("simulate"), dict):
+            return data
+        if "hidden" not in data["simulate"]:
+            return data
+        if "hidden" in data:
+            raise ValueError("gives hidden twice; give it once.")
+        simulate = {k: v for k, v in data["simulate"].items() if k != "hidden"}
+        return {**data, "simulate": simulate, "hidden": data["simulate"]["hidden"]}
+
+    @model_validator(mode="after")
+    def _check_together(self) -> RecordingSpec:
+        if (self.file is None) == (self.simulate is None):
+            raise ValueError("needs either file or simulate, and not both.")
+        if self.hidden and self.file is not None:
+            raise ValueError("gives hidden effects; only a simulated recording can have them.")
+        return self

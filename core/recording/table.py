@@ -1,0 +1,97 @@
+"""A file's columns as they stand there, before any meaning is given to them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from core.errors import InputError
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns (N,) by their header; a column with text in it is of objects, others of numbers."""
+
+    source: str
+    """The file's name, as messages say it."""
+    columns: Mapping[str, np.ndarray]
+    first_line: int | None = None
+    """The line of the file that holds data row 1; None where the file has no lines."""
+    unusable: Mapping[str, str] = field(default_factory=dict)
+    """Header -> what is wrong with a column that cannot be used: an error only when asked for."""
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def rows(self) -> int:
+        return len(next(iter(self.columns.values()), ()))
+
+    def row(self, index: int) -> str:
+        """How messages name a row, `data row 5 (line 6)`, from its index from 0."""
+        line = "" if self.first_line is None else f" (line {self.first_line + index})"
+        return f"data row {index + 1}{line}"
+
+    def numbers(self, header: str) -> np.ndarray:
+        """A column as float64 (N,); NaN where the cell is empty."""
+        column = self.columns[header]
+        values = column if column.dtype == np.float64 else self._converted(header, column)
+        infinite = np.flatnonzero(np.isinf(values))
+        if infinite.size:
+            raise InputError(
+                f"{self.source}: column {header} is infinite in {self.row(infinite[0])}; "
+                f"write a number there."
+            )
+        return values
+
+    def _converted(self, header: str, column: np.ndarray) -> np.ndarray:
+        values = np.empty(len(column))
+        for index, cell in enumerate(column):
+            try:
+                values[index] = number(cell)
+            except (TypeError, ValueError, OverflowError):
+                raise InputError(
+                    f"{self.source}: column {header} holds {str(cell)[:40]!r} in "
+                    f"{self.row(index)}; write a number there."
+                ) from None
+        return values
+
+
+NO_NUMBER = ("", "nan", "na")
+"""How a cell says 'no sample', in lower case."""
+
+
+def number(cell: object) -> float:
+    """A cell as a number; NaN where it says 'no sample', ValueError where it says neither."""
+    if cell is None:
+        return float("nan")
+    if isinstance(cell, bool | np.bool_):
+        raise TypeError("a truth value is no measurement")
+    if not isinstance(cell, str):
+        return float(cell)  # type: ignore[arg-type]
+    text = cell.strip()
+    if text.lower() in NO_NUMBER:
+        return float("nan")
+    if "_" in text:  # Python reads 1_000 as a thousand, no measuring program writes it
+        raise ValueError(text)
+    return float(text)
+
+
+class TableReader(ABC):
+    """Reads one kind of file; `kind` lists its suffixes, separated by blanks."""
+
+    kind = ""
+
+    @abstractmethod
+    def read(self, path: Path) -> Table:
+        """The file's table; an InputError where the file is damaged."""
+
+
+def damaged(path: Path, what: str, error: Exception | None = None) -> InputError:
+    """The error for a file that cannot be read as what its name says."""
+    reason = f" ({str(error).splitlines()[0][:80]})" if error is not None and str(error) else ""
+    return InputError(
+        f"{path.name} is damaged, cut short or not {what}{reason}; export it again from its source."
+    )

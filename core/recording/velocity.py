@@ -1,0 +1,81 @@
+"""Velocity from sampled position, and the filters that go with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+from scipy import signal
+
+from core.errors import InputError
+
+SHORTEST_DIFFERENCE = 2
+"""Samples that a difference needs."""
+
+
+def central_difference(x: np.ndarray, dt: float) -> np.ndarray:
+    """dx/dt of samples x (N,): central differences of second order, one-sided at the ends.
+
+    Empty samples (NaN) stay empty; a channel that carries only every s-th sample is
+    differentiated at its own rate.
+    """
+    return _over_runs(np.asarray(x, dtype=float), dt, np.gradient, SHORTEST_DIFFERENCE)
+
+
+class ZeroPhaseLowPass(BaseModel):
+    """A Butterworth low-pass run forwards and backwards, so that it delays nothing."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    cutoff_hz: float = Field(strict=True, gt=0, allow_inf_nan=False)
+    order: int = Field(default=4, strict=True, ge=1, le=10)
+
+    def apply(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """x (N,) filtered; dt in s.
+
+        Empty samples (NaN) stay empty and are never bridged: each unbroken run is filtered by
+        itself, and a run that is too short for the filter becomes empty.
+        """
+        shortest = 3 * (self.order + 1) + 1  # sosfiltfilt extends both ends by 3 (order + 1)
+        return _over_runs(np.asarray(x, dtype=float), dt, self._filter, shortest)
+
+    def _filter(self, x: np.ndarray, dt: float) -> np.ndarray:
+        if self.cutoff_hz >= 0.5 / dt:
+            raise InputError(
+                f"[identify] filter.cutoff_hz is {self.cutoff_hz:g}; at a sample time of {dt:g} s "
+                f"it must be below {0.5 / dt:g} Hz."
+            )
+        sections = signal.butter(self.order, self.cutoff_hz, fs=1.0 / dt, output="sos")
+        padding = min(3 * (self.order + 1), len(x) - 1)
+        return np.asarray(signal.sosfiltfilt(sections, x, padlen=padding))
+
+    def sentence(self) -> str:
+        """The filter in words, as reports state it."""
+        return (
+            f"Butterworth low-pass of order {self.order} at {self.cutoff_hz:g} Hz, run forwards "
+            f"and backwards: zero phase, half the amplitude at {self.cutoff_hz:g} Hz."
+        )
+
+
+def _over_runs(
+    x: np.ndarray,
+    dt: float,
+    operation: Callable[[np.ndarray, float], np.ndarray],
+    shortest: int,
+) -> np.ndarray:
+    """`operation(samples, step)` on each unbroken run of samples; NaN elsewhere.
+
+    The step of a slower sensor is the usual distance between its samples; where the distance
+    differs (a dropped frame), a new run begins.
+    """
+    sampled = np.flatnonzero(np.isfinite(x))
+    out = np.full(len(x), np.nan)
+    if len(sampled) < shortest:
+        return out
+    distances = np.diff(sampled)
+    stride = int(np.median(distances)) if len(distances) else 1
+    for run in np.split(sampled, np.flatnonzero(distances != stride) + 1):
+        if len(run) >= shortest:
+            out[run] = operation(x[run], dt * stride)
+    return out

@@ -1,0 +1,230 @@
+"""Frozen records of what an identification found; written as JSON and CSV, never pickled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One estimated parameter; `std` holds under coloured residuals."""
+
+    name: str
+    value: float
+    std: float
+    unit: str
+    identifiable: bool
+    symbol: str = ""
+    start: float = np.nan
+    lower: float = -np.inf
+    upper: float = np.inf
+    recording: str | None = None
+    """The recording that the parameter belongs to; None where it is shared by all."""
+    at_bound: bool = False
+
+
+@dataclass(frozen=True)
+class Valley:
+    """Points along which the cost hardly changes, in the plane of two parameters."""
+
+    names: tuple[str, str]
+    units: tuple[str, str]
+    points: np.ndarray
+    """(k, 2), in `units`."""
+    cost_ratio: np.ndarray
+    """(k,), the cost there over the least cost."""
+    invariant: str
+    """What is constant along it, such as 'epsilon d^4'."""
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """What the data fix and what they leave free."""
+
+    names: tuple[str, ...]
+    rank: int
+    singular_values: np.ndarray
+    """(p,), of the sensitivities to relative changes, weighted by the noise."""
+    null_directions: np.ndarray
+    """(p - rank, p), relative changes that the outputs do not show."""
+    sentences: tuple[str, ...]
+    valley: Valley | None = None
+
+
+@dataclass(frozen=True)
+class Generation:
+    """One generation of the evolution, as streamed and as kept for the convergence plot."""
+
+    number: int
+    best: float
+    mean: float
+    worst: float
+    best_vector: np.ndarray
+    population: np.ndarray | None = None
+    """(members, p) where it was asked for."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One minimisation: over all recordings (glocal) or over one (local)."""
+
+    label: str
+    recordings: tuple[str, ...]
+    estimates: tuple[Estimate, ...]
+    correlation: np.ndarray
+    """(p, p)"""
+    cost: float
+    residual_count: int
+    convergence: tuple[Generation, ...]
+    identifiability: Identifiability
+    gradient_norm: float
+    """Norm of the scaled gradient relative to the cost's own scale; small means converged."""
+    message: str = ""
+    stopped: bool = False
+    derived: tuple[Estimate, ...] = ()
+    """Quantities that follow from the estimates, such as EI from epsilon and d."""
+
+
+@dataclass(frozen=True)
+class ChannelComparison:
+    """Measured against model for one output of one recording; NaN is 'no sample'."""
+
+    channel: str
+    unit: str
+    time: np.ndarray
+    measured: np.ndarray
+    model: np.ndarray
+    counted: np.ndarray
+    """(N,) bool: samples that count (sampled and not masked)."""
+    fitted: bool = True
+    """Whether this output is one the fit minimised; others are shown for information."""
+
+    @property
+    def residual(self) -> np.ndarray:
+        return self.measured - self.model
+
+    @property
+    def rms(self) -> float:
+        r = self.residual[self.counted]
+        return float(np.sqrt(np.mean(r * r))) if r.size else float("nan")
+
+    @property
+    def fit_percent(self) -> float:
+        """FIT = 100 max(1 - |y - yhat| / |y - mean y|, 0), in per cent."""
+        y = self.measured[self.counted]
+        spread = float(np.linalg.norm(y - y.mean())) if y.size else 0.0
+        if spread == 0.0:
+            return float("nan")
+        return 100.0 * max(1.0 - float(np.linalg.norm(self.residual[self.counted])) / spread, 0.0)
+
+    @property
+    def normalised_error(self) -> float:
+        """|y - yhat| / |y - mean y|, no unit."""
+        y = self.measured[self.counted]
+        spread = float(np.linalg.norm(y - y.mean())) if y.size else 0.0
+        if spread == 0.0:
+            return float("nan")
+        return float(np.linalg.norm(self.residual[self.counted])) / spread
+
+    @property
+    def relative_error(self) -> float:
+        """|y - yhat| / |y|, no unit (the usual figure for torques and forces)."""
+        y = self.measured[self.counted]
+        size = float(np.linalg.norm(y))
+        return float(np.linalg.norm(self.residual[self.counted])) / size if size else float("nan")
+
+
+@dataclass(frozen=True)
+class MissingTorque:
+    """The joint torque (or force) that the model lacks along the measured motion."""
+
+    joint: int
+    unit: str
+    time: np.ndarray
+    velocity: np.ndarray
+    """Joint velocity, rad/s or m/s."""
+    velocity_unit: str
+    missing: np.ndarray
+    """Recorded minus modelled, in `unit`."""
+    recorded: np.ndarray
+    counted: np.ndarray
+
+
+@dataclass(frozen=True)
+class RecordingComparison:
+    """All outputs of one recording, with the fit that the model's values come from."""
+
+    recording: str
+    role: str
+    fit_label: str
+    channels: tuple[ChannelComparison, ...]
+    missing_torque: tuple[MissingTorque, ...] = ()
+    note: str = ""
+    tip_rms: float | None = None
+    """Root mean square distance between measured and modelled tip in m; None without a camera."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Another model on the same data (a row of the comparison table)."""
+
+    title: str
+    estimates: tuple[Estimate, ...]
+    comparisons: tuple[RecordingComparison, ...]
+
+
+@dataclass(frozen=True)
+class Equation:
+    """A displayed equation of the model."""
+
+    title: str
+    latex: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class DescriptorModel:
+    """E(kappa) x' = A x + B u, y = C x in affine terms, numbers at the estimate.
+
+    `E_terms[i]` belongs to `basis[i]`, a readable function of the scheduling variables such as
+    '1' or 'cos(theta2)'; the same for A.
+    """
+
+    basis: tuple[str, ...]
+    E_terms: np.ndarray
+    """(terms, nx, nx)"""
+    A_basis: tuple[str, ...]
+    A_terms: np.ndarray
+    """(terms, nx, nx)"""
+    B: np.ndarray
+    """(nx, nu)"""
+    outputs: tuple[str, ...]
+    C: np.ndarray
+    """(ny, nx)"""
+    D: np.ndarray
+    """(ny, nu)"""
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """All that a scenario's run produced; the page and the report show nothing else."""
+
+    title: str
+    method: str
+    level: str
+    """'lpv' or 'nonlinear'"""
+    fits: tuple[Fit, ...]
+    comparisons: tuple[RecordingComparison, ...]
+    model: DescriptorModel
+    equations: tuple[Equation, ...]
+    variants: tuple[Variant, ...] = ()
+    seconds: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    """Sentences on how it was done: filter, output, simulation error, excitation, warnings."""
+    arm_table: tuple[tuple[str, str, float, str], ...] = ()
+    """(name, title, value, unit) of the arm's and the drive's parameters as given."""

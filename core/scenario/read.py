@@ -1,0 +1,55 @@
+"""From TOML to a checked scenario."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from core.arm.build import build_arm
+from core.errors import InputError
+from core.scenario.schema import Scenario
+from core.sentences import one_line, validation_sentence
+
+
+def read_scenario(path: Path) -> Scenario:
+    """The scenario in a TOML file."""
+    if not path.exists():
+        raise InputError(one_line(f"{path} does not exist; check the name and the folder."))
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path.name} is not UTF-8 text; save it as UTF-8.") from error
+    except OSError as error:
+        raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from error
+    return parse_scenario(text, path.name)
+
+
+def parse_scenario(text: str, source: str) -> Scenario:
+    """The scenario in a TOML text; `source` is how messages name where it comes from."""
+    try:
+        document = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(one_line(f"{source} is not valid TOML: {error}.")) from error
+    except (RecursionError, ValueError) as error:
+        raise InputError(f"{source} is not valid TOML; it nests too deeply or too long.") from error
+    return check_scenario(document, source)
+
+
+def check_scenario(document: Mapping[str, Any], source: str) -> Scenario:
+    """The scenario in a document of tables, lists, texts and numbers."""
+    try:
+        scenario = Scenario.model_validate(dict(document))
+    except ValidationError as error:
+        raise InputError(f"{source}: {validation_sentence(error, Scenario)}") from error
+    try:
+        arm = build_arm(scenario.arm)
+        for k, variant in enumerate(scenario.compare):
+            if variant.arm is not None:
+                build_arm(variant.arm, arm, f"[[compare]] {k + 1} arm")
+    except InputError as error:
+        raise InputError(one_line(f"{source}: {error}")) from error
+    return scenario

@@ -1,0 +1,207 @@
+"""What a scenario may say: one frozen table of settings per TOML table."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BeforeValidator,
+    Field,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
+
+from core.arm.build import ArmSpec
+from core.recording.channels import channel_names, is_channel
+from core.recording.load import file_stem
+from core.recording.spec import (
+    Channel,
+    Interval,
+    NonNegative,
+    Positive,
+    Real,
+    RecordingSpec,
+    Settings,
+    Switch,
+    Whole,
+    Words,
+)
+from core.recording.velocity import ZeroPhaseLowPass
+from core.sentences import did_you_mean
+
+Output = Literal["y", "ydot", "z", "encoder", "deflection", "torque"]
+
+
+class DriveSpec(Settings):
+    """`[drive]`: the kind, and whatever that kind of drive wants to know."""
+
+    kind: Words = "velocity_loop"
+    options: dict[str, Any] = Field(default_factory=dict)
+    """In the file these stand in `[drive]` itself, beside `kind`."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gather_options(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        beside = {k: v for k, v in data.items() if k not in cls.model_fields}
+        known = {k: v for k, v in data.items() if k in cls.model_fields}
+        if not beside:
+            return known
+        return {**known, "options": {**known.get("options", {}), **beside}}
+
+    @model_serializer
+    def _flat(self) -> dict[str, Any]:
+        return {"kind": self.kind, **self.options}
+
+
+class ModelSpec(Settings):
+    """`[model]`: its level, the effects in it, and effects that the user wrote."""
+
+    level: Literal["lpv", "nonlinear"] | None = None
+    effects: tuple[dict[str, Any], ...] = ()
+    own: tuple[dict[str, Any], ...] = ()
+
+
+class SensorsSpec(Settings):
+    """`[sensors]`: standard deviations of the noise, SI; None where not stated."""
+
+    camera_noise: NonNegative | None = None
+    """m"""
+    encoder_noise: NonNegative | None = None
+    """rad or m"""
+    deflection_noise: NonNegative | None = None
+    """rad"""
+    torque_noise: NonNegative | None = None
+    """N m or N"""
+    rates_noise: NonNegative | None = None
+    """rad/s, of ydot"""
+    camera_rate: Positive | None = None
+    """Hz"""
+
+
+class PriorSpec(Settings):
+    """What is believed of a parameter beforehand: a value (else its start) and a deviation."""
+
+    std: Positive
+    value: Real | None = None
+
+
+def _one_as_list(value: Any) -> Any:
+    return (value,) if isinstance(value, str) else value
+
+
+def _std_as_prior(value: Any) -> Any:
+    return {"std": value} if isinstance(value, int | float) else value
+
+
+class IdentifySpec(Settings):
+    """`[identify]`: which parameters, from which output, how."""
+
+    method: Literal["glocal", "local"] = "glocal"
+    parameters: tuple[Words, ...] = ()
+    output: Annotated[tuple[Output, ...] | None, BeforeValidator(_one_as_list)] = None
+    filter: ZeroPhaseLowPass | None = None
+    decimate: Annotated[Whole, Field(ge=1)] = 1
+    bounds: dict[str, Interval] = Field(default_factory=dict)
+    prior: dict[str, Annotated[PriorSpec, BeforeValidator(_std_as_prior)]] = Field(
+        default_factory=dict
+    )
+    per_recording: tuple[Words, ...] = ()
+    start: dict[str, Real] = Field(default_factory=dict)
+    initial_state: Switch = False
+    offsets: tuple[Channel, ...] = ()
+    servo_hz: Positive | None = None
+    seed: Whole = 1
+    population: Annotated[Whole, Field(ge=4)] = 30
+    generations: Whole = 60
+    """0: refinement only."""
+    weights: dict[str, Positive] = Field(default_factory=dict)
+    refine: Switch = True
+
+    @field_validator("parameters", "per_recording", "offsets", "output")
+    @classmethod
+    def _named_once(cls, names: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        doubled = sorted({name for name in names or () if (names or ()).count(name) > 1})
+        if doubled:
+            raise ValueError(f"lists {doubled[0]!r} twice; list it once.")
+        return names
+
+    @field_validator("weights")
+    @classmethod
+    def _weights_of_channels(cls, weights: dict[str, float]) -> dict[str, float]:
+        for name in weights:
+            if not is_channel(name):
+                raise ValueError(
+                    f"names no channel {name!r}; {did_you_mean(name, channel_names())}"
+                )
+        return weights
+
+    @model_validator(mode="after")
+    def _starts_within_bounds(self) -> IdentifySpec:
+        for name, start in self.start.items():
+            low, high = self.bounds.get(name, (start, start))
+            if not low <= start <= high:
+                raise ValueError(
+                    f"start.{name} is {start:g}, outside its bounds [{low:g}, {high:g}]; "
+                    f"move the start or the bounds."
+                )
+        return self
+
+
+class DiagnoseSpec(Settings):
+    """`[diagnose]`: how many missing effects to look for."""
+
+    max_effects: Whole = 0
+
+
+class CompareSpec(Settings):
+    """One `[[compare]]`: another model on the same recordings."""
+
+    title: Words
+    arm: ArmSpec | None = None
+    """What differs from the scenario's arm, or an arm of its own (preset)."""
+    identify: Switch = True
+    parameters: tuple[Words, ...] | None = None
+    drop_logger_filters: Switch = False
+
+
+class Scenario(Settings):
+    """A whole scenario."""
+
+    title: Words
+    arm: ArmSpec
+    drive: DriveSpec = DriveSpec()
+    model: ModelSpec = ModelSpec()
+    sensors: SensorsSpec = SensorsSpec()
+    recordings: tuple[RecordingSpec, ...] = ()
+    identify: IdentifySpec = IdentifySpec()
+    diagnose: DiagnoseSpec = DiagnoseSpec()
+    compare: tuple[CompareSpec, ...] = ()
+
+    @field_validator("recordings")
+    @classmethod
+    def _name_recordings(cls, given: tuple[RecordingSpec, ...]) -> tuple[RecordingSpec, ...]:
+        """Every recording has a name of its own; where none is given it gets one."""
+        taken = [spec.name for spec in given if spec.name]
+        doubled = sorted({name for name in taken if taken.count(name) > 1})
+        if doubled:
+            raise ValueError(f"has two entries named {doubled[0]!r}; give each its own name.")
+        named = []
+        simulated = 0
+        for spec in given:
+            simulated += spec.simulate is not None
+            wish = file_stem(spec.file) if spec.file else f"simulated-{simulated}"
+            name = spec.name or _free_name(wish, taken)
+            taken.append(name)
+            named.append(spec.model_copy(update={"name": name}))
+        return tuple(named)
+
+
+def _free_name(wish: str, taken: list[str]) -> str:
+    number, name = 1, wish
+    while name in taken:
+        number += 1
+        name = f"{wish}-{number}"
+    return name

@@ -1,0 +1,33 @@
+"""Strain gauges at the roots, read as the chord angle of the link's tip."""
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.arm.chord import chord_matrix
+from core.drives.law import DriveLaw
+from core.sensors.sensor import Channel, OutputRows, Sensor, rows_of
+from core.trajectory import Trajectory
+
+
+class LinkDeflection(Sensor):
+    """delta(l)/l of each bending segment, relative to its root."""
+
+    kind = "deflection"
+    title = "link deflection"
+
+    @staticmethod
+    def _bending(arm: Arm) -> list[int]:
+        return [k for k, modes in enumerate(arm.modes) if modes]
+
+    def channels(self, arm: Arm) -> tuple[Channel, ...]:
+        return tuple(Channel(f"deflection{k + 1}", "rad") for k in self._bending(arm))
+
+    def measure(self, trajectory: Trajectory) -> np.ndarray:
+        chord = chord_matrix(trajectory.arm, trajectory.p)[self._bending(trajectory.arm)]
+        return trajectory.q @ chord.T
+
+    def rows(self, arm: Arm, p: np.ndarray, law: DriveLaw) -> OutputRows:
+        bending = self._bending(arm)
+        rows = rows_of(arm, law, len(bending))
+        rows.Q[:, :] = chord_matrix(arm, p)[bending]
+        return rows

@@ -1,0 +1,74 @@
+"""The contract of a sensor."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import NamedTuple
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.drives.law import DriveLaw
+from core.recording.recording import Recording
+from core.trajectory import Trajectory
+
+
+class Channel(NamedTuple):
+    """One output: its column in a recording and its SI unit."""
+
+    name: str
+    unit: str
+
+
+class OutputRows(NamedTuple):
+    """A linear output y = Q q + V q' + S s + R r; shapes (k, n), (k, n), (k, ns), (k, nr)."""
+
+    Q: np.ndarray
+    V: np.ndarray
+    S: np.ndarray
+    R: np.ndarray
+
+
+class Sensor(ABC):
+    """One kind of measurement, with one or more channels."""
+
+    kind = ""
+    title = ""
+
+    @abstractmethod
+    def channels(self, arm: Arm) -> tuple[Channel, ...]:
+        """The channels on this arm."""
+
+    @abstractmethod
+    def measure(self, trajectory: Trajectory) -> np.ndarray:
+        """(N, k): what an ideal sensor reads along a motion."""
+
+    def rows(self, arm: Arm, p: np.ndarray, law: DriveLaw) -> OutputRows | None:
+        """The output of the linear model; None where it is not linear in the state."""
+        return None
+
+    def check(self, arm: Arm, recording: Recording) -> None:  # noqa: B027 (most need no check)
+        """InputError where this output is not defined for the arm or the recording."""
+
+    def measured(self, recording: Recording, arm: Arm) -> np.ndarray:
+        """(N, k) of a recording; NaN is 'no sample'."""
+        return np.column_stack([recording[c.name] for c in self.channels(arm)])
+
+    def measure_like(self, recording: Recording, trajectory: Trajectory) -> np.ndarray:
+        """(N, k) of a model's motion, by the same route as `measured` takes for the recording."""
+        return self.measure(trajectory)
+
+    def direct(self, recording: Recording, arm: Arm) -> bool:
+        """Whether the recording holds the channels themselves, not something they come from."""
+        return recording.has(*[c.name for c in self.channels(arm)])
+
+    def available(self, recording: Recording, arm: Arm) -> bool:
+        return recording.has(*[c.name for c in self.channels(arm)])
+
+
+def rows_of(arm: Arm, law: DriveLaw, k: int) -> OutputRows:
+    """Zero rows of the right shapes, to be filled."""
+    n = arm.coordinates
+    return OutputRows(
+        np.zeros((k, n)), np.zeros((k, n)), np.zeros((k, law.states)), np.zeros((k, law.references))
+    )

@@ -1,0 +1,150 @@
+"""One sentence from a failed check of settings: which one, what is wrong, what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from difflib import get_close_matches
+from typing import Any, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+
+LONGEST_QUOTE = 60
+"""Characters of the user's own value that are repeated; a whole table would bury the rest."""
+
+
+def one_line(text: str) -> str:
+    """The text with every run of white space (also in quoted names) as one blank."""
+    return " ".join(text.split())
+
+
+def quoted(value: Any) -> str:
+    """The user's value, shortened, as it is repeated in a message."""
+    text = one_line(repr(value))
+    return text if len(text) <= LONGEST_QUOTE else text[: LONGEST_QUOTE - 3] + "..."
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """`did you mean 'x'?` with the nearest known name, or all of them where none is near."""
+    names = sorted(known)
+    if not names:
+        return "leave it out."
+    lowered = {each.lower(): each for each in names}
+    near = get_close_matches(name.lower(), lowered, n=1, cutoff=0.5)
+    return f"did you mean {lowered[near[0]]!r}?" if near else f"known: {', '.join(names)}."
+
+
+def predicate(error: Mapping[str, Any]) -> str:
+    """What is wrong with one setting, as the rest of a sentence that starts with its name."""
+    kind = str(error["type"])
+    return _PREDICATES.get(kind, _other)(error)
+
+
+def validation_sentence(error: ValidationError, root: type[BaseModel]) -> str:
+    """The sentence for the first fault of a document checked against `root`.
+
+    A misspelt key often leaves a required one missing; the misspelling is then the one to name.
+    """
+    faults: list[Any] = list(error.errors(include_url=False))
+    fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
+    key = setting_name(fault["loc"], root)
+    if fault["type"] == "extra_forbidden":
+        known = _settings_at(root, fault["loc"][:-1])
+        return one_line(f"{key} is not a setting; {did_you_mean(str(fault['loc'][-1]), known)}")
+    return one_line(f"{key} {predicate(fault)}".strip())
+
+
+def setting_name(location: Iterable[str | int], root: type[BaseModel]) -> str:
+    """`[identify] population`, `[[recordings]] 2 simulate.seconds` or plain `title`."""
+    parts = [part for part in location if part != "[key]"]  # pydantic's mark for a bad key
+    if not parts:
+        return "The document"
+    head, rest = str(parts[0]), parts[1:]
+    field = root.model_fields.get(head)
+    if field is not None and _model_in(field.annotation) is not None:
+        array = get_origin(field.annotation) is tuple
+        head = f"[[{head}]]" if array else f"[{head}]"
+        if array and rest:
+            head, rest = f"{head} {int(rest[0]) + 1}", rest[1:]
+    words = ".".join(str(p) for p in rest if isinstance(p, str))
+    entries = "".join(f" entry {p + 1}" for p in rest if isinstance(p, int))
+    return f"{head} {words}{entries}".replace("  ", " ").strip()
+
+
+def _settings_at(root: type[BaseModel], location: Iterable[str | int]) -> list[str]:
+    model: type[BaseModel] | None = root
+    for part in location:
+        if model is None:
+            return []
+        if isinstance(part, str) and part in model.model_fields:
+            model = _model_in(model.model_fields[part].annotation)
+    if model is None:
+        return []
+    told = getattr(model, "known_settings", None)
+    return list(model.model_fields) if told is None else list(told())
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((m for m in map(_model_in, get_args(annotation)) if m is not None), None)
+
+
+def _is(text: str) -> Callable[[Mapping[str, Any]], str]:
+    def say(error: Mapping[str, Any]) -> str:
+        limits = {k: _plain(v) for k, v in error.get("ctx", {}).items()}
+        return f"is {quoted(error['input'])}; it must be {text.format(**limits)}."
+
+    return say
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _entries(error: Mapping[str, Any]) -> str:
+    limits = error["ctx"]
+    least, most = limits.get("min_length"), limits.get("max_length")
+    bound = f"at least {least}" if least is not None else f"at most {most}"
+    return f"has {limits['actual_length']} entries; give {bound}."
+
+
+def _missing(error: Mapping[str, Any]) -> str:
+    if isinstance(error["loc"][-1], int):
+        return "is missing; the list is too short."
+    return "is missing; add it."
+
+
+def _said(error: Mapping[str, Any]) -> str:
+    return str(error["ctx"]["error"])
+
+
+def _other(error: Mapping[str, Any]) -> str:
+    return f"is {quoted(error['input'])}: {error['msg']}."
+
+
+_PREDICATES: dict[str, Callable[[Mapping[str, Any]], str]] = {
+    "missing": _missing,
+    "value_error": _said,
+    "too_short": _entries,
+    "too_long": _entries,
+    "greater_than": _is("greater than {gt}"),
+    "greater_than_equal": _is("at least {ge}"),
+    "less_than": _is("less than {lt}"),
+    "less_than_equal": _is("at most {le}"),
+    "literal_error": _is("{expected}"),
+    "finite_number": _is("a finite number"),
+    "float_type": _is("a number"),
+    "float_parsing": _is("a number"),
+    "int_type": _is("a whole number"),
+    "int_parsing": _is("a whole number"),
+    "int_from_float": _is("a whole number"),
+    "int_parsing_size": _is("a smaller whole number"),
+    "bool_type": _is("true or false"),
+    "string_type": _is("a text in quotes"),
+    "string_too_short": _is("a text that is not empty"),
+    "dict_type": _is("a table of settings"),
+    "model_type": _is("a table of settings"),
+    "model_attributes_type": _is("a table of settings"),
+    "tuple_type": _is("a list"),
+    "list_type": _is("a list"),
+}

@@ -1,0 +1,165 @@
+"""Experiments in simulation: from a specification to a recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arm.chord import SINGULAR_MARGIN
+from core.errors import InputError
+from core.excitation import build_excitation
+from core.model import Model
+from core.recording.recording import Recording
+from core.recording.spec import SimulateSpec
+from core.sensors import sensors
+from core.simulate.linear import respond
+from core.simulate.motion import Task, at_rest
+from core.simulate.nonlinear import simulate
+from core.simulate.sweep import half_cosine_rate
+from core.trajectory import Trajectory
+
+SNR_OUTPUTS = ("y", "ydot", "z")
+"""Outputs that the stated signal-to-noise ratio is about: those of the camera."""
+
+
+@dataclass(frozen=True)
+class NoiseLevels:
+    """Standard deviations of white noise by output, and the camera's rate in Hz."""
+
+    by_output: dict[str, float]
+    camera_rate: float | None = None
+
+
+NO_NOISE = NoiseLevels({})
+
+
+def simulate_recording(
+    model: Model,
+    spec: SimulateSpec,
+    name: str,
+    role: str = "estimate",
+    noise: NoiseLevels = NO_NOISE,
+) -> Recording:
+    """A recording of the model's motion, as a rig would have written it.
+
+    Noise of `spec.snr_db` is white with SNR = 10 log10(cov y / cov noise) per channel, added
+    after sampling.
+    """
+    task, theta2 = make_task(model, spec, name)
+    numbers = model.numbers()
+    remarks: tuple[str, ...] = ()
+    if spec.level == "lpv":
+        trajectory = respond(model, [numbers], [task])[0]
+    else:
+        result = simulate(model, numbers, task)
+        trajectory = result.trajectory
+        remarks = (
+            f"Simulated non-linearly with {result.substeps} steps per sample; "
+            f"estimated error below {result.error:.1e} m or rad.",
+        )
+    channels = read_sensors(trajectory, spec, noise)
+    references = model.drive.reference_channels(model.arm)
+    for k, channel in enumerate(references):
+        channels[channel] = task.references[:, k]
+    return Recording(
+        name=name, time=task.time, channels=channels, role=role, source="simulation",
+        warnings=remarks, theta2=theta2,
+    )  # fmt: skip
+
+
+def start_joints(model: Model, spec: SimulateSpec, name: str) -> np.ndarray:
+    """(joints,) where the experiment starts."""
+    joints = np.zeros(model.arm.joints)
+    if spec.theta is not None:
+        if len(spec.theta) != model.arm.joints:
+            raise InputError(
+                f"Recording {name}: simulate.theta has {len(spec.theta)} values; "
+                f"the arm has {model.arm.joints} joints."
+            )
+        joints[:] = spec.theta
+    if model.arm.joints > 1:
+        if spec.theta2 is not None:
+            joints[1] = spec.theta2
+        if spec.sweep is not None:
+            joints[1] = spec.sweep[0]
+    return joints
+
+
+def make_task(model: Model, spec: SimulateSpec, name: str) -> tuple[Task, float | None]:
+    """The references and the start of an experiment, and its working point theta2 if it has one."""
+    arm = model.arm
+    dt = spec.sample_time
+    samples = int(round(spec.seconds / dt))
+    joints = start_joints(model, spec, name)
+    options = {"amplitude": spec.amplitude, "hold": spec.hold, **spec.options}
+    rng = np.random.default_rng([spec.seed, 0])
+    signal = build_excitation(spec.excitation, options).signal(samples, arm.joints, dt, rng)
+    channels = model.drive.reference_channels(arm)
+    for k, channel in enumerate(channels):
+        if channel == f"theta{k + 1}_ref":
+            signal[:, k] += joints[k]
+    time = np.arange(samples) * dt
+    schedule = at_rest(joints, arm.coordinates)[None, : arm.coordinates]
+    if spec.sweep is not None:
+        signal, schedule = _add_sweep(signal, channels, spec, time, schedule, name)
+    law = model.numbers().law
+    start = at_rest(joints, arm.coordinates, law.states)
+    moving = spec.sweep is not None
+    theta2 = float(joints[1]) if arm.joints > 1 and not moving else None
+    return Task(time, signal, start, schedule), theta2
+
+
+def _add_sweep(signal, channels, spec, time, schedule, name):  # type: ignore[no-untyped-def]
+    if "dtheta2_ref" not in channels:
+        raise InputError(
+            f"Recording {name}: simulate.sweep needs velocity references; "
+            f'use [drive] kind = "velocity_loop".'
+        )
+    start, stop = spec.sweep
+    if min(abs(np.sin(start)), abs(np.sin(stop))) < np.sin(SINGULAR_MARGIN):
+        raise InputError(
+            f"Recording {name}: simulate.sweep reaches a stretched or folded arm, where y is "
+            f"singular; stay {SINGULAR_MARGIN} rad away from 0 and pi."
+        )
+    rate = half_cosine_rate(start, stop, len(time), spec.sample_time)
+    signal[:, channels.index("dtheta2_ref")] += rate
+    path = np.repeat(schedule, len(time), axis=0)
+    path[:, 1] = start + np.cumsum(rate) * spec.sample_time - rate * spec.sample_time
+    return signal, path
+
+
+def read_sensors(
+    trajectory: Trajectory, spec: SimulateSpec, noise: NoiseLevels
+) -> dict[str, np.ndarray]:
+    """All channels that the arm's sensors give, with their noise."""
+    rng = np.random.default_rng([spec.seed, 1])
+    channels: dict[str, np.ndarray] = {}
+    for kind, sensor in sorted(sensors().items()):
+        if kind in ("y", "ydot") and not trajectory.arm.two_revolute:
+            continue
+        values = np.array(sensor.measure(trajectory))
+        draws = rng.standard_normal(values.shape)
+        values += draws * _deviation(kind, values, spec, noise)
+        if kind == "z" and noise.camera_rate is not None:
+            values = _sampled(values, spec.sample_time, noise.camera_rate)
+        for k, channel in enumerate(sensor.channels(trajectory.arm)):
+            channels[channel.name] = values[:, k]
+    return channels
+
+
+def _deviation(kind: str, values: np.ndarray, spec: SimulateSpec, noise: NoiseLevels) -> np.ndarray:
+    """(k,) standard deviations of the noise of one sensor's channels."""
+    stated = noise.by_output.get(kind, 0.0)
+    if spec.snr_db is None or kind not in SNR_OUTPUTS:
+        return np.full(values.shape[1], stated)
+    ratio = 10.0 ** (-spec.snr_db / 20.0)
+    return np.asarray(np.hypot(values.std(axis=0) * ratio, stated))
+
+
+def _sampled(values: np.ndarray, dt: float, rate: float) -> np.ndarray:
+    """Keeps the samples of a slower camera; the rest are empty."""
+    stride = max(int(round(1.0 / (rate * dt))), 1)
+    out = np.full_like(values, np.nan)
+    out[::stride] = values[::stride]
+    return out

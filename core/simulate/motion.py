@@ -1,0 +1,32 @@
+"""What a simulation is asked to do: references, start, schedule."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Task:
+    """One experiment to simulate.
+
+    time (N,) uniform in s; references (N, nr); start (2 n + ns,) the initial [q, q', s];
+    schedule (N, n) or (1, n): where the linear model is linearised (only joints matter).
+    """
+
+    time: np.ndarray
+    references: np.ndarray
+    start: np.ndarray
+    schedule: np.ndarray
+
+    @property
+    def sample_time(self) -> float:
+        return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
+
+
+def at_rest(joints: np.ndarray, n: int, states: int = 0) -> np.ndarray:
+    """[q, q', s] at rest and straight with the joints (nj,) given."""
+    start = np.zeros(2 * n + states)
+    start[: len(joints)] = joints
+    return start

@@ -1,0 +1,97 @@
+"""Non-linear simulation with a controlled and stated error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.drives.law import DriveLaw
+from core.model import Model, Numbers
+from core.simulate.motion import Task
+from core.simulate.rosenbrock import implicit_parts, integrate
+from core.trajectory import Trajectory
+
+FEWEST_SUBSTEPS = 1
+MOST_SUBSTEPS = 512
+DEFAULT_TOLERANCE = 1e-6
+"""m (rad): far below the noise of any camera or encoder that the recordings come from."""
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """A motion with the steps it took and an estimate of its largest error."""
+
+    trajectory: Trajectory
+    substeps: int
+    error: float
+    """Estimate of the largest error of tip (m) or joints (rad or m)."""
+
+
+def law_arrays(law: DriveLaw) -> tuple[np.ndarray, ...]:
+    """The law's arrays as compiled code takes them."""
+    parts = (law.R, law.P, law.V, law.S, law.Fs, law.Fq, law.Fv, law.Fr, law.limit)
+    return tuple(np.ascontiguousarray(part, dtype=float) for part in parts)
+
+
+def run(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
+    """One pass with a fixed number of steps per sample."""
+    p, law = numbers
+    n = model.arm.coordinates
+    arrays = law_arrays(law)
+    K, D = model.compiled.linear_matrices(task.start[:n], p)
+    dt = task.sample_time
+    parts = implicit_parts(K, D, arrays, dt / substeps)
+    references = np.ascontiguousarray(task.references, dtype=float)
+    states, torque = integrate(
+        model.compiled.dynamics, p, arrays, parts, references, law.interpolate,
+        np.ascontiguousarray(task.start, dtype=float), dt, substeps,
+    )  # fmt: skip
+    return Trajectory(
+        model.arm, model.compiled, p, task.time, states[:, :n], states[:, n : 2 * n], torque
+    )
+
+
+def extrapolated(coarse: Trajectory, fine: Trajectory) -> Trajectory:
+    """Richardson: the method is of second order, so (4 fine - coarse)/3 is of third or better."""
+
+    def mix(name: str) -> np.ndarray:
+        return np.asarray((4.0 * getattr(fine, name) - getattr(coarse, name)) / 3.0)
+
+    return Trajectory(fine.arm, fine.compiled, fine.p, fine.time, mix("q"), mix("v"), mix("torque"))
+
+
+def difference(a: Trajectory, b: Trajectory) -> float:
+    """Largest difference of tip places (m) and joint positions (rad or m)."""
+    tips = np.abs(a.tip()[0] - b.tip()[0]).max()
+    joints = np.abs(a.joint_positions - b.joint_positions).max()
+    worst = max(float(tips), float(joints))
+    return worst if np.isfinite(worst) else np.inf
+
+
+def simulate(
+    model: Model, numbers: Numbers, task: Task, tolerance: float = DEFAULT_TOLERANCE
+) -> Simulated:
+    """Doubles the steps until halving them moves tip and joints by less than the tolerance.
+
+    Returned is the extrapolation of the last two passes; the stated error is that of the finer
+    pass before extrapolation, a third of the last two passes' difference, so it errs on the
+    safe side.
+    """
+    substeps = FEWEST_SUBSTEPS
+    coarse = run(model, numbers, task, substeps)
+    while True:
+        fine = run(model, numbers, task, 2 * substeps)
+        error = difference(coarse, fine) / 3.0
+        if error <= tolerance or 2 * substeps >= MOST_SUBSTEPS:
+            return Simulated(extrapolated(coarse, fine), 2 * substeps, error)
+        coarse, substeps = fine, 2 * substeps
+
+
+def simulate_fixed(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
+    """Two passes and their extrapolation, with the number of steps found beforehand.
+
+    The error then varies smoothly with the parameters, as finite differences need.
+    """
+    coarse = run(model, numbers, task, max(substeps // 2, 1))
+    return extrapolated(coarse, run(model, numbers, task, max(substeps, 2)))

@@ -1,0 +1,161 @@
+"""The compiled non-linear simulator: a linearly implicit two-stage Rosenbrock-W method.
+
+ROS2 of Verwer et al. (SIAM J. Sci. Comput. 20, 1999): second order for any approximate
+Jacobian W, L-stable for gamma = 1 - 1/sqrt(2). W holds what is stiff, the bending stiffness and
+damping and the drive's feedback, so steps need not resolve poles of 10^5 rad/s.
+
+    (I - gamma h W) k1 = f(y)
+    (I - gamma h W) k2 = f(y + h k1) - 2 k1
+    y+ = y + 3/2 h k1 + 1/2 h k2
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import int64, njit, types
+
+from core.arm.signatures import DYNAMICS, OPTIONS, matrix, vector
+from core.simulate.small import (
+    add_matrices,
+    add_product,
+    advance,
+    combine,
+    factor,
+    multiply,
+    substitute,
+)
+
+GAMMA = 1.0 - 1.0 / np.sqrt(2.0)
+
+LAW = types.Tuple((matrix, matrix, matrix, matrix, matrix, matrix, matrix, matrix, vector))
+"""The arrays of core.drives.law.DriveLaw, in its order."""
+IMPLICIT = types.UniTuple(matrix, 5)
+"""What `implicit_parts` returns."""
+
+
+def implicit_parts(
+    K: np.ndarray, D: np.ndarray, law: tuple[np.ndarray, ...], h: float
+) -> tuple[np.ndarray, ...]:
+    """Constant matrices (A, B, T, T2, inverse) of a step of length h, with g = gamma h.
+
+    K and D (n, n) are the arm's; the drive's feedback is added here. The stage equations are
+    (M + A) kv = M b - B a - T c - T2 a, kq = a + g kv, ks = inverse (c + g (Fq kq + Fv kv)).
+    """
+    _, P, V, S, Fs, Fq, Fv = law[:7]
+    joints = P.shape[0]
+    g = GAMMA * h
+    inverse = np.linalg.inv(np.eye(len(Fs)) - g * Fs)
+    K, D, T = K.copy(), D.copy(), np.zeros((len(K), len(Fs)))
+    K[:joints] += P
+    D[:joints] += V
+    T[:joints] = g * S @ inverse
+    A = g * D + g * g * K + g * T @ (Fv + g * Fq)
+    parts = (A, g * K, T, g * T @ Fq, inverse)
+    return tuple(np.ascontiguousarray(part) for part in parts)
+
+
+@njit(**OPTIONS)
+def drive_torque(R, P, V, S, limit, r, q, v, s, u):  # type: ignore[no-untyped-def]
+    """u (nj,) of core.drives.law.DriveLaw."""
+    multiply(u, R, r)
+    add_product(u, -1.0, P, q)
+    add_product(u, -1.0, V, v)
+    add_product(u, -1.0, S, s)
+    for i in range(u.size):
+        if u[i] > limit[i]:
+            u[i] = limit[i]
+        elif u[i] < -limit[i]:
+            u[i] = -limit[i]
+
+
+@njit(**OPTIONS)
+def add_torque(f, u):  # type: ignore[no-untyped-def]
+    """f += G u: the joints are the first coordinates."""
+    for i in range(u.size):
+        f[i] += u[i]
+
+
+@njit(**OPTIONS)
+def drive_rate(Fs, Fq, Fv, Fr, r, q, v, s, ds):  # type: ignore[no-untyped-def]
+    """ds (ns,), the rates of the drive's own states."""
+    multiply(ds, Fs, s)
+    add_product(ds, 1.0, Fq, q)
+    add_product(ds, 1.0, Fv, v)
+    add_product(ds, 1.0, Fr, r)
+
+
+@njit(**OPTIONS)
+def solve_stage(W, pivots, B, T, T2, inverse, Fq, Fv, g, a, b, c, kq, kv, ks):  # type: ignore[no-untyped-def]
+    """(I - g W) k = (a, M^-1 b, c), with M + A already factored in W."""
+    combine(kv, b, 0.0, b)
+    add_product(kv, -1.0, B, a)
+    add_product(kv, -1.0, T2, a)
+    add_product(kv, -1.0, T, c)
+    substitute(W, pivots, kv)
+    combine(kq, a, g, kv)
+    add_product(c, g, Fq, kq)
+    add_product(c, g, Fv, kv)
+    multiply(ks, inverse, c)
+
+
+@njit(
+    types.Tuple((matrix, matrix))(
+        DYNAMICS, vector, LAW, IMPLICIT, matrix, types.boolean, vector, types.float64, int64
+    ),
+    **OPTIONS,
+)
+def integrate(dynamics, p, law, parts, r, interpolate, y0, dt, substeps):  # type: ignore[no-untyped-def]
+    """States (N, 2 n + ns) and drive torques (N, nj) at the N samples of the references r."""
+    joints, ns = law[0].shape[0], law[4].shape[0]
+    n = (y0.size - ns) // 2
+    N = r.shape[0]
+    h = dt / substeps
+    g = GAMMA * h
+    states, torques = np.empty((N, y0.size)), np.empty((N, joints))
+    q, v, s = y0[:n].copy(), y0[n : 2 * n].copy(), y0[2 * n :].copy()
+    q2, v2, s2 = q.copy(), v.copy(), s.copy()
+    R, P, V, S, Fs, Fq, Fv, Fr, limit = law
+    A, B, T, T2, inverse = parts
+    M, M2, W = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
+    f, a, b, c, u = np.empty(n), np.empty(n), np.empty(n), np.empty(ns), np.empty(joints)
+    kq1, kv1, ks1 = np.empty(n), np.empty(n), np.empty(ns)
+    kq2, kv2, ks2 = np.empty(n), np.empty(n), np.empty(ns)
+    pivots, pivots2 = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    r1, r2, slope = np.empty(r.shape[1]), np.empty(r.shape[1]), np.zeros(r.shape[1])
+    for k in range(N):
+        states[k, :n], states[k, n : 2 * n], states[k, 2 * n :] = q, v, s
+        r2[:] = r[k]
+        drive_torque(R, P, V, S, limit, r2, q, v, s, u)
+        torques[k] = u
+        if k == N - 1:
+            break
+        if interpolate:
+            slope[:] = (r[k + 1] - r[k]) / substeps
+        for _ in range(substeps):
+            combine(r1, r2, 0.0, slope)
+            combine(r2, r1, 1.0, slope)
+            dynamics(q, v, p, M, f)
+            drive_torque(R, P, V, S, limit, r1, q, v, s, u)
+            drive_rate(Fs, Fq, Fv, Fr, r1, q, v, s, c)
+            add_torque(f, u)
+            add_matrices(W, M, A)
+            factor(W, pivots)
+            solve_stage(W, pivots, B, T, T2, inverse, Fq, Fv, g, v, f, c, kq1, kv1, ks1)
+            combine(q2, q, h, kq1)
+            combine(v2, v, h, kv1)
+            combine(s2, s, h, ks1)
+            dynamics(q2, v2, p, M2, f)
+            drive_torque(R, P, V, S, limit, r2, q2, v2, s2, u)
+            drive_rate(Fs, Fq, Fv, Fr, r2, q2, v2, s2, c)
+            add_torque(f, u)
+            factor(M2, pivots2)
+            substitute(M2, pivots2, f)
+            combine(f, f, -2.0, kv1)
+            multiply(b, M, f)
+            combine(a, v2, -2.0, kq1)
+            combine(c, c, -2.0, ks1)
+            solve_stage(W, pivots, B, T, T2, inverse, Fq, Fv, g, a, b, c, kq2, kv2, ks2)
+            advance(q, 1.5 * h, kq1, 0.5 * h, kq2)
+            advance(v, 1.5 * h, kv1, 0.5 * h, kv2)
+            advance(s, 1.5 * h, ks1, 0.5 * h, ks2)
+    return states, torques

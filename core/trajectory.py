@@ -1,0 +1,54 @@
+"""A simulated motion and what follows from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, types
+
+from core.arm.arm import Arm
+from core.arm.compiled import CompiledArm
+from core.arm.signatures import OPTIONS, TIP, matrix, vector
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """States at the samples; angles in rad (m on a slide), torques in N m (N)."""
+
+    arm: Arm
+    compiled: CompiledArm
+    p: np.ndarray
+    time: np.ndarray
+    q: np.ndarray
+    """(N, n)"""
+    v: np.ndarray
+    """(N, n), the rates of q"""
+    torque: np.ndarray
+    """(N, joints), as the drive applies it"""
+    linear: bool = False
+    """Whether it comes from the linear model, whose outputs are linear in the state."""
+
+    @property
+    def joint_positions(self) -> np.ndarray:
+        return self.q[:, : self.arm.joints]
+
+    def tip(self) -> tuple[np.ndarray, np.ndarray]:
+        """Place (N, 2) in m and velocity (N, 2) in m/s of the end effector."""
+        q, v = np.ascontiguousarray(self.q), np.ascontiguousarray(self.v)
+        return tip_path(self.compiled.tip, q, v, self.p)
+
+
+@njit(types.Tuple((matrix, matrix))(TIP, matrix, matrix, vector), **OPTIONS)
+def tip_path(tip, q, v, p):  # type: ignore[no-untyped-def]
+    """z and z' (N, 2) along a motion q, v (N, n)."""
+    N, n = q.shape
+    places, speeds = np.empty((N, 2)), np.zeros((N, 2))
+    z, J = np.empty(2), np.empty((2, n))
+    for t in range(N):
+        tip(q[t], p, z, J)
+        for i in range(2):
+            places[t, i] = z[i]
+            for j in range(n):
+                speeds[t, i] += J[i, j] * v[t, j]
+    return places, speeds

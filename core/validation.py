@@ -1,0 +1,29 @@
+"""Checked construction of settings: a pydantic error becomes one sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from core.errors import InputError
+from core.sentences import did_you_mean, one_line, predicate
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def validated(kind: type[M], options: Mapping[str, Any], where: str) -> M:
+    """`kind(**options)`; the first fault is said in one sentence that starts with `where`."""
+    try:
+        return kind.model_validate(dict(options))
+    except ValidationError as error:
+        faults: list[Any] = list(error.errors(include_url=False))
+        fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
+        key = ".".join(str(part) for part in fault["loc"])
+        if fault["type"] == "extra_forbidden":
+            hint = did_you_mean(str(fault["loc"][-1]), kind.model_fields)
+            text = f"{where} {key} is not a setting; {hint}"
+        else:
+            text = f"{where} {key} {predicate(fault)}"
+        raise InputError(one_line(text)) from None

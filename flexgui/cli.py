@@ -1,0 +1,109 @@
+"""The command line. Heavy imports stand inside the commands, so that `--help` is quick."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from flexgui import __version__
+
+if TYPE_CHECKING:
+    from core.progress import Progress
+
+BAD_INPUT = 2
+INTERRUPTED = 130
+"""What a shell expects after Ctrl-C: 128 + SIGINT."""
+
+app = typer.Typer(
+    help="Identify flexible robot arms.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+
+def main() -> None:
+    """The entry point of `flexgui`."""
+    app(prog_name="flexgui")
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"flexgui {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Print the version.", callback=_print_version, is_eager=True
+        ),
+    ] = False,
+) -> None:
+    pass
+
+
+@app.command()
+def export(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    out: Annotated[Path, typer.Option(help="Folder for the report; made where it is missing.")],
+    data: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the recordings, if not the scenario's own folder."),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="No progress bars.")] = False,
+) -> None:
+    """Run SCENARIO and write report.html, result.json, tables and the model into OUT."""
+    with _plain_words(), _progress(quiet) as progress:
+        from flexgui.export.run import export_scenario
+
+        export_scenario(scenario, out, data, progress)
+
+
+@app.command()
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer repetitions.")] = False,
+) -> None:
+    """Measure how fast and how exact FlexGUI is on this machine."""
+    with _plain_words():
+        from flexgui.bench import main as run_bench
+
+        code = run_bench(quick=quick)
+    raise typer.Exit(code or 0)
+
+
+@contextmanager
+def _plain_words() -> Iterator[None]:
+    """Bad input ends in one sentence and 2, Ctrl-C in one sentence and 130; no traceback."""
+    from core.errors import InputError
+
+    try:
+        yield
+    except InputError as error:
+        typer.echo(f"flexgui: {' '.join(str(error).split())}", err=True)
+        raise typer.Exit(BAD_INPUT) from None
+    except KeyboardInterrupt:
+        typer.echo("flexgui: stopped; nothing was overwritten.", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[Progress]:
+    """Bars where a person watches stderr, silence in scripts."""
+    if quiet or not sys.stderr.isatty():
+        from core.progress import Silent
+
+        yield Silent()
+        return
+    from flexgui.progress import TerminalProgress
+
+    with TerminalProgress() as bars:
+        yield bars

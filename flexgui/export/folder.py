@@ -1,0 +1,128 @@
+"""A folder that holds the old export or the new one, never half of each."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import signal
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+
+from core.errors import InputError
+
+INDEX = "result.json"
+"""Written last; its key `files` lists all files of an export."""
+
+WORKROOM = ".flexgui-"
+"""Prefix of the hidden folder in which a new export grows."""
+
+
+def check_writable(out: Path) -> None:
+    """Raise InputError where an export could not be written; call it before the long work."""
+    try:
+        with workroom(out):
+            pass
+    except OSError as error:
+        raise InputError(_refusal(out, error)) from error
+
+
+@contextmanager
+def workroom(out: Path) -> Iterator[Path]:
+    """An empty hidden folder inside `out`, removed at the end.
+
+    It lies inside so that it is on the same file system, where a rename is atomic. `out` is
+    made where it is missing, and removed again where nothing was put into it.
+    """
+    if out.exists() and not out.is_dir():
+        raise NotADirectoryError(f"{out} is a file")
+    made = [folder for folder in (out, *out.parents) if not folder.exists()]
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        room = Path(tempfile.mkdtemp(prefix=WORKROOM, dir=out))
+        try:
+            yield room
+        finally:
+            shutil.rmtree(room, ignore_errors=True)
+    finally:
+        _remove_empty(made)
+
+
+def _remove_empty(folders: list[Path]) -> None:
+    for folder in folders:
+        try:
+            folder.rmdir()
+        except OSError:
+            return
+
+
+def swap_in(room: Path, out: Path) -> None:
+    """Move every file of `room` to its place in `out`; on failure put the old ones back.
+
+    Files that an older export listed and the new one lacks are removed.
+    """
+    new = sorted(
+        (path.relative_to(room) for path in room.rglob("*") if path.is_file()),
+        key=lambda path: (path.name == INDEX, path),
+    )
+    stale = [path for path in listed_files(out) if path not in new and (out / path).is_file()]
+    with tempfile.TemporaryDirectory(prefix=WORKROOM, dir=out) as kept, _uninterrupted():
+        old = Path(kept)
+        _keep(out, old, [path for path in (*new, *stale) if (out / path).exists()])
+        try:
+            for path in new:
+                (out / path).parent.mkdir(parents=True, exist_ok=True)
+                (room / path).replace(out / path)
+            for path in stale:
+                (out / path).unlink()
+        except OSError:
+            _restore(out, old, new)
+            raise
+
+
+def _keep(out: Path, old: Path, paths: list[Path]) -> None:
+    for path in paths:
+        (old / path).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(out / path, old / path)
+
+
+def _restore(out: Path, old: Path, new: list[Path]) -> None:
+    for path in new:
+        if not (old / path).exists():
+            (out / path).unlink(missing_ok=True)
+    shutil.copytree(old, out, dirs_exist_ok=True)
+
+
+def listed_files(out: Path) -> list[Path]:
+    """The files that the export in `out` says are its own, as paths inside `out`."""
+    try:
+        listed = json.loads((out / INDEX).read_text(encoding="utf-8"))["files"]
+        paths = [PurePosixPath(name) for name in listed]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+    return [Path(p) for p in paths if not p.is_absolute() and ".." not in p.parts]
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Ctrl-C is too late once files change places: all are in place a moment later.
+
+    Only the main thread ever sees the signal, and only it may say what happens then.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _refusal(out: Path, error: OSError) -> str:
+    if out.exists() and not out.is_dir():
+        return f"The output {out} is a file; give the name of a folder with --out."
+    reason = (error.strerror or str(error)).lower()
+    return f"The output folder {out} cannot be written ({reason}); choose another with --out."

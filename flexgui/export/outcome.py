@@ -1,0 +1,49 @@
+"""All files of one export."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from core.errors import InputError
+from core.results import Outcome
+from flexgui.export.folder import INDEX, swap_in, workroom
+from flexgui.export.model_files import as_json, write_mat
+from flexgui.export.report import report_html
+from flexgui.export.result import result
+from flexgui.export.strict_json import dumps
+from flexgui.export.tables import tables
+
+DIGITS = "%.10g"
+"""More than any sensor resolves, at two thirds of the size of all 17."""
+
+
+def export_outcome(outcome: Outcome, scenario_text: str, out: Path) -> None:
+    """Write the export into the folder `out`; where that fails an older one stays as it was."""
+    try:
+        with workroom(out) as room:
+            _write(outcome, scenario_text, room)
+            swap_in(room, out)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        place = f"{Path(error.filename).name}: " if isinstance(error.filename, str) else ""
+        raise InputError(
+            f"The export into {out} failed ({place}{reason}) and what was there before is "
+            "unchanged; free some space or choose another folder with --out."
+        ) from error
+
+
+def _write(outcome: Outcome, scenario_text: str, room: Path) -> None:
+    (room / "tables").mkdir()
+    for name, table in tables(outcome).items():
+        table.to_csv(room / "tables" / f"{name}.csv", index=False, float_format=DIGITS)
+    write_mat(outcome.model, room / "model.mat")
+    _text(room / "model.json", dumps(as_json(outcome.model)))
+    _text(room / "scenario.toml", scenario_text)
+    _text(room / "report.html", report_html(outcome, scenario_text))
+    written = [path for path in room.rglob("*") if path.is_file()]
+    files = sorted([path.relative_to(room).as_posix() for path in written] + [INDEX])
+    _text(room / INDEX, dumps(result(outcome, files)))
+
+
+def _text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")

@@ -1,0 +1,178 @@
+"""`report.html`: one file that works without a network."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import plotly.graph_objects as go
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from core.results import MissingTorque, Outcome, RecordingComparison
+from flexgui import __version__
+from flexgui.views.comparison import comparison
+from flexgui.views.convergence import convergence
+from flexgui.views.correlation import correlation
+from flexgui.views.equations import mathml
+from flexgui.views.fit_bars import bar_label, fit_bars
+from flexgui.views.fit_table import ROLES, fit_table, in_unit
+from flexgui.views.layout import caption
+from flexgui.views.matrices import affine, matrices
+from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
+from flexgui.views.numbers import format_number, with_unit
+from flexgui.views.parameters import parameters
+from flexgui.views.summary import summary
+from flexgui.views.table import Column, Row, Table
+from flexgui.views.units import shown_unit
+from flexgui.views.valley import valley
+from flexgui.views.variants import variants
+
+OPEN = 3
+"""So many recordings are open; the others open with a click, which keeps the page quick."""
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A figure as the template needs it."""
+
+    json: Markup
+    height: int
+    caption: str
+
+
+@dataclass(frozen=True)
+class RecordingBlock:
+    """One recording's plots; `others` holds the outputs that were not fitted."""
+
+    title: str
+    note: str
+    open: bool
+    fitted: Plot | None
+    others: Plot | None
+
+
+def report_html(outcome: Outcome, scenario_text: str) -> str:
+    """The whole page as text."""
+    return (
+        _environment()
+        .get_template("report.html.j2")
+        .render(
+            plotly_js=Markup(get_plotlyjs()),
+            version=__version__,
+            scenario_text=scenario_text,
+            **_content(outcome),
+        )
+    )
+
+
+@cache
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader("flexgui.export"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def _content(outcome: Outcome) -> dict[str, Any]:
+    return {
+        "title": outcome.title,
+        "summary": summary(outcome),
+        "parameters": parameters(outcome.fits) if outcome.fits else None,
+        "sentences": _sentences(outcome),
+        "valley": plot(valley(outcome.fits)),
+        "fit_table": fit_table(outcome.comparisons) if outcome.comparisons else None,
+        "fit_bars": plot(fit_bars(outcome.comparisons)),
+        "variants": variants(outcome),
+        "recordings": _recordings(outcome.comparisons),
+        "missing": _missing(outcome.comparisons),
+        "convergence": plot(convergence(outcome.fits)),
+        "correlations": [p for fit in outcome.fits if (p := plot(correlation(fit)))],
+        "equations": [(e.title, mathml(e.latex), e.note) for e in outcome.equations],
+        "matrices": matrices(outcome.model),
+        "statements": _statements(outcome),
+        "arm": _arm(outcome),
+        "notes": (*outcome.notes, *_messages(outcome)),
+    }
+
+
+def plot(figure: go.Figure | None) -> Plot | None:
+    """A figure as JSON that is safe inside a script element."""
+    if figure is None:
+        return None
+    text = figure.to_json().replace("<", "\\u003c").replace("\u2028", "\\u2028")
+    return Plot(Markup(text), int(figure.layout.height), caption(figure))
+
+
+def _recordings(comparisons: tuple[RecordingComparison, ...]) -> list[RecordingBlock]:
+    return [
+        _block(recording, bar_label(recording, comparisons), k < OPEN)
+        for k, recording in enumerate(comparisons)
+        if recording.channels
+    ]
+
+
+def _block(recording: RecordingComparison, label: str, opened: bool) -> RecordingBlock:
+    fitted = [c for c in recording.channels if c.fitted]
+    others = [c for c in recording.channels if not c.fitted]
+    about = [ROLES.get(recording.role, recording.role)]
+    if recording.tip_rms is not None:
+        about.append(f"tip missed by {in_unit(recording.tip_rms, 'm')} rms")
+    return RecordingBlock(
+        title=f"{label} – {', '.join(about)}",
+        note=recording.note,
+        open=opened,
+        fitted=plot(comparison(recording, fitted)) if fitted else None,
+        others=plot(comparison(recording, others)) if others else None,
+    )
+
+
+def _missing(comparisons: tuple[RecordingComparison, ...]) -> list[tuple[str, bool, Plot, Plot]]:
+    shown = [(bar_label(r, comparisons), r.missing_torque) for r in comparisons if r.missing_torque]
+    return [(label, k == 0, *_missing_plots(torques)) for k, (label, torques) in enumerate(shown)]
+
+
+def _missing_plots(torques: tuple[MissingTorque, ...]) -> tuple[Plot, Plot]:
+    over_time, over_velocity = (
+        plot(missing_over_time(torques)),
+        plot(missing_over_velocity(torques)),
+    )
+    assert over_time is not None and over_velocity is not None
+    return over_time, over_velocity
+
+
+def _sentences(outcome: Outcome) -> list[str]:
+    several = len(outcome.fits) > 1
+    told = [
+        (fit.label, sentence) for fit in outcome.fits for sentence in fit.identifiability.sentences
+    ]
+    same = {sentence for _, sentence in told}
+    if not several or len(same) == 1:
+        return list(dict.fromkeys(sentence for _, sentence in told))
+    return [f"{label}: {sentence}" for label, sentence in told]
+
+
+def _statements(outcome: Outcome) -> tuple[str, str]:
+    return affine("E", outcome.model.basis), affine("A", outcome.model.A_basis)
+
+
+def _arm(outcome: Outcome) -> Table | None:
+    if not outcome.arm_table:
+        return None
+    rows = []
+    for name, title, value, unit in outcome.arm_table:
+        shown = shown_unit(value, unit)
+        number = with_unit(format_number(value * shown.factor), shown.name)
+        rows.append(Row((title or name, name, number)))
+    return Table((Column("What"), Column("Name"), Column("Value", numeric=True)), tuple(rows))
+
+
+def _messages(outcome: Outcome) -> list[str]:
+    told = [f"{fit.label}: {fit.message}" for fit in outcome.fits if fit.message]
+    spent = ", ".join(f"{what} {format_number(s, 3)} s" for what, s in outcome.seconds.items())
+    return told + ([f"Time spent: {spent}."] if spent else [])

@@ -1,0 +1,166 @@
+"""`result.json`: what a script reads (schema 1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from core.results import (
+    ChannelComparison,
+    Estimate,
+    Fit,
+    Identifiability,
+    Outcome,
+    RecordingComparison,
+    Variant,
+)
+from flexgui.views.pooled import (
+    ESTIMATE,
+    VALIDATE,
+    channel_errors,
+    derived_names,
+    overall_estimates,
+    tip_rms,
+    with_role,
+)
+
+SCHEMA = 1
+
+
+def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
+    """The content of result.json; `files` are all files of the export.
+
+    Nothing judges the model yet, so both verdicts and the floors are null and the ranking is
+    empty. For local fits `parameters` holds the means; each fit's own stand under `fits`.
+    """
+    derived = derived_names(outcome.fits)
+    return {
+        "schema": SCHEMA,
+        "title": outcome.title,
+        "verdict": None,
+        "final_verdict": None,
+        "parameters": [_parameter(e, derived) for e in overall_estimates(outcome.fits)],
+        "steps": [{"added": None, **_step(outcome.comparisons)}],
+        "ranking": [],
+        "seconds": {"identify": None, "diagnose": 0.0, **outcome.seconds},
+        "method": outcome.method,
+        "level": outcome.level,
+        "fits": [_fit(fit) for fit in outcome.fits],
+        "recordings": [_recording(comparison) for comparison in outcome.comparisons],
+        "variants": [_variant(variant) for variant in outcome.variants],
+        "arm": [
+            {"name": name, "title": title, "value": value, "unit": unit}
+            for name, title, value, unit in outcome.arm_table
+        ],
+        "notes": outcome.notes,
+        "files": list(files),
+    }
+
+
+def _step(comparisons: Sequence[RecordingComparison]) -> dict[str, Any]:
+    estimation = channel_errors(with_role(comparisons, ESTIMATE))
+    validation = {e.channel: e for e in channel_errors(with_role(comparisons, VALIDATE))}
+    fitted = [e for e in estimation if e.fitted]
+    return {
+        "tip_rms_m": tip_rms(with_role(comparisons, ESTIMATE)),
+        "fit_percent": [e.fit_percent for e in fitted],
+        "validation_fit_percent": [
+            validation[e.channel].fit_percent for e in fitted if e.channel in validation
+        ],
+        "errors": [
+            {
+                "channel": e.channel,
+                "unit": e.unit,
+                "rms": e.rms,
+                "floor": None,
+                "validation_rms": validation[e.channel].rms if e.channel in validation else None,
+                "fitted": e.fitted,
+            }
+            for e in estimation
+        ],
+    }
+
+
+def _parameter(estimate: Estimate, derived: frozenset[str] = frozenset()) -> dict[str, Any]:
+    return {
+        "name": estimate.name,
+        "value": estimate.value,
+        "std": estimate.std,
+        "unit": estimate.unit,
+        "identifiable": estimate.identifiable,
+        "symbol": estimate.symbol,
+        "start": estimate.start,
+        "lower": estimate.lower,
+        "upper": estimate.upper,
+        "at_bound": estimate.at_bound,
+        "recording": estimate.recording,
+        "derived": estimate.name in derived,
+    }
+
+
+def _fit(fit: Fit) -> dict[str, Any]:
+    derived = derived_names([fit])
+    return {
+        "label": fit.label,
+        "recordings": fit.recordings,
+        "parameters": [_parameter(e, derived) for e in (*fit.estimates, *fit.derived)],
+        "correlation": fit.correlation,
+        "cost": fit.cost,
+        "residual_count": fit.residual_count,
+        "generations": len(fit.convergence),
+        "gradient_norm": fit.gradient_norm,
+        "message": fit.message,
+        "stopped": fit.stopped,
+        "identifiability": _identifiability(fit.identifiability),
+    }
+
+
+def _identifiability(found: Identifiability) -> dict[str, Any]:
+    valley = found.valley
+    return {
+        "names": found.names,
+        "rank": found.rank,
+        "singular_values": found.singular_values,
+        "null_directions": found.null_directions,
+        "sentences": found.sentences,
+        "valley": valley
+        and {
+            "names": valley.names,
+            "units": valley.units,
+            "points": valley.points,
+            "cost_ratio": valley.cost_ratio,
+            "invariant": valley.invariant,
+        },
+    }
+
+
+def _recording(comparison: RecordingComparison) -> dict[str, Any]:
+    return {
+        "name": comparison.recording,
+        "role": comparison.role,
+        "fit": comparison.fit_label,
+        "tip_rms_m": comparison.tip_rms,
+        "note": comparison.note,
+        "channels": [_channel(channel) for channel in comparison.channels],
+    }
+
+
+def _channel(channel: ChannelComparison) -> dict[str, Any]:
+    return {
+        "channel": channel.channel,
+        "unit": channel.unit,
+        "fitted": channel.fitted,
+        "samples": int(channel.counted.sum()),
+        "fit_percent": channel.fit_percent,
+        "rms": channel.rms,
+        "normalised_error": channel.normalised_error,
+        "relative_error": channel.relative_error,
+    }
+
+
+def _variant(variant: Variant) -> dict[str, Any]:
+    return {
+        "title": variant.title,
+        "parameters": [_parameter(estimate) for estimate in variant.estimates],
+        "recordings": [_recording(comparison) for comparison in variant.comparisons],
+    }

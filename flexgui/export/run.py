@@ -1,0 +1,26 @@
+"""From a scenario file to an export, without a page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from core.progress import Progress
+from flexgui.export.folder import check_writable
+
+
+def export_scenario(path: Path, out: Path, data: Path | None, progress: Progress) -> None:
+    """Read, run, export; bad input is found before anything long begins."""
+    from core.scenario.read import read_scenario
+
+    scenario = read_scenario(path)
+    text = path.read_text(encoding="utf-8-sig")
+    check_writable(out)
+
+    from core.workbench import run_scenario
+
+    outcome = run_scenario(scenario, data_folder=data, progress=progress)
+
+    from flexgui.export.outcome import export_outcome
+
+    progress.stage("Writing the report")
+    export_outcome(outcome, text, out)

@@ -1,0 +1,38 @@
+"""One colour per meaning, readable on white and on near-black (contrast of 3 or more on both)."""
+
+from __future__ import annotations
+
+MEASURED = "#3d7fd1"
+MODEL = "#d9730d"
+RESIDUAL = "#c44a8f"
+MISSING = "#c44a8f"
+"""What the model lacks is the residual again, seen as a torque."""
+ADDED = "#1f9470"
+"""An effect that was added."""
+START = "#7d858f"
+"""Where the search began, and whatever is only context."""
+BOUND = "#d64545"
+
+SERIES = ("#3d7fd1", "#1f9470", "#a06cd5", "#b58a00", "#2a93a8", "#d64545", "#7d858f", "#c44a8f")
+"""For several alike things (outputs, fits) that have no meaning of their own."""
+
+TEXT = "#7d858f"
+GRID = "rgba(128,136,146,0.22)"
+AXIS = "rgba(128,136,146,0.65)"
+CLEAR = "rgba(0,0,0,0)"
+HOVER_BACKGROUND = "#20262d"
+HOVER_TEXT = "#f4f6f8"
+
+DIVERGING = ((0.0, "#3d7fd1"), (0.5, "#eceff2"), (1.0, "#d9730d"))
+"""From -1 over 0 to +1."""
+
+
+def faded(colour: str, alpha: float) -> str:
+    """The colour '#rrggbb' as 'rgba(...)' with an opacity between 0 and 1."""
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{alpha:g})"
+
+
+def series(index: int) -> str:
+    """The colour of the index-th of several alike things."""
+    return SERIES[index % len(SERIES)]

@@ -1,0 +1,66 @@
+"""Names of channels and parameters as people write them: theta1 -> θ₁, \\varepsilon -> ε."""
+
+from __future__ import annotations
+
+import re
+
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+DOT = "\N{COMBINING DOT ABOVE}"
+BAR = "\N{COMBINING MACRON}"
+
+GREEK = {
+    "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "varepsilon": "ε", "epsilon": "ε",
+    "zeta": "ζ", "eta": "η", "theta": "θ", "kappa": "κ", "lambda": "λ", "mu": "μ", "nu": "ν",
+    "rho": "ρ", "sigma": "σ", "tau": "τ", "varphi": "φ", "phi": "φ", "psi": "ψ", "omega": "ω",
+    "Delta": "Δ", "Lambda": "Λ", "Omega": "Ω",
+}  # fmt: skip
+
+STEMS = {
+    "theta": "θ", "dtheta": "θ" + DOT, "y": "y", "ydot": "y" + BAR, "z": "z", "zdot": "z" + DOT,
+    "u": "u", "i": "i", "deflection": "δ", "torque": "u", "epsilon": "ε",
+}  # fmt: skip
+
+TITLES = {
+    "theta": "joint position",
+    "dtheta": "joint velocity",
+    "y": "position of the fictitious rigid joint",
+    "ydot": "velocity of the fictitious rigid joint",
+    "z": "tip position",
+    "zdot": "tip velocity",
+    "u": "joint torque",
+    "torque": "joint torque",
+    "i": "motor current",
+    "deflection": "deflection of the link",
+}
+
+
+def split(name: str) -> tuple[str, str]:
+    """'theta12' -> ('theta', '12')."""
+    found = re.fullmatch(r"(.*?)_?(\d*)", name)
+    return (found[1], found[2]) if found else (name, "")
+
+
+def channel_symbol(channel: str) -> str:
+    """'ydot1' -> 'ȳ₁'; an unknown channel keeps its name."""
+    stem, number = split(channel)
+    return STEMS[stem] + number.translate(SUBSCRIPTS) if stem in STEMS else channel
+
+
+def channel_title(channel: str) -> str:
+    """'z1' -> 'tip position z₁'; an unknown channel keeps its name."""
+    stem, _ = split(channel)
+    return f"{TITLES[stem]} {channel_symbol(channel)}" if stem in TITLES else channel
+
+
+def plain_symbol(symbol: str, name: str) -> str:
+    r"""A symbol in LaTeX as plain text: '\varepsilon_{1}' -> 'ε₁'; `name` where there is none."""
+    if not symbol:
+        stem, number = split(name)
+        return GREEK.get(stem, stem) + number.translate(SUBSCRIPTS)
+    text = re.sub(r"\\d?dot\{?\s*(\\?[A-Za-z]+)\}?", lambda m: m[1] + DOT, symbol)
+    text = re.sub(r"\\(?:mathrm|text|operatorname)\{([^}]*)\}", r"\1", text)
+    text = re.sub(r"\\([A-Za-z]+)", lambda m: GREEK.get(m[1], m[1]), text)
+    text = re.sub(r"_\{?(\d+)\}?", lambda m: m[1].translate(SUBSCRIPTS), text)
+    text = re.sub(r"\^\{?(\d+)\}?", lambda m: m[1].translate(SUPERSCRIPTS), text)
+    return re.sub(r"[{}\\]", "", text)

@@ -1,0 +1,106 @@
+"""The estimated parameters as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from core.results import Estimate, Fit
+from flexgui.views.names import plain_symbol
+from flexgui.views.numbers import format_number, format_value, with_unit
+from flexgui.views.pooled import overall_estimates
+from flexgui.views.table import Column, Row, Table
+from flexgui.views.units import ShownUnit, shown_unit
+
+NORMAL_95 = 1.959964
+"""Half the width of a 95 % interval in standard deviations of a normal distribution."""
+
+COLUMNS = (
+    Column("Parameter"),
+    Column("Estimate ± std", numeric=True),
+    Column("95 % interval", numeric=True),
+    Column("Start", numeric=True),
+    Column("Bounds", numeric=True),
+    Column("Identifiable"),
+)
+
+
+def parameters(fits: Sequence[Fit]) -> Table:
+    """A row per parameter; of several fits a block each, and the mean at the end."""
+    several = len(fits) > 1
+    if not several:
+        own = any(e.recording for e in overall_estimates(fits))
+        rows = [_row(fit, e, e.recording or "all", own) for fit in fits for e in _all(fit)]
+        return Table(_columns("Recording", own), tuple(rows), _caption(fits))
+    rows = [_row(fit, e, fit.label, True) for fit in fits for e in _all(fit)]
+    mean = [e for e in overall_estimates(fits) if e.recording is None]
+    rows += [_row(fits[0], e, f"mean of {len(fits)}", True, strong=True) for e in mean]
+    return Table(_columns("Fit", True), tuple(rows), _caption(fits))
+
+
+def _all(fit: Fit) -> tuple[Estimate, ...]:
+    return (*fit.estimates, *fit.derived)
+
+
+def _columns(first: str, wanted: bool) -> tuple[Column, ...]:
+    return (Column(first), *COLUMNS) if wanted else COLUMNS
+
+
+def _row(fit: Fit, estimate: Estimate, label: str, labelled: bool, strong: bool = False) -> Row:
+    unit = shown_unit(estimate.value, estimate.unit)
+    derived = any(e.name == estimate.name for e in fit.derived)
+    cells = (
+        plain_symbol(estimate.symbol, estimate.name) + (" (follows)" if derived else ""),
+        estimate_text(estimate),
+        interval(estimate, unit),
+        with_unit(format_number(estimate.start * unit.factor), unit.name)
+        if np.isfinite(estimate.start)
+        else "–",
+        _bounds(estimate, unit),
+        _verdict(estimate),
+    )
+    return Row((label, *cells) if labelled else cells, strong=strong)
+
+
+def estimate_text(estimate: Estimate) -> str:
+    """'520.83 ± 0.02 N m²'; without a deviation where the data leave the parameter free."""
+    unit = shown_unit(estimate.value, estimate.unit)
+    std = estimate.std * unit.factor if estimate.identifiable else float("nan")
+    return format_value(estimate.value * unit.factor, std, unit.name)
+
+
+def interval(estimate: Estimate, unit: ShownUnit) -> str:
+    """'520.79 … 520.87 N m²', or '–' where the data leave the parameter free."""
+    std = estimate.std
+    if not estimate.identifiable or not np.isfinite(std) or std <= 0.0:
+        return "–"
+    decimals = max(0, int(1 - np.floor(np.log10(std * unit.factor))))
+    ends = [(estimate.value + s * NORMAL_95 * std) * unit.factor for s in (-1, 1)]
+    digits = [int(np.floor(np.log10(max(abs(end), 1e-300)))) + 1 + decimals for end in ends]
+    texts = [format_number(e, max(d, 2)) for e, d in zip(ends, digits, strict=True)]
+    return with_unit(" … ".join(texts), unit.name)
+
+
+def _bounds(estimate: Estimate, unit: ShownUnit) -> str:
+    ends = (estimate.lower * unit.factor, estimate.upper * unit.factor)
+    if not np.isfinite(ends).any():
+        return "none"
+    return with_unit(" … ".join(format_number(end, 3) for end in ends), unit.name)
+
+
+def _verdict(estimate: Estimate) -> str:
+    text = "yes" if estimate.identifiable else "no"
+    return f"{text}, at its bound" if estimate.at_bound else text
+
+
+def _caption(fits: Sequence[Fit]) -> str:
+    text = (
+        "The standard deviation (std) allows for coloured residuals. A parameter that is not "
+        "identifiable has no deviation: the data leave it free within its bounds."
+    )
+    if any(fit.derived for fit in fits):
+        text += " (follows): computed from the other estimates."
+    if len(fits) > 1:
+        text += " The mean's std is √(Σ std²)/n for n independent fits."
+    return text

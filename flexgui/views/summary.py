@@ -1,0 +1,96 @@
+"""The paragraph at the top: what was estimated, how well it fits, what the data cannot tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from core.results import Estimate, Fit, Outcome, RecordingComparison
+from flexgui.views.fit_table import in_unit
+from flexgui.views.names import channel_symbol, plain_symbol
+from flexgui.views.numbers import format_percent
+from flexgui.views.parameters import estimate_text
+from flexgui.views.pooled import (
+    ESTIMATE,
+    VALIDATE,
+    channel_errors,
+    overall_estimates,
+    tip_rms,
+    with_role,
+)
+
+LEVELS = {"lpv": "the LPV descriptor model", "nonlinear": "the non-linear model"}
+METHODS = {"glocal": "in one fit over all of them", "local": "in a fit for each"}
+NAMED = 6
+"""More estimates than this are counted, not listed."""
+
+
+def summary(outcome: Outcome) -> tuple[str, ...]:
+    """Sentences in reading order."""
+    sentences = [_what(outcome)]
+    for role, words in ((ESTIMATE, "On the estimation recordings"), (VALIDATE, "On validation")):
+        text = _quality(with_role(outcome.comparisons, role))
+        if text:
+            sentences.append(f"{words} the model reaches {text}.")
+    sentences.append(_doubt(outcome.fits))
+    if any(fit.stopped for fit in outcome.fits):
+        sentences.append("The search was stopped early; the numbers are the best until then.")
+    return tuple(s for s in sentences if s)
+
+
+def _what(outcome: Outcome) -> str:
+    names = {name for fit in outcome.fits for name in fit.recordings}
+    level = LEVELS.get(outcome.level, outcome.level)
+    if not outcome.fits:
+        return f"Nothing was estimated: {level} is compared as given."
+    count = f"{len(names)} recording{'s' if len(names) != 1 else ''}"
+    how = METHODS.get(outcome.method, outcome.method) if len(names) > 1 else "in one fit"
+    told = [e for e in overall_estimates(outcome.fits) if e.recording is None]
+    sure = [e for e in told if e.identifiable]
+    text = f"From {count}, {how}, with {level}"
+    if not sure:
+        return f"{text}, no parameter could be determined by itself."
+    mean = "on average " if len(outcome.fits) > 1 else ""
+    return f"{text}: {mean}{_listed(sure)}."
+
+
+def _listed(estimates: Sequence[Estimate]) -> str:
+    texts = [f"{plain_symbol(e.symbol, e.name)} = {estimate_text(e)}" for e in estimates[:NAMED]]
+    more = len(estimates) - NAMED
+    return ", ".join(texts) + (f" and {more} more" if more > 0 else "")
+
+
+def _quality(comparisons: Sequence[RecordingComparison]) -> str:
+    errors = [e for e in channel_errors(comparisons) if e.fitted and np.isfinite(e.fit_percent)]
+    parts = [f"{format_percent(e.fit_percent)} % in {channel_symbol(e.channel)}" for e in errors]
+    text = f"a mean FIT of {_joined(parts)}" if parts else ""
+    distance = tip_rms(comparisons)
+    if distance is not None and np.isfinite(distance):
+        tip = f"misses the measured tip by {in_unit(distance, 'm')} rms"
+        text = f"{text} and {tip}" if text else f"an end point that {tip}"
+    return text
+
+
+def _doubt(fits: Sequence[Fit]) -> str:
+    if not fits:
+        return ""
+    estimates = [e for fit in fits for e in fit.estimates]
+    free = _symbols(e for e in estimates if not e.identifiable)
+    stuck = _symbols(e for e in estimates if e.at_bound)
+    text = "The data determine every parameter by itself."
+    if free:
+        text = f"The data do not determine {_joined(free)}{' one by one' if len(free) > 1 else ''}"
+        valley = next((f.identifiability.valley for f in fits if f.identifiability.valley), None)
+        text += f", only {valley.invariant}." if valley else "."
+    if stuck:
+        text += f" {_joined(stuck)} ended at a bound: widen it, or doubt the model."
+    return text
+
+
+def _symbols(estimates: Iterable[Estimate]) -> list[str]:
+    return list(dict.fromkeys(plain_symbol(e.symbol, e.name) for e in estimates))
+
+
+def _joined(parts: Sequence[str]) -> str:
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

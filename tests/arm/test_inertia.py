@@ -1,0 +1,112 @@
+"""The inertia: closed form, affine statement and compiled code are one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from core.arm.arm import Arm
+from core.arm.kinematics import Kinematics
+from core.arm.segment import Segment
+from core.arm.slots import arm_vector
+from core.arm.straight import StraightArm
+from core.arm.symbols import Structure
+from tests.helpers import ARMS, PAPER, compiled, jacobian, loaded, random_state, straight
+
+ROUNDING = 1e-12
+"""Relative to the largest entry: some tens of roundings of double precision."""
+
+DIFFERENCES = 1e-9
+"""Central differences of fourth order with a step of 1e-3."""
+
+
+def closed_form(l1: float, l2: float, m1: float, m2: float, theta2: float) -> np.ndarray:
+    """M at v = 0 of two segments with one mode each, as printed in design section 2."""
+    c = np.cos(theta2)
+    M = np.zeros((4, 4))
+    M[0, 0] = l1**2 * m1 / 3 + l1**2 * m2 + l1 * l2 * m2 * c + l2**2 * m2 / 3
+    M[0, 1] = l2 * m2 * (3 * l1 * c + 2 * l2) / 6
+    M[1, 1] = l2**2 * m2 / 3
+    M[0, 2] = l1 * (3 * l1**2 * m1 + 2 * m2 * (6 * l1**2 + 9 * l1 * l2 * c + 4 * l2**2)) / 12
+    M[1, 2] = l1 * l2 * m2 * (3 * l1 * c + 4 * l2) / 6
+    M[2, 2] = l1**2 * (l1**2 * m1 / 5 + m2 * (3 * l1**2 + 6 * l1 * l2 * c + 4 * l2**2) / 3)
+    M[0, 3] = l2**2 * m2 * (4 * l1 * c + 3 * l2) / 12
+    M[1, 3] = l2**3 * m2 / 4
+    M[2, 3] = l1 * l2**2 * m2 * (2 * l1 * c + 3 * l2) / 6
+    M[3, 3] = l2**4 * m2 / 5
+    return np.triu(M) + np.triu(M, 1).T
+
+
+def affine_mass(arm: Arm):  # type: ignore[no-untyped-def]
+    """M(q, p) at v = 0, summed from the terms of the symbolic statement."""
+    statement = StraightArm(Kinematics(Structure.of(arm)))
+    s = statement.symbols
+    pairs = [
+        (sp.lambdify([s.q, s.p], basis), sp.lambdify([s.p], matrix))
+        for basis, matrix in statement.mass_terms.items()
+    ]
+    return lambda q, p: sum(basis(q, p) * matrix(p) for basis, matrix in pairs)
+
+
+def random_pairs(count: int):  # type: ignore[no-untyped-def]
+    rng = np.random.default_rng(20)
+    for _ in range(count):
+        l1, l2 = rng.uniform(0.1, 2.0, 2)
+        m1, m2 = rng.uniform(0.1, 20.0, 2)
+        yield float(l1), float(l2), float(m1), float(m2), float(rng.uniform(-np.pi, np.pi))
+
+
+def test_inertia_of_the_straight_arm_is_the_closed_form() -> None:
+    from_terms = affine_mass(PAPER)
+    for l1, l2, m1, m2, theta2 in random_pairs(50):
+        arm = Arm(
+            segments=(
+                Segment(length=l1, mass=m1, EI=1.0, modes=1),
+                Segment(length=l2, mass=m2, EI=1.0, modes=1),
+            )
+        )
+        q, p = straight(np.array([0.7, theta2]), arm), arm_vector(arm)
+        expected = closed_form(l1, l2, m1, m2, theta2)
+        bound = ROUNDING * np.abs(expected).max()
+        assert np.abs(compiled(arm).mass_matrix(q, p) - expected).max() < bound
+        assert np.abs(from_terms(q, p) - expected).max() < bound
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_affine_terms_rebuild_the_compiled_inertia(name: str) -> None:
+    arm = loaded(ARMS[name])
+    p, from_terms = arm_vector(arm), affine_mass(arm)
+    for seed in range(3):
+        q = straight(random_state(arm, seed)[0][: arm.joints], arm)
+        M = compiled(arm).mass_matrix(q, p)
+        assert np.abs(from_terms(q, p) - M).max() < ROUNDING * np.abs(M).max()
+
+
+def test_only_the_cosine_of_theta2_enters_the_paper_arm() -> None:
+    terms = StraightArm(Kinematics(Structure.of(PAPER))).mass_terms
+    assert {str(basis) for basis in terms} == {"1", "cos(theta2)"}
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_inertia_is_symmetric_and_positive_when_bent(name: str) -> None:
+    arm = loaded(ARMS[name])
+    for seed in range(5):
+        M = compiled(arm).mass_matrix(random_state(arm, seed)[0], arm_vector(arm))
+        scale = np.sqrt(np.diag(M))
+        assert np.array_equal(M, M.T)
+        assert np.linalg.eigvalsh(M / np.outer(scale, scale)).min() > 0.0
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_tip_mass_adds_its_own_jacobian_to_the_bent_inertia(name: str) -> None:
+    """M grows by mt J'J, with J by differences of the tip's place."""
+    arm = ARMS[name]
+    last = arm.segments[-1].model_copy(update={"tip_mass": 0.8})
+    heavier = arm.model_copy(update={"segments": (*arm.segments[:-1], last)})
+    q = random_state(arm, seed=4)[0]
+    code = compiled(arm)
+    J = jacobian(lambda x: code.tip_place(x, arm_vector(arm))[0], q)
+    M = code.mass_matrix(q, arm_vector(arm))
+    grown = code.mass_matrix(q, arm_vector(heavier)) - M
+    assert np.abs(grown - 0.8 * J.T @ J).max() < DIFFERENCES * np.abs(M).max()

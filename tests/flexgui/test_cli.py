@@ -1,0 +1,107 @@
+"""The command line: exit codes, one-sentence errors, a quick start."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from core.errors import InputError
+from core.progress import Progress, Silent
+from core.results import Outcome
+from flexgui import __version__
+from flexgui.cli import app
+
+HEAVY = ("numpy", "numba", "sympy", "scipy", "pandas", "plotly", "viser")
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Path:
+    path = tmp_path / "case.toml"
+    path.write_text('title = "case"\n', encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def workbench(monkeypatch: pytest.MonkeyPatch, glocal: Outcome) -> list[object]:
+    """A workbench that notes what it is given and answers at once; or raises what it holds."""
+    calls: list[object] = []
+    reader, bench = ModuleType("core.scenario.read"), ModuleType("core.workbench")
+
+    def run_scenario(given: object, *, data_folder: Path | None, progress: Progress) -> Outcome:
+        for call in calls:
+            if isinstance(call, BaseException):
+                raise call
+        calls.append((given, data_folder, progress))
+        return glocal
+
+    reader.read_scenario = lambda path: path.name
+    bench.run_scenario = run_scenario
+    monkeypatch.setitem(sys.modules, "core.scenario.read", reader)
+    monkeypatch.setitem(sys.modules, "core.workbench", bench)
+    return calls
+
+
+def test_export_writes_the_folder(scenario: Path, workbench: list, tmp_path: Path) -> None:
+    result = run("export", scenario, "--out", tmp_path / "out", "--data", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "out" / "report.html").exists()
+    (given, folder, progress) = workbench[0]
+    assert (given, folder) == ("case.toml", tmp_path)
+    assert isinstance(progress, Silent)
+
+
+def test_bad_input_is_one_sentence_and_2(scenario: Path, workbench: list, tmp_path: Path) -> None:
+    workbench.append(InputError("th1.csv, row 7, column theta1:\nnot a number; correct it."))
+    result = run("export", scenario, "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert result.stderr == "flexgui: th1.csv, row 7, column theta1: not a number; correct it.\n"
+    assert not (tmp_path / "out").exists()
+
+
+def test_ctrl_c_is_130_and_says_that_nothing_was_overwritten(
+    scenario: Path, workbench: list, tmp_path: Path
+) -> None:
+    workbench.append(KeyboardInterrupt())
+    result = run("export", scenario, "--out", tmp_path / "out")
+    assert result.exit_code == 130
+    assert "nothing was overwritten" in result.stderr
+
+
+def test_an_output_in_the_way_is_refused_before_the_work(
+    scenario: Path, workbench: list, tmp_path: Path
+) -> None:
+    result = run("export", scenario, "--out", scenario)
+    assert result.exit_code == 2
+    assert "is a file" in result.stderr
+    assert workbench == []
+
+
+def test_wrong_usage_is_2() -> None:
+    assert run("export").exit_code == 2
+    assert run("no-such-command").exit_code == 2
+
+
+def test_the_version_is_printed() -> None:
+    assert run("--version").output.strip() == f"flexgui {__version__}"
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys, flexgui.cli\n"
+        "from typer.testing import CliRunner\n"
+        "assert CliRunner().invoke(flexgui.cli.app, ['export', '--help']).exit_code == 0\n"
+        f"print([name for name in {HEAVY!r} if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,302 @@
+"""What lies in the folder after an export, and what stays there after a failed one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.io import loadmat
+
+from core.errors import InputError
+from core.results import Outcome
+from flexgui.export import check_writable, export_outcome
+from flexgui.export import outcome as outcome_module
+from flexgui.export.filenames import unique_slugs
+from flexgui.export.folder import swap_in
+from flexgui.export.strict_json import dumps
+
+SCENARIO = 'title = "Seven working points"  # θ2, <b> & "quotes"\n'
+LARGEST_REPORT = 9e6
+"""Bytes: 4.8 million are plotly.js."""
+CSV_ROUNDING = 1e-9
+"""Relative: tables hold ten digits."""
+
+
+def read_result(out: Path) -> dict:
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} is no JSON")
+
+    return json.loads((out / "result.json").read_text("utf-8"), parse_constant=refuse)
+
+
+def contents(out: Path) -> dict[str, bytes]:
+    return {p.relative_to(out).as_posix(): p.read_bytes() for p in out.rglob("*") if p.is_file()}
+
+
+@pytest.fixture(scope="session")
+def exported(glocal: Outcome, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("export") / "deep" / "report"
+    export_outcome(glocal, SCENARIO, out)
+    return out
+
+
+def test_all_files_are_there_and_listed(exported: Path) -> None:
+    there = contents(exported)
+    assert sorted(there) == read_result(exported)["files"]
+    assert {"report.html", "result.json", "model.mat", "model.json", "scenario.toml",
+            "tables/parameters.csv", "tables/fit.csv", "tables/correlation.csv",
+            "tables/convergence.csv", "tables/recording_th1.csv"} <= set(there)  # fmt: skip
+    assert there["scenario.toml"].decode() == SCENARIO
+
+
+def test_result_keeps_the_contract(exported: Path, glocal: Outcome) -> None:
+    result = read_result(exported)
+    assert result["schema"] == 1
+    assert result["title"] == glocal.title
+    assert result["verdict"] is None
+    assert result["final_verdict"] is None
+    assert result["ranking"] == []
+    assert set(result["seconds"]) >= {"identify", "diagnose"}
+    for parameter in result["parameters"]:
+        assert {"name", "value", "std", "unit", "identifiable"} <= set(parameter)
+    (step,) = result["steps"]
+    assert step["added"] is None
+    assert step["tip_rms_m"] > 0
+    assert len(step["fit_percent"]) == len(step["validation_fit_percent"]) == 2
+    assert [e["channel"] for e in step["errors"]] == ["ydot1", "ydot2", "z1"]
+    for error in step["errors"]:
+        assert {"channel", "unit", "rms", "floor", "validation_rms"} <= set(error)
+
+
+def test_results_of_local_fits_hold_the_means(local: Outcome, tmp_path: Path) -> None:
+    export_outcome(local, SCENARIO, tmp_path)
+    result = read_result(tmp_path)
+    names = [parameter["name"] for parameter in result["parameters"]]
+    assert names == ["epsilon", "d", "lambda1", "EI"]
+    assert len(result["fits"]) == 3
+
+
+def test_what_is_not_a_number_is_null(bare: Outcome, tmp_path: Path) -> None:
+    export_outcome(bare, SCENARIO, tmp_path)
+    step = read_result(tmp_path)["steps"][0]
+    assert step["fit_percent"] == [None]
+    assert step["errors"][0]["rms"] is None
+    assert step["tip_rms_m"] is None
+
+
+def test_strict_json_knows_numpy_and_refuses_nothing_finite() -> None:
+    value = {"a": np.float64("nan"), "b": np.array([1.0, np.inf]), "c": (np.int64(3), True)}
+    assert json.loads(dumps(value)) == {"a": None, "b": [1.0, None], "c": [3, True]}
+
+
+def test_the_mat_file_gives_back_the_descriptor_model(exported: Path, glocal: Outcome) -> None:
+    mat, model = loadmat(exported / "model.mat"), glocal.model
+    theta2 = 0.7
+    basis = [1.0, np.cos(theta2)]
+    expected = sum(f * term for f, term in zip(basis, model.E_terms, strict=True))
+    np.testing.assert_array_equal(mat["E0"] + np.cos(theta2) * mat["E1"], expected)
+    np.testing.assert_array_equal(mat["A0"], model.A_terms[0])
+    for name in "BCD":
+        np.testing.assert_array_equal(mat[name], getattr(model, name))
+    assert [str(cell[0][0]) for cell in mat["E_basis"]] == list(model.basis)
+    assert [str(cell[0][0]) for cell in mat["states"]] == list(model.states)
+    assert "E = E0 + cos(theta2)*E1; A = A0; sys = dss(A, B, C, D, E);" in str(mat["note"][0])
+
+
+def test_the_json_model_equals_the_mat_model(exported: Path, glocal: Outcome) -> None:
+    model = json.loads((exported / "model.json").read_text("utf-8"))
+    np.testing.assert_array_equal(model["E_terms"], glocal.model.E_terms)
+    assert tuple(model["inputs"]) == glocal.model.inputs
+
+
+def test_tables_hold_every_sample(exported: Path, glocal: Outcome) -> None:
+    table = pd.read_csv(exported / "tables" / "recording_th1.csv")
+    channel = glocal.comparisons[0].channels[2]
+    assert len(table) == channel.time.size
+    np.testing.assert_allclose(table["t [s]"], channel.time, rtol=CSV_ROUNDING)
+    np.testing.assert_allclose(table["z1 measured [m]"], channel.measured, rtol=CSV_ROUNDING)
+    np.testing.assert_array_equal(table["z1 counted"], channel.counted)
+
+
+class Page(HTMLParser):
+    """Collects what a browser would fetch, run and show."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.scripts = 0
+        self.figures: list[dict] = []
+        self._json = False
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        self.links += [given[k] or "" for k in ("src", "href", "srcset", "data") if k in given]
+        self.scripts += tag == "script"
+        self._json = tag == "script" and given.get("type") == "application/json"
+
+    def handle_data(self, data: str) -> None:
+        if self._json:
+            self.figures.append(json.loads(data))
+            self._json = False
+
+
+def page(out: Path) -> tuple[str, Page]:
+    text = (out / "report.html").read_text("utf-8")
+    parsed = Page()
+    parsed.feed(text)
+    return text, parsed
+
+
+def test_the_report_fetches_nothing(exported: Path) -> None:
+    text, parsed = page(exported)
+    assert parsed.links == []
+    assert "default-src 'none'" in text
+    assert "@import" not in text.split("<script")[0]
+    assert len(text) < LARGEST_REPORT
+
+
+def test_the_report_has_all_sections_and_figures(exported: Path, bare: Outcome) -> None:
+    text, parsed = page(exported)
+    ids = "parameters identifiability fit variants recordings missing convergence correlations"
+    for section in (*ids.split(), "model", "notes", "scenario"):
+        assert f'<section id="{section}">' in text
+    assert len(parsed.figures) == 1 + 1 + 2 * 7 + 2 + 1 + 1
+    assert "<math" in text
+
+
+def test_a_bare_outcome_has_no_empty_sections(bare: Outcome, tmp_path: Path) -> None:
+    export_outcome(bare, "", tmp_path)
+    text, _ = page(tmp_path)
+    for section in ("parameters", "identifiability", "variants", "missing", "convergence",
+                    "correlations", "notes", "scenario"):  # fmt: skip
+        assert f'<section id="{section}">' not in text
+
+
+@pytest.mark.parametrize("name", ["<script>alert(1)</script>", "</script><b>", "a & b", '"; x'])
+def test_names_are_text_and_never_markup(
+    name: str, renamed: Callable[[str], Outcome], exported: Path, tmp_path: Path
+) -> None:
+    export_outcome(renamed(name), name, tmp_path)
+    text, parsed = page(tmp_path)
+    assert parsed.scripts == page(exported)[1].scripts
+    assert "<script>alert" not in text
+    assert "<b>" not in text.split("<script>")[0]
+    tables = {p.name for p in (tmp_path / "tables").iterdir()}
+    assert len([t for t in tables if t.startswith("recording_")]) == 7
+
+
+def test_file_names_are_safe_and_unique() -> None:
+    slugs = unique_slugs(["a/b", "a b", "A_B", "../../etc", "", "ä", "x" * 500])
+    assert len({slug.lower() for slug in slugs}) == 7
+    assert all("/" not in s and not s.startswith(".") and 0 < len(s) <= 90 for s in slugs)
+
+
+def test_a_second_export_replaces_the_first(
+    exported: Path, local: Outcome, glocal: Outcome, tmp_path: Path
+) -> None:
+    export_outcome(glocal, SCENARIO, tmp_path)
+    (tmp_path / "tables" / "mine.csv").write_text("kept")
+    export_outcome(local, SCENARIO, tmp_path)
+    assert sorted(contents(tmp_path)) == sorted([*read_result(tmp_path)["files"],
+                                                 "tables/mine.csv"])  # fmt: skip
+    assert not (tmp_path / "tables" / "recording_sweep1.csv").exists()
+
+
+def test_a_failure_while_writing_leaves_the_old_report(
+    local: Outcome, glocal: Outcome, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    export_outcome(glocal, SCENARIO, tmp_path)
+    before = contents(tmp_path)
+
+    def full(*_: object) -> str:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(outcome_module, "report_html", full)
+    with pytest.raises(InputError, match="no space left on device.*unchanged"):
+        export_outcome(local, "other", tmp_path)
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("calls", [0, 1, 4])
+def test_a_failure_while_swapping_puts_the_old_files_back(
+    calls: int, local: Outcome, glocal: Outcome, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    export_outcome(glocal, SCENARIO, tmp_path)
+    before = contents(tmp_path)
+    replace, count = Path.replace, 0
+
+    def failing(self: Path, target: Path) -> Path:
+        nonlocal count
+        count += 1
+        if count > calls:
+            raise PermissionError(13, "Permission denied")
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", failing)
+    with pytest.raises(InputError, match="unchanged"):
+        export_outcome(local, "other", tmp_path)
+    assert contents(tmp_path) == before
+
+
+def test_an_interrupt_while_writing_leaves_no_trace(
+    glocal: Outcome, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> str:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(outcome_module, "report_html", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        export_outcome(glocal, SCENARIO, tmp_path / "new")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_index_that_lists_files_elsewhere_removes_nothing_there(
+    glocal: Outcome, tmp_path: Path
+) -> None:
+    outside = tmp_path / "outside.txt"
+    outside.write_text("mine")
+    out = tmp_path / "out"
+    out.mkdir()
+    names = ["../outside.txt", str(outside)]
+    (out / "result.json").write_text(json.dumps({"files": names}))
+    export_outcome(glocal, SCENARIO, out)
+    assert outside.read_text() == "mine"
+
+
+def test_a_file_in_the_way_is_refused_before_the_work(tmp_path: Path) -> None:
+    file = tmp_path / "report"
+    file.write_text("mine")
+    for out in (file, file / "below"):
+        with pytest.raises(InputError, match="--out"):
+            check_writable(out)
+    assert file.read_text() == "mine"
+
+
+def test_checking_leaves_no_trace(tmp_path: Path) -> None:
+    check_writable(tmp_path / "a" / "b")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_in_the_way_of_a_file_is_one_sentence(glocal: Outcome, tmp_path: Path) -> None:
+    (tmp_path / "report.html").mkdir()
+    with pytest.raises(InputError, match="report.html"):
+        export_outcome(glocal, SCENARIO, tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_swapping_works_outside_the_main_thread(tmp_path: Path) -> None:
+    from threading import Thread
+
+    room, out = tmp_path / "room", tmp_path / "out"
+    room.mkdir()
+    out.mkdir()
+    (room / "a").write_text("1")
+    worker = Thread(target=swap_in, args=(room, out))
+    worker.start()
+    worker.join()
+    assert (out / "a").read_text() == "1"

@@ -1,0 +1,79 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flexgui.views.names import channel_symbol, plain_symbol
+from flexgui.views.numbers import format_number, format_value
+from flexgui.views.units import shown_unit
+
+HALF_A_DIGIT = 0.51
+"""Rounding moves a number by half of its last digit, and a little by the binary fraction."""
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "unit", "text"),
+    [
+        (520.8333, 0.0213, "N m²", "520.83 ± 0.02\N{NO-BREAK SPACE}N m²"),
+        (1.00984, 0.0924, "GPa", "1.01 ± 0.09\N{NO-BREAK SPACE}GPa"),
+        (50.2, 1.3, "mm", "50.2 ± 1.3\N{NO-BREAK SPACE}mm"),
+        (60.0, 0.0998, "", "60.00 ± 0.10"),
+        (1234.5, 56.0, "", "1230 ± 60"),
+        (2.346e-5, 3e-7, "m", "(2.35 ± 0.03) × 10⁻⁵\N{NO-BREAK SPACE}m"),
+        (0.0, 0.5, "N m", "0.0 ± 0.5\N{NO-BREAK SPACE}N m"),
+        (520.8333, math.nan, "N m²", "520.8\N{NO-BREAK SPACE}N m²"),
+        (520.8333, 0.0, "", "520.8"),
+        (math.nan, 1.0, "m", "–"),
+    ],
+)
+def test_a_value_is_rounded_to_its_deviation(
+    value: float, std: float, unit: str, text: str
+) -> None:
+    assert format_value(value, std, unit) == text
+
+
+@given(st.floats(1e-3, 9e5), st.floats(1e-6, 1e3))
+def test_rounding_stays_within_the_deviation(value: float, std: float) -> None:
+    text = format_value(value, std)
+    if "×" in text:
+        return
+    shown, deviation = (float(part) for part in text.split(" ± "))
+    assert abs(shown - value) <= HALF_A_DIGIT * std + 1e-12 * value
+    assert deviation == pytest.approx(std, rel=HALF_A_DIGIT)
+
+
+@given(st.floats(allow_nan=True, allow_infinity=True), st.integers(2, 8))
+def test_any_number_has_a_text(value: float, digits: int) -> None:
+    assert format_number(value, digits)
+
+
+@given(st.floats(1e-3, 9e5))
+def test_four_digits_are_right_to_half_of_the_last(value: float) -> None:
+    assert float(format_number(value)) == pytest.approx(value, rel=HALF_A_DIGIT * 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("values", "unit", "factor", "name"),
+    [
+        (np.array([1e-4, np.nan, -3e-4]), "m", 1e3, "mm"),
+        (0.5, "m", 1.0, "m"),
+        (1e9, "Pa", 1e-9, "GPa"),
+        (0.0, "rad", 1.0, "rad"),
+        (np.array([]), "rad", 1.0, "rad"),
+        (1e-9, "N m²", 1.0, "N m²"),
+    ],
+)
+def test_units_suit_the_size(values: np.ndarray, unit: str, factor: float, name: str) -> None:
+    shown = shown_unit(values, unit)
+    assert (shown.factor, shown.name) == (factor, name)
+
+
+def test_names_read_as_written_by_hand() -> None:
+    assert channel_symbol("z2") == "z₂"
+    assert channel_symbol("temperature") == "temperature"
+    assert plain_symbol("\\varepsilon", "epsilon") == "ε"
+    assert plain_symbol("\\lambda_{1}", "lambda1") == "λ₁"
+    assert plain_symbol("", "EI1") == "EI₁"
+    assert plain_symbol("\\dot{\\theta}_1", "x").endswith("₁")

@@ -1,0 +1,145 @@
+"""Each view is a pure function whose axes carry units."""
+
+from __future__ import annotations
+
+import copy
+import re
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+from core.results import Outcome
+from flexgui.views import colours
+from flexgui.views.comparison import comparison
+from flexgui.views.convergence import convergence
+from flexgui.views.correlation import correlation
+from flexgui.views.fit_bars import fit_bars
+from flexgui.views.fit_table import fit_table
+from flexgui.views.layout import caption
+from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
+from flexgui.views.parameters import parameters
+from flexgui.views.pooled import overall_estimates, tip_rms
+from flexgui.views.summary import summary
+from flexgui.views.valley import valley
+from flexgui.views.variants import variants
+
+LEAST_CONTRAST = 3.0
+"""Of lines against their ground, WCAG 2.2, 1.4.11."""
+
+FIGURES: dict[str, Callable[[Outcome], go.Figure | None]] = {
+    "comparison": lambda o: comparison(o.comparisons[0]),
+    "convergence": lambda o: convergence(o.fits),
+    "correlation": lambda o: correlation(o.fits[0]),
+    "fit_bars": lambda o: fit_bars(o.comparisons),
+    "valley": lambda o: valley(o.fits),
+    "missing_over_time": lambda o: missing_over_time(o.comparisons[0].missing_torque),
+    "missing_over_velocity": lambda o: missing_over_velocity(o.comparisons[0].missing_torque),
+}
+UNITLESS = {"parameter", "recording"}
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_axes_carry_units(name: str, glocal: Outcome) -> None:
+    layout = FIGURES[name](glocal).to_dict()["layout"]
+    titled = [
+        axis["title"]["text"]
+        for key, axis in layout.items()
+        if key[1:5] == "axis" and axis.get("title", {}).get("text")
+    ]
+    assert titled
+    for text in titled:
+        assert text in UNITLESS or re.search(r"\[.+\]$", text), text
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_views_are_pure(name: str, glocal: Outcome) -> None:
+    before = copy.deepcopy(glocal.comparisons[0].channels[0].measured)
+    first, second = (FIGURES[name](glocal).to_json() for _ in range(2))
+    assert first == second
+    np.testing.assert_array_equal(before, glocal.comparisons[0].channels[0].measured)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_have_a_caption_and_a_clear_ground(name: str, glocal: Outcome) -> None:
+    figure = FIGURES[name](glocal)
+    assert caption(figure).endswith(".")
+    assert figure.layout.paper_bgcolor == colours.CLEAR
+
+
+def test_long_traces_are_thinned_and_the_caption_says_so(glocal: Outcome) -> None:
+    figure = comparison(glocal.comparisons[0])
+    assert max(len(t.x) for t in figure.data) < 2100
+    assert "2000 points" in caption(figure)
+
+
+def test_small_residuals_read_in_small_units(glocal: Outcome) -> None:
+    titles = [axis.title.text for axis in comparison(glocal.comparisons[0]).select_yaxes()]
+    assert "Δz₁ [mm]" in titles
+
+
+def test_nothing_to_show_gives_no_figure(bare: Outcome) -> None:
+    assert convergence(bare.fits) is None
+    assert valley(bare.fits) is None
+    assert fit_bars(bare.comparisons) is None
+    assert variants(bare) is None
+
+
+def test_local_fits_have_a_block_each_and_the_mean(local: Outcome) -> None:
+    rows = parameters(local.fits).rows
+    assert [row.cells[0] for row in rows] == [
+        label for label in ("th1", "th2", "th3", "mean of 3") for _ in range(4)
+    ]
+    mean = {e.name: e for e in overall_estimates(local.fits)}["lambda1"]
+    assert mean.std == pytest.approx(0.12 / np.sqrt(3))
+
+
+def test_the_std_of_a_free_parameter_is_not_shown(glocal: Outcome) -> None:
+    by_name = {row.cells[0]: row.cells for row in parameters(glocal.fits).rows}
+    assert "±" not in by_name["ε"][1]
+    assert by_name["ε"][2] == "–"
+    assert by_name["EI (follows)"][1] == "520.83 ± 0.02\N{NO-BREAK SPACE}N m²"
+
+
+def test_the_summary_says_what_was_found_and_what_cannot_be_told(glocal: Outcome) -> None:
+    text = " ".join(summary(glocal))
+    assert "EI = 520.83 ± 0.02" in text
+    assert "do not determine ε and d one by one, only ε d⁴" in text
+    assert "On validation" in text
+
+
+def test_means_stand_above_the_single_recordings(glocal: Outcome) -> None:
+    cells = [row.cells for row in fit_table(glocal.comparisons).rows]
+    assert cells[0][:2] == ("all 5", "estimation")
+    assert len(cells) == 2 * 3 + 7 * 3
+
+
+def test_the_better_model_is_marked(glocal: Outcome) -> None:
+    table = variants(glocal)
+    assert table is not None
+    assert {row.best for row in table.rows} == {3}
+
+
+def test_the_tip_error_is_weighted_by_samples(glocal: Outcome) -> None:
+    one, two = glocal.comparisons[:2]
+    assert tip_rms([]) is None
+    assert tip_rms([replace(one, tip_rms=None)]) is None
+    value = tip_rms([one, two])
+    assert value == pytest.approx(np.sqrt((one.tip_rms**2 + two.tip_rms**2) / 2))
+
+
+def _luminance(colour: str) -> float:
+    parts = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
+    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+@pytest.mark.parametrize("ground", ["#ffffff", "#14181d"])
+def test_colours_are_readable_in_light_and_dark(ground: str) -> None:
+    used = {colours.MEASURED, colours.MODEL, colours.RESIDUAL, colours.ADDED, colours.START,
+            colours.BOUND, *colours.SERIES}  # fmt: skip
+    for colour in used:
+        dark, light = sorted((_luminance(colour), _luminance(ground)))
+        assert (light + 0.05) / (dark + 0.05) >= LEAST_CONTRAST, colour

@@ -1,0 +1,264 @@
+"""Bad files: one sentence that names the file and what is wrong in it, and no other error."""
+
+from __future__ import annotations
+
+import gzip
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from core.errors import InputError
+from core.recording.load import load_recording
+from core.recording.recording import Recording
+from core.recording.save import save_recording
+from core.recording.spec import RecordingSpec
+
+ROWS = 30
+NAMES = ("t", "dtheta1_ref", "theta1", "u1", "z1")
+COMPLETE = ("dtheta1_ref", "theta1", "u1")
+EXAMPLES = 40
+"""Per kind of damage; a case takes a few milliseconds."""
+
+Lines = list[list[str]]
+quick = settings(max_examples=EXAMPLES, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+rows = st.integers(1, ROWS)
+
+
+def good_lines() -> Lines:
+    body = [[f"{1e-3 * k:.3f}", *(f"{np.sin(k + c):.6f}" for c in range(4))] for k in range(ROWS)]
+    return [list(NAMES), *body]
+
+
+def sentence(content: str | bytes, file: str = "th1.csv") -> str:
+    """What reading the content as `file` says; fails where it says nothing or is no sentence."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / file
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+        with pytest.raises(InputError) as caught:
+            load_recording(path, RecordingSpec(file=file), required=("theta1", "z1"))
+    text = str(caught.value)
+    assert text
+    assert "\n" not in text
+    assert file in text
+    assert text.endswith((".", "?"))
+    return text
+
+
+def joined(lines: Lines) -> str:
+    return "\n".join(",".join(line) for line in lines) + "\n"
+
+
+def changed(row: int, column: str, cell: str) -> str:
+    lines = good_lines()
+    lines[row][NAMES.index(column)] = cell
+    return joined(lines)
+
+
+def names_cell(text: str, row: int, column: str) -> bool:
+    return f"data row {row} (line {row + 1})" in text and column in text
+
+
+def test_the_undamaged_file_is_read(tmp_path):
+    path = tmp_path / "th1.csv"
+    path.write_text(joined(good_lines()))
+    assert len(load_recording(path, RecordingSpec(file="th1.csv")).time) == ROWS
+
+
+@quick
+@given(rows, st.sampled_from(COMPLETE), st.sampled_from(["", "NaN", "nan", " ", "NA"]))
+def test_an_empty_cell_in_a_complete_column_is_named(row, column, cell):
+    assert names_cell(sentence(changed(row, column, cell)), row, column)
+
+
+WORDS = st.text("abcxyz!?%&éß一", min_size=1, max_size=8) | st.sampled_from(
+    ["1.2.3", "1e", "-", "--1", "0x1F", "1_000", "#REF!", "true", "1 2"]
+)
+
+
+@quick
+@given(rows, st.sampled_from(NAMES), WORDS)
+def test_text_in_a_number_column_is_named(row, column, cell):
+    text = sentence(changed(row, column, cell))
+    assert names_cell(text, row, column)
+
+
+@quick
+@given(rows, st.sampled_from(NAMES), st.sampled_from(["inf", "-inf", "1e999"]))
+def test_an_infinite_value_is_named(row, column, cell):
+    assert names_cell(sentence(changed(row, column, cell)), row, column)
+
+
+@quick
+@given(st.integers(2, ROWS), st.floats(0.0, 1.0))
+def test_time_that_repeats_or_falls_back_is_named(row, back):
+    value = (1 - back) * 1e-3 * (row - 2)
+    assert names_cell(sentence(changed(row, "t", f"{value:.9f}")), row, "t")
+
+
+@quick
+@given(st.integers(3, ROWS - 1), st.integers(2, 50))
+def test_a_gap_in_time_is_named(row, missing):
+    lines = good_lines()
+    for line in lines[row:]:
+        line[0] = f"{float(line[0]) + 1e-3 * missing:.3f}"
+    text = sentence(joined(lines))
+    assert names_cell(text, row, "t")
+    assert "not uniform" in text
+
+
+@quick
+@given(st.integers(1, ROWS), st.integers(0, len(NAMES) - 1))
+def test_a_row_with_too_few_fields_is_named(row, fields):
+    lines = good_lines()
+    lines[row] = lines[row][:fields]
+    if row == ROWS and fields == 0:
+        lines.append(good_lines()[row])  # an empty last line is no fault
+    assert f"data row {row} (line {row + 1})" in sentence(joined(lines))
+
+
+@quick
+@given(st.integers(1, ROWS), st.integers(1, 3))
+def test_a_row_with_too_many_fields_is_named(row, more):
+    lines = good_lines()
+    lines[row] += ["1.0"] * more
+    assert f"data row {row} (line {row + 1})" in sentence(joined(lines))
+
+
+@quick
+@given(st.sampled_from(["t", "theta1", "z1"]), st.sampled_from(["rename", "remove"]))
+def test_a_missing_column_is_named(column, how):
+    lines, index = good_lines(), NAMES.index(column)
+    if how == "rename":
+        lines[0][index] = f"my_{column}"
+    else:
+        lines = [[*line[:index], *line[index + 1 :]] for line in lines]
+    assert f"no column {column}" in sentence(joined(lines))
+
+
+@quick
+@given(st.sampled_from(NAMES), st.sampled_from(["N s", "degC", "m^3", "kg", "?", "9", "lx"]))
+def test_a_unit_that_does_not_fit_is_named(column, unit):
+    lines = good_lines()
+    lines[0][NAMES.index(column)] = f"{column} [{unit}]"
+    text = sentence(joined(lines))
+    assert f"column {column} [{unit}]" in text
+
+
+@quick
+@given(st.sampled_from(NAMES), st.sampled_from(NAMES))
+def test_a_doubled_column_is_named(first, second):
+    lines = good_lines()
+    lines = [[*line, line[NAMES.index(first)]] for line in lines]
+    lines[0][-1] = first
+    assert f"two columns {first}" in sentence(joined(lines))
+
+
+@quick
+@given(st.integers(0, 9))
+def test_too_few_samples_are_counted(count):
+    text = sentence(joined(good_lines()[: count + 1]))
+    assert "no samples" in text or f"{count} samples" in text
+
+
+@pytest.mark.parametrize("file", ["th1.csv", "th1.csv.gz", "th1.parquet", "th1.mat"])
+@pytest.mark.parametrize("content", [b"", b"\n\n", b"\0\0\0\0", b"\x1f\x8b", b"PAR1", b"<html>"])
+def test_content_that_is_no_table_is_refused(file, content):
+    sentence(content, file)
+
+
+def _bytes_of(file: str) -> bytes:
+    rng = np.random.default_rng(5)
+    channels = {name: rng.normal(size=ROWS) for name in (*COMPLETE, "z1")}
+    recording = Recording("th1", 1e-3 * np.arange(ROWS), channels)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / file
+        if file.endswith(".mat"):
+            from scipy.io import savemat
+
+            packed = not file.startswith("plain")
+            savemat(path, {"t": recording.time, **channels}, do_compression=packed)
+        else:
+            save_recording(recording, path)
+        return path.read_bytes()
+
+
+KINDS = ("th1.csv.gz", "th1.parquet", "th1.mat", "plain.mat")
+BINARY = {file: _bytes_of(file) for file in KINDS}
+
+
+@quick
+@given(st.sampled_from(sorted(BINARY)), st.floats(0.0, 0.98))
+def test_a_binary_file_cut_short_is_refused(file, part):
+    content = BINARY[file]
+    sentence(content[: int(part * len(content))], file)
+
+
+def only_input_errors(action: Callable[[], object], file: str) -> None:
+    """The action succeeds or says one line that names the file."""
+    try:
+        action()
+    except InputError as error:
+        assert "\n" not in str(error)
+        assert file in str(error)
+
+
+@quick
+@given(st.sampled_from(sorted(BINARY)), st.data())
+def test_a_binary_file_with_wrong_bytes_ends_in_a_sentence_at_worst(file, data):
+    content = bytearray(BINARY[file])
+    for _ in range(data.draw(st.integers(1, 4))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / file
+        path.write_bytes(content)
+        only_input_errors(lambda: load_recording(path, RecordingSpec(file=file)), file)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_any_text_ends_in_a_sentence_at_worst(data):
+    cells = st.sampled_from(
+        [*NAMES, "", "1", "0.5", '"', "nan", "a;b", "\t", "é", "1e3", "'", "[m]"]
+    )
+    lines = data.draw(st.lists(st.lists(cells, max_size=5), max_size=14))
+    ends = data.draw(st.sampled_from(["\n", "\r\n", "\r"]))
+    content = ends.join(",".join(line) for line in lines)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "th1.csv"
+        path.write_bytes(content.encode())
+        only_input_errors(lambda: load_recording(path, RecordingSpec(file="th1.csv")), "th1.csv")
+
+
+def test_a_file_cut_anywhere_is_refused_or_warned_of(tmp_path):
+    whole = joined(good_lines())
+    path = tmp_path / "th1.csv"
+    for length in range(len(whole) - 200, len(whole) - 1, 7):
+        path.write_text(whole[:length])
+        try:
+            warnings = load_recording(path, RecordingSpec(file="th1.csv")).warnings
+        except InputError as error:
+            assert "th1.csv" in str(error)
+        else:
+            assert whole[length - 1] == "\n" or any("cut short" in w for w in warnings)
+
+
+def test_missing_file_folder_and_unknown_kind_are_told_apart(tmp_path):
+    (tmp_path / "folder.csv").mkdir()
+    for file, words in (
+        ("gone.csv", "does not exist"),
+        ("folder.csv", "is a folder"),
+        ("th1.xlsx", "of no kind that can be read"),
+    ):
+        with pytest.raises(InputError, match=words) as caught:
+            load_recording(tmp_path / file, RecordingSpec(file=file))
+        assert file in str(caught.value)
+
+
+def test_gzip_of_a_bad_table_names_the_row():
+    text = sentence(gzip.compress(changed(7, "theta1", "").encode()), "th1.csv.gz")
+    assert names_cell(text, 7, "theta1")

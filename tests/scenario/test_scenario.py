@@ -1,0 +1,274 @@
+from __future__ import annotations
+
+import copy
+import tomllib
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.errors import InputError
+from core.scenario.data_folder import VARIABLE, resolve_file
+from core.scenario.read import check_scenario, parse_scenario, read_scenario
+from core.scenario.schema import Scenario
+from core.scenario.write import scenario_toml, write_scenario
+
+FULL = """
+title = "Everything at once"
+[arm]
+preset = "paper"
+modes = [2, 2]
+EI = [500.0, 600.0]
+gravity = [0.0, -9.81]
+[drive]
+kind = "torque"
+torque_constant = [8.9, 0.87]
+[model]
+level = "nonlinear"
+effects = [{id = "coulomb_friction", fc1 = {start = 1.0, vary = true}}]
+[[model.own]]
+target = "torque1"
+formula = "-a*dtheta1**3"
+parameters = {a = 1.0}
+[sensors]
+camera_noise = 3e-5
+camera_rate = 100
+[[recordings]]
+file = "bench/th1.csv.gz"
+window = [0.0, 5.0]
+time_shift = 0.01
+columns = {theta1 = "q1 [deg]", u1 = {name = "tau", gain = 2.0, sign = -1}}
+mask = {deflection1 = [[0.0, 1.8], [2.0, 3.0]]}
+logger_filter = {deflection1 = {frequency = 12.57, damping = 0.9}}
+camera = {origin = [0.1, 0.2], angle = 0.1, scale = 1.1, delay = 0.01}
+[[recordings]]
+role = "validate"
+simulate = {theta2 = 0.3927, snr_db = 20, hidden = {coulomb_friction = {fc1 = 1.0}}}
+[[recordings]]
+simulate = {sweep = [0.4, 2.7], excitation = "chirp", options = {f1 = 10.0}}
+[identify]
+method = "local"
+parameters = ["EI1", "EI2"]
+output = "z"
+filter = {cutoff_hz = 25.0}
+bounds = {EI1 = [400.0, 700.0]}
+prior = {EI1 = 50.0, EI2 = {value = 520.0, std = 10.0}}
+start = {EI1 = 500.0}
+weights = {z1 = 2.0}
+offsets = ["deflection1"]
+generations = 0
+[diagnose]
+max_effects = 3
+[[compare]]
+title = "rigid"
+arm = {modes = 0}
+drop_logger_filters = true
+"""
+
+
+@pytest.fixture
+def full() -> Scenario:
+    return parse_scenario(FULL, "full.toml")
+
+
+def test_full_scenario_is_understood(full):
+    assert full.drive.options == {"torque_constant": [8.9, 0.87]}
+    assert full.identify.output == ("z",)
+    assert full.identify.prior["EI1"].std == 50.0
+    assert full.recordings[0].columns["theta1"].name == "q1 [deg]"
+    assert full.recordings[1].hidden == {"coulomb_friction": {"fc1": 1.0}}
+    assert full.arm.overrides == {"modes": [2, 2], "EI": [500.0, 600.0]}
+
+
+def test_recordings_without_a_name_get_one(full):
+    assert [r.name for r in full.recordings] == ["th1", "simulated-1", "simulated-2"]
+    twice = {"title": "x", "arm": {"preset": "paper"}, "recordings": [{"file": "a/th.csv"}] * 2}
+    assert [r.name for r in check_scenario(twice, "x").recordings] == ["th", "th-2"]
+
+
+@pytest.mark.parametrize("text", [FULL, 'title = "small"\n[arm]\npreset = "paper"\n'])
+def test_a_written_scenario_is_read_back_equal(tmp_path, text):
+    scenario = parse_scenario(text, "first.toml")
+    write_scenario(scenario, tmp_path / "again.toml")
+    assert read_scenario(tmp_path / "again.toml") == scenario
+    assert [path.name for path in tmp_path.iterdir()] == ["again.toml"]
+
+
+def test_writing_twice_changes_nothing(full):
+    text = scenario_toml(full)
+    assert scenario_toml(parse_scenario(text, "again.toml")) == text
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.text(max_size=20), st.lists(st.text(min_size=1, max_size=8), max_size=3, unique=True))
+def test_any_words_survive_writing(title, parameters):
+    document = {
+        "title": title or "x",
+        "arm": {"preset": "paper"},
+        "identify": {"parameters": parameters},
+        "drive": {"kind": "own", "note": title, "overrides": [1, "[", "a,\n"]},
+    }
+    scenario = check_scenario(document, "x.toml")
+    assert parse_scenario(scenario_toml(scenario), "x.toml") == scenario
+
+
+def _refusal(text: str) -> str:
+    with pytest.raises(InputError) as caught:
+        parse_scenario(text, "case.toml")
+    sentence = str(caught.value)
+    assert "\n" not in sentence
+    assert sentence.startswith("case.toml")
+    return sentence
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('title = "E', 'titel = "E', "titel is not a setting; did you mean 'title'?"),
+        ('method = "local"', 'method = "locl"', "[identify] method is 'locl'; it must be 'glocal'"),
+        ("generations = 0", "population = 3", "[identify] population is 3; it must be at least 4."),
+        (
+            "generations = 0",
+            "generations = -1",
+            "[identify] generations is -1; it must be at least",
+        ),
+        ("generations = 0", 'generations = "9"', "generations is '9'; it must be a whole number."),
+        ("generations = 0", "generations = 1.5", "generations is 1.5; it must be a whole number."),
+        ("generations = 0", "refine = 1", "[identify] refine is 1; it must be true or false."),
+        ("generations = 0", "populatoin = 9", "did you mean 'population'?"),
+        ("generations = 0", "parameters = 3", "Cannot overwrite a value"),
+        ("= [400.0, 700.0]", "= [700.0, 400.0]", "[identify] bounds.EI1 is [700, 400]; the first"),
+        ("= [400.0, 700.0]", "= [400.0]", "[identify] bounds.EI1 entry 2 is missing"),
+        ("= [400.0, 700.0]", "= [1.0, 2.0]", "[identify] start.EI1 is 500, outside its bounds"),
+        ("= [400.0, 700.0]", "= [1.0, inf]", "it must be a finite number."),
+        (
+            'output = "z"',
+            'output = "x"',
+            "[identify] output entry 1 is 'x'; it must be 'y', 'ydot'",
+        ),
+        ('output = "z"', 'output = ["z", "z"]', "[identify] output lists 'z' twice"),
+        ("cutoff_hz = 25.0", "cutoff = 25.0", "[identify] filter.cutoff is not a setting; did you"),
+        ("EI1 = 50.0", "EI1 = -1", "[identify] prior.EI1.std is -1; it must be greater than 0."),
+        ("weights = {z1", "weights = {z7", "[identify] weights names no channel 'z7'"),
+        ("camera_noise = 3e-5", "camera_noise = -1", "[sensors] camera_noise is -1; it must be"),
+        ("camera_noise", "camra_noise", "did you mean 'camera_noise'?"),
+        ("max_effects = 3", "max_effects = -3", "[diagnose] max_effects is -3"),
+        ("[diagnose]", "[diagnosis]", "diagnosis is not a setting; did you mean 'diagnose'?"),
+        ("window = [0.0, 5.0]", "window = [5.0, 0.0]", "[[recordings]] 1 window is [5, 0]"),
+        ("u1 = {name", "uu1 = {name", "[[recordings]] 1 columns.uu1 names no channel; did you"),
+        ("sign = -1", "sign = 2", "[[recordings]] 1 columns.u1.sign is 2; it must be 1 or -1."),
+        ("mask = {deflection1", "mask = {deflect1", "mask.deflect1 names no channel"),
+        ("[[0.0, 1.8], [2.0, 3.0]]", "[[1.8, 0.0]]", "mask.deflection1 entry 1 is [1.8, 0]"),
+        ("frequency = 12.57, ", "", "logger_filter.deflection1.frequency is missing; add it."),
+        ("scale = 1.1", "scale = 0", "[[recordings]] 1 camera.scale is 0; it must be greater"),
+        ('role = "validate"', 'role = "test"', "[[recordings]] 2 role is 'test'; it must be"),
+        ('role = "validate"', 'file = "a.csv"', "[[recordings]] 2 needs either file or simulate"),
+        ("theta2 = 0.3927", "theta_2 = 0.3", "simulate.theta_2 is not a setting; did you mean"),
+        ("theta2 = 0.3927", "seconds = 0.0", "[[recordings]] 2 simulate.seconds is 0.0; it must"),
+        ("theta2 = 0.3927", "seconds = 0.001", "fewer than 10 samples"),
+        ("preset = ", "present = ", "[arm] present is not a setting; did you mean 'preset'?"),
+        ('"paper"', '"papper"', "[arm] preset 'papper' is not known; did you mean 'paper'?"),
+        ("modes = [2, 2]", "modes = [2, 9]", "[arm] modes of segment 2 is 9; it must be at most"),
+        ("arm = {modes = 0}", "arm = {modes = 9}", "[[compare]] 1 arm modes of segment 1 is 9"),
+        ('title = "rigid"', "", "[[compare]] 1 title is missing; add it."),
+        ("[drive]", "[drive", "is not valid TOML"),
+    ],
+)
+def test_each_fault_is_named_with_its_key(old, new, words):
+    assert FULL.count(old) >= 1
+    assert words in _refusal(FULL.replace(old, new, 1))
+
+
+def test_wrong_toml_is_named_with_its_line():
+    assert "line 3" in _refusal('title = "x"\n[arm]\npreset = \n')
+
+
+@pytest.mark.parametrize("text", ["", "title = 3", "arm = 3\ntitle = 'x'", "x = " + "[" * 5000])
+def test_a_document_that_is_no_scenario_is_refused(text):
+    _refusal(text)
+
+
+def test_missing_and_unreadable_files_are_told(tmp_path):
+    (tmp_path / "latin.toml").write_bytes(b"title = '\xe9'")
+    (tmp_path / "folder.toml").mkdir()
+    for name in ("gone.toml", "latin.toml", "folder.toml"):
+        with pytest.raises(InputError, match=name):
+            read_scenario(tmp_path / name)
+
+
+def _places(node: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Where something stands in a document, tables and lists included."""
+    if isinstance(node, dict):
+        inner = [p for k, v in node.items() for p in _places(v, (*path, k))]
+    elif isinstance(node, list):
+        inner = [p for k, v in enumerate(node) for p in _places(v, (*path, k))]
+    else:
+        inner = []
+    return [path, *inner] if path else inner
+
+
+DOCUMENT = tomllib.loads(FULL)
+PLACES = _places(DOCUMENT)
+VALUES = (
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text(max_size=5)
+    | st.lists(st.integers(-1, 1), max_size=4)
+    | st.dictionaries(st.text(max_size=4), st.integers(), max_size=2)
+)
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.sampled_from(PLACES), VALUES)
+def test_any_value_anywhere_ends_in_a_sentence_at_worst(place, value):
+    document = copy.deepcopy(DOCUMENT)
+    node: Any = document
+    for part in place[:-1]:
+        node = node[part]
+    node[place[-1]] = value
+    try:
+        check_scenario(document, "case.toml")
+    except InputError as error:
+        assert str(error).startswith("case.toml: ")
+        assert "\n" not in str(error)
+        assert str(place[0]) in str(error)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.sampled_from([p for p in PLACES if isinstance(p[-1], str)]), st.text("abz_", min_size=1))
+def test_any_key_anywhere_ends_in_a_sentence_at_worst(place, key):
+    document = copy.deepcopy(DOCUMENT)
+    node: Any = document
+    for part in place[:-1]:
+        node = node[part]
+    node[key] = node.pop(place[-1])
+    try:
+        check_scenario(document, "case.toml")
+    except InputError as error:
+        assert str(error).startswith("case.toml: ")
+        assert "\n" not in str(error)
+
+
+def test_files_are_looked_for_beside_the_scenario_and_then_in_the_data_folder(
+    tmp_path, monkeypatch
+):
+    beside, data, other = tmp_path / "here", tmp_path / "data", tmp_path / "other"
+    for folder in (beside, data, other):
+        folder.mkdir()
+    (data / "a.csv").touch()
+    (other / "a.csv").touch()
+    monkeypatch.setenv(VARIABLE, str(data))
+    assert resolve_file("a.csv", beside) == data / "a.csv"
+    assert resolve_file("a.csv", beside, other) == other / "a.csv"
+    (beside / "a.csv").touch()
+    assert resolve_file("a.csv", beside) == beside / "a.csv"
+
+
+def test_a_file_that_is_nowhere_is_told_with_the_places(tmp_path, monkeypatch):
+    monkeypatch.delenv(VARIABLE, raising=False)
+    with pytest.raises(InputError, match=rf"gone\.csv.*{VARIABLE}") as caught:
+        resolve_file("gone.csv", tmp_path)
+    assert str(tmp_path) in str(caught.value)
