@@ -31,6 +31,7 @@ RANKS = {
     "core.model": 6,
     "core.scenario": 7,
     "core.simulate": 8,
+    "core.loading": 8.5,
     "core.identify": 9,
     "core.diagnose": 10,
     "core.workbench": 11,

@@ -13,12 +13,8 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from platformdirs import user_cache_path
-
+from core.arm.cache import cache_folder, sources_key
 from core.arm.symbols import Structure
-
-CACHE_VARIABLE = "FLEXGUI_CACHE"
-_SOURCES = ("generate", "kinematics", "energies", "straight", "shapes", "symbols", "slots")
 
 
 @dataclass(frozen=True)
@@ -64,25 +60,12 @@ def _floats(*arrays: np.ndarray) -> list[np.ndarray]:
     return [np.ascontiguousarray(a, dtype=float) for a in arrays]
 
 
-def cache_folder() -> Path:
-    """Where generated modules are kept; the variable FLEXGUI_CACHE moves it."""
-    chosen = os.environ.get(CACHE_VARIABLE)
-    return Path(chosen) if chosen else user_cache_path("flexgui", appauthor=False)
-
-
 def _key(structure: Structure) -> str:
     """Changes with the structure and with the code that derives its equations."""
     import numba
 
-    digest = hashlib.sha256()
-    digest.update(repr((structure, numba.__version__)).encode())
-    here = Path(__file__).parent
-    for name in _SOURCES:
-        digest.update((here / f"{name}.py").read_bytes())
-    for plug_in in sorted((here / "joints").glob("*.py")):
-        digest.update(plug_in.read_bytes())
-    digest.update((here / "module_template.txt").read_bytes())
-    return digest.hexdigest()[:20]
+    text = repr((structure, numba.__version__, sources_key()))
+    return hashlib.sha256(text.encode()).hexdigest()[:20]
 
 
 def _module_file(structure: Structure) -> Path:

@@ -4,6 +4,10 @@ from typing import Any
 
 from numba import types
 
+from core.arm.cache import keep_kernels_here
+
+keep_kernels_here()  # before the first function is compiled
+
 vector = types.float64[::1]
 matrix = types.float64[:, ::1]
 

@@ -33,6 +33,9 @@ class Cascade(Drive):
     def reference_channels(self, arm: Arm) -> tuple[str, ...]:
         return tuple(f"theta{k + 1}_ref" for k in range(arm.joints))
 
+    def latex(self) -> str:
+        return r"u = k_v (k_p (\theta^* - \theta) - \dot{\theta})"
+
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         speed = np.array(self.velocity_gains, dtype=float)
         place = speed * np.array(self.position_gains, dtype=float)

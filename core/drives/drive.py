@@ -39,6 +39,10 @@ class Drive(BaseModel):
         """The law for an arm with numbers p and the drive's parameters in `values`."""
         raise NotImplementedError
 
+    def latex(self) -> str:
+        """The law as a formula, for display."""
+        return ""
+
     def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
         """References (N, nr) of a recording."""
         columns = [recording[name] for name in self.reference_channels(arm)]

@@ -35,7 +35,7 @@ class FollowingServo:
     inertia: tuple[float, ...]
     """Diagonal of M at the joints, kg m^2; fixed, so that it does not move with the estimates."""
     smoothing: ZeroPhaseLowPass | None = None
-    """Filter of the measured positions before they are differentiated."""
+    """Filter of all that was measured, positions before they are differentiated."""
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         """The drive's own feedback acts on the measured joints; the servo on the difference."""
@@ -61,18 +61,23 @@ class FollowingServo:
     def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
         """(N, nr + 2 joints)"""
         place, speed = self.motion(recording, arm)
-        return np.hstack([self.base.signals(recording, arm), place, speed])
+        return np.hstack([self._drive_signals(recording, arm), place, speed])
+
+    def _drive_signals(self, recording: Recording, arm: Arm) -> np.ndarray:
+        return self._smoothed(self.base.signals(recording, arm), recording.sample_time)
+
+    def _smoothed(self, columns: np.ndarray, dt: float) -> np.ndarray:
+        """(N, k), through the smoothing filter where there is one."""
+        if self.smoothing is None or not columns.shape[1]:
+            return columns
+        return np.column_stack([self.smoothing.apply(x, dt) for x in columns.T])
 
     def motion(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray]:
         """Measured joint positions and velocities (N, joints), smoothed where so chosen."""
         names = [f"theta{k + 1}" for k in range(arm.joints)]
         dt = recording.sample_time
-        columns = [recording[name] for name in names]
-        if self.smoothing is not None:
-            columns = [self.smoothing.apply(x, dt) for x in columns]
-        return np.column_stack(columns), np.column_stack(
-            [central_difference(x, dt) for x in columns]
-        )
+        place = self._smoothed(np.column_stack([recording[name] for name in names]), dt)
+        return place, np.column_stack([central_difference(x, dt) for x in place.T])
 
     def recorded_torque(
         self, recording: Recording, arm: Arm, p: np.ndarray, values: Mapping[str, float]
@@ -81,5 +86,5 @@ class FollowingServo:
         own = self.base.law(arm, p, values)
         place, speed = self.motion(recording, arm)
         joints = arm.joints
-        torque = self.base.signals(recording, arm) @ own.R.T
+        torque = self._drive_signals(recording, arm) @ own.R.T
         return torque - place @ own.P[:, :joints].T - speed @ own.V[:, :joints].T

@@ -51,6 +51,10 @@ class StateFeedback(Drive):
     def reference_channels(self, arm: Arm) -> tuple[str, ...]:
         return tuple(f"theta{k + 1}_ref" for k in range(arm.joints))
 
+    def latex(self) -> str:
+        state = r"x = [\theta, \; \delta(l)/l, \; \dot{\theta}, \; \dot{\delta}(l)/l]"
+        return rf"u = k_t K (x^* - x), \qquad {state}"
+
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         joints, n = arm.joints, arm.coordinates
         K = np.array(self.gains, dtype=float) * np.array(self.torque_constants)[:, None]
@@ -61,7 +65,7 @@ class StateFeedback(Drive):
         if self.rate_filter is None:
             V += K[:, 2:3] * angle
         else:
-            blocks.add_rate(self.rate_filter, angle, K[:, 2], P)
+            blocks.add_rate(self.rate_filter, angle, K[:, 2])
         if self.gauge_filter is None:
             P += K[:, 1:2] * chord
             V += K[:, 3:4] * chord
@@ -71,11 +75,10 @@ class StateFeedback(Drive):
         limit = np.full(joints, np.inf)
         if self.current_limits is not None:
             limit = np.array(self.current_limits) * np.array(self.torque_constants)
-        S, Fs, Fq = blocks.matrices()
-        ns = len(Fs)
+        S, Fs, Fq, Fv = blocks.matrices()
         return DriveLaw(
-            R=np.diag(K[:, 0]), P=P, V=V, S=S, Fs=Fs, Fq=Fq, Fv=np.zeros((ns, n)),
-            Fr=np.zeros((ns, joints)), limit=limit,
+            R=np.diag(K[:, 0]), P=P, V=V, S=S, Fs=Fs, Fq=Fq, Fv=Fv,
+            Fr=np.zeros((len(Fs), joints)), limit=limit,
         )  # fmt: skip
 
 
@@ -85,19 +88,21 @@ class _Blocks:
     def __init__(self, joints: int, n: int) -> None:
         self.joints, self.n = joints, n
         self.S: list[np.ndarray] = []
-        self.rows: list[tuple[dict[int, float], np.ndarray]] = []
+        self.rows: list[tuple[dict[int, float], np.ndarray, np.ndarray]] = []
 
-    def _state(self, output: np.ndarray, own: dict[int, float], drive: np.ndarray) -> None:
+    def _state(
+        self, output: np.ndarray, own: dict[int, float], place: np.ndarray, speed: np.ndarray
+    ) -> None:
+        """s' = own s + place q + speed q', and its part of the torque."""
         self.S.append(output)
-        self.rows.append((own, drive))
+        self.rows.append((own, place, speed))
 
-    def add_rate(self, w: float, seen: np.ndarray, gain: np.ndarray, P: np.ndarray) -> None:
-        """s' = w (x - s); rate = w (x - s)."""
+    def add_rate(self, w: float, seen: np.ndarray, gain: np.ndarray) -> None:
+        """rate' = w (x' - rate): zero at rest, wherever the joint stands."""
+        nothing = np.zeros(self.n)
         for k in range(self.joints):
-            P[k] += gain[k] * w * seen[k]
-            output = np.zeros(self.joints)
-            output[k] = -gain[k] * w
-            self._state(output, {len(self.S): -w}, w * seen[k])
+            unit = np.eye(self.joints)[k]
+            self._state(gain[k] * unit, {len(self.S): -w}, nothing, w * seen[k])
 
     def add_low_pass(
         self, w: float, zeta: float, seen: np.ndarray, gain: np.ndarray, rate_gain: np.ndarray
@@ -105,16 +110,18 @@ class _Blocks:
         """a' = b, b' = w^2 (x - a) - 2 zeta w b; a and b are what the controller sees."""
         for k in range(self.joints):
             a, b = len(self.S), len(self.S) + 1
-            unit = np.eye(self.joints)[k]
-            self._state(gain[k] * unit, {b: 1.0}, np.zeros(self.n))
-            self._state(rate_gain[k] * unit, {a: -w * w, b: -2.0 * zeta * w}, w * w * seen[k])
+            unit, nothing = np.eye(self.joints)[k], np.zeros(self.n)
+            own = {a: -w * w, b: -2.0 * zeta * w}
+            self._state(gain[k] * unit, {b: 1.0}, nothing, nothing)
+            self._state(rate_gain[k] * unit, own, w * w * seen[k], nothing)
 
-    def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """S, Fs, Fq and Fv of core.drives.law.DriveLaw."""
         ns = len(self.S)
         S = np.array(self.S).T.reshape(self.joints, ns)
-        Fs, Fq = np.zeros((ns, ns)), np.zeros((ns, self.n))
-        for i, (own, drive) in enumerate(self.rows):
-            Fq[i] = drive
+        Fs, Fq, Fv = np.zeros((ns, ns)), np.zeros((ns, self.n)), np.zeros((ns, self.n))
+        for i, (own, place, speed) in enumerate(self.rows):
+            Fq[i], Fv[i] = place, speed
             for j, value in own.items():
                 Fs[i, j] = value
-        return np.ascontiguousarray(S), Fs, Fq
+        return np.ascontiguousarray(S), Fs, Fq, Fv

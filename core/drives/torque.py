@@ -18,16 +18,11 @@ Constant = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class Torque(Drive):
-    """u as recorded in u1, u2, ..., or `torque_constants` (N m/A) times i1, i2, ...
-
-    `servo_hz` adds a stiff virtual servo that follows the recorded encoders, so that a rig
-    whose joints integrate does not drift; the servo's torque is the missing joint torque.
-    """
+    """u as recorded in u1, u2, ..., or `torque_constants` (N m/A) times i1, i2, ..."""
 
     kind: ClassVar[str] = "torque"
 
     torque_constants: tuple[Constant, ...] | None = None
-    servo_hz: Constant | None = None
 
     def check(self, arm: Arm) -> None:
         if self.torque_constants is not None:
@@ -46,6 +41,11 @@ class Torque(Drive):
     def reference_channels(self, arm: Arm) -> tuple[str, ...]:
         letter = "u" if self.torque_constants is None else "i"
         return tuple(f"{letter}{k + 1}" for k in range(arm.joints))
+
+    def latex(self) -> str:
+        if self.torque_constants:
+            return r"u_k = i_k \, k_{t,k}"
+        return r"u = u_{\mathrm{recorded}}"
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         stated = self.torque_constants or (1.0,) * arm.joints

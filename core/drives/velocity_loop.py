@@ -41,6 +41,10 @@ class VelocityLoop(Drive):
     def reference_channels(self, arm: Arm) -> tuple[str, ...]:
         return tuple(f"dtheta{k + 1}_ref" for k in range(arm.joints))
 
+    def latex(self) -> str:
+        gains = r"\Lambda = \mathrm{diag}(\lambda_k)"
+        return rf"u = \Lambda (\dot{{\theta}}^* - \dot{{\theta}}), \qquad {gains}"
+
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         gains = [values.get(f"lambda{k + 1}", gain) for k, gain in enumerate(self.gains)]
         R = np.diag(gains).astype(float)

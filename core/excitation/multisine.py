@@ -5,6 +5,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from pydantic import Field
 
+from core.errors import InputError
 from core.excitation.excitation import Excitation, Positive
 
 
@@ -18,13 +19,18 @@ class Multisine(Excitation):
 
     def signal(self, samples: int, joints: int, dt: float, rng: np.random.Generator) -> np.ndarray:
         period = samples // self.periods
-        t = np.arange(period) / period
+        if period // 2 - 1 < joints:
+            raise InputError(
+                f"simulate.options of multisine: periods = {self.periods} leaves {period} samples "
+                f"for each of them; ask for fewer periods or for more seconds."
+            )
         out = np.zeros((period, joints))
         highest = min(int(self.highest_hz * period * dt), period // 2 - 1)
         for k in range(joints):
             lines = np.arange(1 + k, max(highest, joints) + 1, joints)
-            phases = rng.uniform(0.0, 2.0 * np.pi, len(lines))
-            wave = np.cos(2.0 * np.pi * np.outer(t, lines) + phases).sum(axis=1)
+            spectrum = np.zeros(period // 2 + 1, dtype=complex)
+            spectrum[lines] = np.exp(1j * rng.uniform(0.0, 2.0 * np.pi, len(lines)))
+            wave = np.fft.irfft(spectrum, period)
             out[:, k] = self.amplitude * wave / np.abs(wave).max()
         repeats = -(-samples // period)
         return np.tile(out, (repeats, 1))[:samples]

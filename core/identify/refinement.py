@@ -13,6 +13,9 @@ MOST_EVALUATIONS = 60
 TOLERANCE = 1e-14
 """Relative; the cost of noise-free data falls by twenty orders, so this is meant to be small."""
 
+DEAR_TOLERANCE = 1e-8
+"""Where simulations are dear: still far below any standard deviation of an estimate."""
+
 
 @dataclass(frozen=True)
 class Refined:
@@ -86,15 +89,16 @@ def _minimise(
         J = np.vstack([residuals.jacobian(x * scales), prior.jacobian(level)])
         return np.asarray(np.nan_to_num(J * scales))
 
+    tolerance = DEAR_TOLERANCE if residuals.predictor.simulation_is_dear else TOLERANCE
     lower, upper = parameters.lower() / scales, parameters.upper() / scales
     result = least_squares(
         value,
         np.clip(start / scales, lower, upper),
         jac=slope,
         bounds=(lower, upper),
-        xtol=TOLERANCE,
-        ftol=TOLERANCE,
-        gtol=TOLERANCE,
+        xtol=tolerance,
+        ftol=tolerance,
+        gtol=tolerance,
         max_nfev=MOST_EVALUATIONS,
     )
     return np.asarray(result.x) * scales, bool(result.status > 0)

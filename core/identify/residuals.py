@@ -9,12 +9,15 @@ from functools import cached_property
 import numpy as np
 
 from core.identify.population import PopulationCost, applicable
-from core.identify.predictor import Predictor
+from core.identify.predictor import Predictor, Request
 from core.identify.prepared import Prepared
 from core.identify.unknowns import Unknowns
 
 STEP = 1e-4
 """Relative step of central differences: truncation about 1e-8, rounding about 1e-10."""
+
+ONE_SIDED_STEP = 1e-6
+"""Of one-sided differences inside a descent; the uncertainty always uses central ones."""
 
 
 def channel_weights(experiments: Sequence[Prepared], stated: Mapping[str, float]) -> list[np.ndarray]:
@@ -61,11 +64,16 @@ class Residuals:
     def scales(self) -> np.ndarray:
         return self.unknowns.parameters.scales()
 
-    def blocks(self, vector: np.ndarray, which: Sequence[int] | None = None) -> list[np.ndarray]:
+    def blocks(self, vector: np.ndarray) -> list[np.ndarray]:
         """Weighted errors (M_i, k), zero where a sample does not count."""
-        chosen = range(len(self.experiments)) if which is None else which
-        predicted = self.predictor.predict(vector, which)
-        return [self._block(i, y) for i, y in zip(chosen, predicted, strict=True)]
+        return self._blocks([(vector, range(len(self.experiments)))])[0]
+
+    def _blocks(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
+        found = self.predictor.predict_many(requests)
+        return [
+            [self._block(i, y) for i, y in zip(which, outputs, strict=True)]
+            for (_, which), outputs in zip(requests, found, strict=True)
+        ]
 
     def _block(self, i: int, predicted: np.ndarray) -> np.ndarray:
         e = self.experiments[i]
@@ -84,21 +92,31 @@ class Residuals:
     def count(self) -> int:
         return int(sum(e.counted.sum() for e in self.experiments))
 
-    def sensitivities(self, vector: np.ndarray) -> list[np.ndarray]:
-        """d(residual)/d(vector) per recording, (M_i, k, P), by central differences."""
-        lower, upper = self.unknowns.parameters.lower(), self.unknowns.parameters.upper()
+    def sensitivities(self, vector: np.ndarray, central: bool = True) -> list[np.ndarray]:
+        """d(residual)/d(vector) per recording, (M_i, k, P), by differences."""
         shapes = [e.measured.shape for e in self.experiments]
         found = [np.zeros((*shape, len(vector))) for shape in shapes]
-        for j in range(len(vector)):
-            which = self._concerned(j)
-            up, down = vector.copy(), vector.copy()
-            up[j] = min(vector[j] + STEP * self.scales[j], upper[j])
-            down[j] = max(vector[j] - STEP * self.scales[j], lower[j])
-            span = up[j] - down[j]
-            pairs = zip(self.blocks(up, which), self.blocks(down, which), strict=True)
-            for i, (a, b) in zip(which, pairs, strict=True):
-                found[i][:, :, j] = (a - b) / span
+        sides = [self._sides(vector, j, central) for j in range(len(vector))]
+        which = [self._concerned(j) for j in range(len(vector))]
+        high = self._blocks([(up, w) for (up, _), w in zip(sides, which, strict=True)])
+        low = self._blocks([(down, w) for (_, down), w in zip(sides, which, strict=True)])
+        for j, (up, down) in enumerate(sides):
+            for i, a, b in zip(which[j], high[j], low[j], strict=True):
+                found[i][:, :, j] = (a - b) / (up[j] - down[j])
         return found
+
+    def _sides(
+        self, vector: np.ndarray, j: int, central: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Two vectors that differ in entry j, inside the bounds."""
+        item = self.unknowns.items[j].parameter
+        step = (STEP if central else ONE_SIDED_STEP) * self.scales[j]
+        up, down = vector.copy(), vector.copy()
+        if central:
+            up[j], down[j] = min(vector[j] + step, item.upper), max(vector[j] - step, item.lower)
+        else:
+            up[j] = vector[j] + step if vector[j] + step <= item.upper else vector[j] - step
+        return up, down
 
     def _concerned(self, j: int) -> list[int]:
         own = self.unknowns.items[j].recording
@@ -106,8 +124,8 @@ class Residuals:
         return [i for i, name in enumerate(names) if own in (None, name)]
 
     def jacobian(self, vector: np.ndarray) -> np.ndarray:
-        """(K, P)"""
-        blocks = self.sensitivities(vector)
+        """(K, P) for a descent: one-sided where a simulation is dear."""
+        blocks = self.sensitivities(vector, central=not self.predictor.simulation_is_dear)
         parts = [b[e.counted] for b, e in zip(blocks, self.experiments, strict=True)]
         return np.concatenate(parts)
 

@@ -60,10 +60,12 @@ class Sensor(ABC):
 
     def direct(self, recording: Recording, arm: Arm) -> bool:
         """Whether the recording holds the channels themselves, not something they come from."""
-        return recording.has(*[c.name for c in self.channels(arm)])
+        names = [c.name for c in self.channels(arm)]
+        return bool(names) and recording.has(*names)
 
     def available(self, recording: Recording, arm: Arm) -> bool:
-        return recording.has(*[c.name for c in self.channels(arm)])
+        """Whether the recording holds this output or what it comes from."""
+        return self.direct(recording, arm)
 
 
 def rows_of(arm: Arm, law: DriveLaw, k: int) -> OutputRows:

@@ -117,7 +117,8 @@ def _add_sweep(signal, channels, spec, time, schedule, name):  # type: ignore[no
             f'use [drive] kind = "velocity_loop".'
         )
     start, stop = spec.sweep
-    if min(abs(np.sin(start)), abs(np.sin(stop))) < np.sin(SINGULAR_MARGIN):
+    across = np.floor(start / np.pi) != np.floor(stop / np.pi)
+    if across or min(abs(np.sin(start)), abs(np.sin(stop))) < np.sin(SINGULAR_MARGIN):
         raise InputError(
             f"Recording {name}: simulate.sweep reaches a stretched or folded arm, where y is "
             f"singular; stay {SINGULAR_MARGIN} rad away from 0 and pi."

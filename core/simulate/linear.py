@@ -10,8 +10,8 @@ from core.drives.law import DriveLaw
 from core.model import Model, Numbers
 from core.simulate import lpv
 from core.simulate.motion import Task
-from core.trajectory import Trajectory
 from core.simulate.vector import LANES
+from core.trajectory import Trajectory
 
 CACHE_LINE = 64
 """Bytes; a vector that straddles two lines costs twice."""

@@ -52,13 +52,18 @@ def run(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory
     )
 
 
-def extrapolated(coarse: Trajectory, fine: Trajectory) -> Trajectory:
-    """Richardson: the method is of second order, so (4 fine - coarse)/3 is of third or better."""
+def extrapolated(coarse: Trajectory, fine: Trajectory, limit: np.ndarray) -> Trajectory:
+    """Richardson: the method is of second order, so (4 fine - coarse)/3 is of third or better.
+
+    `limit` (nj,): the drive's; where one pass meets it and the other does not, the mix would
+    exceed it.
+    """
 
     def mix(name: str) -> np.ndarray:
         return np.asarray((4.0 * getattr(fine, name) - getattr(coarse, name)) / 3.0)
 
-    return Trajectory(fine.arm, fine.compiled, fine.p, fine.time, mix("q"), mix("v"), mix("torque"))
+    torque = np.clip(mix("torque"), -limit, limit)
+    return Trajectory(fine.arm, fine.compiled, fine.p, fine.time, mix("q"), mix("v"), torque)
 
 
 def difference(a: Trajectory, b: Trajectory) -> float:
@@ -69,23 +74,39 @@ def difference(a: Trajectory, b: Trajectory) -> float:
     return worst if np.isfinite(worst) else np.inf
 
 
-def simulate(
-    model: Model, numbers: Numbers, task: Task, tolerance: float = DEFAULT_TOLERANCE
-) -> Simulated:
-    """Doubles the steps until halving them moves tip and joints by less than the tolerance.
+def torque_difference(a: Trajectory, b: Trajectory) -> float:
+    """Root mean square difference of the torques over the torque's own rms."""
+    size = float(np.sqrt(np.mean(b.torque**2)))
+    apart = float(np.sqrt(np.mean((a.torque - b.torque) ** 2)))
+    return apart / size if size > 0.0 else 0.0
 
-    Returned is the extrapolation of the last two passes; the stated error is that of the finer
-    pass before extrapolation, a third of the last two passes' difference, so it errs on the
-    safe side.
+
+def simulate(
+    model: Model,
+    numbers: Numbers,
+    task: Task,
+    tolerance: float = DEFAULT_TOLERANCE,
+    torque_tolerance: float = np.inf,
+) -> Simulated:
+    """Doubles the steps until that moves the extrapolated motion by less than the tolerance.
+
+    The stated error is that last change. It is about the error of the extrapolation before, so
+    it errs on the safe side. `torque_tolerance` is a share of the torque's rms: a stiff servo
+    turns a tiny error of place into a large one of torque.
     """
-    substeps = FEWEST_SUBSTEPS
-    coarse = run(model, numbers, task, substeps)
+    limit = numbers.law.limit
+    substeps = 2 * FEWEST_SUBSTEPS
+    fine = run(model, numbers, task, substeps)
+    before = extrapolated(run(model, numbers, task, FEWEST_SUBSTEPS), fine, limit)
     while True:
-        fine = run(model, numbers, task, 2 * substeps)
-        error = difference(coarse, fine) / 3.0
-        if error <= tolerance or 2 * substeps >= MOST_SUBSTEPS:
-            return Simulated(extrapolated(coarse, fine), 2 * substeps, error)
-        coarse, substeps = fine, 2 * substeps
+        finer = run(model, numbers, task, 2 * substeps)
+        after = extrapolated(fine, finer, limit)
+        substeps *= 2
+        error = difference(before, after)
+        good = error <= tolerance and torque_difference(before, after) <= torque_tolerance
+        if good or substeps >= MOST_SUBSTEPS:
+            return Simulated(after, substeps, error)
+        fine, before = finer, after
 
 
 def simulate_fixed(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
@@ -94,4 +115,5 @@ def simulate_fixed(model: Model, numbers: Numbers, task: Task, substeps: int) ->
     The error then varies smoothly with the parameters, as finite differences need.
     """
     coarse = run(model, numbers, task, max(substeps // 2, 1))
-    return extrapolated(coarse, run(model, numbers, task, max(substeps, 2)))
+    fine = run(model, numbers, task, max(substeps, 2))
+    return extrapolated(coarse, fine, numbers.law.limit)

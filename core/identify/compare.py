@@ -1,0 +1,121 @@
+"""Measured against model, output by output, and the joint torque that the model lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from core.arm.joints import joint
+from core.drives.servo import FollowingServo
+from core.identify.predictor import Predictor
+from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.unknowns import Unknown, Unknowns
+from core.errors import InputError
+from core.model import Model
+from core.recording.recording import Recording
+from core.results import ChannelComparison, MissingTorque, RecordingComparison
+from core.sensors import Sensor, sensors
+
+
+def visible_outputs(
+    model: Model, recording: Recording, fitted: Sequence[Sensor]
+) -> list[Sensor]:
+    """The fitted outputs, then every other one that the recording holds."""
+    shown = list(fitted)
+    servo = isinstance(model.steering, FollowingServo)
+    for kind, sensor in sensors().items():
+        known = servo if kind == "torque" else sensor.available(recording, model.arm)
+        if sensor in shown or not known or (kind == "encoder" and servo):
+            continue
+        try:
+            sensor.check(model.arm, recording)
+        except InputError:
+            continue  # an output that is not defined here is simply not shown
+        shown.append(sensor)
+    return shown
+
+
+def compare(
+    model: Model,
+    recording: Recording,
+    fitted: Sequence[Sensor],
+    processing: Processing,
+    values: Mapping[str, float],
+    fit_label: str,
+    substeps: Mapping[str, int] | None = None,
+) -> RecordingComparison:
+    """One recording at given parameter values."""
+    experiment = prepare(model, recording, visible_outputs(model, recording, fitted), processing)
+    predictor = Predictor([experiment], Unknowns(()), values, dict(substeps or {}))
+    predicted = predictor.predict(np.zeros(0))[0]
+    count = sum(len(s.channels(model.arm)) for s in fitted)
+    channels = [
+        ChannelComparison(
+            channel=name,
+            unit=unit,
+            time=experiment.time,
+            measured=experiment.measured[:, k],
+            model=predicted[:, k],
+            counted=experiment.counted[:, k],
+            fitted=k < count,
+        )
+        for k, (name, unit) in enumerate(experiment.channels)
+    ]
+    error = predictor.errors.get(recording.name)
+    return RecordingComparison(
+        recording=recording.name,
+        role=recording.role,
+        fit_label=fit_label,
+        channels=tuple(channels),
+        missing_torque=_missing(experiment, channels),
+        note="" if error is None else f"Simulation error below {error:.1e} m or rad.",
+        tip_rms=_tip_rms(channels),
+    )
+
+
+def _tip_rms(channels: Sequence[ChannelComparison]) -> float | None:
+    """Root mean square distance of the tip in m; None without a camera."""
+    by_name = {c.channel: c for c in channels}
+    if not {"z1", "z2"} <= by_name.keys():
+        return None
+    a, b = by_name["z1"], by_name["z2"]
+    both = a.counted & b.counted
+    if not both.any():
+        return None
+    return float(np.sqrt(np.mean(a.residual[both] ** 2 + b.residual[both] ** 2)))
+
+
+def _missing(
+    experiment: Prepared, channels: Sequence[ChannelComparison]
+) -> tuple[MissingTorque, ...]:
+    """Recorded minus modelled torque along the measured motion, where a servo follows it."""
+    model = experiment.model
+    if not isinstance(model.steering, FollowingServo):
+        return ()
+    _, speed = model.steering.motion(experiment.recording, model.arm)
+    speed = experiment.processing.apply(speed, experiment.recording.sample_time)
+    torques = [c for c in channels if c.channel.startswith("u")]
+    found = []
+    for k, c in enumerate(torques):
+        kind = joint(model.arm.segments[k].joint)
+        found.append(
+            MissingTorque(
+                joint=k + 1,
+                unit=kind.effort_unit,
+                time=c.time,
+                velocity=speed[:, k],
+                velocity_unit=f"{kind.coordinate_unit}/s",
+                missing=c.residual,
+                recorded=c.measured,
+                counted=c.counted,
+            )
+        )
+    return tuple(found)
+
+
+def shared_values(items: Sequence[Unknown], vector: np.ndarray) -> dict[str, float]:
+    """The values that belong to no single recording."""
+    return {
+        i.parameter.name: float(v) for i, v in zip(items, vector, strict=True) if i.recording is None
+    }

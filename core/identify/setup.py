@@ -1,0 +1,115 @@
+"""How an identification is set up: outputs, servo, filters, and the words that state them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.drives.servo import DEFAULT_HZ, FollowingServo
+from core.errors import InputError
+from core.identify.prepared import TORQUE, Processing, start_joints
+from core.model import Model
+from core.recording.recording import Recording
+from core.scenario.schema import IdentifySpec
+from core.sensors import Sensor, sensor
+from core.simulate.motion import at_rest
+
+PREFERENCE = ("ydot", "z", "deflection", "encoder")
+"""Default output: the first that all estimation recordings have and that is defined there.
+ydot is the paper's stable output; y integrates, and z is right for any arm."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A model ready to be fitted, what is compared, and how it is said."""
+
+    model: Model
+    outputs: tuple[Sensor, ...]
+    processing: Processing
+    notes: tuple[str, ...]
+
+
+def make_setup(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]) -> Setup:
+    chosen = [r for r in recordings if r.role == "estimate"]
+    outputs = _outputs(model, spec, chosen)
+    processing = Processing(spec.filter, spec.decimate)
+    servo = None
+    if spec.servo_hz is not None or any(s.kind == TORQUE for s in outputs):
+        servo = _servo(model, spec, chosen)
+        model = model.steered_by(servo)
+    notes = tuple(_notes(model, spec, outputs, chosen, servo))
+    return Setup(model, outputs, processing, notes)
+
+
+def _outputs(
+    model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
+) -> tuple[Sensor, ...]:
+    if spec.output is not None:
+        return tuple(sensor(kind) for kind in spec.output)
+    for kind in PREFERENCE:
+        candidate = sensor(kind)
+        if all(_usable(candidate, model, r) for r in recordings):
+            return (candidate,)
+    raise InputError(
+        f"The recordings share none of the outputs {', '.join(PREFERENCE)}; add columns of a "
+        f"camera, strain gauges or encoders, or state [identify] output."
+    )
+
+
+def _usable(candidate: Sensor, model: Model, recording: Recording) -> bool:
+    if not candidate.available(recording, model.arm):
+        return False
+    try:
+        candidate.check(model.arm, recording)
+    except InputError:
+        return False
+    return True
+
+
+def _servo(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]) -> FollowingServo:
+    """A servo whose double pole sits on the rigid inertia of each joint at the first posture."""
+    n = model.arm.coordinates
+    p = model.numbers().p
+    posture = at_rest(start_joints(model, recordings[0]), n)[:n]
+    inertia = np.diag(model.compiled.mass_matrix(posture, p))[: model.arm.joints]
+    hz = spec.servo_hz or DEFAULT_HZ
+    return FollowingServo(model.drive, hz, tuple(float(x) for x in inertia), spec.filter)
+
+
+def _notes(
+    model: Model,
+    spec: IdentifySpec,
+    outputs: Sequence[Sensor],
+    recordings: Sequence[Recording],
+    servo: FollowingServo | None,
+) -> list[str]:
+    stated = spec.output is not None
+    names = ", ".join(f"{s.kind} ({s.title})" for s in outputs)
+    said = [f"Compared output: {names}{'' if stated else ', the default for these recordings'}."]
+    if model.level == "lpv":
+        said.append("Model level: linear parameter-varying, exact discretisation at each sample.")
+    else:
+        said.append("Model level: full non-linear simulation.")
+    if any(s.kind == "ydot" and not s.direct(r, model.arm) for s in outputs for r in recordings):
+        said.append(
+            "ydot was obtained from sampled tip places by central differences; the model's output "
+            "went the same way."
+        )
+    if spec.filter is not None:
+        said.append(f"Measurement and model passed the same filter. {spec.filter.sentence()}")
+    if spec.decimate > 1:
+        said.append(f"Every sample number {spec.decimate} was kept after filtering.")
+    if servo is not None:
+        said.append(
+            f"A virtual servo of {servo.hz:g} Hz holds the model's joints on the measured ones; "
+            f"its torque is the missing joint torque."
+        )
+    for r in recordings:
+        for channel, logged in r.logger_filters.items():
+            said.append(
+                f"{r.name}: the model's {channel} passed the logger's low-pass "
+                f"({logged.frequency:g} rad/s, damping {logged.damping:g})."
+            )
+    return said

@@ -1,0 +1,65 @@
+"""The recordings of a scenario, read from files or simulated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from core.errors import InputError
+from core.model import Model
+from core.progress import Progress
+from core.recording.load import load_recording
+from core.recording.recording import Recording
+from core.recording.spec import RecordingSpec
+from core.scenario.data_folder import resolve_file
+from core.scenario.schema import Scenario, SensorsSpec
+from core.simulate.experiment import NoiseLevels, simulate_recording
+
+
+def load_recordings(
+    scenario: Scenario, model: Model, folder: Path, data_folder: Path | None, progress: Progress
+) -> list[Recording]:
+    """All of them, in the scenario's order; InputError names the file that is wrong."""
+    found = []
+    if not scenario.recordings:
+        raise InputError("The scenario has no [[recordings]]; add at least one.")
+    for spec in scenario.recordings:
+        if spec.simulate is not None:
+            found.append(_simulated(spec, scenario.sensors, model))
+        else:
+            found.append(_read(spec, model, folder, data_folder))
+        progress.advance(text=spec.name)
+    return found
+
+
+def _read(
+    spec: RecordingSpec, model: Model, folder: Path, data_folder: Path | None
+) -> Recording:
+    assert spec.file is not None
+    path = resolve_file(spec.file, folder, data_folder)
+    return load_recording(path, spec, required=model.drive.reference_channels(model.arm))
+
+
+def _simulated(spec: RecordingSpec, noise: SensorsSpec, model: Model) -> Recording:
+    assert spec.simulate is not None
+    if spec.hidden:
+        raise InputError(
+            f"Recording {spec.name}: hidden effects are not available in this version; "
+            f"leave 'hidden' out."
+        )
+    stated = {
+        "z": noise.camera_noise,
+        "encoder": noise.encoder_noise,
+        "deflection": noise.deflection_noise,
+        "torque": noise.torque_noise,
+        "ydot": noise.rates_noise,
+    }
+    levels = NoiseLevels({k: v for k, v in stated.items() if v is not None}, noise.camera_rate)
+    recording = simulate_recording(model, spec.simulate, spec.name, spec.role, levels)
+    masks = {}
+    for channel, stretches in spec.mask.items():
+        keep = recording.mask(channel).copy()
+        for low, high in stretches:
+            keep &= (recording.time < low) | (recording.time > high)
+        masks[channel] = keep
+    return replace(recording, counted=masks)

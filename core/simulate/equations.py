@@ -1,0 +1,167 @@
+"""The displayed equations of a model, from the same symbols as the compiled ones."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from core.arm import shapes
+from core.arm.chord import rigid_angle_matrix
+from core.arm.energies import bending, dissipation
+from core.arm.kinematics import Kinematics, Phasor, components
+from core.arm.slots import DAMPING_TIME, HUB_INERTIA, LENGTH, MASS, TIP_INERTIA, TIP_MASS
+from core.arm.straight import StraightArm
+from core.arm.symbols import Structure
+from core.model import Model
+from core.results import Equation
+
+LARGEST_MATRIX = 6
+"""Coordinates up to which the terms of M are shown; larger ones fill pages."""
+
+
+def equations(model: Model) -> tuple[Equation, ...]:
+    """What a person reads to know the model: kinematics, energies, dynamics, LPV form."""
+    kinematics = Kinematics(Structure.of(model.arm))
+    # Terms that the arm does not have are left out of the display.
+    absent = _absent(model, kinematics)
+    return (
+        *_kinematics(kinematics, absent),
+        *_energies(kinematics, model, absent),
+        *_dynamics(model),
+        *_straight(kinematics, model, absent),
+    )
+
+
+def _absent(model: Model, kinematics: Kinematics) -> dict[sp.Symbol, int]:
+    """Symbols whose value is exactly zero in this arm."""
+    p = model.numbers().p
+    optional = (TIP_MASS, TIP_INERTIA, HUB_INERTIA, DAMPING_TIME)
+    symbols = kinematics.symbols
+    zero = {
+        symbols.slot(k, which): 0
+        for k in range(model.arm.joints)
+        for which in optional
+        if p[8 * k + which] == 0.0
+    }
+    return zero | {g: 0 for g, value in zip(symbols.gravity, p[-2:], strict=True) if value == 0.0}
+
+
+def _kinematics(kinematics: Kinematics, absent: dict[sp.Symbol, int]) -> list[Equation]:
+    s = kinematics.symbols
+    found = []
+    for k, v in enumerate(s.modal):
+        if not v:
+            continue
+        bend = s.latex(shapes.deflection(v, s.x))
+        short = s.latex(shapes.foreshortening(v, s.x))
+        found.append(
+            Equation(
+                f"Bending of segment {k + 1}",
+                rf"\delta_{{{k + 1}}}(x) = {bend}, \qquad u_{{{k + 1}}}(x) = {short}",
+                "Assumed modes and the shortening of the axis to second order.",
+            )
+        )
+    tip = kinematics.tip()
+    angles = _named_angles(tip)
+    z = components(tuple(Phasor(angles[f.angle], f.along, f.across) for f in tip))
+    shown = [rf"\varphi_{{{i + 1}}} &= {s.latex(a)}" for i, a in enumerate(angles)]
+    names = {symbol: rf"\varphi_{{{i + 1}}}" for i, symbol in enumerate(angles.values())}
+    rows = [
+        rf"z_{i + 1} &= {sp.latex(row.subs(absent), symbol_names=s.latex_names | names)}"
+        for i, row in enumerate(z)
+    ]
+    body = r" \\ ".join(shown + rows)
+    note = "Place of the end effector, equation (3) of the paper for two one-mode segments."
+    found.append(Equation("End effector", rf"\begin{{aligned}} {body} \end{{aligned}}", note))
+    return found
+
+
+def _named_angles(place: tuple[Phasor, ...]) -> dict[sp.Expr, sp.Symbol]:
+    """Each direction that occurs, with a short symbol for it."""
+    found: dict[sp.Expr, sp.Symbol] = {}
+    for f in place:
+        found.setdefault(f.angle, sp.Symbol(f"phi{len(found) + 1}", real=True))
+    return found
+
+
+def _energies(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]) -> list[Equation]:
+    s = kinematics.symbols
+    parts = []
+    for k in range(model.arm.joints):
+        m, length = s.latex(s.slot(k, MASS)), s.latex(s.slot(k, LENGTH))
+        parts.append(
+            rf"\frac{{{m}}}{{2 {length}}} \int_0^{{{length}}} "
+            rf"\| \dot{{p}}_{{{k + 1}}}(x) \|^2 \, dx"
+        )
+        if s.slot(k, TIP_MASS) not in absent:
+            tip = s.latex(s.slot(k, TIP_MASS))
+            parts.append(rf"\tfrac{{1}}{{2}} {tip} \| \dot{{p}}_{{{k + 1}}}({length}) \|^2")
+        if s.slot(k, HUB_INERTIA) not in absent:
+            hub = s.latex(s.slot(k, HUB_INERTIA))
+            parts.append(rf"\tfrac{{1}}{{2}} {hub} \dot{{\theta}}_{{{k + 1}}}^2")
+        if s.slot(k, TIP_INERTIA) not in absent:
+            tip = s.latex(s.slot(k, TIP_INERTIA))
+            parts.append(rf"\tfrac{{1}}{{2}} {tip} \dot{{\varphi}}_{{t,{k + 1}}}^2")
+    found = [Equation("Kinetic energy", "T = " + " + ".join(parts))]
+    energy = bending(kinematics)
+    if energy != 0:
+        found.append(Equation("Bending energy", rf"V = {s.latex(energy)}"))
+    loss = dissipation(kinematics).subs(absent)
+    if loss != 0:
+        found.append(Equation("Dissipation", rf"R = {s.latex(loss)}", "Kelvin-Voigt beams."))
+    return found
+
+
+def _dynamics(model: Model) -> list[Equation]:
+    found = [
+        Equation(
+            "Equations of motion",
+            r"M(q)\, \ddot{q} = F(q, \dot{q}) + G u, "
+            r"\qquad G = \begin{bmatrix} I \\ 0 \end{bmatrix}",
+            "By virtual work, equation (1) of the paper.",
+        )
+    ]
+    return [*found, Equation("Drive", model.drive.latex())] if model.drive.latex() else found
+
+
+def _straight(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]) -> list[Equation]:
+    s = kinematics.symbols
+    straight = StraightArm(kinematics)
+    terms = {b.subs(absent): m.subs(absent) for b, m in straight.mass_terms.items()}
+    terms = {b: m for b, m in terms.items() if m != sp.zeros(*m.shape)}
+    pieces = [rf"M_{{{i}}}" + ("" if b == 1 else rf"\, {s.latex(b)}") for i, b in enumerate(terms)]
+    found = [
+        Equation(
+            "LPV descriptor form",
+            r"E(\kappa) \dot{x} = A x + B r, \quad "
+            r"E = \begin{bmatrix} I & 0 \\ 0 & M(\kappa) \end{bmatrix}, \quad "
+            r"A = \begin{bmatrix} 0 & I \\ -K & -D \end{bmatrix}, \quad "
+            rf"M(\kappa) = {' + '.join(pieces)}",
+            "Equations (6-7); the drive's feedback is part of K and D, (11).",
+        )
+    ]
+    if len(s.q) <= LARGEST_MATRIX:
+        for i, (basis, matrix) in enumerate(terms.items()):
+            shown = matrix.applyfunc(sp.factor)
+            what = "constant part" if basis == 1 else f"multiplies {basis}"
+            found.append(Equation(f"M{i}, {what}", rf"M_{{{i}}} = {_matrix(s, shown)}"))
+        if straight.bending != sp.zeros(*straight.bending.shape):
+            found.append(Equation("Stiffness", rf"K = {_matrix(s, straight.bending)}"))
+    if model.arm.two_revolute:
+        found.append(_rigid(model))
+    return found
+
+
+def _matrix(s, matrix: sp.Matrix) -> str:  # type: ignore[no-untyped-def]
+    rows = [" & ".join(s.latex(e) for e in matrix.row(i)) for i in range(matrix.rows)]
+    return r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}"
+
+
+def _rigid(model: Model) -> Equation:
+    C1 = rigid_angle_matrix(model.arm, model.numbers().p)
+    rows = [" & ".join(f"{x:.4g}" for x in row) for row in C1]
+    matrix = r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}"
+    return Equation(
+        "Fictitious rigid arm",
+        rf"\bar{{y}} = \dot{{y}} = [\, 0 \;\; C_1 \,]\, x, \qquad C_1 = {matrix}",
+        "Equations (9) and (12): the joint velocities of a rigid arm with the same tip.",
+    )

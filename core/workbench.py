@@ -1,0 +1,243 @@
+"""From a scenario to its outcome: load, fit, compare."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from core.arm.build import build_arm
+from core.drives import build_drive
+from core.errors import InputError
+from core.identify.compare import compare, shared_values
+from core.identify.fit import Fitted, identify
+from core.identify.prepared import prepare
+from core.identify.setup import Setup, make_setup
+from core.identify.unknowns import Unknowns, collect_unknowns, fixed_values
+from core.loading import load_recordings
+from core.model import Model
+from core.progress import Progress, Silent
+from core.recording.recording import Recording
+from core.results import Outcome, RecordingComparison, Variant
+from core.scenario.schema import CompareSpec, IdentifySpec, Scenario
+from core.simulate.descriptor import descriptor
+from core.simulate.equations import equations
+
+MEAN_LABEL = "mean of the local fits"
+
+
+@dataclass
+class Clock:
+    """Seconds per kind of work."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def timed(self, what: str):  # type: ignore[no-untyped-def]
+        start = time.perf_counter()
+        yield
+        self.seconds[what] = self.seconds.get(what, 0.0) + time.perf_counter() - start
+
+
+def run_scenario(
+    scenario: Scenario,
+    *,
+    folder: Path | None = None,
+    data_folder: Path | None = None,
+    progress: Progress | None = None,
+) -> Outcome:
+    """Everything that a scenario asks for; `folder` is where its relative files are sought."""
+    progress, clock = progress or Silent(), Clock()
+    with clock.timed("load"):
+        progress.stage("Reading the recordings", len(scenario.recordings))
+        model = base_model(scenario)
+        recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
+        setup = make_setup(model, scenario.identify, recordings)
+    with clock.timed("identify"):
+        fits = _fit(setup, recordings, scenario.identify, progress)
+    with clock.timed("compare"):
+        progress.stage("Comparing the model with the measurements", len(recordings))
+        comparisons = _compare_all(setup, recordings, fits, scenario.identify, progress)
+        variants = tuple(
+            _variant(scenario, i, spec, recordings, progress)
+            for i, spec in enumerate(scenario.compare)
+        )
+    numbers = setup.model.steered_by(None).numbers(_shared(fits))
+    return Outcome(
+        title=scenario.title,
+        method=scenario.identify.method,
+        level=setup.model.level,
+        fits=tuple(f.fit for f in fits),
+        comparisons=comparisons,
+        model=descriptor(setup.model.steered_by(None), numbers),
+        equations=equations(setup.model),
+        variants=variants,
+        seconds=clock.seconds,
+        notes=(*setup.notes, *_error_notes(fits), *_warnings(recordings)),
+        arm_table=_arm_table(model),
+    )
+
+
+def base_model(scenario: Scenario) -> Model:
+    """The model that a scenario states, before any fit."""
+    if scenario.model.effects or scenario.model.own:
+        raise InputError("[model] effects are not available in this version; leave them out.")
+    arm = build_arm(scenario.arm)
+    drive = build_drive(scenario.drive.kind, scenario.drive.options)
+    return Model(arm, drive, scenario.model.level or "lpv")
+
+
+def _estimation(recordings: Sequence[Recording]) -> list[Recording]:
+    return [r for r in recordings if r.role == "estimate"]
+
+
+def _fit(
+    setup: Setup, recordings: Sequence[Recording], spec: IdentifySpec, progress: Progress
+) -> list[Fitted]:
+    """One fit over all estimation recordings, or one per recording."""
+    chosen = _estimation(recordings)
+    if not chosen:
+        raise InputError('No recording has role = "estimate"; give at least one to fit.')
+    groups = [[r] for r in chosen] if spec.method == "local" else [chosen]
+    progress.stage("Identifying", spec.generations * len(groups))
+    return [_fit_group(setup, group, spec, progress, len(groups) > 1) for group in groups]
+
+
+def _fit_group(
+    setup: Setup,
+    group: Sequence[Recording],
+    spec: IdentifySpec,
+    progress: Progress,
+    named: bool,
+    fixed: Mapping[str, float] | None = None,
+    unknowns: Unknowns | None = None,
+) -> Fitted:
+    model = setup.model
+    unknowns = collect_unknowns(model, spec, group) if unknowns is None else unknowns
+    held = dict(fixed_values(model, spec, unknowns)) if fixed is None else dict(fixed)
+    experiments = [prepare(model, r, setup.outputs, setup.processing) for r in group]
+    label = group[0].name if named or len(group) == 1 else "all recordings"
+    return identify(label, experiments, unknowns, spec, held, progress)
+
+
+def _shared(fits: Sequence[Fitted]) -> dict[str, float]:
+    """Shared values of the fit; the mean over local fits."""
+    each = [
+        {**f.residuals.predictor.fixed, **shared_values(f.residuals.unknowns.items, f.vector)}
+        for f in fits
+    ]
+    return {name: float(np.mean([values[name] for values in each])) for name in each[0]}
+
+
+def _compare_all(
+    setup: Setup,
+    recordings: Sequence[Recording],
+    fits: Sequence[Fitted],
+    spec: IdentifySpec,
+    progress: Progress,
+) -> tuple[RecordingComparison, ...]:
+    found = []
+    for recording in recordings:
+        own = next((f for f in fits if recording.name in f.fit.recordings), None)
+        found.append(_compare_one(setup, recording, own, fits, spec))
+        progress.advance(text=recording.name)
+    return tuple(found)
+
+
+def _compare_one(
+    setup: Setup,
+    recording: Recording,
+    own: Fitted | None,
+    fits: Sequence[Fitted],
+    spec: IdentifySpec,
+) -> RecordingComparison:
+    """With its own fit; a recording that no fit saw gets the shared values, and what belongs to
+    a recording (zeros, the friction of another bench) is fitted to it alone."""
+    substeps: Mapping[str, int] = {}
+    note = ""
+    if own is not None:
+        predictor = own.residuals.predictor
+        values = {
+            **predictor.fixed,
+            **own.residuals.unknowns.values_for(recording.name, own.vector),
+        }
+        label = own.fit.label
+        if setup.model.steering is None:
+            substeps = predictor.substeps
+    else:
+        label = fits[0].fit.label if len(fits) == 1 else MEAN_LABEL
+        values = _shared(fits)
+        extra = _own_unknowns(setup, recording, spec)
+        if len(extra):
+            fitted = _fit_group(
+                setup, [recording], spec.model_copy(update={"generations": 0}), Silent(), True,
+                values, extra,
+            )  # fmt: skip
+            values |= extra.values_for(recording.name, fitted.vector)
+            names = ", ".join(item.parameter.name for item in extra.items)
+            note = f"Fitted to this recording alone: {names}."
+    found = compare(
+        setup.model, recording, setup.outputs, setup.processing, values, label, substeps
+    )
+    return replace(found, note=" ".join(part for part in (note, found.note) if part))
+
+
+def _own_unknowns(setup: Setup, recording: Recording, spec: IdentifySpec) -> Unknowns:
+    items = collect_unknowns(setup.model, spec, [recording]).items
+    return Unknowns(tuple(item for item in items if item.recording is not None))
+
+
+def _variant(
+    scenario: Scenario,
+    index: int,
+    spec: CompareSpec,
+    recordings: Sequence[Recording],
+    progress: Progress,
+) -> Variant:
+    """Another arm on the same data, at its stated values or identified."""
+    progress.stage(f"Comparing with: {spec.title}")
+    base = base_model(scenario)
+    arm = base.arm
+    if spec.arm is not None:
+        arm = build_arm(spec.arm, base.arm, f"[[compare]] {index + 1} arm")
+    chosen = [replace(r, logger_filters={}) if spec.drop_logger_filters else r for r in recordings]
+    identify_spec = _variant_spec(scenario.identify, spec)
+    setup = make_setup(replace(base, arm=arm), identify_spec, chosen)
+    fits = _fit(setup, chosen, identify_spec, Silent())
+    comparisons = _compare_all(setup, chosen, fits, identify_spec, Silent())
+    estimates = tuple(e for f in fits for e in f.fit.estimates)
+    return Variant(spec.title, estimates, comparisons)
+
+
+def _variant_spec(spec: IdentifySpec, variant: CompareSpec) -> IdentifySpec:
+    """The variant's own parameters; none but what belongs to a recording where it is not fitted."""
+    names = spec.parameters if variant.parameters is None else variant.parameters
+    if not variant.identify:
+        names = tuple(n for n in names if n in spec.per_recording)
+    stays = {*names, *spec.per_recording}
+    bounds = {k: v for k, v in spec.bounds.items() if k in stays}
+    prior = {k: v for k, v in spec.prior.items() if k in stays}
+    update = {"parameters": names, "bounds": bounds, "prior": prior}
+    return spec.model_copy(update=update)
+
+
+def _error_notes(fits: Sequence[Fitted]) -> list[str]:
+    errors = [e for f in fits for e in f.residuals.predictor.errors.values()]
+    if not errors:
+        return []
+    return [f"Largest estimated simulation error while fitting: {max(errors):.1e} m or rad."]
+
+
+def _warnings(recordings: Sequence[Recording]) -> list[str]:
+    return list(dict.fromkeys(f"{r.name}: {text}" for r in recordings for text in r.warnings))
+
+
+def _arm_table(model: Model) -> tuple[tuple[str, str, float, str], ...]:
+    items = model.parameters.values()
+    return tuple((p.name, p.title, p.value, p.unit) for p in items if p.value != 0.0)
+
+

@@ -1,0 +1,150 @@
+"""What every drive in the folder must keep; a new file inherits these tests."""
+
+from __future__ import annotations
+
+import inspect
+
+import numpy as np
+import pytest
+
+import core.drives
+from core.arm.slots import arm_vector
+from core.drives import build_drive
+from core.drives.drive import Drive, drive_classes
+from core.errors import InputError
+from core.plugins import modules_of
+from core.recording.recording import Recording
+from tests.helpers import ARMS, PAPER
+
+OPTIONS = {
+    "velocity_loop": {"gains": [60.0, 30.0], "limits": [50.0, 20.0]},
+    "torque": {"torque_constants": [1.5, 0.8]},
+    "cascade": {"position_gains": [10.0, 8.0], "velocity_gains": [40.0, 20.0]},
+    "state_feedback": {
+        "gains": [[50.0, 8.0, 3.0, 0.5], [30.0, 5.0, 2.0, 0.2]],
+        "torque_constants": [1.5, 0.8],
+        "rate_filter": 300.0,
+        "gauge_filter": {"frequency": 200.0, "damping": 0.7},
+        "current_limits": [10.0, 5.0],
+    },
+}
+"""Settings of each drive for the paper's arm; a new drive adds its line."""
+
+KINDS = sorted(drive_classes())
+
+
+def built(kind: str) -> Drive:
+    return build_drive(kind, OPTIONS[kind])
+
+
+def test_every_drive_of_the_folder_is_found_and_has_settings_here() -> None:
+    written = {
+        thing.kind
+        for module in modules_of("core.drives")
+        for thing in vars(module).values()
+        if inspect.isclass(thing) and issubclass(thing, Drive) and thing.kind
+    }
+    assert written == set(KINDS) == set(OPTIONS)
+    assert core.drives.__doc__
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_drive_says_what_it_is(kind: str) -> None:
+    assert drive_classes()[kind].__doc__
+    assert built(kind).kind == kind
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_law_has_consistent_shapes(kind: str) -> None:
+    drive = built(kind)
+    drive.check(PAPER)
+    law = drive.law(PAPER, arm_vector(PAPER), {})
+    nj, n, nr, ns = 2, PAPER.coordinates, len(drive.reference_channels(PAPER)), law.states
+    shapes = {
+        "R": (nj, nr), "P": (nj, n), "V": (nj, n), "S": (nj, ns), "Fs": (ns, ns),
+        "Fq": (ns, n), "Fv": (ns, n), "Fr": (ns, nr), "limit": (nj,),
+    }  # fmt: skip
+    assert {name: getattr(law, name).shape for name in shapes} == shapes
+    assert all(np.all(np.isfinite(getattr(law, name))) for name in shapes if name != "limit")
+    assert np.all(law.limit > 0.0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_states_of_a_drive_decay_by_themselves(kind: str) -> None:
+    law = built(kind).law(PAPER, arm_vector(PAPER), {})
+    assert np.all(np.linalg.eigvals(law.Fs).real < 0.0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_law_takes_the_values_of_its_parameters(kind: str) -> None:
+    drive, p = built(kind), arm_vector(PAPER)
+    before = drive.law(PAPER, p, {})
+    for item in drive.parameters(PAPER):
+        assert item.lower <= item.value <= item.upper
+        assert item.symbol and item.title
+        same = drive.law(PAPER, p, {item.name: item.value})
+        other = drive.law(PAPER, p, {item.name: 1.1 * item.value})
+        assert np.array_equal(same.R, before.R)
+        assert not np.array_equal(other.R, before.R)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_signals_are_the_reference_columns_of_a_recording(kind: str) -> None:
+    drive, time = built(kind), np.arange(4) * 1e-3
+    names = drive.reference_channels(PAPER)
+    columns = {name: np.arange(4.0) + 10.0 * k for k, name in enumerate(names)}
+    signals = drive.signals(Recording("r", time, columns), PAPER)
+    assert np.array_equal(signals, np.column_stack(list(columns.values())))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_recording_without_the_references_is_named(kind: str) -> None:
+    with pytest.raises(InputError, match=f"r1.*{built(kind).reference_channels(PAPER)[0]}"):
+        built(kind).signals(Recording("r1", np.arange(4) * 1e-3, {}), PAPER)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_drive_for_two_joints_is_refused_by_three(kind: str) -> None:
+    with pytest.raises(InputError, match="one per joint"):
+        built(kind).check(ARMS["3-3-3"])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_unknown_setting_is_named_with_the_nearest_known_one(kind: str) -> None:
+    setting = next(iter(OPTIONS[kind]))
+    with pytest.raises(InputError) as caught:
+        build_drive(kind, {**OPTIONS[kind], setting + "x": 1.0})
+    assert f"{setting}x is not a setting; did you mean {setting!r}?" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "change", "words"),
+    [
+        ("velocity_loop", {"gains": [-1.0, 30.0]}, "gains.0"),
+        ("velocity_loop", {"gains": [float("nan"), 30.0]}, "gains.0"),
+        ("velocity_loop", {"gains": "stiff"}, "gains"),
+        ("velocity_loop", {"limits": [0.0, 1.0]}, "limits.0"),
+        ("torque", {"torque_constants": [0.0, 1.0]}, "torque_constants.0"),
+        ("torque", {"servo_hz": -60.0}, "servo_hz"),
+        ("cascade", {"position_gains": [1.0, -1.0]}, "position_gains.1"),
+        ("state_feedback", {"gains": [[1.0, 2.0, 3.0]]}, "gains.0"),
+        ("state_feedback", {"rate_filter": 0.0}, "rate_filter"),
+        ("state_feedback", {"gauge_filter": {"frequency": 10.0}}, "gauge_filter.damping"),
+        ("state_feedback", {"torque_constants": [float("inf"), 1.0]}, "torque_constants.0"),
+    ],
+)
+def test_bad_settings_are_said_in_one_line(kind: str, change: dict, words: str) -> None:
+    with pytest.raises(InputError) as caught:
+        build_drive(kind, {**OPTIONS[kind], **change})
+    assert str(caught.value).startswith(f"[drive] {words}")
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_setting_is_named() -> None:
+    with pytest.raises(InputError, match=r"^\[drive\] gains"):
+        build_drive("velocity_loop", {})
+
+
+def test_an_unknown_kind_is_named_with_the_nearest_known_one() -> None:
+    with pytest.raises(InputError, match="did you mean 'velocity_loop'"):
+        build_drive("velocty_loop", {})

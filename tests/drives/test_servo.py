@@ -1,0 +1,88 @@
+"""The following servo: a perfect model leaves it nothing to do, a missing torque it reveals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.drives import build_drive
+from core.drives.servo import DEFAULT_HZ, FollowingServo
+from core.drives.torque import Torque
+from core.errors import InputError
+from core.model import Model
+from core.recording.spec import SimulateSpec
+from core.simulate.experiment import make_task, simulate_recording
+from core.simulate.motion import Task
+from core.simulate.nonlinear import simulate
+from tests.helpers import PAPER, loaded, looped
+
+IDLE = 0.05
+"""Relative to the recorded torque: a torque that jumps with its held reference is read as
+running straight between samples, and central differences round off the rates."""
+
+SETTLING = 200
+"""Samples: the recording starts with a jump, which no difference of positions can follow."""
+
+TOLERANCE = 1e-8
+"""rad: the servo multiplies errors of position by 10^6 N m/rad, so those of the default
+tolerance would look like a missing torque of 1 N m."""
+
+REVEALED = 1e-3
+"""Relative: a constant torque has all the time to show; the double pole rings off first."""
+
+SMOOTH = {
+    "theta2": 1.2, "seconds": 1.0, "excitation": "multisine",
+    "options": {"highest_hz": 5.0, "periods": 1},
+}  # fmt: skip
+
+
+def servo_torque(added: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The servo's torque (N, 2) and the recorded one, with `added` (2,) withheld from the model."""
+    arm = loaded(PAPER)
+    recording = simulate_recording(looped(arm), SimulateSpec(**SMOOTH), "r")
+    inertia = (6.0, 1.5)
+    servo = FollowingServo(Torque(), DEFAULT_HZ, inertia)
+    model = Model(arm, Torque(), steering=servo)
+    numbers = model.numbers()
+    signals = servo.signals(recording, arm)
+    signals[:, :2] -= added
+    start, _ = make_task(looped(arm), SimulateSpec(**SMOOTH), "r")
+    task = Task(recording.time, signals, start.start, start.schedule)
+    motion = simulate(model, numbers, task, TOLERANCE).trajectory
+    return motion.torque - signals[:, :2], np.column_stack([recording["u1"], recording["u2"]])
+
+
+def test_servo_idles_where_the_model_is_perfect() -> None:
+    own, recorded = servo_torque(np.zeros(2))
+    idle, usual = own[SETTLING:].std(axis=0), recorded[SETTLING:].std(axis=0)
+    assert np.all(idle < IDLE * usual)
+
+
+def test_servo_supplies_a_torque_that_is_withheld() -> None:
+    missing = np.array([2.0, -1.0])
+    supplied = servo_torque(missing)[0] - servo_torque(np.zeros(2))[0]
+    assert supplied[SETTLING:].mean(axis=0) == pytest.approx(missing, rel=REVEALED)
+
+
+def test_servo_has_a_double_pole_at_its_frequency() -> None:
+    place, speed = FollowingServo(Torque(), 60.0, (4.0, 1.0)).gains()
+    for k, inertia in enumerate((4.0, 1.0)):
+        poles = np.roots([inertia, speed[k, k], place[k, k]])
+        assert poles == pytest.approx(-2.0 * np.pi * 60.0, rel=1e-6)
+
+
+def test_recorded_torque_of_a_velocity_loop_is_its_law_along_the_measured_motion() -> None:
+    arm, model = loaded(PAPER), looped(loaded(PAPER))
+    recording = simulate_recording(model, SimulateSpec(**SMOOTH), "r")
+    servo = FollowingServo(model.drive, DEFAULT_HZ, (4.0, 1.0))
+    found = servo.recorded_torque(recording, arm, model.numbers().p, {})
+    true = np.column_stack([recording["u1"], recording["u2"]])
+    inner = slice(5, -5)
+    assert (found - true)[inner].std() < IDLE * true.std()
+
+
+def test_a_drive_that_sees_the_links_cannot_be_replayed() -> None:
+    options = {"gains": [[1.0, 2.0, 3.0, 4.0]] * 2, "torque_constants": [1.0, 1.0]}
+    servo = FollowingServo(build_drive("state_feedback", options), 60.0, (4.0, 1.0))
+    with pytest.raises(InputError, match="state_feedback"):
+        servo.law(PAPER, np.ones(18), {})

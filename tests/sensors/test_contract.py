@@ -1,0 +1,101 @@
+"""What every sensor in the folder must keep; a new file inherits these tests."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.errors import InputError
+from core.recording.recording import Recording
+from core.recording.spec import SimulateSpec
+from core.sensors import sensor, sensors
+from core.simulate.experiment import make_task
+from core.simulate.linear import respond
+from core.simulate.nonlinear import run
+from core.trajectory import Trajectory
+from tests.helpers import ARMS, looped
+
+KINDS = sorted(sensors())
+UNITS = {"rad", "rad/s", "m", "m/s", "N m", "N"}
+AGREEMENT = 1e-12
+"""Relative: the same linear output by two routes."""
+
+
+def motions(name: str) -> tuple[Trajectory, Trajectory]:
+    """A short non-linear and a linear motion."""
+    model = looped(ARMS[name], gain=None if ARMS[name].joints == 2 else 20.0)
+    numbers = model.numbers()
+    task, _ = make_task(model, SimulateSpec(theta2=1.2, seconds=0.1), "r")
+    return run(model, numbers, task, 2), respond(model, [numbers], [task])[0]
+
+
+CASES = [
+    (kind, name)
+    for kind in KINDS
+    for name in ("1-1", "slide", "0-2-1")
+    if kind not in ("y", "ydot") or ARMS[name].two_revolute
+]
+
+
+def test_all_kinds_of_the_design_are_there() -> None:
+    assert {"encoder", "z", "y", "ydot", "deflection", "torque"} <= set(KINDS)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_sensor_says_what_it_is(kind: str) -> None:
+    found = sensor(kind)
+    assert found.kind == kind
+    assert found.title
+    assert type(found).__doc__
+
+
+@pytest.mark.parametrize(("kind", "name"), CASES)
+def test_readings_have_one_finite_column_per_channel(kind: str, name: str) -> None:
+    channels = sensor(kind).channels(ARMS[name])
+    assert len({c.name for c in channels}) == len(channels)
+    assert {c.unit for c in channels} <= UNITS
+    for motion in motions(name):
+        values = sensor(kind).measure(motion)
+        assert values.shape == (len(motion.time), len(channels))
+        assert np.all(np.isfinite(values))
+
+
+@pytest.mark.parametrize(("kind", "name"), CASES)
+def test_linear_rows_read_what_the_sensor_reads(kind: str, name: str) -> None:
+    """Where a sensor has rows; the camera is not linear in the state."""
+    model = looped(ARMS[name], gain=None if ARMS[name].joints == 2 else 20.0)
+    numbers = model.numbers()
+    task, _ = make_task(model, SimulateSpec(theta2=1.2, seconds=0.1), "r")
+    motion = respond(model, [numbers], [task])[0]
+    rows = sensor(kind).rows(ARMS[name], numbers.p, numbers.law)
+    if rows is None:
+        assert kind == "z"
+        return
+    values = sensor(kind).measure(motion)
+    predicted = motion.q @ rows.Q.T + motion.v @ rows.V.T + task.references @ rows.R.T
+    scale = max(np.abs(values).max(), 1.0)
+    assert np.abs(values - predicted).max() < AGREEMENT * scale
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_measured_reads_the_channels_of_a_recording(kind: str) -> None:
+    arm, motion = ARMS["1-1"], motions("1-1")[0]
+    values = sensor(kind).measure(motion)
+    names = [c.name for c in sensor(kind).channels(arm)]
+    columns = dict(zip(names, values.T, strict=True))
+    recording = Recording("r", motion.time, columns)
+    assert sensor(kind).available(recording, arm)
+    assert np.array_equal(sensor(kind).measured(recording, arm), values)
+    assert not sensor(kind).available(Recording("r", motion.time, {}), arm)
+
+
+def test_channels_carry_the_units_of_the_joints() -> None:
+    slide = ARMS["slide"]
+    assert [c.unit for c in sensor("encoder").channels(slide)] == ["m", "rad"]
+    assert [c.unit for c in sensor("torque").channels(slide)] == ["N", "N m"]
+    assert [c.name for c in sensor("deflection").channels(slide)] == ["deflection2"]
+
+
+def test_an_unknown_output_is_named_with_the_nearest_known_one() -> None:
+    with pytest.raises(InputError, match="did you mean 'encoder'"):
+        sensor("encodr")

@@ -1,0 +1,179 @@
+"""The integrator: its order, its stated error, its stability, the drive's limits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from core.drives.velocity_loop import VelocityLoop
+from core.excitation import build_excitation
+from core.model import Model
+from core.simulate.motion import Task
+from core.simulate.nonlinear import (
+    DEFAULT_TOLERANCE,
+    difference,
+    run,
+    simulate,
+    simulate_fixed,
+)
+from core.trajectory import Trajectory
+from tests.helpers import LAMBDA, looped, state_rate, task_from, with_modes
+
+ORDER_OF_ONE_PASS = 0.1
+"""ROS2 is of second order; how far the measured slope may be from 2."""
+
+ORDER_EXTRAPOLATED = 2.7
+"""The extrapolation is of third order; what its slope must reach at least."""
+
+TIP_AGREEMENT = 5e-6
+"""m, with an independent integrator at the default tolerance of 1e-6 m."""
+
+COARSEST = 3e-3
+"""m or rad: what one step per sample may miss; an unstable pole of 1e5 rad/s would leave any
+bound within a few samples."""
+
+HOLD = 20
+"""Samples; the reference integrator restarts where the reference jumps."""
+
+
+def smooth_task(model: Model, samples: int = 301) -> Task:
+    """A motion with constant references from a start that is not at rest."""
+    n = model.arm.coordinates
+    start = np.zeros(2 * n)
+    start[:2], start[n : n + 2] = (0.3, 1.2), (1.0, -1.0)
+    return task_from(model, start, np.tile([0.3, -0.2], (samples, 1)))
+
+
+def prbs_task(model: Model, seconds: float, seed: int) -> Task:
+    samples = round(seconds * 1000) + 1
+    excitation = build_excitation("prbs", {"amplitude": 0.3, "hold": HOLD * 1e-3})
+    references = excitation.signal(samples, 2, 1e-3, np.random.default_rng(seed))
+    start = np.zeros(2 * model.arm.coordinates)
+    start[1] = 1.2
+    return task_from(model, start, references)
+
+
+def reference_solution(model: Model, task: Task, method: str) -> Trajectory:
+    """The same experiment by SciPy, hold by hold, to ten digits."""
+    numbers, n = model.numbers(), model.arm.coordinates
+    x, found = task.start, [task.start]
+    for first in range(0, len(task.time) - 1, HOLD):
+        last = min(first + HOLD, len(task.time) - 1)
+        r = task.references[first]
+        solved = solve_ivp(
+            lambda _t, y, r=r: state_rate(model, numbers, y, r),
+            (task.time[first], task.time[last]), x, method=method, rtol=1e-10, atol=1e-13,
+            t_eval=task.time[first + 1 : last + 1],
+        )  # fmt: skip
+        found += list(solved.y.T)
+        x = solved.y[:, -1]
+    states = np.ascontiguousarray(found)
+    motion = run(model, numbers, task, 1)
+    return replace(
+        motion,
+        q=np.ascontiguousarray(states[:, :n]),
+        v=np.ascontiguousarray(states[:, n : 2 * n]),
+    )
+
+
+def slopes(errors: list[float]) -> np.ndarray:
+    return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+
+
+def test_one_pass_is_of_second_order() -> None:
+    model = looped(with_modes(1, 1))
+    task, numbers = smooth_task(model), model.numbers()
+    exact = simulate_fixed(model, numbers, task, 1024)
+    errors = [difference(run(model, numbers, task, steps), exact) for steps in (8, 16, 32, 64)]
+    assert slopes(errors) == pytest.approx(2.0, abs=ORDER_OF_ONE_PASS)
+
+
+def test_two_passes_extrapolated_are_of_third_order() -> None:
+    model = looped(with_modes(1, 1))
+    task, numbers = smooth_task(model), model.numbers()
+    exact = simulate_fixed(model, numbers, task, 1024)
+    steps = (4, 8, 16, 32)
+    errors = [difference(simulate_fixed(model, numbers, task, s), exact) for s in steps]
+    assert slopes(errors).min() > ORDER_EXTRAPOLATED
+
+
+def check_agreement(method: str, seconds: float) -> None:
+    model = looped(with_modes(2, 2))
+    task = prbs_task(model, seconds, seed=3)
+    found = simulate(model, model.numbers(), task)
+    exact = reference_solution(model, task, method)
+    miss = np.abs(found.trajectory.tip()[0] - exact.tip()[0]).max()
+    assert found.error <= DEFAULT_TOLERANCE
+    assert miss < TIP_AGREEMENT
+    assert difference(found.trajectory, exact) < found.error
+
+
+def test_prbs_motion_agrees_with_an_independent_integrator_within_the_stated_error() -> None:
+    """DOP853: explicit and of eighth order, so nothing in common with the method under test."""
+    check_agreement("DOP853", 0.4)
+
+
+@pytest.mark.long
+def test_prbs_motion_agrees_with_radau() -> None:
+    check_agreement("Radau", 1.0)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-5, 1e-6, 1e-7])
+def test_stated_error_bounds_the_actual_error(tolerance: float) -> None:
+    model = looped(with_modes(2, 2))
+    task, numbers = prbs_task(model, 0.3, seed=4), model.numbers()
+    found = simulate(model, numbers, task, tolerance)
+    exact = simulate_fixed(model, numbers, task, 512)
+    assert found.error <= tolerance
+    assert difference(found.trajectory, exact) <= found.error
+
+
+def test_three_modes_are_stable_at_one_step_per_millisecond() -> None:
+    model = looped(with_modes(3, 3))
+    task, numbers = prbs_task(model, 3.0, seed=5), model.numbers()
+    coarse = run(model, numbers, task, 1)
+    fine = simulate(model, numbers, task).trajectory
+    assert difference(coarse, fine) < COARSEST
+
+
+def test_restarting_in_the_middle_changes_nothing() -> None:
+    model = looped(with_modes(1, 1))
+    numbers, task = model.numbers(), smooth_task(model)
+    whole = run(model, numbers, task, 4)
+    middle = 100
+    start = np.concatenate([whole.q[middle], whole.v[middle]])
+    rest = run(model, numbers, task_from(model, start, task.references[middle:]), 4)
+    assert np.abs(rest.q - whole.q[middle:]).max() < 1e-13  # rounding of angles of order 1
+
+
+@pytest.mark.parametrize("solver", ["run", "simulate"])
+def test_torque_limits_are_obeyed_and_reached(solver: str) -> None:
+    limits = (4.0, 1.5)
+    model = Model(with_modes(1, 1), VelocityLoop(gains=LAMBDA, limits=limits))
+    task, numbers = prbs_task(model, 0.6, seed=6), model.numbers()
+    if solver == "run":
+        motion = run(model, numbers, task, 4)
+    else:
+        motion = simulate(model, numbers, task).trajectory
+    largest = np.abs(motion.torque).max(axis=0)
+    assert np.all(largest <= limits)
+    assert largest == pytest.approx(limits)
+
+
+def test_limits_that_are_never_met_change_nothing() -> None:
+    arm = with_modes(1, 1)
+    free = Model(arm, VelocityLoop(gains=LAMBDA))
+    wide = Model(arm, VelocityLoop(gains=LAMBDA, limits=(1e6, 1e6)))
+    task = prbs_task(free, 0.3, seed=7)
+    motions = [run(m, m.numbers(), task, 4) for m in (free, wide)]
+    assert np.array_equal(motions[0].q, motions[1].q)
+
+
+def test_an_impossible_tolerance_ends_with_an_honest_error() -> None:
+    model = looped(with_modes(1, 1))
+    task = smooth_task(model, samples=31)
+    found = simulate(model, model.numbers(), task, tolerance=0.0)
+    assert found.error > 0.0
