@@ -32,9 +32,7 @@ def load_recordings(
     return found
 
 
-def _read(
-    spec: RecordingSpec, model: Model, folder: Path, data_folder: Path | None
-) -> Recording:
+def _read(spec: RecordingSpec, model: Model, folder: Path, data_folder: Path | None) -> Recording:
     assert spec.file is not None
     path = resolve_file(spec.file, folder, data_folder)
     return load_recording(path, spec, required=model.drive.reference_channels(model.arm))

@@ -239,5 +239,3 @@ def _warnings(recordings: Sequence[Recording]) -> list[str]:
 def _arm_table(model: Model) -> tuple[tuple[str, str, float, str], ...]:
     items = model.parameters.values()
     return tuple((p.name, p.title, p.value, p.unit) for p in items if p.value != 0.0)
-
-

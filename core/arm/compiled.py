@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+
 from core.arm.cache import cache_folder, sources_key
 from core.arm.symbols import Structure
 

@@ -8,19 +8,17 @@ import numpy as np
 
 from core.arm.joints import joint
 from core.drives.servo import FollowingServo
+from core.errors import InputError
 from core.identify.predictor import Predictor
 from core.identify.prepared import Prepared, Processing, prepare
 from core.identify.unknowns import Unknown, Unknowns
-from core.errors import InputError
 from core.model import Model
 from core.recording.recording import Recording
 from core.results import ChannelComparison, MissingTorque, RecordingComparison
 from core.sensors import Sensor, sensors
 
 
-def visible_outputs(
-    model: Model, recording: Recording, fitted: Sequence[Sensor]
-) -> list[Sensor]:
+def visible_outputs(model: Model, recording: Recording, fitted: Sequence[Sensor]) -> list[Sensor]:
     """The fitted outputs, then every other one that the recording holds."""
     shown = list(fitted)
     servo = isinstance(model.steering, FollowingServo)
@@ -117,5 +115,7 @@ def _missing(
 def shared_values(items: Sequence[Unknown], vector: np.ndarray) -> dict[str, float]:
     """The values that belong to no single recording."""
     return {
-        i.parameter.name: float(v) for i, v in zip(items, vector, strict=True) if i.recording is None
+        i.parameter.name: float(v)
+        for i, v in zip(items, vector, strict=True)
+        if i.recording is None
     }

@@ -27,6 +27,8 @@ OnGeneration = Callable[[Generation], bool]
 
 @dataclass(frozen=True)
 class Searched:
+    """Where the search ended and how it got there."""
+
     vector: np.ndarray
     cost: float
     generations: tuple[Generation, ...]

@@ -111,7 +111,8 @@ def _refine_from_all(
         if agree
         else f"The two starts end at different costs, {low:.4g} and {high:.4g}; the lower is kept."
     )
-    return (first if first.cost <= second.cost else second), said
+    # Where both agree the search decides: the nominal start would flatter itself in a valley.
+    return (first if agree or first.cost <= second.cost else second), said
 
 
 def _describe(
@@ -128,7 +129,9 @@ def _describe(
     blocks = residuals.blocks(vector)
     sensitivities = residuals.sensitivities(vector)
     jacobian = residuals.vector(sensitivities) if P else np.zeros((1, 0))
-    rank, _, null = identifiability.analyse(unknowns, vector, jacobian) if P else (0, None, None)
+    rank, _, null = (
+        identifiability.analyse(unknowns, vector, jacobian) if P else (0, None, np.zeros((0, 0)))
+    )
     cov = covariance(sensitivities, blocks, rank) if P else np.zeros((0, 0))
     seen = identifiability.identified(null, P) if P else np.zeros(0, dtype=bool)
     correlation = _correlation(cov)

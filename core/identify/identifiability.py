@@ -86,9 +86,7 @@ def _power(name: str, exponent: float) -> str:
     return name if text == "1" else f"{name}^{text}"
 
 
-def sentences(
-    unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray
-) -> tuple[str, ...]:
+def sentences(unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray) -> tuple[str, ...]:
     """What a person should know before using the estimates."""
     labels = unknowns.labels
     if not len(labels):
@@ -101,7 +99,7 @@ def sentences(
 
 def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
     involved = np.flatnonzero(np.abs(direction) >= INVOLVED)
-    names = [labels[i] for i in involved]
+    names = [labels[int(i)] for i in involved]
     if len(names) == 1:
         return f"The data say nothing about {names[0]}."
     if len(names) == 2:
@@ -110,7 +108,7 @@ def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
             f"fix one of them to get the other."
         )
     largest = np.abs(direction).max()
-    changes = ", ".join(f"{labels[i]} {direction[i] / largest:+.2f} %" for i in involved)
+    changes = ", ".join(f"{labels[int(i)]} {direction[i] / largest:+.2f} %" for i in involved)
     listed = ", ".join(names[:-1]) + f" and {names[-1]}"
     return (
         f"The data do not tell {listed} apart: changing them together ({changes}) changes nothing "

@@ -19,6 +19,8 @@ DEAR_TOLERANCE = 1e-8
 
 @dataclass(frozen=True)
 class Refined:
+    """Where the descent ended."""
+
     vector: np.ndarray
     cost: float
     """Sum of weighted squares, without the priors."""

@@ -20,7 +20,9 @@ ONE_SIDED_STEP = 1e-6
 """Of one-sided differences inside a descent; the uncertainty always uses central ones."""
 
 
-def channel_weights(experiments: Sequence[Prepared], stated: Mapping[str, float]) -> list[np.ndarray]:
+def channel_weights(
+    experiments: Sequence[Prepared], stated: Mapping[str, float]
+) -> list[np.ndarray]:
     """(k,) per recording: 1 where all outputs share a unit, as in (13), else 1 over the spread
     of what was measured; a scenario's weight replaces either."""
     units = {unit for e in experiments for _, unit in e.channels}
@@ -105,9 +107,7 @@ class Residuals:
                 found[i][:, :, j] = (a - b) / (up[j] - down[j])
         return found
 
-    def _sides(
-        self, vector: np.ndarray, j: int, central: bool
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _sides(self, vector: np.ndarray, j: int, central: bool) -> tuple[np.ndarray, np.ndarray]:
         """Two vectors that differ in entry j, inside the bounds."""
         item = self.unknowns.items[j].parameter
         step = (STEP if central else ONE_SIDED_STEP) * self.scales[j]
@@ -133,9 +133,7 @@ class Residuals:
         """The fast cost of many vectors, where it is exact."""
         if not applicable(self.experiments, self.unknowns):
             return None
-        return PopulationCost(
-            self.experiments, self.weights, self.unknowns, self.predictor.fixed
-        )
+        return PopulationCost(self.experiments, self.weights, self.unknowns, self.predictor.fixed)
 
     def costs(self, vectors: np.ndarray) -> np.ndarray:
         """(S,) sums of squares by plain simulation."""

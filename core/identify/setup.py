@@ -32,6 +32,7 @@ class Setup:
 
 
 def make_setup(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]) -> Setup:
+    """The setup for the estimation recordings; InputError where they lack what is compared."""
     chosen = [r for r in recordings if r.role == "estimate"]
     outputs = _outputs(model, spec, chosen)
     processing = Processing(spec.filter, spec.decimate)

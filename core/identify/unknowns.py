@@ -54,9 +54,7 @@ class Unknowns:
 
     @property
     def parameters(self) -> ParameterSet:
-        return ParameterSet(
-            tuple(replace(item.parameter, name=item.label) for item in self.items)
-        )
+        return ParameterSet(tuple(replace(item.parameter, name=item.label) for item in self.items))
 
     def values_for(self, recording: str, vector: np.ndarray) -> dict[str, float]:
         """name -> value as one recording sees the vector (P,)."""
@@ -73,14 +71,10 @@ class Unknowns:
     def only(self, recordings: Iterable[str]) -> Unknowns:
         """Without the entries that belong to other recordings."""
         kept = set(recordings)
-        return Unknowns(
-            tuple(i for i in self.items if i.recording is None or i.recording in kept)
-        )
+        return Unknowns(tuple(i for i in self.items if i.recording is None or i.recording in kept))
 
 
-def collect_unknowns(
-    model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
-) -> Unknowns:
+def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]) -> Unknowns:
     """The vector that a scenario's [identify] asks for."""
     names = list(spec.parameters) + [n for n in spec.per_recording if n not in spec.parameters]
     names += [OFFSET + channel for channel in spec.offsets if OFFSET + channel not in names]

@@ -8,7 +8,15 @@ from core.arm import shapes
 from core.arm.chord import rigid_angle_matrix
 from core.arm.energies import bending, dissipation
 from core.arm.kinematics import Kinematics, Phasor, components
-from core.arm.slots import DAMPING_TIME, HUB_INERTIA, LENGTH, MASS, TIP_INERTIA, TIP_MASS
+from core.arm.slots import (
+    AXIS_ANGLE,
+    DAMPING_TIME,
+    HUB_INERTIA,
+    LENGTH,
+    MASS,
+    TIP_INERTIA,
+    TIP_MASS,
+)
 from core.arm.straight import StraightArm
 from core.arm.symbols import Structure
 from core.model import Model
@@ -34,7 +42,7 @@ def equations(model: Model) -> tuple[Equation, ...]:
 def _absent(model: Model, kinematics: Kinematics) -> dict[sp.Symbol, int]:
     """Symbols whose value is exactly zero in this arm."""
     p = model.numbers().p
-    optional = (TIP_MASS, TIP_INERTIA, HUB_INERTIA, DAMPING_TIME)
+    optional = (TIP_MASS, TIP_INERTIA, HUB_INERTIA, DAMPING_TIME, AXIS_ANGLE)
     symbols = kinematics.symbols
     zero = {
         symbols.slot(k, which): 0
@@ -43,6 +51,13 @@ def _absent(model: Model, kinematics: Kinematics) -> dict[sp.Symbol, int]:
         if p[8 * k + which] == 0.0
     }
     return zero | {g: 0 for g, value in zip(symbols.gravity, p[-2:], strict=True) if value == 0.0}
+
+
+def _shown(place: tuple[Phasor, ...], absent: dict[sp.Symbol, int]) -> tuple[Phasor, ...]:
+    """The phasors with what the arm does not have left out."""
+    return tuple(
+        Phasor(f.angle.subs(absent), f.along.subs(absent), f.across.subs(absent)) for f in place
+    )
 
 
 def _kinematics(kinematics: Kinematics, absent: dict[sp.Symbol, int]) -> list[Equation]:
@@ -60,7 +75,7 @@ def _kinematics(kinematics: Kinematics, absent: dict[sp.Symbol, int]) -> list[Eq
                 "Assumed modes and the shortening of the axis to second order.",
             )
         )
-    tip = kinematics.tip()
+    tip = _shown(kinematics.tip(), absent)
     angles = _named_angles(tip)
     z = components(tuple(Phasor(angles[f.angle], f.along, f.across) for f in tip))
     shown = [rf"\varphi_{{{i + 1}}} &= {s.latex(a)}" for i, a in enumerate(angles)]

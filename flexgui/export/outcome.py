@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+from pyarrow import csv
+
 from core.errors import InputError
 from core.results import Outcome
 from flexgui.export.folder import INDEX, swap_in, workroom
@@ -13,7 +18,7 @@ from flexgui.export.result import result
 from flexgui.export.strict_json import dumps
 from flexgui.export.tables import tables
 
-DIGITS = "%.10g"
+DIGITS = 10
 """More than any sensor resolves, at two thirds of the size of all 17."""
 
 
@@ -32,10 +37,25 @@ def export_outcome(outcome: Outcome, scenario_text: str, out: Path) -> None:
         ) from error
 
 
+def _csv(table: pd.DataFrame, path: Path) -> None:
+    """Arrow writes a recording of 10 000 rows ten times as fast as pandas does."""
+    numbers = table.select_dtypes("float")
+    shorter = table.assign(**{name: _rounded(numbers[name].to_numpy()) for name in numbers})
+    columns = pa.Table.from_pandas(shorter, preserve_index=False)
+    csv.write_csv(columns, path, csv.WriteOptions(quoting_style="needed"))
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    """Values (N,) to DIGITS significant digits."""
+    size = np.where(np.isfinite(values) & (values != 0.0), np.abs(values), 1.0)
+    factor = 10.0 ** (DIGITS - 1 - np.floor(np.log10(size)))
+    return np.asarray(np.round(values * factor) / factor)
+
+
 def _write(outcome: Outcome, scenario_text: str, room: Path) -> None:
     (room / "tables").mkdir()
     for name, table in tables(outcome).items():
-        table.to_csv(room / "tables" / f"{name}.csv", index=False, float_format=DIGITS)
+        _csv(table, room / "tables" / f"{name}.csv")
     write_mat(outcome.model, room / "model.mat")
     _text(room / "model.json", dumps(as_json(outcome.model)))
     _text(room / "scenario.toml", scenario_text)

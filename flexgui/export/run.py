@@ -18,9 +18,7 @@ def export_scenario(path: Path, out: Path, data: Path | None, progress: Progress
 
     from core.workbench import run_scenario
 
-    outcome = run_scenario(
-        scenario, folder=path.parent, data_folder=data, progress=progress
-    )
+    outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)
 
     from flexgui.export.outcome import export_outcome
 

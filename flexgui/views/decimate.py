@@ -15,12 +15,14 @@ def decimate(time: np.ndarray, values: np.ndarray, points: int = POINTS) -> np.n
     index = np.flatnonzero(np.isfinite(values) & np.isfinite(time))
     if index.size <= points:
         return index
-    edges = np.linspace(0, index.size, points // 2 + 1).astype(int)
-    kept = [
-        stretch[[np.argmin(values[stretch]), np.argmax(values[stretch])]]
-        for stretch in (index[a:b] for a, b in zip(edges[:-1], edges[1:], strict=True))
-    ]
-    return np.unique(np.concatenate(kept))
+    width = -(-index.size // (points // 2))
+    padded = np.concatenate([index, np.repeat(index[-1:], -index.size % width)])
+    stretches = padded.reshape(-1, width)
+    inside = values[stretches]
+    rows = np.arange(len(stretches))
+    least = stretches[rows, np.argmin(inside, axis=1)]
+    greatest = stretches[rows, np.argmax(inside, axis=1)]
+    return np.unique(np.concatenate([least, greatest]))
 
 
 def trace(

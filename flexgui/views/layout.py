@@ -13,22 +13,36 @@ FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', sans-ser
 
 def styled(figure: go.Figure, height: int, caption: str, **layout: Any) -> go.Figure:
     """The figure in the house's look; `caption` travels in `layout.meta`."""
-    figure.update_layout(
-        template="none",
-        height=height,
-        meta={"caption": caption},
-        paper_bgcolor=colours.CLEAR,
-        plot_bgcolor=colours.CLEAR,
-        font={"family": FONT, "size": 13, "color": colours.TEXT},
-        margin={"l": 64, "r": 12, "t": 36, "b": 48},
-        legend={"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom", "xanchor": "left"},
-        hoverlabel={
+    figure.update_layout(**frame(height, caption), **layout)
+    figure.update_xaxes(**axis())
+    figure.update_yaxes(**axis())
+    return figure
+
+
+def frame(height: int, caption: str) -> dict[str, Any]:
+    """The look of a whole figure, as a layout."""
+    return {
+        "template": "none",
+        "height": height,
+        "meta": {"caption": caption},
+        "paper_bgcolor": colours.CLEAR,
+        "plot_bgcolor": colours.CLEAR,
+        "font": {"family": FONT, "size": 13, "color": colours.TEXT},
+        "margin": {"l": 64, "r": 12, "t": 36, "b": 48},
+        "legend": {"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom", "xanchor": "left"},
+        "hoverlabel": {
             "bgcolor": colours.HOVER_BACKGROUND,
             "font": {"color": colours.HOVER_TEXT, "family": FONT},
         },
-    )
-    figure.update_layout(**layout)
-    axis = {
+    }
+
+
+def axis(text: str = "") -> dict[str, Any]:
+    """The look of one axis."""
+    title: dict[str, Any] = {"standoff": 8}
+    if text:
+        title["text"] = text
+    return {
         "gridcolor": colours.GRID,
         "linecolor": colours.AXIS,
         "tickcolor": colours.AXIS,
@@ -36,11 +50,8 @@ def styled(figure: go.Figure, height: int, caption: str, **layout: Any) -> go.Fi
         "ticklen": 4,
         "zeroline": False,
         "showline": True,
-        "title": {"standoff": 8},
+        "title": title,
     }
-    figure.update_xaxes(**axis)
-    figure.update_yaxes(**axis)
-    return figure
 
 
 def caption(figure: go.Figure) -> str:
