@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,21 +16,28 @@ from core.scenario.data_folder import resolve_file
 from core.scenario.schema import Scenario, SensorsSpec
 from core.simulate.experiment import NoiseLevels, simulate_recording
 
+WORKERS = 2
+"""Simulation holds no lock; machines have two cores."""
+
 
 def load_recordings(
     scenario: Scenario, model: Model, folder: Path, data_folder: Path | None, progress: Progress
 ) -> list[Recording]:
     """All of them, in the scenario's order; InputError names the file that is wrong."""
-    found = []
     if not scenario.recordings:
         raise InputError("The scenario has no [[recordings]]; add at least one.")
-    for spec in scenario.recordings:
+
+    def one(spec: RecordingSpec) -> Recording:
         if spec.simulate is not None:
-            found.append(_simulated(spec, scenario.sensors, model))
+            found = _simulated(spec, scenario.sensors, model)
         else:
-            found.append(_read(spec, model, folder, data_folder))
+            found = _read(spec, model, folder, data_folder)
         progress.advance(text=spec.name)
-    return found
+        return found
+
+    _ = model.compiled  # once, before the threads ask for it
+    with ThreadPoolExecutor(WORKERS) as pool:
+        return list(pool.map(one, scenario.recordings))
 
 
 def _read(spec: RecordingSpec, model: Model, folder: Path, data_folder: Path | None) -> Recording:

@@ -73,6 +73,10 @@ def _free(expressions: Sequence[sp.Expr]) -> set[sp.Basic]:
     return set().union(*[e.free_symbols for e in expressions]) if expressions else set()
 
 
+def _table(name: str, values: Sequence[float]) -> str:
+    return f"{name} = np.array([{', '.join(repr(float(v)) for v in values)}])"
+
+
 class ArmCode:
     """The module's functions as text, for one structure."""
 
@@ -83,10 +87,8 @@ class ArmCode:
 
     def module(self) -> str:
         template = files("core.arm").joinpath("module_template.txt").read_text(encoding="utf-8")
-        nodes, weights = self._gauss_tables()
         return (
-            template.replace("@NODES@", nodes)
-            .replace("@WEIGHTS@", weights)
+            template.replace("@TABLES@", self._gauss_tables())
             .replace("@DYNAMICS@", self._block(self.dynamics()))
             .replace("@TIP@", self._block(self.tip()))
             .replace("@LINEAR@", self._block(self.linear()))
@@ -96,15 +98,17 @@ class ArmCode:
     def _block(lines: list[str]) -> str:
         return "\n".join(INDENT + line for line in lines)
 
-    def _gauss_tables(self) -> tuple[str, str]:
-        nodes, weights = [], []
-        for modes in self.kinematics.structure.modes:
+    def _gauss_tables(self) -> str:
+        """Places and weights along each segment; the last entry is the mass at the tip."""
+        tables = []
+        for k, modes in enumerate(self.kinematics.structure.modes, start=1):
             at, w = np.polynomial.legendre.leggauss(gauss_order(modes))
-            nodes.append("np.array([" + ", ".join(repr(float((a + 1) / 2)) for a in at) + ", 1.0])")
-            weights.append("np.array([" + ", ".join(repr(float(b / 2)) for b in w) + ", 0.0])")
-        table = [f"NODES_{k + 1} = {text}" for k, text in enumerate(nodes)]
-        share = [f"WEIGHTS_{k + 1} = {text}" for k, text in enumerate(weights)]
-        return "\n".join(table), "\n".join(share)
+            tables += [
+                _table(f"NODES_{k}", [*(at + 1.0) / 2.0, 1.0]),
+                _table(f"WEIGHTS_{k}", [*w / 2.0, 0.0]),
+                _table(f"TIPS_{k}", [*np.zeros(len(w)), 1.0]),
+            ]
+        return "\n".join(tables)
 
     def dynamics(self) -> list[str]:
         """M(q) and F(q, q') without the drive: M q'' = F + G u."""
@@ -121,7 +125,11 @@ class ArmCode:
         return loads + _load(s.p, "p", set(s.p)) + lines + body + MIRROR
 
     def _segment(self, k: int) -> list[str]:
-        """The sum over one segment's Gauss points and its tip mass."""
+        """The sum over one segment's Gauss points and its tip mass.
+
+        Sums stand in local variables and no branch is in the loop, so that the compiler takes
+        several points per instruction.
+        """
         s = self.symbols
         place = components(self.kinematics.point(k, s.x))
         jacobian = place.jacobian(s.q)
@@ -143,11 +151,13 @@ class ArmCode:
         loop = [
             f"for k in range(NODES_{k + 1}.size):",
             f"{INDENT}x = {length} * NODES_{k + 1}[k]",
-            f"{INDENT}w = {mass} * WEIGHTS_{k + 1}[k]",
-            f"{INDENT}if k == NODES_{k + 1}.size - 1:",
-            f"{INDENT}{INDENT}w = {s.slot(k, TIP_MASS)}",
+            f"{INDENT}w = {mass} * WEIGHTS_{k + 1}[k] + {s.slot(k, TIP_MASS)} * TIPS_{k + 1}[k]",
         ]
-        return once + loop + [INDENT + line for line in inner]
+        sums = [(f"f_{i}", f"f[{i}]") for i in active]
+        sums += [(f"M_{i}_{j}", f"M[{i}, {j}]") for i in active for j in active if j <= i]
+        zeros = [f"{name} = 0.0" for name, _ in sums]
+        added = [f"{target} += {name}" for name, target in sums]
+        return once + zeros + loop + [INDENT + line for line in inner] + added
 
     def _accumulate(self, active: list[int], reduced: list[sp.Expr]) -> list[str]:
         g1, g2 = self.symbols.gravity
@@ -158,10 +168,10 @@ class ArmCode:
         for i in active:
             lines.append(f"wx = w * jx{i}")
             lines.append(f"wy = w * jy{i}")
-            lines.append(f"f[{i}] -= wx * ax + wy * ay")
+            lines.append(f"f_{i} -= wx * ax + wy * ay")
             for j in active:
                 if j <= i:
-                    lines.append(f"M[{i}, {j}] += wx * jx{j} + wy * jy{j}")
+                    lines.append(f"M_{i}_{j} += wx * jx{j} + wy * jy{j}")
         return lines
 
     def tip(self) -> list[str]:

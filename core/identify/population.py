@@ -7,9 +7,12 @@ eight; a single recording is run for eight members at a time.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -63,12 +66,38 @@ class _Group:
         filled = list(values) * self.copies
         return filled + [values[0]] * (LANES - len(filled))
 
+    def packing(self, size: int) -> np.ndarray:
+        """(passes, LANES): which of `size` population members each lane has; the last pass
+        repeats the last member."""
+        passes = -(-size // self.copies)
+        order = np.minimum(np.arange(passes * self.copies), size - 1).reshape(passes, self.copies)
+        copy = np.arange(LANES) // len(self.members)
+        return np.asarray(order[:, np.where(copy < self.copies, copy, 0)])
+
+
+def _rows_that_differ(weights: np.ndarray) -> np.ndarray:
+    """(1, k, LANES) where all samples weigh the same: a third less to read from memory."""
+    same = bool(np.all(weights == weights[:1]))
+    return weights[:1] if same else weights
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    """Made once: starting threads takes longer than a small cost."""
+    return ThreadPoolExecutor(WORKERS, thread_name_prefix="cost")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)  # its threads stay with the parent
+
 
 class PopulationCost:
     """costs(vectors (S, P)) -> (S,), the weighted squared error over all recordings.
 
     Offsets and gains keep their start here; they enter linearly and are left to refinement.
     """
+
+    workers = WORKERS
 
     def __init__(
         self,
@@ -87,7 +116,8 @@ class PopulationCost:
         names = {item.parameter.name for item in unknowns.items}
         arm_names = self.model.arm_catalogue.entries
         self.own_parameters = any(item.recording is not None for item in unknowns.items)
-        self._cached: dict[tuple[tuple[int, ...], int], tuple] = {}  # type: ignore[type-arg]
+        self._seen: dict[str, tuple[list[str], np.ndarray, np.ndarray]] = {}
+        self._cached: dict[tuple[tuple[int, ...], int], tuple] = {}
         self.rows_vary = any(n not in arm_names or n.startswith("l") for n in names)
 
     def __call__(self, vectors: np.ndarray) -> np.ndarray:
@@ -143,7 +173,7 @@ class PopulationCost:
             np.array(draft.lanes([e.task.start for e in chosen])),
             interleave(draft.lanes([e.task.references for e in chosen]), length + 1).ravel(),
             interleave(draft.lanes(measured), length).ravel(),
-            interleave(lanes, length).ravel(),
+            _rows_that_differ(interleave(lanes, length)).ravel(),
         )
 
     def _values(self, e: Prepared, vector: np.ndarray) -> dict[str, float]:
@@ -151,19 +181,24 @@ class PopulationCost:
 
     def _arm_vectors(self, e: Prepared, vectors: np.ndarray) -> np.ndarray:
         """p (S, np) as one recording sees the vectors."""
-        concerned = self.unknowns.concerning(e.recording.name)
-        names = [u.parameter.name for u, c in zip(self.unknowns.items, concerned, strict=True) if c]
-        fixed = {k: v for k, v in self.fixed.items() if k in self.model.parameters}
-        held = np.tile(list(fixed.values()), (len(vectors), 1)).reshape(len(vectors), len(fixed))
-        return self.model.arm_vectors([*names, *fixed], np.hstack([vectors[:, concerned], held]))
+        name = e.recording.name
+        if name not in self._seen:
+            concerned = self.unknowns.concerning(name)
+            pairs = zip(self.unknowns.items, concerned, strict=True)
+            fixed = {k: v for k, v in self.fixed.items() if k in self.model.parameters}
+            names = [*[u.parameter.name for u, c in pairs if c], *fixed]
+            self._seen[name] = (names, concerned, np.array([*fixed.values()], dtype=float))
+        names, concerned, held = self._seen[name]
+        own = vectors if concerned.all() else vectors[:, concerned]
+        if held.size:
+            own = np.hstack([own, np.broadcast_to(held, (len(own), held.size))])
+        return self.model.arm_vectors(names, own)
 
     def _group_costs(self, group: _Group, vectors: np.ndarray) -> np.ndarray:
         """Members are packed `copies` at a time into passes of LANES lanes."""
         size, copies, count = len(vectors), group.copies, len(group.members)
         passes = -(-size // copies)
-        order = np.minimum(np.arange(passes * copies), size - 1).reshape(passes, copies)
-        lane_copy = np.array(([c for c in range(copies) for _ in range(count)] + [0] * LANES)[:LANES])
-        lane_member = order[:, lane_copy]
+        lane_member = group.packing(size)
         p = self._packed_vectors(group, vectors, lane_member)
         if self.rows_vary:
             laws, C, D = self._varying_rows(group, vectors, lane_member)
@@ -185,7 +220,7 @@ class PopulationCost:
         recording = np.array(group.lanes(list(range(len(each)))))
         return np.ascontiguousarray(np.array(each)[recording[None, :], lane_member])
 
-    def _constant_rows(self, group: _Group, passes: int) -> tuple:  # type: ignore[type-arg]
+    def _constant_rows(self, group: _Group, passes: int) -> tuple:
         """Laws and outputs that no member changes; made once per number of passes."""
         key = (group.members, passes)
         if key not in self._cached:
@@ -198,9 +233,7 @@ class PopulationCost:
             self._cached[key] = (laws, np.tile(C, shape), np.tile(D, shape))
         return self._cached[key]
 
-    def _varying_rows(
-        self, group: _Group, vectors: np.ndarray, lane_member: np.ndarray
-    ) -> tuple:  # type: ignore[type-arg]
+    def _varying_rows(self, group: _Group, vectors: np.ndarray, lane_member: np.ndarray) -> tuple:
         """Laws and outputs of each member and recording."""
         chosen = [self.experiments[i] for i in group.members]
         numbers = [[e.model.numbers(self._values(e, v)) for v in vectors] for e in chosen]
@@ -228,11 +261,9 @@ class PopulationCost:
                 costs, first, last,
             )  # fmt: skip
 
-        passes = len(p)
-        if passes < WORKERS:
-            part(0, passes)
-            return
-        edges = np.linspace(0, passes, WORKERS + 1).astype(int)
-        with ThreadPoolExecutor(WORKERS) as pool:
-            list(pool.map(part, edges[:-1].tolist(), edges[1:].tolist()))
-
+        share = min(self.workers, len(p))
+        edges = [len(p) * i // share for i in range(share + 1)]
+        others = [_pool().submit(part, *pair) for pair in pairwise(edges[1:])]
+        part(*edges[:2])
+        for other in others:
+            other.result()

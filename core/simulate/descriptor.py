@@ -26,7 +26,7 @@ def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
     mass = _evaluated(straight.mass_terms, straight, p)
     basis = list(mass)
     E_terms = [_block_mass(mass[b], n, ns, constant=b == "1") for b in basis]
-    gravity = _evaluated(_split(straight.gravity_stiffness), straight, p)
+    gravity = _gravity_terms(straight, p)
     rest = _evaluated({sp.Integer(1): straight.bending}, straight, p)["1"]
     damping = _evaluated({sp.Integer(1): straight.damping}, straight, p)["1"]
     A_terms = {"1": _constant_part(rest, damping, law, n, ns)}
@@ -60,6 +60,13 @@ def _inputs(model: Model, count: int) -> tuple[str, ...]:
         f"dtheta{k + 1}_measured" for k in joints
     ]
     return (*names, *followed)[:count]
+
+
+def _gravity_terms(straight: StraightArm, p: np.ndarray) -> dict[str, np.ndarray]:
+    """K's terms that depend on the posture; none where there is no gravity."""
+    if not np.any(p[-2:]):
+        return {}
+    return _evaluated(_split(straight.gravity_stiffness), straight, p)
 
 
 def _evaluated(terms: Terms, straight: StraightArm, p: np.ndarray) -> dict[str, np.ndarray]:

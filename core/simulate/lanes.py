@@ -2,7 +2,7 @@
 
 The last axis of every array holds LANES independent systems (experiments of a cost, say), so
 that one vector instruction advances all of them. Arrays are flat float64; a matrix (r, c) of
-lanes stands row by row.
+lanes stands column by column, so that a product with a vector reads it from end to end.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ import numpy as np
 from numba import njit
 
 from core.arm.signatures import OPTIONS
-from core.simulate.vector import LANES, add_squares, axpy, dot1, dot2, dot4
+from core.simulate.small import INLINE
+from core.simulate.vector import LANES, add_squares, axpy, dot1, dot2, dot4, dot8, move
 
 TAYLOR_DEGREE = 16
 TAYLOR_RADIUS = 0.78
@@ -23,36 +24,36 @@ COEFFICIENTS = np.array([1.0 / float(np.prod(np.arange(1.0, k + 1.0))) for k in 
 
 
 @njit(**OPTIONS)
-def apply(A, a, rows, x, x0, n, w, w0, m, y, y0):  # type: ignore[no-untyped-def]
-    """y = A [x; w] per lane: A (rows, n + m), x (n), w (m), y (rows), each LANES wide."""
-    stride = (n + m) * LANES
+def aligned(size):  # type: ignore[no-untyped-def]
+    """(size,) float64 that starts on a cache line: a vector that straddles two costs twice."""
+    room = np.empty(size + LANES)
+    start = (-room.ctypes.data % (8 * LANES)) // 8
+    return room[start : start + size]
+
+
+@njit(**INLINE)
+def apply(A, rows, x, x0, n, y, y0):  # type: ignore[no-untyped-def]
+    """y = A x per lane: A (rows, n), x (n) from x0 on, y (rows) from y0 on, each LANES wide."""
+    column = rows * LANES
     r = 0
-    while r + 4 <= rows:
-        dot4(A, a + r * stride, stride, x, x0, LANES, n, w, w0, m, y, y0 + r * LANES, LANES)
+    while r + 8 <= rows:
+        dot8(A, r * LANES, column, x, x0, n, y, y0 + r * LANES)
+        r += 8
+    if r + 4 <= rows:
+        dot4(A, r * LANES, column, x, x0, n, y, y0 + r * LANES)
         r += 4
     if r + 2 <= rows:
-        dot2(A, a + r * stride, stride, x, x0, LANES, n, w, w0, m, y, y0 + r * LANES, LANES)
+        dot2(A, r * LANES, column, x, x0, n, y, y0 + r * LANES)
         r += 2
     if r < rows:
-        dot1(A, a + r * stride, stride, x, x0, LANES, n, w, w0, m, y, y0 + r * LANES, LANES)
+        dot1(A, r * LANES, column, x, x0, n, y, y0 + r * LANES)
 
 
 @njit(**OPTIONS)
 def product(out, A, B, n):  # type: ignore[no-untyped-def]
     """out = A B per lane; (n, n, LANES) each, out is neither A nor B."""
-    row = n * LANES
-    r = 0
-    while r + 4 <= n:
-        for j in range(n):
-            dot4(A, r * row, row, B, j * LANES, row, n, B, 0, 0, out, r * row + j * LANES, row)
-        r += 4
-    if r + 2 <= n:
-        for j in range(n):
-            dot2(A, r * row, row, B, j * LANES, row, n, B, 0, 0, out, r * row + j * LANES, row)
-        r += 2
-    if r < n:
-        for j in range(n):
-            dot1(A, r * row, row, B, j * LANES, row, n, B, 0, 0, out, r * row + j * LANES, row)
+    for j in range(0, n * n * LANES, n * LANES):
+        apply(A, n, B, j, n, out, j)
 
 
 @njit(**OPTIONS)
@@ -61,7 +62,8 @@ def largest_norm(A, n):  # type: ignore[no-untyped-def]
     norm = 0.0
     sums = np.empty(LANES)
     for i in range(n):
-        sums[:] = 0.0
+        for lane in range(LANES):
+            sums[lane] = 0.0
         for j in range(n):
             for lane in range(LANES):
                 sums[lane] += abs(A[(i * n + j) * LANES + lane])
@@ -104,45 +106,55 @@ def exponential(A, n, work):  # type: ignore[no-untyped-def]
     for e in range(size):
         tmp[e] = COEFFICIENTS[16] * A4[e]
     add_powers(tmp, A, A2, A3, 12, n)
-    product(out, A4, tmp, n)
-    add_powers(out, A, A2, A3, 8, n)
-    product(tmp, A4, out, n)
-    add_powers(tmp, A, A2, A3, 4, n)
-    product(out, A4, tmp, n)
-    add_powers(out, A, A2, A3, 0, n)
+    for first in (8, 4, 0):
+        product(out, A4, tmp, n)
+        add_powers(out, A, A2, A3, first, n)
+        out, tmp = tmp, out
+    out, tmp = tmp, out
     for _ in range(squarings):
         product(tmp, out, out, n)
         out, tmp = tmp, out
     return out
 
 
-@njit(**OPTIONS)
-def advance_and_compare(F, nx, ny, m, x, start, stop, refs, nr, measured, weights, total):  # type: ignore[no-untyped-def]
-    """Advances over samples start..stop-1 and adds sum weights (y - yhat)^2 to total (LANES).
+@njit(**INLINE)
+def advance(F, nx, ny, m, z, t, refs, nr):  # type: ignore[no-untyped-def]
+    """One step of [x; y] from [r; x]; returns where the outputs y of sample t stand in z.
 
-    F (nx + ny, nx + m, LANES): the next state, then the outputs, from the state and m
-    references (nr held, 2 nr where they run straight between samples). x (2 nx LANES): two
-    buffers that take turns; sample t reads buffer t % 2. refs (N + 1, nr, LANES), measured and
-    weights (N, ny, LANES).
+    F (nx + ny, m + nx, LANES): the next state, then the outputs, from m references (nr held,
+    2 nr where they run straight between samples) and the state. z: two buffers [r; x; y] of
+    (m + nx + ny) LANES that take turns; sample t reads buffer t % 2. The references stand
+    first because the state comes late: it waits for the step before.
     """
-    wide = (nx + m) * LANES
-    y = np.empty(ny * LANES)
-    for t in range(start, stop):
-        old = (t & 1) * nx * LANES
-        new = nx * LANES - old
-        apply(F, 0, nx, x, old, nx, refs, t * nr * LANES, m, x, new)
-        apply(F, nx * wide, ny, x, old, nx, refs, t * nr * LANES, m, y, 0)
-        for i in range(ny):
-            at = (t * ny + i) * LANES
-            add_squares(y, i * LANES, measured, at, weights, at, total, 0)
+    size = (m + nx + ny) * LANES
+    old = (t & 1) * size
+    new = size - old
+    for i in range(0, m * LANES, LANES):
+        move(z, old + i, refs, t * nr * LANES + i)
+    apply(F, nx + ny, z, old, m + nx, z, new + m * LANES)
+    return new + (m + nx) * LANES
 
 
 @njit(**OPTIONS)
-def advance_and_store(F, nx, ny, m, x, start, stop, refs, nr, out):  # type: ignore[no-untyped-def]
-    """As `advance_and_compare`, writing the outputs to out (N, ny, LANES)."""
-    wide = (nx + m) * LANES
+def advance_and_compare(F, nx, ny, m, z, start, stop, refs, nr, measured, weights, total):  # type: ignore[no-untyped-def]
+    """Advances over samples start..stop-1 and adds sum weights (y - yhat)^2 to total (ny LANES).
+
+    F and z as in `advance`; refs (N + 1, nr, LANES), measured (N, ny, LANES), weights likewise
+    or (1, ny, LANES).
+    """
+    wide = ny * LANES
+    step = wide if weights.size > wide else 0
     for t in range(start, stop):
-        old = (t & 1) * nx * LANES
-        new = nx * LANES - old
-        apply(F, 0, nx, x, old, nx, refs, t * nr * LANES, m, x, new)
-        apply(F, nx * wide, ny, x, old, nx, refs, t * nr * LANES, m, out, t * ny * LANES)
+        y = advance(F, nx, ny, m, z, t, refs, nr)
+        for i in range(0, wide, LANES):
+            add_squares(z, y + i, measured, t * wide + i, weights, t * step + i, total, i)
+
+
+@njit(**OPTIONS)
+def advance_and_store(F, nx, ny, m, z, start, stop, refs, nr, out):  # type: ignore[no-untyped-def]
+    """As `advance_and_compare`, writing the outputs to out (N, ny, LANES)."""
+    wide = ny * LANES
+    for t in range(start, stop):
+        y = advance(F, nx, ny, m, z, t, refs, nr)
+        for i in range(0, wide, LANES):
+            move(out, t * wide + i, z, y + i)

@@ -10,58 +10,81 @@ from __future__ import annotations
 import numpy as np
 from numba import int64, njit, types
 
-from core.simulate.lanes import advance_and_compare, advance_and_store, exponential
 from core.arm.signatures import DYNAMICS, LINEAR, OPTIONS, matrix, vector
+from core.simulate.lanes import advance_and_compare, advance_and_store, aligned, exponential
 from core.simulate.small import factor, substitute
 from core.simulate.vector import LANES
 
 cube = types.float64[:, :, ::1]
-LAWS = types.Tuple((cube, cube, cube, cube, cube, cube, cube, cube))
-"""R, P, V, S, Fs, Fq, Fv, Fr of core.drives.law.DriveLaw, one per lane on the first axis."""
+
+
+@njit(**OPTIONS)
+def closed_loop(laws, lane, K, D, right):  # type: ignore[no-untyped-def]
+    """right (n, 2 n + ns + nr) = [-K - P, -D - V, -S, R]: M q'' = right [x; r]."""
+    R, P, V, S = laws[0], laws[1], laws[2], laws[3]
+    n, ns, nr = K.shape[0], S.shape[2], R.shape[2]
+    for i in range(n):
+        driven = i < R.shape[1]
+        for j in range(n):
+            right[i, j] = -K[i, j] - (P[lane, i, j] if driven else 0.0)
+            right[i, n + j] = -D[i, j] - (V[lane, i, j] if driven else 0.0)
+        for j in range(ns):
+            right[i, 2 * n + j] = -S[lane, i, j] if driven else 0.0
+        for j in range(nr):
+            right[i, 2 * n + ns + j] = R[lane, i, j] if driven else 0.0
+
+
+@njit(**OPTIONS)
+def drive_rows(laws, lane, n, A, B):  # type: ignore[no-untyped-def]
+    """The last rows of A and B: the drive's own states."""
+    Fs, Fq, Fv, Fr = laws[4], laws[5], laws[6], laws[7]
+    for i in range(Fs.shape[1]):
+        for j in range(n):
+            A[2 * n + i, j] = Fq[lane, i, j]
+            A[2 * n + i, n + j] = Fv[lane, i, j]
+        for j in range(Fs.shape[1]):
+            A[2 * n + i, 2 * n + j] = Fs[lane, i, j]
+        for j in range(B.shape[1]):
+            B[2 * n + i, j] = Fr[lane, i, j]
 
 
 @njit(**OPTIONS)
 def continuous(dynamics, linear, p, q, laws, lane, A, B, K, D, M, f, pivots, zero, column):  # type: ignore[no-untyped-def]
-    """A (2 n + ns, ..) and B (2 n + ns, nr) with the drive closed, at the straight arm in q."""
-    R, P, V, S, Fs, Fq, Fv, Fr = laws
-    n, ns, joints, nr = q.size, Fs.shape[1], R.shape[1], R.shape[2]
+    """A (2 n + ns, ..) and B (2 n + ns, nr) with the drive closed, at the straight arm in q.
+
+    Loops instead of slices: Numba takes seconds to compile the latter, with their messages.
+    """
+    n, full, nr = q.size, A.shape[0], B.shape[1]
+    right = np.empty((n, full + nr))
     dynamics(q, zero, p, M, f)
     linear(q, p, K, D)
+    closed_loop(laws, lane, K, D, right)
     factor(M, pivots)
-    A[:, :] = 0.0
-    B[:, :] = 0.0
-    for j in range(n):
-        A[j, n + j] = 1.0
-        for i in range(n):
-            column[i] = -K[i, j] - (P[lane, i, j] if i < joints else 0.0)
-        substitute(M, pivots, column)
-        for i in range(n):
-            A[n + i, j] = column[i]
-        for i in range(n):
-            column[i] = -D[i, j] - (V[lane, i, j] if i < joints else 0.0)
-        substitute(M, pivots, column)
-        for i in range(n):
-            A[n + i, n + j] = column[i]
-    for j in range(ns):
-        for i in range(n):
-            column[i] = -S[lane, i, j] if i < joints else 0.0
-        substitute(M, pivots, column)
-        for i in range(n):
-            A[n + i, 2 * n + j] = column[i]
-    for j in range(nr):
-        for i in range(n):
-            column[i] = R[lane, i, j] if i < joints else 0.0
-        substitute(M, pivots, column)
-        for i in range(n):
-            B[n + i, j] = column[i]
-    for i in range(ns):
-        for j in range(n):
-            A[2 * n + i, j] = Fq[lane, i, j]
-            A[2 * n + i, n + j] = Fv[lane, i, j]
-        for j in range(ns):
-            A[2 * n + i, 2 * n + j] = Fs[lane, i, j]
+    for i in range(n):
+        for j in range(full):
+            A[i, j] = 1.0 if j == n + i else 0.0
         for j in range(nr):
-            B[2 * n + i, j] = Fr[lane, i, j]
+            B[i, j] = 0.0
+    for j in range(full + nr):
+        for i in range(n):
+            column[i] = right[i, j]
+        substitute(M, pivots, column)
+        for i in range(n):
+            if j < full:
+                A[n + i, j] = column[i]
+            else:
+                B[n + i, j - full] = column[i]
+    drive_rows(laws, lane, n, A, B)
+
+
+@njit(**OPTIONS)
+def lane_sums(total, ny):  # type: ignore[no-untyped-def]
+    """(LANES,) from (ny LANES,)."""
+    sums = np.zeros(LANES)
+    for i in range(ny):
+        for lane in range(LANES):
+            sums[lane] += total[i * LANES + lane]
+    return sums
 
 
 @njit(**OPTIONS)
@@ -81,17 +104,17 @@ def discretise(A, B, C, D, keep, n, h, lane, held, aug, scale):  # type: ignore[
     na = nx + (nr if held else 2 * nr)
     for i in range(na):
         for j in range(na):
-            aug[(i * na + j) * LANES + lane] = 0.0
+            aug[(j * na + i) * LANES + lane] = 0.0
     for i in range(nx):
         si = scale if keep[i] < n else 1.0
         for j in range(nx):
             sj = scale if keep[j] < n else 1.0
-            aug[(i * na + j) * LANES + lane] = h * A[keep[i], keep[j]] * si / sj
+            aug[(j * na + i) * LANES + lane] = h * A[keep[i], keep[j]] * si / sj
         for j in range(nr):
-            aug[(i * na + nx + j) * LANES + lane] = h * B[keep[i], j] * si
+            aug[((nx + j) * na + i) * LANES + lane] = h * B[keep[i], j] * si
     if not held:
         for j in range(nr):
-            aug[((nx + j) * na + nx + nr + j) * LANES + lane] = 1.0
+            aug[((nx + nr + j) * na + nx + j) * LANES + lane] = 1.0
 
 
 @njit(**OPTIONS)
@@ -99,44 +122,32 @@ def collect(E, F, C, D, keep, n, ny, nr, held, lane, scale):  # type: ignore[no-
     """One lane of F (nx + ny, nx + m, LANES) from the exponential E and the outputs C, D."""
     nx = keep.size
     m = nr if held else 2 * nr
-    na, wide = nx + m, nx + m
+    na, rows = nx + m, nx + ny
     for i in range(nx):
         for j in range(nx):
-            F[(i * wide + j) * LANES + lane] = E[(i * na + j) * LANES + lane]
+            F[((m + j) * rows + i) * LANES + lane] = E[(j * na + i) * LANES + lane]
         for j in range(nr):
-            first = E[(i * na + nx + j) * LANES + lane]
+            first = E[((nx + j) * na + i) * LANES + lane]
             if held:
-                F[(i * wide + nx + j) * LANES + lane] = first
+                F[(j * rows + i) * LANES + lane] = first
             else:
-                later = E[(i * na + nx + nr + j) * LANES + lane]
-                F[(i * wide + nx + j) * LANES + lane] = first - later
-                F[(i * wide + nx + nr + j) * LANES + lane] = later
+                later = E[((nx + nr + j) * na + i) * LANES + lane]
+                F[(j * rows + i) * LANES + lane] = first - later
+                F[((nr + j) * rows + i) * LANES + lane] = later
     for i in range(ny):
         for j in range(nx):
             sj = scale if keep[j] < n else 1.0
-            F[((nx + i) * wide + j) * LANES + lane] = C[lane, i, keep[j]] / sj
+            F[((m + j) * rows + nx + i) * LANES + lane] = C[lane, i, keep[j]] / sj
         for j in range(m):
-            F[((nx + i) * wide + nx + j) * LANES + lane] = D[lane, i, j] if j < nr else 0.0
+            F[(j * rows + nx + i) * LANES + lane] = D[lane, i, j] if j < nr else 0.0
 
 
-@njit(
-    vector(
-        DYNAMICS, LINEAR, matrix, LAWS, cube, cube, cube, types.boolean, vector, types.int64[::1],
-        types.boolean, matrix, vector, vector, vector, vector, types.boolean,
-    ),
-    **OPTIONS,
-)  # fmt: skip
-def respond(  # type: ignore[no-untyped-def]
+@njit(**OPTIONS)
+def one_pass(  # type: ignore[no-untyped-def]
     dynamics, linear, p, laws, C, D, schedule, varying, h, keep, held, x0, refs, measured,
     weights, out, store,
 ):  # fmt: skip
-    """Response of LANES experiments; returns the weighted squared error per lane (LANES,).
-
-    p (LANES, np); C (LANES, ny, N) and D (LANES, ny, nr) outputs over the full state of
-    N = 2 n + ns; schedule (T, LANES, n) joint positions, only its first row where the model is
-    not `varying`; h (LANES,) sample times in s; keep (nx,) the states that matter; x0
-    (LANES, N); refs (T + 1, nr, LANES), measured, weights and out (T, ny, LANES) flat.
-    """
+    """As `respond`, compiled."""
     n, nr = schedule.shape[2], laws[0].shape[2]
     ny, nx, full = C.shape[1], keep.size, C.shape[2]
     m = nr if held else 2 * nr
@@ -145,9 +156,9 @@ def respond(  # type: ignore[no-untyped-def]
     A, B = np.empty((full, full)), np.empty((full, nr))
     K, Dm, M, f = np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty(n)
     pivots, zero, column, q = np.empty(n, dtype=np.int64), np.zeros(n), np.empty(n), np.empty(n)
-    aug, work = np.empty(na * na * LANES), np.empty((5, na * na * LANES))
-    F = np.zeros((nx + ny) * na * LANES)
-    x, total = np.empty(2 * nx * LANES), np.zeros(LANES)
+    aug, work = aligned(na * na * LANES), aligned(5 * na * na * LANES).reshape(5, -1)
+    F = aligned((nx + ny) * na * LANES)
+    z, total = aligned(2 * (na + ny) * LANES), np.zeros(ny * LANES)
     scale = 1.0
     for t in range(T):
         if t == 0 or varying:
@@ -171,38 +182,74 @@ def respond(  # type: ignore[no-untyped-def]
             for i in range(nx):
                 si = scale if keep[i] < n else 1.0
                 for lane in range(LANES):
-                    x[i * LANES + lane] = x0[lane, keep[i]] * si
+                    z[(m + i) * LANES + lane] = x0[lane, keep[i]] * si
         stop = t + 1 if varying else T
         if store:
-            advance_and_store(F, nx, ny, m, x, t, stop, refs, nr, out)
+            advance_and_store(F, nx, ny, m, z, t, stop, refs, nr, out)
         else:
-            advance_and_compare(F, nx, ny, m, x, t, stop, refs, nr, measured, weights, total)
+            advance_and_compare(F, nx, ny, m, z, t, stop, refs, nr, measured, weights, total)
         if not varying:
             break
-    return total
+    return lane_sums(total, ny)
 
 
 POPULATION = types.Tuple((types.float64[:, :, :, ::1],) * 8)
+"""R, P, V, S, Fs, Fq, Fv, Fr of core.drives.law.DriveLaw; members, then lanes, come first."""
 
 
 @njit(
     types.void(
         DYNAMICS, LINEAR, cube, POPULATION, types.float64[:, :, :, ::1],
-        types.float64[:, :, :, ::1], cube, vector, types.int64[::1], types.boolean, matrix,
-        vector, vector, vector, matrix, int64, int64,
+        types.float64[:, :, :, ::1], cube, types.boolean, vector, types.int64[::1],
+        types.boolean, matrix, vector, vector, vector, vector, types.boolean, matrix, int64,
+        int64,
     ),
     **OPTIONS,
 )  # fmt: skip
+def all_passes(  # type: ignore[no-untyped-def]
+    dynamics, linear, p, laws, C, D, schedule, varying, h, keep, held, x0, refs, measured,
+    weights, out, store, costs, first, last,
+):  # fmt: skip
+    """The only entry from Python: each one compiles everything below it once more."""
+    R, P, V, S, Fs, Fq, Fv, Fr = laws
+    for s in range(first, last):
+        law = (R[s], P[s], V[s], S[s], Fs[s], Fq[s], Fv[s], Fr[s])
+        found = one_pass(
+            dynamics, linear, p[s], law, C[s], D[s], schedule, varying, h, keep, held, x0, refs,
+            measured, weights, out, store,
+        )  # fmt: skip
+        for lane in range(LANES):
+            costs[s, lane] = found[lane]
+
+
+def respond(  # type: ignore[no-untyped-def]
+    dynamics, linear, p, laws, C, D, schedule, varying, h, keep, held, x0, refs, measured,
+    weights, out, store,
+):  # fmt: skip
+    """Response of LANES experiments; returns the weighted squared error per lane (LANES,).
+
+    p (LANES, np); C (LANES, ny, N) and D (LANES, ny, nr) outputs over the full state of
+    N = 2 n + ns; schedule (T, LANES, n) joint positions, only its first row where the model is
+    not `varying`; h (LANES,) sample times in s; keep (nx,) the states that matter; x0
+    (LANES, N); refs (T + 1, nr, LANES), measured, weights and out (T, ny, LANES) flat.
+    """
+    costs = np.empty((1, LANES))
+    all_passes(
+        dynamics, linear, p[None], tuple(law[None] for law in laws), C[None], D[None], schedule,
+        varying, h, keep, held, x0, refs, measured, weights, out, store, costs, 0, 1,
+    )  # fmt: skip
+    return costs[0]
+
+
+_NOTHING = np.empty(0)
+
+
 def population_costs(  # type: ignore[no-untyped-def]
     dynamics, linear, p, laws, C, D, schedule, h, keep, held, x0, refs, measured, weights, costs,
     first, last,
 ):  # fmt: skip
     """costs[s] (LANES,) for the members first..last-1; p (S, LANES, np), the rest likewise."""
-    nothing = np.empty(0)
-    R, P, V, S, Fs, Fq, Fv, Fr = laws
-    for s in range(first, last):
-        law = (R[s], P[s], V[s], S[s], Fs[s], Fq[s], Fv[s], Fr[s])
-        costs[s] = respond(
-            dynamics, linear, p[s], law, C[s], D[s], schedule, False, h, keep, held, x0, refs,
-            measured, weights, nothing, False,
-        )  # fmt: skip
+    all_passes(
+        dynamics, linear, p, laws, C, D, schedule, False, h, keep, held, x0, refs, measured,
+        weights, _NOTHING, False, costs, first, last,
+    )  # fmt: skip

@@ -16,13 +16,18 @@ from numba import int64, njit, types
 
 from core.arm.signatures import DYNAMICS, OPTIONS, matrix, vector
 from core.simulate.small import (
+    INLINE,
     add_matrices,
     add_product,
     advance,
     combine,
     factor,
+    factor_positive,
     multiply,
+    read_row,
     substitute,
+    substitute_positive,
+    write_row,
 )
 
 GAMMA = 1.0 - 1.0 / np.sqrt(2.0)
@@ -54,7 +59,7 @@ def implicit_parts(
     return tuple(np.ascontiguousarray(part) for part in parts)
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def drive_torque(R, P, V, S, limit, r, q, v, s, u):  # type: ignore[no-untyped-def]
     """u (nj,) of core.drives.law.DriveLaw."""
     multiply(u, R, r)
@@ -68,14 +73,14 @@ def drive_torque(R, P, V, S, limit, r, q, v, s, u):  # type: ignore[no-untyped-d
             u[i] = -limit[i]
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def add_torque(f, u):  # type: ignore[no-untyped-def]
     """f += G u: the joints are the first coordinates."""
     for i in range(u.size):
         f[i] += u[i]
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def drive_rate(Fs, Fq, Fv, Fr, r, q, v, s, ds):  # type: ignore[no-untyped-def]
     """ds (ns,), the rates of the drive's own states."""
     multiply(ds, Fs, s)
@@ -84,12 +89,11 @@ def drive_rate(Fs, Fq, Fv, Fr, r, q, v, s, ds):  # type: ignore[no-untyped-def]
     add_product(ds, 1.0, Fr, r)
 
 
-@njit(**OPTIONS)
-def solve_stage(W, pivots, B, T, T2, inverse, Fq, Fv, g, a, b, c, kq, kv, ks):  # type: ignore[no-untyped-def]
+@njit(**INLINE)
+def solve_stage(W, pivots, B, T, inverse, Fq, Fv, g, a, b, c, kq, kv, ks):  # type: ignore[no-untyped-def]
     """(I - g W) k = (a, M^-1 b, c), with M + A already factored in W."""
     combine(kv, b, 0.0, b)
     add_product(kv, -1.0, B, a)
-    add_product(kv, -1.0, T2, a)
     add_product(kv, -1.0, T, c)
     substitute(W, pivots, kv)
     combine(kq, a, g, kv)
@@ -116,21 +120,26 @@ def integrate(dynamics, p, law, parts, r, interpolate, y0, dt, substeps):  # typ
     q2, v2, s2 = q.copy(), v.copy(), s.copy()
     R, P, V, S, Fs, Fq, Fv, Fr, limit = law
     A, B, T, T2, inverse = parts
+    both = np.empty((n, n))
+    add_matrices(both, B, T2)
     M, M2, W = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
     f, a, b, c, u = np.empty(n), np.empty(n), np.empty(n), np.empty(ns), np.empty(joints)
     kq1, kv1, ks1 = np.empty(n), np.empty(n), np.empty(ns)
     kq2, kv2, ks2 = np.empty(n), np.empty(n), np.empty(ns)
-    pivots, pivots2 = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    pivots = np.empty(n, dtype=np.int64)
     r1, r2, slope = np.empty(r.shape[1]), np.empty(r.shape[1]), np.zeros(r.shape[1])
     for k in range(N):
-        states[k, :n], states[k, n : 2 * n], states[k, 2 * n :] = q, v, s
-        r2[:] = r[k]
+        write_row(states, k, 0, q)
+        write_row(states, k, n, v)
+        write_row(states, k, 2 * n, s)
+        read_row(r2, r, k)
         drive_torque(R, P, V, S, limit, r2, q, v, s, u)
-        torques[k] = u
+        write_row(torques, k, 0, u)
         if k == N - 1:
             break
         if interpolate:
-            slope[:] = (r[k + 1] - r[k]) / substeps
+            for i in range(slope.size):
+                slope[i] = (r[k + 1, i] - r[k, i]) / substeps
         for _ in range(substeps):
             combine(r1, r2, 0.0, slope)
             combine(r2, r1, 1.0, slope)
@@ -140,7 +149,7 @@ def integrate(dynamics, p, law, parts, r, interpolate, y0, dt, substeps):  # typ
             add_torque(f, u)
             add_matrices(W, M, A)
             factor(W, pivots)
-            solve_stage(W, pivots, B, T, T2, inverse, Fq, Fv, g, v, f, c, kq1, kv1, ks1)
+            solve_stage(W, pivots, both, T, inverse, Fq, Fv, g, v, f, c, kq1, kv1, ks1)
             combine(q2, q, h, kq1)
             combine(v2, v, h, kv1)
             combine(s2, s, h, ks1)
@@ -148,13 +157,13 @@ def integrate(dynamics, p, law, parts, r, interpolate, y0, dt, substeps):  # typ
             drive_torque(R, P, V, S, limit, r2, q2, v2, s2, u)
             drive_rate(Fs, Fq, Fv, Fr, r2, q2, v2, s2, c)
             add_torque(f, u)
-            factor(M2, pivots2)
-            substitute(M2, pivots2, f)
+            factor_positive(M2)
+            substitute_positive(M2, f)
             combine(f, f, -2.0, kv1)
             multiply(b, M, f)
             combine(a, v2, -2.0, kq1)
             combine(c, c, -2.0, ks1)
-            solve_stage(W, pivots, B, T, T2, inverse, Fq, Fv, g, a, b, c, kq2, kv2, ks2)
+            solve_stage(W, pivots, both, T, inverse, Fq, Fv, g, a, b, c, kq2, kv2, ks2)
             advance(q, 1.5 * h, kq1, 0.5 * h, kq2)
             advance(v, 1.5 * h, kv1, 0.5 * h, kv2)
             advance(s, 1.5 * h, ks1, 0.5 * h, ks2)

@@ -29,71 +29,50 @@ def _at(builder: Any, data: Any, index: Any) -> Any:
     return builder.bitcast(builder.gep(data, [index]), _VECTOR.as_pointer())
 
 
-def _accumulate(
-    builder: Any, A: Any, a: Any, rowstride: Any, x: Any, count: Any, sums: list
-) -> list:
-    """Emits a loop: sums[r] += A[a + r rowstride + 8 k] x[k], for k below count."""
-    array, start, step = x
-    whole = a.type
+def _columns(builder: Any, A: Any, stride: Any, x: Any, count: Any, sums: list[Any]) -> list[Any]:
+    """Emits a loop: sums[r] += A[k stride + 8 r] x[8 k], for k below count (at least 1)."""
+    whole = count.type
     before = builder.block
     loop, after = builder.append_basic_block("dot"), builder.append_basic_block("dotted")
-    none = builder.icmp_signed("<=", count, ir.Constant(whole, 0))
-    builder.cbranch(none, after, loop)
+    builder.branch(loop)
     builder.position_at_end(loop)
     k = builder.phi(whole)
     k.add_incoming(ir.Constant(whole, 0), before)
-    phis = []
-    for value in sums:
-        phi = builder.phi(_VECTOR)
+    phis = [builder.phi(_VECTOR) for _ in sums]
+    for phi, value in zip(phis, sums, strict=True):
         phi.add_incoming(value, before)
-        phis.append(phi)
-    at = builder.add(start, builder.mul(k, step))
-    factor = builder.load(_at(builder, array, at), align=8)
-    offset = builder.add(a, builder.mul(k, ir.Constant(whole, LANES)))
+    factor = builder.load(_at(builder, x, builder.mul(k, ir.Constant(whole, LANES))), align=8)
+    column = builder.gep(A, [builder.mul(k, stride)])
     totals = []
     for r, phi in enumerate(phis):
-        row = builder.add(offset, builder.mul(rowstride, ir.Constant(whole, r)))
-        term = builder.fmul(builder.load(_at(builder, A, row), align=8), factor, flags=_FUSE)
+        entry = builder.load(_at(builder, column, ir.Constant(whole, r * LANES)), align=8)
+        term = builder.fmul(entry, factor, flags=_FUSE)
         totals.append(builder.fadd(term, phi, flags=_FUSE))
+        phi.add_incoming(totals[-1], loop)
     following = builder.add(k, ir.Constant(whole, 1))
     k.add_incoming(following, loop)
-    for phi, total in zip(phis, totals, strict=True):
-        phi.add_incoming(total, loop)
     builder.cbranch(builder.icmp_signed("<", following, count), loop, after)
     builder.position_at_end(after)
-    results = []
-    for value, total in zip(sums, totals, strict=True):
-        phi = builder.phi(_VECTOR)
-        phi.add_incoming(value, before)
-        phi.add_incoming(total, loop)
-        results.append(phi)
-    return results
+    return totals
 
 
 def _make_dot(rows: int) -> Any:
     @intrinsic
-    def dot(typingctx, A, a, stride, x, x0, xs, n, w, w0, m, y, y0, ys):  # type: ignore[no-untyped-def]
-        """y[y0 + r ys] = sum_k<n A[a + r stride + 8 k] x[x0 + k xs]
-        + sum_k<m A[.. + 8 (n + k)] w[w0 + 8 k].
+    def dot(typingctx, A, a, stride, x, x0, n, y, y0):  # type: ignore[no-untyped-def]
+        """y[y0 + 8 r] = sum_k<n A[a + k stride + 8 r] x[x0 + 8 k], for r below `rows`.
 
-        For r below `rows`; all arrays flat float64, all places and strides in doubles.
+        All arrays flat float64, all places and strides in doubles, n at least 1.
         """
-        signature = types.void(A, a, stride, x, x0, xs, n, w, w0, m, y, y0, ys)
+        signature = types.void(A, a, stride, x, x0, n, y, y0)
 
         def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
-            kinds = sig.args
-            matrix = _data(context, builder, kinds[0], args[0])
-            first = (_data(context, builder, kinds[3], args[3]), args[4], args[5])
-            whole = args[1].type
-            lanes = ir.Constant(whole, LANES)
-            second = (_data(context, builder, kinds[7], args[7]), args[8], lanes)
-            out = _data(context, builder, kinds[10], args[10])
-            sums = _accumulate(builder, matrix, args[1], args[2], first, args[6], [_ZERO] * rows)
-            later = builder.add(args[1], builder.mul(args[6], lanes))
-            sums = _accumulate(builder, matrix, later, args[2], second, args[9], sums)
+            _, a, stride, _, x0, n, _, y0 = args
+            A, x, y = (_data(context, builder, sig.args[i], args[i]) for i in (0, 3, 6))
+            first, start = builder.gep(A, [a]), builder.gep(x, [x0])
+            sums = _columns(builder, first, stride, start, n, [_ZERO] * rows)
             for r, value in enumerate(sums):
-                place = builder.add(args[11], builder.mul(args[12], ir.Constant(whole, r)))
-                builder.store(value, _at(builder, out, place), align=8)
+                place = builder.add(y0, ir.Constant(y0.type, r * LANES))
+                builder.store(value, _at(builder, y, place), align=8)
             return context.get_dummy_value()
 
         return signature, emit
@@ -101,7 +80,20 @@ def _make_dot(rows: int) -> Any:
     return dot
 
 
-dot1, dot2, dot4 = _make_dot(1), _make_dot(2), _make_dot(4)
+dot1, dot2, dot4, dot8 = (_make_dot(rows) for rows in (1, 2, 4, 8))
+
+
+def _move(typingctx, y, y0, x, x0):  # type: ignore[no-untyped-def]
+    """y[y0 + lane] = x[x0 + lane]."""
+    signature = types.void(y, y0, x, x0)
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        source = _at(builder, _data(context, builder, sig.args[2], args[2]), args[3])
+        target = _at(builder, _data(context, builder, sig.args[0], args[0]), args[1])
+        builder.store(builder.load(source, align=8), target, align=8)
+        return context.get_dummy_value()
+
+    return signature, emit
 
 
 def _add_squares(typingctx, y, y0, measured, m0, weights, w0, total, t0):  # type: ignore[no-untyped-def]
@@ -143,3 +135,4 @@ def _axpy(typingctx, y, y0, scale, x, x0):  # type: ignore[no-untyped-def]
 # Any: the type checker would ask for the typing context that Numba adds by itself.
 add_squares: Any = intrinsic(_add_squares)
 axpy: Any = intrinsic(_axpy)
+move: Any = intrinsic(_move)

@@ -1,0 +1,76 @@
+"""How near the cost comes to what this machine's arithmetic units can do."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from core.identify.predictor import WORKERS
+from core.simulate.lanes import TAYLOR_RADIUS
+from core.simulate.vector import LANES
+from flexgui.bench.case import MEMBERS, Case, glocal_case, population
+from flexgui.bench.fma import multiply_add, operations
+from flexgui.bench.peer_linear import state_space
+from flexgui.bench.row import Row, median_seconds
+from flexgui.bench.size import Size
+
+FACTOR = 0.5
+"""Keeps the sums finite."""
+REPEATS = 5
+PRODUCTS = 6
+"""Matrix products of the exponential's polynomial; squarings come on top."""
+
+
+def rows(size: Size) -> list[Row]:
+    """GFLOP/s on one thread and on all, and the share that the cost reaches."""
+    case = glocal_case(size.seconds)
+    count = cost_operations(case)
+    members = population()
+    found = []
+    for workers in (1, WORKERS):
+        peak = _peak(workers, size.peak_loops)
+        each = _cost_seconds(case, members, workers, size.repeats)
+        speed = count / each
+        note = (
+            f"{count / 1e6:.2f} million operations per cost, {speed / 1e9:.0f} GFLOP/s of "
+            f"{peak / 1e9:.0f} GFLOP/s with all operands in registers"
+        )
+        what = f"share of the floating-point peak, {workers} thread(s)"
+        found.append(Row(what, each, value=f"{100.0 * speed / peak:.0f} %", note=note))
+    return found
+
+
+def _peak(workers: int, loops: int) -> float:
+    """Operations per second with that many threads at once."""
+    with ThreadPoolExecutor(workers) as pool:
+
+        def work() -> None:
+            list(pool.map(multiply_add, [loops] * workers, [FACTOR] * workers))
+
+        return workers * operations(loops) / median_seconds(work, REPEATS)
+
+
+def _cost_seconds(case: Case, members: np.ndarray, workers: int, repeats: int) -> float:
+    """Time per member of a population's cost on that many threads."""
+    usual = case.cost.workers
+    case.cost.workers = workers
+    try:
+        return median_seconds(lambda: case.cost(members), repeats) / MEMBERS
+    finally:
+        case.cost.workers = usual
+
+
+def cost_operations(case: Case) -> int:
+    """Multiplications and additions of one cost: exponential, then one product per sample."""
+    e, keep = case.experiments[0], case.cost.keep
+    A, B, C, _ = state_space(case, e, population(1)[0])
+    nx, nr, ny = len(keep), B.shape[1], C.shape[0]
+    n = case.model.arm.coordinates
+    scale = 2.0 ** np.round(0.5 * np.log2(np.abs(A[n:, :n]).max()))
+    size = np.where(keep < n, scale, 1.0)
+    norm = np.abs(np.hstack([A[np.ix_(keep, keep)] * size[:, None] / size, B[keep]])).sum(axis=1)
+    halvings = np.log2(float(norm.max()) * e.task.sample_time / TAYLOR_RADIUS)
+    products = PRODUCTS + max(int(np.ceil(halvings)), 0)
+    each = len(e.task.time) * (nx + ny) * (nx + nr) + products * (nx + nr) ** 3
+    return 2 * LANES * each
