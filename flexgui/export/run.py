@@ -16,6 +16,10 @@ def export_scenario(path: Path, out: Path, data: Path | None, progress: Progress
     text = path.read_text(encoding="utf-8-sig")
     check_writable(out)
 
+    from core.warm import warm_up
+
+    warm_up(progress)
+
     from core.workbench import run_scenario
 
     outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)

@@ -36,7 +36,9 @@ def workbench(monkeypatch: pytest.MonkeyPatch, glocal: Outcome) -> list[object]:
     calls: list[object] = []
     reader, bench = ModuleType("core.scenario.read"), ModuleType("core.workbench")
 
-    def run_scenario(given: object, *, data_folder: Path | None, progress: Progress) -> Outcome:
+    def run_scenario(
+        given: object, *, folder: Path, data_folder: Path | None, progress: Progress
+    ) -> Outcome:
         for call in calls:
             if isinstance(call, BaseException):
                 raise call

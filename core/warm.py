@@ -1,0 +1,42 @@
+"""The first start on a machine: compilation shared between two processes.
+
+The compiler works on one function at a time in one process. On a fresh machine a second process
+compiles the integrator and a first arm into the cache while this one compiles the rest.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+from core.arm.cache import cache_folder, sources_key
+from core.progress import Progress
+
+_SECOND = """
+import core.simulate.rosenbrock
+from core.arm.compiled import compile_arm
+from core.arm.presets import presets
+from core.arm.symbols import Structure
+compile_arm(Structure.of(presets()["paper"]))
+"""
+
+
+def is_warm() -> bool:
+    """Whether this version's kernels were compiled on this machine before."""
+    return (cache_folder() / f"warm_{sources_key()}").exists()
+
+
+def warm_up(progress: Progress) -> None:
+    """Compiles, or loads, everything that a first result needs; quick when it was done before."""
+    helper = None
+    if not is_warm():
+        progress.stage("Compiling for this machine, once (about fifteen seconds)")
+        helper = subprocess.Popen([sys.executable, "-c", _SECOND], stderr=subprocess.DEVNULL)
+    import core.simulate.linear  # noqa: F401  (importing compiles)
+
+    if helper is not None:
+        helper.wait()
+        import core.simulate.nonlinear  # noqa: F401
+
+        cache_folder().mkdir(parents=True, exist_ok=True)
+        (cache_folder() / f"warm_{sources_key()}").touch()
