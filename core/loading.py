@@ -6,6 +6,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+from core.arm.arm import Arm
+from core.arm.joints import joint
 from core.errors import InputError
 from core.model import Model
 from core.progress import Progress
@@ -43,7 +45,19 @@ def load_recordings(
 def _read(spec: RecordingSpec, model: Model, folder: Path, data_folder: Path | None) -> Recording:
     assert spec.file is not None
     path = resolve_file(spec.file, folder, data_folder)
-    return load_recording(path, spec, required=model.drive.reference_channels(model.arm))
+    required = model.drive.reference_channels(model.arm)
+    return load_recording(path, spec, required, joint_units(model.arm))
+
+
+def joint_units(arm: Arm) -> dict[str, str]:
+    """SI units of the channels of each joint: a slide is not measured in radians."""
+    units: dict[str, str] = {}
+    for k, segment in enumerate(arm.segments, start=1):
+        kind = joint(segment.joint)
+        place = kind.coordinate_unit
+        units |= {f"theta{k}": place, f"theta{k}_ref": place, f"dtheta{k}_ref": f"{place}/s"}
+        units[f"u{k}"] = kind.effort_unit
+    return units
 
 
 def _simulated(spec: RecordingSpec, noise: SensorsSpec, model: Model) -> Recording:

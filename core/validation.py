@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -13,8 +13,13 @@ from core.sentences import did_you_mean, one_line, predicate
 M = TypeVar("M", bound=BaseModel)
 
 
-def validated(kind: type[M], options: Mapping[str, Any], where: str) -> M:
-    """`kind(**options)`; the first fault is said in one sentence that starts with `where`."""
+def validated(
+    kind: type[M], options: Mapping[str, Any], where: str, beside: Iterable[str] = ()
+) -> M:
+    """`kind(**options)`; the first fault is said in one sentence that starts with `where`.
+
+    `beside` are settings that stand in the same place and are not the options' own.
+    """
     try:
         return kind.model_validate(dict(options))
     except ValidationError as error:
@@ -22,7 +27,7 @@ def validated(kind: type[M], options: Mapping[str, Any], where: str) -> M:
         fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
         key = ".".join(str(part) for part in fault["loc"])
         if fault["type"] == "extra_forbidden":
-            hint = did_you_mean(str(fault["loc"][-1]), kind.model_fields)
+            hint = did_you_mean(str(fault["loc"][-1]), [*kind.model_fields, *beside])
             text = f"{where} {key} is not a setting; {hint}"
         else:
             text = f"{where} {key} {predicate(fault)}"

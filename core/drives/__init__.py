@@ -16,4 +16,4 @@ def build_drive(kind: str, options: Mapping[str, Any]) -> Drive:
     classes = drive_classes()
     if kind not in classes:
         raise InputError(f"[drive] kind {kind!r} is not known; {did_you_mean(kind, classes)}")
-    return validated(classes[kind], options, "[drive]")
+    return validated(classes[kind], options, "[drive]", beside=("kind",))

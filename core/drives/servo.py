@@ -23,6 +23,13 @@ DEFAULT_HZ = 60.0
 """Reproduces the inverse-dynamics torque within a few per cent; 5 Hz would swallow it."""
 
 
+def bend(x: np.ndarray) -> np.ndarray:
+    """(N, k): how far the straight lines between samples lie beside the curve on average."""
+    out = np.zeros_like(x)
+    out[1:-1] = np.diff(x, 2, axis=0) / 12.0
+    return out
+
+
 @dataclass(frozen=True)
 class FollowingServo:
     """A drive together with a servo of double pole `hz` on the rigid inertia of each joint.
@@ -78,6 +85,16 @@ class FollowingServo:
         dt = recording.sample_time
         place = self._smoothed(np.column_stack([recording[name] for name in names]), dt)
         return place, np.column_stack([central_difference(x, dt) for x in place.T])
+
+    def between_samples(self, recording: Recording, arm: Arm) -> np.ndarray:
+        """(N, joints): by how much the servo's torque around a sample exceeds that at it.
+
+        The references run straight between samples and the arm follows their mean, which lies
+        a dt^2 / 12 beside a curve of acceleration a. At the samples the torque is too small by
+        the gain times that: at 60 Hz and 1 kHz a mass would come out 1.2 % too large.
+        """
+        place, speed = self.motion(recording, arm)
+        return bend(place) @ self.gains()[0] + bend(speed) @ self.gains()[1]
 
     def recorded_torque(
         self, recording: Recording, arm: Arm, p: np.ndarray, values: Mapping[str, float]

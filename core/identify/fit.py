@@ -26,6 +26,10 @@ AGREEMENT = 1e-3
 ROUNDING = 1e-18
 """Of the outputs' sum of squares: below this two costs are both zero."""
 
+UNSEEN = 1e-12
+"""Of the outputs' sum of squares: a cost that no measurement shows. A valley's direction is
+good to 1e-8, so that without noise its cost would rise, from nothing to next to nothing."""
+
 AT_BOUND = 1e-6
 """Of the distance between the bounds."""
 
@@ -58,7 +62,8 @@ def identify(
         refined = Refined(best, float(np.sum(residuals(best) ** 2)), np.nan, False)
         agreement = ""
     else:
-        refined, agreement = _refine_from_all(residuals, best, start)
+        refined, agreement = _refine_from_all(residuals, best, start, progress)
+        stopped = progress.stopped()
     history = searched.generations if searched is not None else ()
     fit = _describe(label, residuals, refined, history, agreement, stopped)
     return Fitted(fit, refined.vector, residuals)
@@ -96,16 +101,22 @@ def _search(
 
 
 def _refine_from_all(
-    residuals: Residuals, best: np.ndarray, start: np.ndarray
+    residuals: Residuals, best: np.ndarray, start: np.ndarray, progress: Progress
 ) -> tuple[Refined, str]:
     """Refines from the search's best and from the nominal start; says whether they agree."""
-    first = refine(residuals, best)
+
+    def told(cost: float) -> bool:
+        progress.advance(0, f"refining, cost {cost:.4g}")
+        return progress.stopped()
+
+    first = refine(residuals, best, told)
     if np.array_equal(best, start):
         return first, "One start: the nominal values."
-    second = refine(residuals, start)
+    if progress.stopped():
+        return first, ""
+    second = refine(residuals, start, told)
     low, high = sorted((first.cost, second.cost))
-    size = sum(float(np.sum(e.measured[e.counted] ** 2)) for e in residuals.experiments)
-    agree = high - low <= AGREEMENT * low + ROUNDING * size
+    agree = high - low <= AGREEMENT * low + ROUNDING * _size(residuals)
     said = (
         "Both starts, the search's best and the nominal values, end at the same cost."
         if agree
@@ -113,6 +124,12 @@ def _refine_from_all(
     )
     # Where both agree the search decides: the nominal start would flatter itself in a valley.
     return (first if agree or first.cost <= second.cost else second), said
+
+
+def _size(residuals: Residuals) -> float:
+    """Sum of squares of the weighted outputs."""
+    pairs = zip(residuals.experiments, residuals.weights, strict=True)
+    return sum(float(np.sum((e.measured * w)[e.counted] ** 2)) for e, w in pairs)
 
 
 def _describe(
@@ -135,10 +152,11 @@ def _describe(
     cov = covariance(sensitivities, blocks, rank) if P else np.zeros((0, 0))
     seen = identifiability.identified(null, P) if P else np.zeros(0, dtype=bool)
     correlation = _correlation(cov)
-    fast = residuals.population()
+    fast, floor = residuals.population(vector), UNSEEN * _size(residuals)
 
     def cost(v: np.ndarray) -> float:
-        return float(fast(v[None])[0]) if fast is not None else float(np.sum(residuals(v) ** 2))
+        found = residuals.costs(v[None]) if fast is None else fast(v[None])
+        return floor + float(found[0])
 
     return Fit(
         label=label,

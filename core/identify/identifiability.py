@@ -18,6 +18,9 @@ RANK_TOLERANCE = 1e-6
 """Of the largest singular value. Central differences leave about 1e-8 where there is nothing;
 a direction below this is not seen by any rig."""
 
+NEARLY_NOTHING = 0.01
+"""Of the typical size: a change relative to less than this means nothing."""
+
 INVOLVED = 0.02
 """Share of a null direction below which a parameter has no part in it."""
 
@@ -33,8 +36,9 @@ VALLEY_POINTS = 41
 def relative_scales(unknowns: Unknowns, vector: np.ndarray) -> np.ndarray:
     """(P,): the value itself where the sign is fixed, the typical size elsewhere."""
     parameters = unknowns.parameters
-    positive = np.array([p.positive for p in parameters])
-    return np.where(positive, np.abs(vector), parameters.scales())
+    size, scales = np.abs(vector), parameters.scales()
+    own = (parameters.lower() >= 0.0) & (size > NEARLY_NOTHING * scales)
+    return np.where(own, size, scales)
 
 
 def analyse(

@@ -97,6 +97,7 @@ class Prepared:
         # What the servo adds is the residual, whatever torque constant is being tried.
         arm, base = self.model.arm, self.model.numbers()
         applied = steering.recorded_torque(self.recording, arm, trajectory.p, values)
+        y += steering.between_samples(self.recording, arm)
         return y - applied + steering.recorded_torque(self.recording, arm, base.p, {})
 
     def _through_logger(self, name: str, y: np.ndarray, dt: float) -> np.ndarray:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 
 from core.identify.residuals import Residuals
 
@@ -65,13 +66,17 @@ ROUNDS_WITH_PRIOR = 3
 """The noise level that scales the prior settles in two; the third confirms."""
 
 
-def refine(residuals: Residuals, start: np.ndarray) -> Refined:
+OnStep = Callable[[float], bool]
+"""Called with the cost after each step; True ends the descent where it is."""
+
+
+def refine(residuals: Residuals, start: np.ndarray, on_step: OnStep) -> Refined:
     """The least-squares minimum reached from `start` within the bounds."""
     prior = Prior(residuals)
     vector = start
     for _ in range(ROUNDS_WITH_PRIOR if len(prior.at) else 1):
         level = float(np.sqrt(np.mean(residuals(vector) ** 2)))
-        vector, converged = _minimise(residuals, vector, prior, level)
+        vector, converged = _minimise(residuals, vector, prior, level, on_step)
     r, J = residuals(vector), residuals.jacobian(vector) * residuals.scales
     size = np.linalg.norm(J) * np.linalg.norm(r)
     gradient = float(np.linalg.norm(J.T @ r) / size) if size > 0.0 else 0.0
@@ -79,7 +84,7 @@ def refine(residuals: Residuals, start: np.ndarray) -> Refined:
 
 
 def _minimise(
-    residuals: Residuals, start: np.ndarray, prior: Prior, level: float
+    residuals: Residuals, start: np.ndarray, prior: Prior, level: float, on_step: OnStep
 ) -> tuple[np.ndarray, bool]:
     parameters, scales = residuals.unknowns.parameters, residuals.scales
 
@@ -90,6 +95,10 @@ def _minimise(
     def slope(x: np.ndarray) -> np.ndarray:
         J = np.vstack([residuals.jacobian(x * scales), prior.jacobian(level)])
         return np.asarray(np.nan_to_num(J * scales))
+
+    def watch(intermediate_result: OptimizeResult) -> None:
+        if on_step(2.0 * float(intermediate_result.cost)):
+            raise StopIteration
 
     tolerance = DEAR_TOLERANCE if residuals.predictor.simulation_is_dear else TOLERANCE
     lower, upper = parameters.lower() / scales, parameters.upper() / scales
@@ -102,5 +111,6 @@ def _minimise(
         ftol=tolerance,
         gtol=tolerance,
         max_nfev=MOST_EVALUATIONS,
+        callback=watch,
     )
     return np.asarray(result.x) * scales, bool(result.status > 0)

@@ -11,7 +11,7 @@ import numpy as np
 from core.identify.population import PopulationCost, applicable
 from core.identify.predictor import Predictor, Request
 from core.identify.prepared import Prepared
-from core.identify.unknowns import Unknowns
+from core.identify.unknowns import Unknowns, untouched
 
 STEP = 1e-4
 """Relative step of central differences: truncation about 1e-8, rounding about 1e-10."""
@@ -129,9 +129,15 @@ class Residuals:
         parts = [b[e.counted] for b, e in zip(blocks, self.experiments, strict=True)]
         return np.concatenate(parts)
 
-    def population(self) -> PopulationCost | None:
-        """The fast cost of many vectors, where it is exact."""
-        if not applicable(self.experiments, self.unknowns):
+    def population(self, around: np.ndarray | None = None) -> PopulationCost | None:
+        """The fast cost of many vectors, where it is exact.
+
+        It knows no offsets, gains and initial deviations: they must have no influence at
+        `around` (P,), the start where none is given.
+        """
+        vector = self.unknowns.parameters.vector() if around is None else around
+        seen = [self.predictor.values(e, vector) for e in self.experiments]
+        if not all(map(untouched, seen)) or not applicable(self.experiments, self.unknowns):
             return None
         return PopulationCost(self.experiments, self.weights, self.unknowns, self.predictor.fixed)
 

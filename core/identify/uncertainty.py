@@ -42,7 +42,8 @@ def covariance(
 
 def pseudo_inverse(information: np.ndarray, relative: float = 1e-12) -> np.ndarray:
     """Inverse on the directions that the data show; the scaling is by the diagonal."""
-    d = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    diagonal = np.diag(information)
+    d = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))  # what nothing shows stays zero
     values, vectors = np.linalg.eigh(information / np.outer(d, d))
     kept = values > relative * values.max()
     inner = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T

@@ -31,7 +31,8 @@ class Unknown:
     parameter: Parameter
     recording: str | None = None
     searched: bool = True
-    """Whether the evolution searches it; offsets and initial states are left to refinement."""
+    """Whether the evolution searches it; offsets, gains and initial states enter linearly and
+    are left to refinement."""
 
     @property
     def label(self) -> str:
@@ -86,12 +87,19 @@ def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Reco
     items: list[Unknown] = []
     for name in names:
         parameter = _stated(_find(model, name, recordings), spec)
-        searched = not name.startswith((OFFSET, START))
+        searched = not name.startswith((OFFSET, GAIN, START))
         if name in own:
             items += [Unknown(parameter, recording.name, searched) for recording in recordings]
         else:
             items.append(Unknown(parameter, None, searched))
     return Unknowns(tuple(items))
+
+
+def untouched(values: Mapping[str, float]) -> bool:
+    """Whether no offset, gain or initial deviation among the values changes an output."""
+    gains = all(value == 1.0 for name, value in values.items() if name.startswith(GAIN))
+    shifts = (value for name, value in values.items() if name.startswith((OFFSET, START)))
+    return gains and not any(shifts)
 
 
 def _check_mentioned(spec: IdentifySpec, names: Sequence[str]) -> None:

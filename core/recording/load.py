@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,18 +27,28 @@ class _Source(NamedTuple):
     factor: float
 
 
-def load_recording(path: Path, spec: RecordingSpec, required: Sequence[str] = ()) -> Recording:
-    """The recording in the file, checked; `required` channels must be in it."""
+def load_recording(
+    path: Path,
+    spec: RecordingSpec,
+    required: Sequence[str] = (),
+    units: Mapping[str, str] | None = None,
+) -> Recording:
+    """The recording in the file, checked; `required` channels must be in it.
+
+    `units` are the SI units of channels whose dimension the arm fixes: a joint turns or slides.
+    """
     try:
         # Damaged files hold numbers that overflow; the checks find them, warnings would not help.
         with np.errstate(over="ignore", invalid="ignore"):
-            return _load(read_table(path), spec, required)
+            return _load(read_table(path), spec, required, units or {})
     except InputError as error:
         raise InputError(one_line(str(error))) from error
 
 
-def _load(table: Table, spec: RecordingSpec, required: Sequence[str]) -> Recording:
-    sources = _find_sources(table, spec)
+def _load(
+    table: Table, spec: RecordingSpec, required: Sequence[str], units: Mapping[str, str]
+) -> Recording:
+    sources = _find_sources(table, spec, units)
     for name in ("t", *required):
         if name not in sources:
             raise InputError(
@@ -77,13 +87,15 @@ def file_stem(file: str) -> str:
     return Path(file).name.split(".")[0] or Path(file).name
 
 
-def _find_sources(table: Table, spec: RecordingSpec) -> dict[str, _Source]:
+def _find_sources(
+    table: Table, spec: RecordingSpec, units: Mapping[str, str]
+) -> dict[str, _Source]:
     """Which column holds which channel: mapped ones first, then columns of a channel's name."""
     sources: dict[str, _Source] = {}
     for channel, column in spec.columns.items():
         header = _mapped_header(table, channel, column.name)
         unit = parse_header(column.name)[1] or parse_header(header)[1]
-        factor = column.factor * _unit_factor(table, header, unit, channel)
+        factor = column.factor * _unit_factor(table, header, unit, channel, units)
         sources[channel] = _Source(header, factor)
     taken = {source.header for source in sources.values()}
     mapped = set(sources)
@@ -96,7 +108,7 @@ def _find_sources(table: Table, spec: RecordingSpec) -> dict[str, _Source]:
                 f"{table.source} has two columns {name} ([{parse_header(sources[name].header)[1]}] "
                 f"and [{unit}]); remove one, or choose one under columns."
             )
-        sources[name] = _Source(header, _unit_factor(table, header, unit, name))
+        sources[name] = _Source(header, _unit_factor(table, header, unit, name, units))
     return sources
 
 
@@ -127,9 +139,12 @@ def _mapped_header(table: Table, channel: str, wanted: str) -> str:
     return header
 
 
-def _unit_factor(table: Table, header: str, unit: str, channel: str) -> float:
+def _unit_factor(
+    table: Table, header: str, unit: str, channel: str, units: Mapping[str, str]
+) -> float:
+    known = (units[channel],) if channel in units else channel_kind(channel).units
     try:
-        return factor_to_si(unit, channel_kind(channel).units)
+        return factor_to_si(unit, known)
     except InputError as error:
         raise InputError(f"{table.source}: column {header}: {error}.") from error
 

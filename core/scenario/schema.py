@@ -114,7 +114,7 @@ class IdentifySpec(Settings):
     offsets: tuple[Channel, ...] = ()
     servo_hz: Positive | None = None
     seed: Whole = 1
-    population: Annotated[Whole, Field(ge=4)] = 30
+    population: Annotated[Whole, Field(ge=5)] = 30
     generations: Whole = 60
     """0: refinement only."""
     weights: dict[str, Positive] = Field(default_factory=dict)

@@ -21,7 +21,6 @@ from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
 from core.scenario.schema import IdentifySpec
 from core.simulate.experiment import NO_NOISE, NoiseLevels, simulate_recording
-
 from tests.helpers import PAPER, looped
 
 LPV = looped(PAPER, level="lpv")

@@ -127,7 +127,7 @@ def _refusal(text: str) -> str:
     [
         ('title = "E', 'titel = "E', "titel is not a setting; did you mean 'title'?"),
         ('method = "local"', 'method = "locl"', "[identify] method is 'locl'; it must be 'glocal'"),
-        ("generations = 0", "population = 3", "[identify] population is 3; it must be at least 4."),
+        ("generations = 0", "population = 3", "[identify] population is 3; it must be at least 5."),
         (
             "generations = 0",
             "generations = -1",

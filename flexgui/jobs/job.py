@@ -1,0 +1,164 @@
+"""One submitted task, as the page holds it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from enum import Enum
+from typing import TYPE_CHECKING, Any
+
+from flexgui.jobs.courier import Address
+from flexgui.jobs.events import (
+    Advanced,
+    Ended,
+    Event,
+    Failed,
+    Finished,
+    NewGeneration,
+    Paused,
+    Queued,
+    Resumed,
+    Stage,
+    Started,
+    Stopped,
+    WorkerLost,
+)
+from flexgui.jobs.pace import Pace
+from flexgui.jobs.task import Task
+
+if TYPE_CHECKING:
+    from core.results import Generation
+    from flexgui.jobs.pool import JobPool
+
+
+class State(Enum):
+    """Where a job stands."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    PAUSED = "paused"
+    FINISHED = "finished"
+    FAILED = "failed"
+    STOPPED = "stopped"
+    LOST = "lost"
+
+
+_END_STATES: dict[type[Event], State] = {
+    Finished: State.FINISHED,
+    Failed: State.FAILED,
+    Stopped: State.STOPPED,
+    WorkerLost: State.LOST,
+}
+
+
+class Job:
+    """Made by `JobPool.submit`; every method may be called from any thread and returns at once."""
+
+    def __init__(self, pool: JobPool, session: str, task: Task, address: Address) -> None:
+        self.session, self.task = session, task
+        self.state = State.QUEUED
+        self.place: int | None = None
+        """1 is next; None once the job has left the queue."""
+        self.stage = ""
+        """Title of what it is doing."""
+        self.latest: dict[str, Generation] = {}
+        """The newest generation of each fit: what is left where a stop found no result."""
+        self.ending: Ended | None = None
+        """The last event."""
+        self.stop_wished: float | None = None
+        """When (monotonic) the user asked to stop it."""
+        self.paused_since: float | None = None
+        self._pool, self._address = pool, address
+        self._lock = pool.lock
+        self._pace = Pace()
+        self._over = threading.Event()
+
+    @property
+    def over(self) -> bool:
+        return self.ending is not None
+
+    @property
+    def result(self) -> Any | None:
+        """What it found, also where it was stopped; else None."""
+        return getattr(self.ending, "result", None)
+
+    @property
+    def sentence(self) -> str:
+        """Why it failed; else empty."""
+        return getattr(self.ending, "sentence", "")
+
+    @property
+    def remaining_seconds(self) -> float | None:
+        """Of the current stage, from its pace so far; None where nobody can know."""
+        with self._lock:
+            running = self.state in (State.RUNNING, State.PAUSED)
+            return self._pace.remaining_seconds if running else None
+
+    def stop(self) -> None:
+        """Ends it with the best it has; one that waits goes from the queue."""
+        with self._lock:
+            if self.state is State.QUEUED:
+                self._pool.withdraw(self)
+                self.end(Stopped())
+            elif not self.over and self.stop_wished is None:
+                self.stop_wished = time.monotonic()
+
+    def pause(self) -> None:
+        """Holds a running job, and its worker with it; nothing happens to any other."""
+        with self._lock:
+            if self.state is State.RUNNING:
+                self.state, self.paused_since = State.PAUSED, time.monotonic()
+                self._pace.pause()
+                self._address.post(Paused())
+
+    def resume(self) -> None:
+        """Lets a paused job go on."""
+        with self._lock:
+            if self.state is State.PAUSED:
+                self.state, self.paused_since = State.RUNNING, None
+                self._pace.resume()
+                self._address.post(Resumed())
+
+    def restart(self) -> Job:
+        """The same task for the same listener, as a new job at the end of the queue."""
+        return self._pool.resubmit(self)
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Blocks until it is over (its listener may hear of it a moment later); for scripts."""
+        return self._over.wait(timeout)
+
+    # What follows is for the pool and its slots; they hold the lock.
+
+    def queued(self, place: int) -> None:
+        if self.place != place:
+            self.place = place
+            self._address.post(Queued(place))
+
+    def started(self) -> None:
+        self.state, self.place = State.RUNNING, None
+        self._pace = Pace()
+        self._address.post(Started())
+
+    def observe(self, event: Event) -> None:
+        """Takes note of what the worker said, and passes it on."""
+        if isinstance(event, Stage):
+            self.stage = event.title
+            self._pace.stage(event.total)
+        elif isinstance(event, Advanced):
+            self._pace.advance(event.n)
+        elif isinstance(event, NewGeneration):
+            self.latest[event.label] = event.generation
+        self._address.post(event)
+
+    def end(self, event: Ended) -> None:
+        self.state, self.ending, self.place = _END_STATES[type(event)], event, None
+        self._address.post(event)
+        self._over.set()
+
+    def silence(self) -> None:
+        """The listener hears nothing more."""
+        self._address.close()
+
+    def listener_address(self) -> Address:
+        """A fresh door to the same listener."""
+        return self._address.renewed()

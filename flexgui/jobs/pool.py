@@ -1,0 +1,180 @@
+"""The pool: submit a task, and a listener hears how it goes."""
+
+from __future__ import annotations
+
+import atexit
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+
+from core.errors import InputError
+from flexgui.jobs.courier import Address, Courier
+from flexgui.jobs.events import Ended, Event, Failed, Stopped
+from flexgui.jobs.fair_queue import FairQueue
+from flexgui.jobs.job import Job
+from flexgui.jobs.settings import DEFAULT, PoolSettings
+from flexgui.jobs.slot import Slot
+from flexgui.jobs.task import Task
+
+CLOSING = 4.0
+"""s for all workers to end, well within what a person waits after Ctrl-C."""
+
+LAST_NEWS = 0.5
+"""s for the listeners to hear it."""
+
+Listener = Callable[[Event], None]
+
+
+class JobPool:
+    """Warm worker processes behind a fair queue. Every method may be called from any thread."""
+
+    def __init__(self, workers: int = 2, settings: PoolSettings = DEFAULT) -> None:
+        self.settings = settings
+        self.lock = threading.RLock()
+        """Held for moments only, never while a listener is called or a worker is spoken to."""
+        self.warming = threading.Lock()
+        self.closing = threading.Event()
+        self._news = threading.Condition(self.lock)
+        self._queue: FairQueue[Job] = FairQueue()
+        self._active: set[Job] = set()
+        self._courier: Courier | None = None
+        self._slots = [Slot(self, k + 1) for k in range(workers)]
+
+    def __enter__(self) -> JobPool:
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def workers_ready(self) -> int:
+        """How many workers are warm, busy or not."""
+        return len(self.worker_pids)
+
+    @property
+    def worker_pids(self) -> tuple[int, ...]:
+        """Process ids of the warm workers."""
+        return tuple(slot.pid for slot in self._slots if slot.pid is not None)
+
+    @property
+    def waiting(self) -> int:
+        """Jobs in the queue."""
+        with self.lock:
+            return len(self._queue)
+
+    def start(self) -> None:
+        """Begins to warm the workers in the background; `submit` does so too where it must."""
+        self._post()
+
+    def submit(self, session: str, task: Task, listener: Listener) -> Job:
+        """InputError where the session has too much waiting already, or all is closing.
+
+        `listener` is called from the pool's own threads, in order and one event at a time, the
+        last one being Finished, Failed, Stopped or WorkerLost. It may call anything of a job.
+        """
+        with self.lock:
+            return self._enqueue(session, task, Address(self._post(), listener))
+
+    def resubmit(self, job: Job) -> Job:
+        """The job's task again."""
+        with self.lock:
+            self._post()
+            return self._enqueue(job.session, job.task, job.listener_address())
+
+    def leave(self, session: str) -> None:
+        """Stops and drops all jobs of a session; its listeners hear nothing more."""
+        with self.lock:
+            mine = [job for job in (*self._queue.order(), *self._active) if job.session == session]
+            for job in mine:
+                job.silence()
+                job.stop()
+
+    def close(self) -> None:
+        """Stops everything and ends every worker, within five seconds."""
+        with self.lock:
+            if self.closing.is_set():
+                return
+            self.closing.set()
+            for job in list(self._queue.order()):
+                self._queue.remove(job)
+                job.end(Stopped())
+            self._news.notify_all()
+        atexit.unregister(self.close)
+        until = time.monotonic() + CLOSING
+        for slot in self._slots:
+            if slot.thread.ident is not None:
+                slot.thread.join(max(until - time.monotonic(), 0.0))
+        if self._courier is not None:
+            self._courier.close(LAST_NEWS)
+
+    def _post(self) -> Courier:
+        """The courier of a started pool; InputError after its end."""
+        with self.lock:
+            if self.closing.is_set():
+                raise InputError("FlexGUI is being closed; start it again to run this.")
+            if self._courier is None:
+                self._courier = Courier()
+                atexit.register(self.close)
+                for slot in self._slots:
+                    slot.thread.start()
+            return self._courier
+
+    def _enqueue(self, session: str, task: Task, address: Address) -> Job:
+        limit = self.settings.queued_per_session
+        if self._queue.waiting_of(session) >= limit:
+            raise InputError(
+                f"{limit} jobs of this session wait already; stop one of them or let one start."
+            )
+        job = Job(self, session, task, address)
+        self._queue.put(job)
+        self._tell_places()
+        self._news.notify()
+        return job
+
+    def _tell_places(self) -> None:
+        for place, job in enumerate(self._queue.order(), start=1):
+            job.queued(place)
+
+    # What follows is for jobs and slots.
+
+    def next_job(self, timeout: float) -> Job | None:
+        """The next job, started; None where there is none within `timeout` s."""
+        with self.lock:
+            if not len(self._queue) and not self.closing.is_set():
+                self._news.wait(timeout)
+            job = None if self.closing.is_set() else self._queue.take()
+            if job is not None:
+                self._active.add(job)
+                job.started()
+                self._tell_places()
+            return job
+
+    def withdraw(self, job: Job) -> None:
+        """A job that waits is no longer wanted."""
+        with self.lock:
+            self._queue.remove(job)
+            self._tell_places()
+
+    def job_over(self, job: Job, ending: Ended) -> None:
+        """A slot has done what it could for a job."""
+        with self.lock:
+            self._active.discard(job)
+            self._queue.done(job)
+            job.end(ending)
+            self._tell_places()
+
+    def give_up_waiting(self, sentence: str) -> None:
+        """No worker will come: who waits is told."""
+        with self.lock:
+            if self.workers_ready:
+                return
+            for job in list(self._queue.order()):
+                self._queue.remove(job)
+                job.end(Failed(sentence))

@@ -1,0 +1,90 @@
+"""The server's end of one worker process."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+from multiprocessing.connection import wait
+from typing import Any
+
+from flexgui.jobs.messages import Order
+from flexgui.jobs.settings import PoolSettings
+from flexgui.jobs.worker import work
+
+# A fork would copy the page's threads as locks that nobody ever opens.
+_SPAWN = multiprocessing.get_context("spawn")
+
+
+LAST_BREATH = 1.0
+"""s between the end of a pipe and the end of its process, so that one can say how it ended."""
+
+
+class WorkerGoneError(Exception):
+    """The process ended without being asked."""
+
+
+class WorkerProcess:
+    """Starts on construction; used by one thread."""
+
+    def __init__(self, settings: PoolSettings) -> None:
+        self._pipe, theirs = _SPAWN.Pipe()
+        try:
+            self._process = _SPAWN.Process(
+                target=work,
+                args=(theirs, settings.warm_up, settings.niceness),
+                name="flexgui-worker",
+                daemon=True,
+            )
+            self._process.start()
+        except BaseException:
+            self._pipe.close()
+            raise
+        finally:
+            theirs.close()  # else the pipe would not end with the worker
+
+    @property
+    def pid(self) -> int:
+        return self._process.pid or 0
+
+    @property
+    def alive(self) -> bool:
+        return self._process.is_alive()
+
+    @property
+    def ending(self) -> str:
+        """How the process ended, for a sentence."""
+        code = self._process.exitcode
+        if code is None:
+            return "it does not answer"
+        return f"signal {-code}" if code < 0 else f"exit code {code}"
+
+    def send(self, message: Any) -> None:
+        """WorkerGoneError where nobody is there; other errors where it cannot travel."""
+        try:
+            self._pipe.send(message)
+        except OSError as error:
+            self._process.join(LAST_BREATH)
+            raise WorkerGoneError from error
+
+    def receive(self, timeout: float) -> Any | None:
+        """The next message, None after `timeout` s without one; WorkerGoneError at its death."""
+        try:
+            # A dead worker's last words are read before its death is told: the pipe ends after.
+            if wait([self._pipe], timeout):
+                return self._pipe.recv()
+        except (EOFError, OSError) as error:
+            self._process.join(LAST_BREATH)
+            raise WorkerGoneError from error
+        return None
+
+    def end(self, patience: float) -> None:
+        """The process is gone afterwards: by itself within `patience` s, else killed."""
+        with contextlib.suppress(WorkerGoneError):
+            if patience > 0.0:
+                self.send(Order.EXIT)
+                self._process.join(patience)
+        if self.alive:
+            self._process.kill()
+        self._process.join()
+        self._process.close()
+        self._pipe.close()

@@ -1,0 +1,28 @@
+"""How a pool behaves; the defaults suit a teacher's laptop with two cores."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class PoolSettings:
+    """Limits and times of a pool."""
+
+    queued_per_session: int = 4
+    """Jobs of one session that may wait."""
+    grace: float = 8.0
+    """s that a task may take to end by itself once it was stopped; then its worker is killed."""
+    pause_limit: float = 600.0
+    """s that a paused job may keep its worker while others wait; then it is stopped."""
+    recycle_after: int = 200
+    """Jobs, after which a worker is replaced: whatever memory it gathered is given back."""
+    start_limit: float = 300.0
+    """s that a worker may need to be ready; on a new machine everything is compiled first."""
+    niceness: int = 10
+    """Of the workers, so that the page answers first (POSIX)."""
+    warm_up: str | None = "flexgui.jobs.warm:warm_up"
+    """What a worker calls before its first job, as "package.module:name"."""
+
+
+DEFAULT = PoolSettings()

@@ -1,0 +1,143 @@
+"""What runs in a spawned worker process.
+
+Three threads: the main one works; one reads orders, so that a stop, a pause or the death of the
+server (the pipe ends) is known at once; one sends news, at most every INTERVAL.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+import time
+import traceback
+from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from typing import Any, NoReturn
+
+from core.errors import InputError
+from flexgui.jobs.mailbox import Mailbox
+from flexgui.jobs.messages import Answer, Begin, Crashed, Done, Order, Ready, Refused
+from flexgui.jobs.reporter import Reporter
+from flexgui.jobs.task import Task
+
+INTERVAL = 0.05
+"""s between two batches of news: 20 a second is as fast as a page follows."""
+
+LONGEST_TEXT = 300
+"""Characters of an unexpected error's text."""
+
+
+def work(pipe: Connection, warm_up: str | None, niceness: int) -> None:
+    """The life of a worker."""
+    # Ctrl-C reaches every process of a terminal; the server then closes its workers itself.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if hasattr(os, "nice"):
+        os.nice(niceness)
+    worker = Worker(pipe)
+    threading.Thread(target=worker.read, name="orders", daemon=True).start()
+    threading.Thread(target=worker.spread_news, name="news", daemon=True).start()
+    worker.send(Ready(_trouble_of(warm_up)))
+    worker.serve()
+
+
+def _trouble_of(warm_up: str | None) -> str:
+    """Warms up; the traceback where that fails."""
+    try:
+        if warm_up is not None:
+            Task(warm_up).resolve()()
+    except Exception:
+        return traceback.format_exc()
+    return ""
+
+
+class Worker:
+    """The state that the three threads share."""
+
+    def __init__(self, pipe: Connection) -> None:
+        self._pipe = pipe
+        self._sending = threading.Lock()
+        self._mailbox, self._news = Mailbox(), threading.Event()
+        self._reporter = Reporter(self._mailbox, self._news)
+        self._tasks: SimpleQueue[tuple[Task, Reporter] | Crashed | None] = SimpleQueue()
+        self._orders = {
+            Order.STOP: lambda: self._reporter.stop(),
+            Order.PAUSE: lambda: self._reporter.pause(),
+            Order.RESUME: lambda: self._reporter.resume(),
+            Order.EXIT: self._exit,
+        }
+
+    def serve(self) -> None:
+        """One task after the other, on the main thread."""
+        while (item := self._tasks.get()) is not None:
+            answer = item if isinstance(item, Crashed) else attempt(*item)
+            self._flush()
+            try:
+                self.send(answer)
+            except OSError:
+                gone()
+            except Exception as error:  # a result that no pipe can carry
+                self.send(crash(error))
+
+    def read(self) -> None:
+        """Orders, as they come."""
+        while True:
+            try:
+                order = self._pipe.recv()
+            except (EOFError, OSError):
+                gone()
+            except Exception as error:  # arguments that cannot be read here
+                self._tasks.put(crash(error))
+                continue
+            self._obey(order)
+
+    def spread_news(self) -> None:
+        """Sends what waits, then rests, so that a fast search does not flood the pipe."""
+        while True:
+            self._news.wait()
+            self._news.clear()
+            with contextlib.suppress(OSError):  # the reading thread learns it too, and ends all
+                self._flush()
+            time.sleep(INTERVAL)
+
+    def send(self, message: Any) -> None:
+        with self._sending:
+            self._pipe.send(message)
+
+    def _flush(self) -> None:
+        with self._sending:
+            for event in self._mailbox.take():
+                self._pipe.send(event)
+
+    def _obey(self, order: Begin | Order) -> None:
+        if isinstance(order, Begin):
+            self._reporter = Reporter(self._mailbox, self._news)
+            self._tasks.put((order.task, self._reporter))
+        else:
+            self._orders[order]()
+
+    def _exit(self) -> None:
+        self._reporter.stop()
+        self._tasks.put(None)
+
+
+def attempt(task: Task, reporter: Reporter) -> Answer:
+    """The task's answer, whatever happens in it."""
+    try:
+        return Done(task.resolve()(**task.arguments, progress=reporter), reporter.noticed)
+    except InputError as error:
+        return Refused(" ".join(str(error).split()))
+    except BaseException as error:
+        return crash(error)
+
+
+def crash(error: BaseException) -> Crashed:
+    """In words for the page and in full for the log."""
+    text = " ".join(f"{type(error).__name__}: {error}".split())
+    return Crashed(text[:LONGEST_TEXT], "".join(traceback.format_exception(error)))
+
+
+def gone() -> NoReturn:
+    """Nobody would read what this process still finds."""
+    os._exit(0)

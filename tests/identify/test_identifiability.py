@@ -1,0 +1,235 @@
+"""What the data fix and leave free is found from the sensitivities and said in words."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from core.arm.presets import presets
+from core.identify.fit import Fitted
+from core.identify.identifiability import (
+    LARGEST_DENOMINATOR,
+    TOGETHER,
+    analyse,
+    identified,
+    invariant,
+    relative_scales,
+    sentences,
+    valley,
+)
+from core.identify.unknowns import Unknown, Unknowns
+from core.parameters import Parameter
+from tests.helpers import looped
+from tests.identify.helpers import BOX, LPV, clean, fit, noisy, simulated
+
+EXACT = 1e-9
+
+DIRECTION = 1e-4
+"""Relative, of a null direction: truncation of the differences."""
+
+NAMES = "abcdefgh"
+
+
+def named(names: str, value: float = 1.0) -> Unknowns:
+    """Positive parameters of one letter each."""
+    return Unknowns(tuple(Unknown(Parameter(n, value, "", 0.1, 10.0)) for n in names))
+
+
+def noisy_fit(*parameters: str, count: int = 3, **settings) -> Fitted:  # type: ignore[no-untyped-def]
+    return fit(LPV, noisy(clean()[:count], 20.0, 1), parameters=parameters,
+               **{"output": ("ydot",), **settings})  # fmt: skip
+
+
+def said(fitted: Fitted) -> tuple[str, ...]:
+    return fitted.fit.identifiability.sentences
+
+
+def test_everything_is_fixed_where_it_is():
+    fitted = noisy_fit("EI1", "EI2")
+    assert said(fitted) == ("The data fix every estimated parameter.",)
+    assert fitted.fit.identifiability.rank == 2
+    assert fitted.fit.identifiability.valley is None
+    assert all(e.identifiable and np.isfinite(e.std) for e in fitted.fit.estimates)
+
+
+def test_nothing_estimated_is_said():
+    fitted = noisy_fit()
+    assert said(fitted) == ("Nothing was estimated.",)
+    assert fitted.fit.identifiability.rank == 0
+    assert fitted.fit.estimates == ()
+
+
+def test_a_parameter_without_influence_is_named():
+    slide = looped(presets()["single_axis"], 500.0)
+    recordings = simulated(slide, points=[0.0], seconds=0.5, amplitude=0.1, level="nonlinear")
+    fitted = fit(slide, recordings, parameters=("m1", "l1"), output=("encoder",))
+    assert said(fitted) == ("The data say nothing about l1.",)
+    assert [e.identifiable for e in fitted.fit.estimates] == [True, False]
+
+
+def test_data_that_show_nothing_say_so_of_each():
+    unknowns = named("ab")
+    rank, values, null = analyse(unknowns, np.ones(2), np.zeros((50, 2)))
+    assert rank == 0
+    assert np.all(values == 0.0)
+    told = sentences(unknowns, null, np.eye(2))
+    assert set(told) == {"The data say nothing about a.", "The data say nothing about b."}
+
+
+def test_a_pair_is_given_as_a_product_of_powers():
+    told = said(noisy_fit("epsilon", "d", "lambda1"))
+    assert told[0] == (
+        "The data fix epsilon d^4, not epsilon and d apart: fix one of them to get the other."
+    )
+
+
+def test_two_pairs_are_told_apart():
+    told = said(noisy_fit("epsilon1", "d1", "epsilon2", "d2"))
+    assert len(told) == 2
+    assert any("epsilon1 d1^4" in text for text in told)
+    assert any("epsilon2 d2^4" in text for text in told)
+
+
+def test_masses_stiffness_and_gains_scale_together():
+    names = ("m1", "m2", "EI1", "EI2", "lambda1", "lambda2")
+    fitted = noisy_fit(*names)
+    found = fitted.fit.identifiability
+    assert found.rank == len(names) - 1
+    assert len(found.null_directions) == 1
+    relative = found.null_directions[0] / found.null_directions[0][0]
+    assert relative == pytest.approx(np.ones(len(names)), rel=DIRECTION)
+    assert not any(e.identifiable for e in fitted.fit.estimates)
+    text = said(fitted)[0]
+    assert text.startswith("The data do not tell m1, m2, EI1, EI2, lambda1 and lambda2 apart")
+    assert text.count("+1.00 %") == len(names) or text.count("-1.00 %") == len(names)
+    assert found.valley is None
+
+
+def test_one_known_scale_frees_the_others():
+    fitted = noisy_fit("m1", "m2", "EI1", "EI2")
+    assert all(e.identifiable for e in fitted.fit.estimates)
+
+
+def test_parameters_of_a_recording_are_named_with_it():
+    settings = {"parameters": ("epsilon",), "per_recording": ("d",), "output": ("ydot",)}
+    fitted = fit(LPV, noisy(clean()[:2], 20.0, 1), **settings)
+    text = said(fitted)[0]
+    assert all(name in text for name in ("epsilon", "d@th1", "d@th2"))
+    assert fitted.fit.identifiability.rank == 2
+
+
+def test_estimates_that_move_together_are_said_to_be_told_apart_poorly():
+    rho = np.array([[1.0, -0.995, 0.2], [-0.995, 1.0, 0.1], [0.2, 0.1, 1.0]])
+    told = sentences(named("abc"), np.zeros((0, 3)), rho)
+    assert told == (
+        "The data fix every estimated parameter.",
+        "a and b are told apart poorly (correlation -0.995).",
+    )
+
+
+@given(st.floats(-TOGETHER, TOGETHER))
+def test_a_moderate_correlation_is_not_mentioned(rho):
+    told = sentences(named("ab"), np.zeros((0, 2)), np.array([[1.0, rho], [rho, 1.0]]))
+    assert told == ("The data fix every estimated parameter.",)
+
+
+POWERS = st.builds(
+    Fraction, st.integers(1, 4), st.integers(1, LARGEST_DENOMINATOR)
+).filter(lambda f: f >= 1)  # fmt: skip
+
+
+@given(POWERS, st.booleans(), st.booleans())
+def test_the_exponents_are_those_of_the_direction(power, inverse, swapped):
+    """x y^n (or x y^-n) stays where x changes by n and y by -1 (or 1)."""
+    direction = np.array([float(power), 1.0 if inverse else -1.0])
+    direction /= np.linalg.norm(direction)
+    n = f"{'-' if inverse else ''}{power}"
+    other = "y" if n == "1" else f"y^{n}"
+    names = ["x", "y"]
+    if swapped and power != 1:
+        text = invariant(direction[::-1], ["y", "x"])
+        sign = "-" if inverse else ""
+        assert text == f"y^{power} x" + (f"^{sign}1" if sign else "")
+    else:
+        assert invariant(direction, names) == f"x {other}"
+
+
+@settings(max_examples=60)
+@given(st.integers(1, 6), st.integers(0, 5), st.integers(0, 10_000))
+def test_rank_and_null_space_are_those_of_the_sensitivities(count, missing, seed):
+    assume(missing <= count)
+    rng = np.random.default_rng(seed)
+    hidden = np.linalg.qr(rng.standard_normal((count, count)))[0][:, :missing]
+    J = rng.standard_normal((60, count)) @ (np.eye(count) - hidden @ hidden.T)
+    if missing == count:
+        J[:] = 0.0
+    rank, values, null = analyse(named(NAMES[:count]), np.ones(count), J)
+    assert rank == count - missing
+    assert null.shape == (missing, count)
+    assert np.all(np.diff(values) <= 0.0)
+    assert np.linalg.norm(null, axis=1) == pytest.approx(np.ones(missing))
+    assert np.abs(J @ null.T).max(initial=0.0) < EXACT * max(np.abs(J).max(), 1.0) * 1e3
+    assert not missing or np.linalg.matrix_rank(null) == missing
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 10_000), st.lists(st.floats(1e-6, 1e9), min_size=3, max_size=3))
+def test_units_do_not_change_what_is_identifiable(seed, sizes):
+    rng = np.random.default_rng(seed)
+    J = rng.standard_normal((40, 3))
+    J[:, 2] = J[:, 0]
+    value = np.array(sizes)
+    unknowns = Unknowns(
+        tuple(
+            Unknown(Parameter(n, v, "", v / 10, v * 10, scale=v))
+            for n, v in zip("abc", sizes, strict=True)
+        )
+    )
+    rank, _, null = analyse(unknowns, value, J / value)
+    assert rank == 2
+    assert np.abs(null[0]) == pytest.approx([np.sqrt(0.5), 0.0, np.sqrt(0.5)], abs=1e-6)
+    assert identified(null, 3).tolist() == [False, True, False]
+
+
+def test_the_valley_stays_in_the_box_and_passes_through_the_estimate():
+    fitted = noisy_fit("epsilon", "d", bounds=BOX)
+    found = fitted.fit.identifiability.valley
+    assert found is not None
+    low, high = np.array([BOX[n] for n in found.names]).T
+    reach = (found.points - low) / (high - low)
+    assert reach.min() > -1e-9
+    assert reach.max() < 1.0 + 1e-9
+    ends = np.sort(np.concatenate([reach[0], reach[-1]]))
+    assert ends[0] == pytest.approx(0.0, abs=1e-6) or ends[-1] == pytest.approx(1.0, abs=1e-6)
+    distance = np.linalg.norm(found.points / fitted.vector - 1.0, axis=1)
+    assert (
+        distance.min() < np.linalg.norm(np.diff(found.points / fitted.vector, axis=0), axis=1).max()
+    )
+
+
+def test_the_valley_is_flat_where_offsets_are_estimated_too():
+    recordings = noisy(clean()[:3], 20.0, 1)
+    moved = [r.channels["ydot1"] for r in recordings]
+    for values in moved:
+        values += 0.2
+    fitted = fit(LPV, recordings, parameters=("epsilon", "d"), bounds=BOX, offsets=("ydot1",),
+                 output=("ydot",))  # fmt: skip
+    found = fitted.fit.identifiability.valley
+    assert found is not None
+    assert found.cost_ratio == pytest.approx(np.ones(len(found.points)), abs=1e-6)
+
+
+def test_a_parameter_of_free_sign_has_no_valley():
+    signed = Unknowns(tuple(Unknown(Parameter(n, 1.0, "", -5.0, 5.0)) for n in "ab"))
+    null = np.array([[1.0, -1.0]]) / np.sqrt(2.0)
+    assert valley(signed, np.ones(2), null, lambda v: 1.0) is None
+
+
+def test_a_quantity_that_may_vanish_is_relative_to_itself_unless_it_nearly_does():
+    gains = Unknowns(tuple(Unknown(Parameter(n, 60.0, "", 0.0, 600.0, scale=60.0)) for n in "abc"))
+    found = relative_scales(gains, np.array([90.0, 0.0, 1e-6]))
+    assert found.tolist() == [90.0, 60.0, 60.0]

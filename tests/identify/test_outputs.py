@@ -1,0 +1,143 @@
+"""Every output, at both levels of the model, gives back the stiffness it was made with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.errors import InputError
+from core.identify.compare import compare
+from core.identify.prepared import Processing
+from core.identify.setup import PREFERENCE, make_setup
+from core.recording.recording import LoggerFilter, Recording
+from core.recording.velocity import ZeroPhaseLowPass
+from core.scenario.schema import IdentifySpec
+from core.sensors import sensor
+from core.simulate.experiment import NoiseLevels
+from tests.helpers import PAPER, looped, with_modes
+from tests.identify.helpers import (
+    EI,
+    LPV,
+    estimate,
+    fit,
+    residuals_of,
+    simulated,
+    with_channels,
+)
+
+LEVELS = {"lpv": LPV, "nonlinear": looped(PAPER)}
+
+EXACT = {"lpv": 1e-6, "nonlinear": 1e-3}
+"""Relative. A simulation inside a fit may be wrong by 1e-5 m, which is 0.1 % of the bending."""
+
+OUTPUTS = ["y", "ydot", "z", "encoder", "deflection"]
+WRONG = {"EI": 0.85 * EI}
+POINTS = (0.8, 1.9)
+
+
+def data(level: str, **spec) -> list[Recording]:  # type: ignore[no-untyped-def]
+    return simulated(LEVELS[level], **{"points": POINTS, "seconds": 0.8, **spec})
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("output", [*OUTPUTS, ("z", "deflection", "encoder")], ids=str)
+def test_the_stiffness_is_recovered(output, level):
+    fitted = fit(LEVELS[level], data(level), parameters=("EI",), start=WRONG, output=output)
+    assert estimate(fitted, "EI").value == pytest.approx(EI, rel=EXACT[level])
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_rates_from_a_sampled_tip_take_the_same_route_as_the_models(level):
+    """Without ydot in the recording both sides are differences of sampled places."""
+    recordings = [
+        replace(r, channels={k: v for k, v in r.channels.items() if not k.startswith("ydot")})
+        for r in simulated(looped(PAPER), points=POINTS, seconds=0.8)
+    ]
+    fitted = fit(LEVELS[level], recordings, parameters=("EI",), start=WRONG, output="ydot")
+    tolerance = 0.01 if level == "lpv" else EXACT[level]  # the motion itself is not linear
+    assert estimate(fitted, "EI").value == pytest.approx(EI, rel=tolerance)
+
+
+def test_a_slow_camera_is_enough():
+    model = LEVELS["nonlinear"]
+    recordings = simulated(model, points=POINTS, seconds=0.8, noise=NoiseLevels({}, 100.0))
+    assert np.isnan(recordings[0]["z1"]).mean() == pytest.approx(0.9)
+    fitted = fit(model, recordings, parameters=("EI",), start=WRONG, output="z")
+    assert fitted.fit.residual_count == 2 * 2 * 80
+    assert estimate(fitted, "EI").value == pytest.approx(EI, rel=EXACT["nonlinear"])
+
+
+def test_a_filter_and_decimation_act_on_both_sides():
+    settings = {"filter": ZeroPhaseLowPass(cutoff_hz=40.0), "decimate": 5}
+    fitted = fit(LPV, data("lpv"), parameters=("EI",), start=WRONG, output="ydot", **settings)
+    assert estimate(fitted, "EI").value == pytest.approx(EI, rel=EXACT["lpv"])
+    assert fitted.fit.residual_count == 2 * 2 * 160
+
+
+def test_a_loggers_low_pass_is_undone_by_telling_of_it():
+    lag = LoggerFilter(60.0, 0.9)
+    told = [replace(r, logger_filters={"deflection1": lag, "deflection2": lag})
+            for r in data("lpv")]  # fmt: skip
+    y = residuals_of(LPV, told, output="deflection", parameters=("EI",)).predictor.predict(
+        np.array([EI])
+    )
+    logged = [
+        with_channels(r, {"deflection1": x[:, 0], "deflection2": x[:, 1]})
+        for r, x in zip(told, y, strict=True)
+    ]
+    aware = fit(LPV, logged, parameters=("EI",), start=WRONG, output="deflection")
+    assert estimate(aware, "EI").value == pytest.approx(EI, rel=EXACT["lpv"])
+    unaware = [replace(r, logger_filters={}) for r in logged]
+    misled = fit(LPV, unaware, parameters=("EI",), start=WRONG, output="deflection")
+    assert abs(estimate(misled, "EI").value / EI - 1.0) > 0.01
+
+
+def test_the_default_is_the_first_output_that_all_recordings_have():
+    full = data("lpv")
+    for k, kind in enumerate(PREFERENCE):
+        gone = {c.name for each in PREFERENCE[:k] for c in sensor(each).channels(PAPER)}
+        if "z1" not in gone and k:
+            gone |= {"z1", "z2"} if kind != "z" else set()
+        kept = [
+            replace(r, channels={n: v for n, v in r.channels.items() if n not in gone})
+            for r in full
+        ]
+        chosen = make_setup(LPV, IdentifySpec(), kept).outputs[0].kind
+        assert chosen == ("ydot" if kind == "z" else kind)  # ydot follows from z and encoders
+
+
+def test_a_stretched_arm_gets_z_by_default_and_is_refused_ydot():
+    stretched = data("nonlinear", points=(0.02,), seconds=0.3)
+    model = LEVELS["nonlinear"]
+    assert make_setup(model, IdentifySpec(), stretched).outputs[0].kind == "z"
+    for output in ("y", "ydot"):
+        with pytest.raises(InputError, match=r"within .* rad of 0.*choose .* output = \"z\""):
+            fit(model, stretched, parameters=("EI",), output=output)
+
+
+def test_recordings_without_any_output_are_refused():
+    bare = [
+        replace(r, channels={n: v for n, v in r.channels.items() if n.startswith("dtheta")})
+        for r in data("lpv")
+    ]
+    with pytest.raises(InputError, match="share none of the outputs"):
+        make_setup(LPV, IdentifySpec(), bare)
+
+
+def test_all_outputs_are_compared_and_the_fitted_ones_marked():
+    found = compare(LPV, data("lpv")[0], [sensor("ydot")], Processing(), {"EI": EI}, "all")
+    fitted = {c.channel: c.fitted for c in found.channels}
+    assert [name for name, yes in fitted.items() if yes] == ["ydot1", "ydot2"]
+    assert {"z1", "z2", "y1", "deflection2", "theta1"} <= fitted.keys()
+    assert all(c.rms < 1e-9 for c in found.channels)
+    assert found.tip_rms is not None
+    assert found.tip_rms < 1e-9
+
+
+def test_more_modes_are_one_setting():
+    model = looped(with_modes(2, 2), level="lpv")
+    recordings = simulated(model, points=POINTS, seconds=0.8)
+    fitted = fit(model, recordings, parameters=("EI1", "EI2"), start={"EI1": 450.0}, output="ydot")
+    assert fitted.vector == pytest.approx([EI, EI], rel=EXACT["lpv"])

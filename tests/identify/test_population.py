@@ -1,0 +1,174 @@
+"""The fast cost of a population is the plain cost, whatever is compared and estimated."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.identify.residuals import Residuals
+from core.recording.recording import CameraPose, LoggerFilter, Recording
+from core.recording.velocity import ZeroPhaseLowPass
+from tests.helpers import PAPER, looped, with_modes
+from tests.identify.helpers import LPV, POINTS, noisy, residuals_of, simulated
+
+EQUAL = 1e-9
+"""Relative; both are the exact response, summed in another order."""
+
+MEMBERS = 11
+"""Not a multiple of any packing."""
+
+SPREAD = 0.1
+"""Relative, of the population around the start."""
+
+TWO_MODES = looped(with_modes(2, 2), level="lpv")
+
+
+def short(count: int, seconds: float = 0.3, **spec: Any) -> list[Recording]:
+    """Noisy recordings at `count` points, so that no cost is near zero."""
+    points = [0.4 + 2.3 * k / max(count - 1, 1) for k in range(count)]
+    return noisy(simulated(LPV, points=points, seconds=seconds, **spec), 20.0, 1)
+
+
+def vectors(residuals: Residuals, seed: int = 0) -> np.ndarray:
+    """(MEMBERS, P) around the start; what is not searched keeps it."""
+    start = residuals.unknowns.parameters.vector()
+    factor = 1.0 + SPREAD * np.random.default_rng(seed).uniform(-1, 1, (MEMBERS, len(start)))
+    searched = np.array([item.searched for item in residuals.unknowns.items])
+    return np.where(searched, start * factor, start)
+
+
+def check(recordings: list[Recording], model=LPV, **settings: Any) -> None:  # type: ignore[no-untyped-def]
+    """Fast against plain, for every member."""
+    residuals = residuals_of(model, recordings, **{"output": ("ydot",), **settings})
+    fast = residuals.population()
+    assert fast is not None
+    points = vectors(residuals)
+    assert fast(points) == pytest.approx(residuals.costs(points), rel=EQUAL)
+    assert fast(points[:1]) == pytest.approx(residuals.costs(points[:1]), rel=EQUAL)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 7, 8, 9, 17])
+def test_any_number_of_recordings(count):
+    check(short(count), parameters=("epsilon", "d"))
+
+
+def test_recordings_of_different_length_and_sample_time():
+    mixed = [
+        *short(1, 0.3),
+        replace(short(2, 0.5)[1], name="b"),
+        replace(short(3, 0.2, sample_time=5e-4)[2], name="c"),
+    ]
+    check(mixed, parameters=("EI1", "EI2"))
+
+
+@pytest.mark.parametrize("count", [3, 9])
+def test_parameters_that_belong_to_a_recording(count):
+    check(short(count), parameters=("EI1", "m2"), per_recording=("EI2", "m2"))
+
+
+@pytest.mark.parametrize(
+    "parameters",
+    [("l1", "l2"), ("lambda1", "lambda2"), ("l1", "lambda2", "EI"), ("m1", "mt2", "Jh1", "tau2")],
+)
+@pytest.mark.parametrize("count", [1, 3])
+def test_parameters_that_change_outputs_or_drive(parameters, count):
+    check(short(count), parameters=parameters)
+
+
+def test_a_gain_that_belongs_to_a_recording():
+    check(short(3), parameters=("EI",), per_recording=("lambda1",))
+
+
+def test_values_that_are_held():
+    check(short(3), parameters=("EI1",), start={"EI2": 480.0, "lambda1": 55.0})
+
+
+@pytest.mark.parametrize("output", ["y", "ydot", "encoder", "deflection", ("ydot", "deflection")])
+def test_each_linear_output(output):
+    check(short(3), parameters=("EI1", "EI2"), output=output)
+
+
+def test_weights_of_channels():
+    check(short(3), parameters=("EI",), weights={"ydot2": 3.0})
+
+
+def test_more_modes():
+    check(noisy(simulated(TWO_MODES, points=POINTS[:3], seconds=0.3), 20.0, 1), TWO_MODES,
+          parameters=("EI1", "EI2"))  # fmt: skip
+
+
+@settings(max_examples=10)
+@given(st.integers(0, 1000), st.floats(0.0, 0.9), st.integers(1, 4))
+def test_masks_and_missing_samples(seed, share, count):
+    rng = np.random.default_rng(seed)
+    holed = []
+    for r in short(count):
+        masks = {c: rng.random(len(r.time)) >= share for c in ("ydot1", "ydot2")}
+        empty = np.where(rng.random(len(r.time)) < 0.1, np.nan, r["ydot1"])
+        holed.append(replace(r, channels={**r.channels, "ydot1": empty}, counted=masks))
+    check(holed, parameters=("EI",))
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"filter": ZeroPhaseLowPass(cutoff_hz=50.0)},
+        {"decimate": 2},
+        {"output": ("z",)},
+        {"start": {"gain_ydot1": 1.1}},
+        {"start": {"offset_ydot1": 0.1}},
+        {"offsets": ("ydot1",), "start": {"offset_ydot1": 0.1}},
+        {"start": {"start_v1_1": 0.01}},
+    ],
+    ids=str,
+)
+def test_it_does_not_apply_where_the_comparison_is_not_plain(settings):
+    settings = {"parameters": ("EI",), "output": ("ydot",), **settings}
+    assert residuals_of(LPV, short(2), **settings).population() is None
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"logger_filters": {"ydot1": LoggerFilter(100.0, 0.7)}},
+        {"camera": CameraPose(delay=0.01)},
+    ],
+    ids=str,
+)
+def test_it_does_not_apply_to_delayed_or_filtered_channels(change):
+    recordings = [replace(r, **change) for r in short(2)]
+    settings = {"parameters": ("EI",), "output": ("ydot",)}
+    assert residuals_of(LPV, recordings, **settings).population() is None
+
+
+def test_it_does_not_apply_to_the_non_linear_model():
+    settings = {"parameters": ("EI",), "output": ("ydot",)}
+    assert residuals_of(looped(PAPER), short(1), **settings).population() is None
+
+
+def test_it_does_not_apply_along_a_moving_schedule():
+    moving = [replace(r, theta2=None) for r in short(2)]
+    settings = {"parameters": ("EI",), "output": ("ydot",)}
+    assert residuals_of(LPV, moving, **settings).population() is None
+
+
+def test_offsets_gains_and_initial_states_are_left_to_refinement():
+    residuals = residuals_of(
+        LPV, short(2), parameters=("EI", "gain_ydot1"), offsets=("ydot2",), initial_state=True,
+        output=("ydot",),
+    )  # fmt: skip
+    searched = {item.parameter.name for item in residuals.unknowns.items if item.searched}
+    assert searched == {"EI"}
+    points = vectors(residuals)
+    fast = residuals.population()
+    assert fast is not None
+    assert fast(points) == pytest.approx(residuals.costs(points), rel=EQUAL)
+    moved = points[0] + residuals.scales * np.array(
+        [not i.searched for i in residuals.unknowns.items]
+    )
+    assert residuals.population(moved) is None

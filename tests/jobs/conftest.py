@@ -1,0 +1,27 @@
+"""One light pool for all tests that leave it whole, one warm pool for real tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from flexgui.jobs import JobPool, PoolSettings
+from tests.jobs.helpers import eventually
+
+LIGHT = PoolSettings(queued_per_session=60, grace=1.0, warm_up=None, niceness=0)
+"""Workers that load nothing, and that are not waited for long."""
+
+
+@pytest.fixture(scope="module")
+def pool() -> Iterator[JobPool]:
+    with JobPool(1, LIGHT) as pool:
+        yield pool
+
+
+@pytest.fixture(scope="module")
+def warm_pool() -> Iterator[JobPool]:
+    settings = PoolSettings(niceness=0)
+    with JobPool(1, settings) as pool:
+        assert eventually(lambda: pool.workers_ready == 1, settings.start_limit)
+        yield pool

@@ -1,0 +1,185 @@
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.results import Generation
+from flexgui.jobs.courier import Address, Courier
+from flexgui.jobs.events import Advanced, Event, NewGeneration, Queued, Stage, Started
+from flexgui.jobs.fair_queue import FairQueue
+from flexgui.jobs.mailbox import Mailbox
+from flexgui.jobs.pace import Pace
+from flexgui.jobs.task import Task
+from tests.jobs.helpers import PATIENCE, count
+
+
+def generation(number: int) -> Generation:
+    return Generation(number, 1.0, 1.0, 1.0, np.zeros(1))
+
+
+@dataclass(frozen=True)
+class Item:
+    session: str
+    number: int
+
+
+def queue_of(sessions: str) -> FairQueue[Item]:
+    queue: FairQueue[Item] = FairQueue()
+    for k, session in enumerate(sessions):
+        queue.put(Item(session, k))
+    return queue
+
+
+def taken(queue: FairQueue[Item]) -> str:
+    return "".join(item.session for item in iter(queue.take, None))
+
+
+class TestFairQueue:
+    def test_sessions_take_turns(self):
+        assert taken(queue_of("aaabbc")) == "abcaba"
+
+    def test_a_session_with_work_under_way_comes_after_one_without(self):
+        queue = queue_of("a")
+        queue.take()
+        queue.put(Item("a", 1))
+        queue.put(Item("b", 2))
+        assert next(queue.order()).session == "b"
+
+    def test_who_comes_back_stands_behind_who_waits_already(self):
+        queue = queue_of("ab")
+        first = queue.take()
+        assert first is not None and first.session == "a"
+        queue.done(first)
+        queue.put(Item("a", 2))
+        assert taken(queue) == "ba"
+
+    @given(st.text("abc", max_size=12))
+    def test_the_order_told_is_the_order_taken(self, sessions):
+        queue = queue_of(sessions)
+        told = list(queue.order())
+        assert list(iter(queue.take, None)) == told
+        assert len(told) == len(sessions)
+
+    @given(st.text("abc", max_size=12))
+    def test_no_session_is_more_than_one_ahead_while_others_wait(self, sessions):
+        left = {s: sessions.count(s) for s in set(sessions)}
+        served = dict.fromkeys(left, 0)
+        for session in taken(queue_of(sessions)):
+            served[session] += 1
+            left[session] -= 1
+            assert all(served[session] - served[s] <= 1 for s in left if left[s])
+
+    @given(st.text("abc", max_size=12))
+    def test_first_come_first_served_within_a_session(self, sessions):
+        queue = queue_of(sessions)
+        for session in "abc":
+            own = [item.number for item in queue.order() if item.session == session]
+            assert own == sorted(own)
+
+
+class TestMailbox:
+    def test_only_the_newest_generation_of_each_fit_waits(self):
+        box = Mailbox()
+        for k in range(5):
+            box.put(NewGeneration("a", generation(k)))
+            box.put(NewGeneration("b", generation(10 + k)))
+        told = {e.label: e.generation.number for e in box.take() if isinstance(e, NewGeneration)}
+        assert told == {"a": 4, "b": 14}
+
+    @given(st.lists(st.integers(1, 5)))
+    def test_no_step_is_lost(self, steps):
+        box = Mailbox()
+        for n in steps:
+            box.put(Advanced(n, str(n)))
+            box.put(Queued(n))
+        assert sum(e.n for e in box.take() if isinstance(e, Advanced)) == sum(steps)
+
+    def test_nothing_is_merged_across_a_new_stage(self):
+        box = Mailbox()
+        events: list[Event] = [Advanced(1), Stage("next", 3), Advanced(2)]
+        for event in events:
+            box.put(event)
+        assert box.take() == events
+        assert box.take() == []
+
+
+class TestCourier:
+    def test_events_come_in_order_and_one_at_a_time(self):
+        courier, heard, inside, done = Courier(), [], [], threading.Event()
+
+        def listener(event: Event) -> None:
+            inside.append(1)
+            assert len(inside) == 1
+            assert isinstance(event, Stage)
+            heard.append(event.total)
+            inside.clear()
+            if event.total == 199:
+                done.set()
+
+        address = Address(courier, listener)
+        for k in range(200):
+            address.post(Stage("", k))
+        assert done.wait(PATIENCE)
+        courier.close(1.0)
+        assert heard == list(range(200))
+
+    def test_a_listener_that_fails_hears_the_next_event(self, caplog):
+        courier, heard = Courier(), threading.Event()
+
+        def listener(event: Event) -> None:
+            if isinstance(event, Started):
+                raise RuntimeError("broken page")
+            heard.set()
+
+        address = Address(courier, listener)
+        address.post(Started())
+        address.post(Stage(""))
+        assert heard.wait(PATIENCE)
+        courier.close(1.0)
+        assert "broken page" in caplog.text
+
+    def test_closed_address_is_silent(self):
+        courier, heard = Courier(), []
+        address = Address(courier, heard.append)
+        address.close()
+        address.post(Started())
+        courier.close(1.0)
+        assert heard == []
+
+
+class TestPace:
+    def test_time_left_follows_the_pace_and_leaves_out_pauses(self):
+        clock = [0.0]
+        pace = Pace(lambda: clock[0])
+        pace.stage(10)
+        assert pace.remaining_seconds is None
+        clock[0] = 4.0
+        pace.advance(2)
+        assert pace.remaining_seconds == 16.0
+        pace.pause()
+        clock[0] = 100.0
+        assert pace.remaining_seconds == 16.0
+        pace.resume()
+        clock[0] = 104.0
+        pace.advance(2)
+        assert pace.remaining_seconds == 12.0
+
+    def test_unknown_where_the_stage_has_no_total(self):
+        pace = Pace()
+        pace.advance(3)
+        assert pace.remaining_seconds is None
+
+
+class TestTask:
+    def test_a_task_finds_its_function_again(self):
+        task = Task.of(count, steps=3)
+        assert task.resolve() is count
+
+    def test_wrong_arguments_are_refused_at_once(self):
+        with pytest.raises(TypeError):
+            Task.of(count, stepps=3)

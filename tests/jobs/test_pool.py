@@ -1,0 +1,260 @@
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.errors import InputError
+from flexgui.jobs import (
+    Advanced,
+    Event,
+    Failed,
+    Finished,
+    JobPool,
+    NewGeneration,
+    Paused,
+    PoolSettings,
+    Queued,
+    Resumed,
+    Stage,
+    Started,
+    State,
+    Stopped,
+    Task,
+    WorkerLost,
+)
+from tests.jobs import helpers
+from tests.jobs.conftest import LIGHT
+from tests.jobs.helpers import (
+    MANY,
+    PATIENCE,
+    Listener,
+    count,
+    eventually,
+    process_id,
+    sleep_deaf,
+    task,
+)
+
+RATE = 20.0
+"""Largest number of generations told per second."""
+
+
+def test_a_job_streams_and_finishes(pool):
+    heard = Listener()
+    job = pool.submit("s", task(count, steps=60), heard)
+    assert heard.wait_for(Finished).result == 60
+    assert (job.state, job.result, job.stage) == (State.FINISHED, 60, "Counting")
+    kinds = [type(e) for e in heard.events]
+    assert kinds.index(Queued) < kinds.index(Started) < kinds.index(Stage) < kinds.index(Advanced)
+    assert kinds[-1] is Finished
+    assert sum(e.n for e in heard.of(Advanced)) == 60
+    assert heard.of(Advanced)[-1].text == "60"
+
+
+def test_generations_are_throttled_and_the_last_is_told(pool):
+    heard = Listener()
+    job = pool.submit("s", task(count, steps=200), heard)
+    heard.wait_for(Finished)
+    told = [e.generation.number for e in heard.of(NewGeneration)]
+    assert told == sorted(set(told)) and told[-1] == 200
+    seconds = heard.times[-1] - heard.times[0]
+    assert 3 <= len(told) <= RATE * seconds + 2
+    assert job.latest["count"].number == 200
+
+
+def test_stop_keeps_what_was_found(pool):
+    heard = Listener()
+    job = pool.submit("s", task(count, steps=MANY), heard)
+    heard.wait_for(NewGeneration)
+    job.stop()
+    job.stop()
+    assert 0 < heard.wait_for(Stopped).result < MANY
+    assert job.state is State.STOPPED and job.result == heard.events[-1].result
+
+
+def test_a_task_that_does_not_listen_is_killed_and_its_worker_replaced(pool):
+    heard = Listener()
+    (before,) = pool.worker_pids if eventually(lambda: pool.workers_ready == 1) else ()
+    job = pool.submit("s", task(sleep_deaf, seconds=60.0), heard)
+    heard.wait_for(Stage)
+    job.stop()
+    assert heard.wait_for(Stopped).result is None
+    after = pool.submit("s", task(process_id), Listener())
+    assert after.wait(PATIENCE) and after.result not in (None, before)
+
+
+def test_pause_holds_and_resume_goes_on(pool):
+    heard = Listener()
+    job = pool.submit("s", task(count, steps=300), heard)
+    heard.wait_for(NewGeneration)
+    job.pause()
+    heard.wait_for(Paused)
+    time.sleep(0.3)  # what was under way comes in
+    held, left = job.latest["count"].number, job.remaining_seconds
+    time.sleep(0.3)
+    assert (job.state, job.latest["count"].number) == (State.PAUSED, held)
+    assert job.remaining_seconds == left and left is not None
+    job.resume()
+    heard.wait_for(Resumed)
+    assert heard.wait_for(Finished).result == 300
+
+
+def test_a_paused_job_can_be_stopped(pool):
+    heard = Listener()
+    job = pool.submit("s", task(count, steps=MANY), heard)
+    heard.wait_for(NewGeneration)
+    job.pause()
+    time.sleep(0.2)
+    job.stop()
+    assert heard.wait_for(Stopped).result > 0
+
+
+def test_time_left_is_of_the_right_size(pool):
+    heard = Listener()
+    job = pool.submit("s", task(count, steps=200), heard)
+    assert eventually(lambda: job.stage != "" and sum(e.n for e in heard.of(Advanced)) > 50)
+    left, since = job.remaining_seconds, time.monotonic()
+    heard.wait_for(Finished)
+    assert left is not None
+    # A machine at work is not steady: half or double is still a help to who waits.
+    assert 0.3 < left / (time.monotonic() - since) < 3.0
+    assert job.remaining_seconds is None
+
+
+def test_a_killed_worker_is_told_and_replaced_and_its_job_can_be_restarted(pool):
+    heard = Listener()
+    job = pool.submit("s", task(count, steps=40), heard)
+    heard.wait_for(NewGeneration)
+    (pid,) = pool.worker_pids
+    os.kill(pid, signal.SIGKILL)
+    assert "signal 9" in heard.wait_for(WorkerLost).sentence
+    assert job.state is State.LOST
+    again = job.restart()
+    assert heard.wait_for(Finished).result == 40
+    assert again.state is State.FINISHED
+    assert pool.worker_pids != (pid,)
+
+
+def test_an_idle_worker_that_is_killed_is_replaced(pool):
+    assert eventually(lambda: pool.workers_ready == 1)
+    (pid,) = pool.worker_pids
+    os.kill(pid, signal.SIGKILL)
+    assert eventually(lambda: pool.workers_ready == 1 and pool.worker_pids != (pid,))
+
+
+def test_bad_input_is_one_sentence(pool):
+    heard = Listener()
+    pool.submit("s", task(helpers.refuse), heard)
+    assert heard.wait_for(Failed).sentence == "rig.csv has no column theta2; add it."
+
+
+@pytest.mark.parametrize(
+    ("function", "named"),
+    [(helpers.crash, "ZeroDivisionError: a rig without length"), (helpers.unsendable, "Error")],
+)
+def test_an_unexpected_error_is_a_plain_sentence_and_stands_in_the_log(
+    pool, caplog, function, named
+):
+    heard = Listener()
+    job = pool.submit("s", task(function), heard)
+    sentence = heard.wait_for(Failed).sentence
+    assert sentence.startswith("The test failed unexpectedly (") and named in sentence
+    assert sentence.endswith("details are in the log.") and "\n" not in sentence
+    assert "Traceback" in caplog.text
+    assert job.sentence == sentence
+
+
+def test_arguments_that_no_pipe_carries_are_an_unexpected_error(pool):
+    heard = Listener()
+    pool.submit("s", Task("tests.jobs.helpers:count", {"steps": lambda: 3}), heard)
+    assert "failed unexpectedly" in heard.wait_for(Failed).sentence
+
+
+def test_a_function_that_does_not_exist_is_an_unexpected_error(pool):
+    heard = Listener()
+    pool.submit("s", Task("tests.jobs.helpers:nowhere"), heard)
+    assert "AttributeError" in heard.wait_for(Failed).sentence
+
+
+def test_a_task_that_ends_its_process_is_a_lost_worker(pool):
+    heard = Listener()
+    pool.submit("s", task(helpers.die_quietly), heard)
+    assert "exit code 3" in heard.wait_for(WorkerLost).sentence
+
+
+def test_a_listener_that_fails_harms_nobody(pool):
+    def broken(event: Event) -> None:
+        raise RuntimeError("page gone")
+
+    first = pool.submit("s", task(count, steps=5), broken)
+    second = pool.submit("s", task(count, steps=5), Listener())
+    assert first.wait(PATIENCE) and second.wait(PATIENCE)
+    assert (first.result, second.result) == (5, 5)
+
+
+def test_a_listener_may_use_its_job(pool):
+    heard, jobs = Listener(), []
+
+    def listener(event: Event) -> None:
+        heard(event)
+        if isinstance(event, NewGeneration):
+            jobs[0].stop()
+
+    jobs.append(pool.submit("s", task(count, steps=MANY), listener))
+    assert heard.wait_for(Stopped).result < MANY
+
+
+def test_many_small_jobs_leave_nothing_behind(pool):
+    def handles() -> tuple[int, int]:
+        return len([*Path("/proc/self/fd").iterdir()]), threading.active_count()
+
+    assert pool.submit("s", task(count, steps=1), Listener()).wait(PATIENCE)
+    before = handles()
+    jobs = [pool.submit("s", task(count, steps=1), Listener()) for _ in range(50)]
+    assert all(job.wait(PATIENCE) and job.result == 1 for job in jobs)
+    assert handles() == before
+    assert not pool.waiting and not pool._active
+
+
+def test_a_worker_is_replaced_after_its_share_of_jobs():
+    with JobPool(1, PoolSettings(recycle_after=2, warm_up=None)) as pool:
+        jobs = [pool.submit("s", task(process_id), Listener()) for _ in range(4)]
+        assert all(job.wait(PATIENCE) for job in jobs)
+    pids = [job.result for job in jobs]
+    assert pids[0] == pids[1] != pids[2] == pids[3]
+
+
+def test_workers_that_never_start_are_told_instead_of_waited_for(caplog):
+    settings = PoolSettings(warm_up="tests.jobs.helpers:never_there")
+    with JobPool(1, settings) as pool:
+        heard = Listener()
+        pool.submit("s", task(count, steps=1), heard)
+        assert "No worker process can be started" in heard.wait_for(Failed).sentence
+    assert "could not be started (exit code 4)" in caplog.text
+
+
+def test_a_warm_up_that_fails_stands_in_the_log_and_the_worker_works(caplog):
+    with JobPool(1, PoolSettings(warm_up="tests.jobs.helpers:never_warm")) as pool:
+        job = pool.submit("s", task(count, steps=3), Listener())
+        assert job.wait(PATIENCE) and job.result == 3
+    assert "no warmth" in caplog.text
+
+
+def test_nothing_is_accepted_after_the_end():
+    pool = JobPool(1, LIGHT)
+    pool.close()
+    pool.close()
+    with pytest.raises(InputError, match="closed"):
+        pool.submit("s", task(count, steps=1), Listener())
+
+
+def test_results_carry_arrays(pool):
+    job = pool.submit("s", Task("tests.jobs.helpers:sevens", {"size": 100_000}), Listener())
+    assert job.wait(PATIENCE)
+    np.testing.assert_array_equal(job.result, np.full(100_000, 7.0))

@@ -1,0 +1,98 @@
+"""The real tasks, in a warm worker."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.progress import Silent
+from core.results import Outcome
+from flexgui.jobs import Failed, Finished, NewGeneration, Stopped, Task
+from flexgui.jobs.tasks.export import export
+from flexgui.jobs.tasks.identify import identify
+from flexgui.jobs.tasks.simulate import simulate
+from tests.jobs.helpers import PATIENCE, Listener
+
+SCENARIO = """
+title = "Two points"
+[arm]
+preset = "paper"
+[drive]
+kind = "velocity_loop"
+gains = [60.0, 30.0]
+[[recordings]]
+simulate = {theta2 = 1.2, seconds = 0.3, seed = 1, snr_db = 20}
+[[recordings]]
+simulate = {theta2 = 2.0, seconds = 0.3, seed = 2, snr_db = 20}
+[identify]
+parameters = ["epsilon", "d"]
+population = 12
+generations = 8
+"""
+
+
+def same(a: object, b: object) -> bool:
+    """Equal to the last digit, field by field; seconds apart, which no two runs share."""
+    if is_dataclass(a) and type(a) is type(b):
+        names = [f.name for f in fields(a) if f.name != "seconds"]
+        return all(same(getattr(a, n), getattr(b, n)) for n in names)
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, np.ndarray | float):
+        return bool(np.array_equal(a, b, equal_nan=True))  # type: ignore[arg-type]
+    return a == b
+
+
+@pytest.fixture(scope="module")
+def here() -> Outcome:
+    return identify(SCENARIO, progress=Silent())
+
+
+def test_a_worker_finds_what_this_process_finds(warm_pool, here):
+    heard = Listener()
+    warm_pool.submit("s", Task.of(identify, "The fit", scenario_toml=SCENARIO), heard)
+    found = heard.wait_for(Finished).result
+    assert same(found, here)
+    assert heard.of(NewGeneration)[-1].generation.number == 8
+
+
+def test_a_stopped_identification_gives_its_best(warm_pool):
+    heard = Listener()
+    long = SCENARIO.replace("generations = 8", "generations = 100000")
+    job = warm_pool.submit("s", Task.of(identify, "The fit", scenario_toml=long), heard)
+    heard.wait_for(NewGeneration)
+    assert job.remaining_seconds is None or job.remaining_seconds > 0.0
+    job.stop()
+    outcome = heard.wait_for(Stopped).result
+    assert outcome.fits[0].stopped
+    assert 0 < len(outcome.fits[0].convergence) < 100000
+    assert all(np.isfinite(e.value) for e in outcome.fits[0].estimates)
+
+
+def test_a_wrong_scenario_is_one_sentence(warm_pool):
+    heard = Listener()
+    wrong = SCENARIO.replace('"epsilon", "d"', '"epsilonn"')
+    warm_pool.submit("s", Task.of(identify, "The fit", scenario_toml=wrong), heard)
+    sentence = heard.wait_for(Failed).sentence
+    assert "epsilonn" in sentence and "\n" not in sentence
+
+
+def test_recordings_are_made_in_the_worker(warm_pool):
+    job = warm_pool.submit("s", Task.of(simulate, scenario_toml=SCENARIO), Listener())
+    assert job.wait(PATIENCE)
+    assert [len(r.time) for r in job.result] == [300, 300]
+    assert job.result[0].has("ydot1", "theta2", "dtheta1_ref")
+
+
+def test_the_report_is_of_the_outcome_given(warm_pool, here, tmp_path: Path):
+    out = tmp_path / "report"
+    task = Task.of(export, outcome=here, scenario_toml=SCENARIO, out=str(out))
+    job = warm_pool.submit("s", task, Listener())
+    assert job.wait(PATIENCE), job.sentence
+    assert job.result == str(out)
+    assert (out / "report.html").is_file()
+    assert json.loads((out / "result.json").read_text())["title"] == "Two points"

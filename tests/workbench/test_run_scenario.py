@@ -1,0 +1,143 @@
+"""From a scenario to its outcome: roles, methods, variants, notes."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.errors import InputError
+from core.progress import Silent
+from core.results import Outcome
+from core.scenario.read import parse_scenario
+from core.scenario.schema import Scenario
+from core.workbench import MEAN_LABEL, run_scenario
+
+BASE = """
+title = "small"
+[arm]
+preset = "paper"
+[drive]
+gains = [60.0, 30.0]
+[identify]
+parameters = ["EI"]
+output = "ydot"
+generations = 0
+METHOD
+[[recordings]]
+name = "a"
+simulate = {theta2 = 0.8, seconds = 0.4, level = "lpv", snr_db = 20}
+[[recordings]]
+name = "b"
+simulate = {theta2 = 1.6, seconds = 0.4, level = "lpv", snr_db = 20, seed = 2}
+[[recordings]]
+name = "c"
+role = "validate"
+simulate = {theta2 = 2.2, seconds = 0.4, level = "lpv", seed = 3}
+[[compare]]
+title = "soft"
+arm = {young_modulus = 0.5e9}
+identify = false
+[[compare]]
+title = "two modes"
+arm = {modes = 2}
+"""
+
+EI = 1e9 * 0.05**4 / 12.0
+
+
+def scenario(method: str = "") -> Scenario:
+    return parse_scenario(BASE.replace("METHOD", method), "small.toml")
+
+
+@cache
+def outcome(method: str = "") -> Outcome:
+    return run_scenario(scenario(method))
+
+
+def test_a_glocal_fit_uses_the_estimation_recordings_only():
+    found = outcome()
+    assert len(found.fits) == 1
+    assert found.fits[0].recordings == ("a", "b")
+    assert [c.role for c in found.comparisons] == ["estimate", "estimate", "validate"]
+    assert {c.fit_label for c in found.comparisons} == {found.fits[0].label}
+
+
+def test_local_fits_are_one_per_recording_and_validation_takes_their_mean():
+    found = outcome('method = "local"')
+    assert [f.recordings for f in found.fits] == [("a",), ("b",)]
+    labels = [c.fit_label for c in found.comparisons]
+    assert labels == ["a", "b", MEAN_LABEL]
+
+
+def test_validation_is_predicted_well_by_what_was_identified():
+    validation = outcome().comparisons[2]
+    fitted = [c for c in validation.channels if c.fitted]
+    assert all(c.fit_percent > 99.0 for c in fitted)
+
+
+def test_the_descriptor_model_holds_the_estimate():
+    found = outcome()
+    value = found.fits[0].estimates[0].value
+    stiffness = [x for x in found.model.A_terms.ravel() if x < 0.0]
+    assert value == pytest.approx(EI, rel=0.02)
+    assert any(x == pytest.approx(-4.0 * value * 0.5) for x in stiffness)
+
+
+def test_a_variant_at_its_stated_values_is_not_fitted():
+    soft, modes = outcome().variants
+    assert soft.estimates == ()
+    assert [e.name for e in modes.estimates] == ["EI"]
+    base = outcome().comparisons[0].channels[0].rms
+    assert soft.comparisons[0].channels[0].rms > 2.0 * base
+
+
+def test_what_was_done_is_said():
+    text = " ".join(outcome().notes)
+    assert "Compared output: ydot" in text
+    assert "linear parameter-varying" in text
+
+
+def test_seconds_of_each_kind_of_work_are_told():
+    assert {"load", "identify", "compare"} <= outcome().seconds.keys()
+    assert all(s >= 0.0 for s in outcome().seconds.values())
+
+
+class Stopped(Silent):
+    """Stopped from the beginning."""
+
+    def stopped(self) -> bool:
+        return True
+
+
+def test_a_stopped_run_still_has_an_outcome():
+    spec = scenario().model_copy(
+        update={"identify": scenario().identify.model_copy(update={"generations": 30})}
+    )
+    found = run_scenario(spec, progress=Stopped())
+    assert found.fits[0].stopped
+    assert len(found.fits[0].convergence) <= 1
+    assert len(found.comparisons) == 3
+    assert np.isfinite(found.comparisons[0].channels[0].rms)
+
+
+def test_offsets_of_a_validation_recording_are_fitted_to_it_alone():
+    changed = scenario().identify.model_copy(update={"offsets": ("ydot1",)})
+    found = run_scenario(scenario().model_copy(update={"identify": changed, "compare": ()}))
+    assert "Fitted to this recording alone: offset_ydot1." in found.comparisons[2].note
+    assert {e.recording for e in found.fits[0].estimates} == {None, "a", "b"}
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        ({"recordings": ()}, "no \\[\\[recordings\\]\\]"),
+        ({"model": {"effects": ({"id": "coulomb_friction"},)}}, "not available"),
+    ],
+)
+def test_what_cannot_be_run_is_refused(change, words):
+    document = {**scenario().model_dump(exclude_defaults=True), **change}
+    with pytest.raises(InputError, match=words):
+        run_scenario(Scenario.model_validate(document), folder=Path())
