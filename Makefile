@@ -1,6 +1,6 @@
-# FlexGUI: `make run` makes a report, `make test` checks everything.
+# FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run test bench lint format clean chromium
+.PHONY: help run report test long load bench lint format clean chromium
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -11,22 +11,34 @@ OUT ?= reports/$(basename $(notdir $(SCENARIO)))
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
 help:
-	@echo "make run     a report from $(SCENARIO) (SCENARIO=... OUT=... for another)"
+	@echo "make run     the workbench in the browser"
+	@echo "make report  a report from $(SCENARIO) (SCENARIO=... OUT=... for another)"
 	@echo "make test    ruff, mypy and the tests"
+	@echo "make long    the studies that take minutes: many seeds, whole recordings of real rigs"
+	@echo "make load    thirty browsers for three minutes"
 	@echo "make bench   how fast and how exact it is on this machine"
 	@echo "make lint    ruff and mypy only"
 	@echo "make format  let ruff put the code in order"
 	@echo "make clean   remove what was made, the virtual environment too"
 
 run: $(VENV)/.installed
+	@$(BIN)/flexgui serve
+
+report: $(VENV)/.installed
 	@$(BIN)/flexgui export $(SCENARIO) --out $(OUT)
 	@echo "The report lies in $(OUT)/report.html"
 
-bench: $(VENV)/.installed
+bench: $(VENV)/.installed-test
 	@$(BIN)/flexgui bench
 
 test: lint chromium
 	@$(BIN)/python -m pytest -n 2
+
+long: $(VENV)/.installed-test
+	@$(BIN)/python -m pytest -n 2 -m long --ignore tests/server
+
+load: $(VENV)/.installed-test
+	@$(BIN)/python -m pytest -m long -s tests/server
 
 lint: $(VENV)/.installed-test
 	@$(BIN)/ruff check .

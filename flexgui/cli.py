@@ -69,6 +69,41 @@ def export(
 
 
 @app.command()
+def serve(
+    host: Annotated[
+        str | None, typer.Option(help="Address to listen on; this machine only by default.")
+    ] = None,
+    port: Annotated[int, typer.Option(help="Port; the next free one where it is busy.")] = 8080,
+    data: Annotated[Path | None, typer.Option(help="Folder of the recordings.")] = None,
+    scenario: Annotated[Path | None, typer.Option(help="What each session starts with.")] = None,
+    demo: Annotated[
+        bool, typer.Option("--demo", help="Others follow the teacher's stage.")
+    ] = False,
+    lan: Annotated[
+        bool, typer.Option("--lan", help="Open to the local network, with a join code.")
+    ] = False,
+    join_code: Annotated[
+        str | None, typer.Option(help="The class's code (with --lan); made up where missing.")
+    ] = None,
+    origin: Annotated[
+        list[str] | None, typer.Option(help="Another address of the page, as behind a proxy.")
+    ] = None,
+    workers: Annotated[int, typer.Option(help="Identifications at the same time.")] = 2,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
+) -> None:
+    """Open the workbench in the browser, until Ctrl-C."""
+    with _plain_words():
+        from flexgui.server.options import ServeOptions
+        from flexgui.server.serve import serve as run_server
+
+        options = ServeOptions(
+            host, port, data, scenario, demo, lan, join_code, tuple(origin or ()), workers,
+            browser=not no_browser,
+        )  # fmt: skip
+        run_server(options, typer.echo)
+
+
+@app.command()
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="Fewer repetitions.")] = False,
 ) -> None:

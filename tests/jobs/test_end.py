@@ -20,12 +20,14 @@ CLOSED_WITHIN = 5.0
 """s, what a person waits after Ctrl-C."""
 
 SERVER = """
-import os, sys, time
+import os, signal, sys, time
 from flexgui.jobs import JobPool
 from tests.jobs.conftest import LIGHT
 from tests.jobs.helpers import Listener, eventually, sleep_deaf, task
 
 if __name__ == "__main__":
+    # A shell that starts the tests in the background lets its children ignore Ctrl-C.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     pool = JobPool(2, LIGHT)
     job = pool.submit("s", task(sleep_deaf, seconds=60.0), Listener())
     assert eventually(lambda: pool.workers_ready == 2 and job.stage)

@@ -1,0 +1,113 @@
+"""The page of one browser: stages on the right, their plots on the left, the arm between them."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import viser
+
+from core.plugins import classes_of
+from flexgui.panels.desk import Desk
+from flexgui.panels.painter import Painter
+from flexgui.panels.panel import Panel
+from flexgui.panels.scene import Scene
+from flexgui.panels.stagebar import StageBar
+from flexgui.panels.timeline import TimeLine
+from flexgui.session import Services, Session, Topic
+from flexgui.session.state import STAGES
+
+CURSOR_INTERVAL = 0.12
+"""s: a plot is sent whole each time."""
+
+FOLLOWER = "follower"
+"""The role of who watches a demo."""
+
+RIGHT, LEFT = 400, 560
+"""px; at 1600 the arm keeps 640."""
+
+
+def build_page(
+    client: viser.ClientHandle, session: Session, services: Services, read_only: bool = False
+) -> Page:
+    """Builds everything from the session's state; a follower's page is `read_only`."""
+    demo = getattr(services, "demo", None)
+    follows = demo is not None and demo.role(client) == FOLLOWER
+    return Page(Desk(client, session, services, read_only or follows))
+
+
+class Page:
+    """Lives as long as the browser's connection."""
+
+    def __init__(self, desk: Desk) -> None:
+        self.desk = desk
+        gui = desk.gui
+        gui.set_panel_label("FlexGUI")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(RIGHT)
+        kinds = classes_of("flexgui.panels", Panel)
+        self._panels: dict[str, Panel] = {stage: kinds[stage](desk) for stage in STAGES}
+        self._folders: dict[str, tuple[Any, Any]] = {}
+        self._bar = StageBar(desk)
+        self._cursor_drawn = 0.0
+        self._left = gui.add_panel()
+        self._build(gui)
+        self._left.dock_left()
+        self._left.set_width(LEFT)
+        self._scene = Scene(desk)
+        self._timeline = TimeLine(desk)
+        self._painter = Painter(self._draw)
+        self._end = desk.session.subscribe(self._painter.mark)
+        for topic in Topic:
+            self._painter.mark(topic)
+        if desk.session.view is None:
+            desk.session.refresh_live()
+        if desk.session.playback is None:
+            desk.session.refresh_playback()
+
+    def close(self) -> None:
+        """Stops drawing; the session lives on."""
+        self._end()
+        self._painter.close()
+        self._timeline.close()
+        self._scene.close()
+
+    def _cursor_is_due(self) -> bool:
+        """While it plays the arm moves at every frame, plots and slider less often."""
+        now = time.monotonic()
+        due = not self.desk.session.cursor.playing or now - self._cursor_drawn > CURSOR_INTERVAL
+        self._cursor_drawn = now if due else self._cursor_drawn
+        return due
+
+    def _build(self, gui: viser.GuiApi) -> None:
+        controls = {}
+        for stage, panel in self._panels.items():
+            controls[stage] = gui.add_folder(None, visible=stage == self.desk.session.stage)
+            with controls[stage]:
+                panel.build_controls()
+        with self._left.add_tab("Plots"):
+            for stage, panel in self._panels.items():
+                folder = gui.add_folder(None, visible=stage == self.desk.session.stage)
+                with folder:
+                    panel.build_plots()
+                self._folders[stage] = (controls[stage], folder)
+
+    def _draw(self, topics: frozenset[Topic]) -> None:
+        session = self.desk.session
+        shown = self._panels[session.stage]
+        with self.desk.client.atomic():
+            if Topic.STAGE in topics:
+                for stage, folders in self._folders.items():
+                    for folder in folders:
+                        folder.visible = stage == session.stage
+            if topics & {Topic.STAGE, Topic.MESSAGE}:
+                self._bar.refresh()
+            self._scene.draw(topics)
+            if Topic.STAGE in topics or topics & shown.topics:
+                shown.refresh()
+            if topics & {Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME} and self._cursor_is_due():
+                self._timeline.refresh()
+                shown.move_cursor()
+            if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN}:
+                for sync in self.desk.syncs:
+                    sync()

@@ -1,0 +1,110 @@
+"""First stage: the arm under the sliders."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from flexgui.panels import widgets
+from flexgui.panels.arm_sliders import ArmSliders
+from flexgui.panels.panel import Panel
+from flexgui.panels.plot import Plot
+from flexgui.panels.words import Words, joined, paragraph
+from flexgui.session import Topic
+from flexgui.views.frequency_response import frequency_response
+from flexgui.views.html import html_equations, html_matrices, html_table
+from flexgui.views.matrices import affine, matrices
+from flexgui.views.mode_table import mode_table
+from flexgui.views.noisy_step import noisy_step
+from flexgui.views.poles import poles
+
+NO_NOISE_DB = 60
+"""The slider's end: no noise at all."""
+
+STILL, MODES = "none", 6
+
+ABOUT = "Move a slider: the arm, its poles and its responses follow at once."
+
+
+class ArmPanel(Panel):
+    """Sliders on the right; step, frequency response and poles on the left."""
+
+    kind: ClassVar[str] = "Arm"
+    topics: ClassVar[frozenset[Topic]] = frozenset({Topic.LIVE})
+
+    def build_controls(self) -> None:
+        desk, session = self.desk, self.desk.session
+        self._title = Words(desk.gui)
+        self._shown_equations: object = None
+        self._is_dark = False
+        first = desk.gui.add_folder(None)
+        widgets.slider(
+            desk, "SNR [dB]", (0, NO_NOISE_DB, 1), self._snr, self._put_snr,
+            "Noise of the simulated experiments; at the right end there is none.",
+        )  # fmt: skip
+        widgets.slider(
+            desk, "Exaggerate", (1, 50, 1), lambda: session.live.exaggeration,
+            lambda v: session.set_live(exaggeration=v), "The deflection is drawn so much larger.",
+        )  # fmt: skip
+        self._next = widgets.button(
+            desk, "Next: take measurements", lambda: session.show("Data"), prominent=True
+        )
+        widgets.choice(
+            desk, "Vibration", (STILL, *(f"mode {k + 1}" for k in range(MODES))), self._mode,
+            self._put_mode, "Plays a mode of this posture, slowly.",
+        )  # fmt: skip
+        self._modes = Words(desk.gui)
+        with desk.gui.add_folder("More about the arm", expand_by_default=False):
+            more = desk.gui.add_folder(None)
+            widgets.switch(desk, "Dark page", lambda: self._is_dark, self._dark)
+        self._sliders = ArmSliders(desk, first, more)
+        with desk.gui.add_folder("Equations of this model", expand_by_default=False):
+            self._equations = Words(desk.gui)
+        with desk.gui.add_folder("Matrices E0, E1, A, B", expand_by_default=False):
+            self._matrices = Words(desk.gui)
+
+    def _dark(self, dark: bool) -> None:
+        self._is_dark = dark
+        self.desk.gui.configure_theme(dark_mode=dark, show_share_button=False, show_logo=False)
+        for tell in self.desk.darkened:
+            tell(dark)
+
+    def _mode(self) -> str:
+        mode = self.desk.session.live.mode
+        return STILL if mode is None else f"mode {mode + 1}"
+
+    def _put_mode(self, text: str) -> None:
+        self.desk.session.set_live(mode=None if text == STILL else int(text.split()[1]) - 1)
+
+    def _snr(self) -> float:
+        snr = self.desk.session.live.snr_db
+        return NO_NOISE_DB if snr is None else snr
+
+    def _put_snr(self, value: float) -> None:
+        snr = None if value >= NO_NOISE_DB else float(value)
+        self.desk.session.set_noise(snr)
+
+    def build_plots(self) -> None:
+        gui = self.desk.gui
+        self._about = Words(gui, paragraph(ABOUT, "soft"))
+        self._step = Plot(gui, 0.46, "Step")
+        self._response = Plot(gui, 0.46, "Gain")
+        self._poles = Plot(gui, 0.46, "Poles")
+
+    def refresh(self) -> None:
+        session, view = self.desk.session, self.desk.session.view
+        self._title.show(paragraph(session.scenario.title, "lead"))
+        self._sliders.refresh()
+        if view is None:
+            return
+        self._step.show(noisy_step(view.step, view.noise))
+        self._response.show(frequency_response(view.frequency))
+        self._poles.show(poles(view.at.poles, view.modes, view.clamped))
+        self._modes.show(html_table(mode_table(view.modes)))
+        described = view.descriptor
+        if view.equations is not self._shown_equations:
+            self._shown_equations = view.equations
+            self._equations.show(html_equations(view.equations))
+        sums = joined(
+            paragraph(affine("E", described.basis)), paragraph(affine("A", described.A_basis))
+        )
+        self._matrices.show(joined(sums, html_matrices(matrices(described))))

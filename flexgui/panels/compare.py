@@ -1,0 +1,156 @@
+"""Fourth stage: measured against modelled, recording by recording."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from core.results import RecordingComparison
+from flexgui.panels import widgets
+from flexgui.panels.panel import Panel
+from flexgui.panels.plot import Plot
+from flexgui.panels.words import Words, joined, paragraph
+from flexgui.session import Topic
+from flexgui.views.fit_table import ROLES, fit_table, in_unit
+from flexgui.views.html import html_table
+from flexgui.views.live_comparison import live_comparison
+from flexgui.views.live_fit import live_fit
+from flexgui.views.names import channel_symbol
+from flexgui.views.numbers import format_percent
+from flexgui.views.pooled import VALIDATE
+from flexgui.views.table import Row, Table
+
+NONE = "nothing to compare yet"
+ALL = "all fitted outputs"
+EMPTY = (
+    "After an identification this shows, for every recording and output, the measurement, the "
+    "model and what is left between them, and the FIT of each recording as a bar."
+)
+
+
+class ComparePanel(Panel):
+    """Choices and the table of errors on the right; signals, residuals and FIT on the left."""
+
+    kind: ClassVar[str] = "Compare"
+    topics: ClassVar[frozenset[Topic]] = frozenset({Topic.OUTCOME, Topic.RECORDINGS})
+
+    def build_controls(self) -> None:
+        desk, session = self.desk, self.desk.session
+        self._said = Words(desk.gui)
+        self._shown_output = ALL
+        self._choice = widgets.choice(desk, "Recording", (NONE,), self._name, self._chosen)
+        self._output = widgets.choice(
+            desk, "Output", (ALL,), lambda: self._shown_output, self._picked
+        )
+        self._sweep = widgets.button(desk, "Show the validation", self._validation)
+        self._back = widgets.button(
+            desk, "Identify first", lambda: session.show("Identify"), prominent=True
+        )
+        self._next = widgets.button(
+            desk, "Next: export", lambda: session.show("Export"), prominent=True
+        )
+        self._table = Words(desk.gui)
+
+    def build_plots(self) -> None:
+        gui = self.desk.gui
+        self._about = Words(gui)
+        self._signals, self._bars = Plot(gui, 0.98), Plot(gui, 0.33)
+
+    @property
+    def _comparisons(self) -> tuple[RecordingComparison, ...]:
+        outcome = self.desk.session.outcome
+        return () if outcome is None else outcome.comparisons
+
+    def _current(self) -> RecordingComparison | None:
+        name = self.desk.session.cursor.recording
+        found = [c for c in self._comparisons if c.recording == name]
+        return next(iter(found or self._comparisons), None)
+
+    def _name(self) -> str:
+        current = self._current()
+        return NONE if current is None else current.recording
+
+    def refresh(self) -> None:
+        current = self._current()
+        known = current is not None
+        self._back.visible, self._next.visible = not known, known
+        self._sweep.visible = any(c.role == VALIDATE for c in self._comparisons)
+        names = tuple(dict.fromkeys(c.recording for c in self._comparisons)) or (NONE,)
+        _offer(self._choice, names, current.recording if current else NONE)
+        if current is None:
+            self._about.show(paragraph(EMPTY, "soft"))
+            for each in (self._signals, self._bars):
+                each.show(None)
+            self._said.show(paragraph("Nothing was identified yet.", "lead"))
+            self._table.show("")
+            return
+        outputs = (ALL, *(c.channel for c in current.channels))
+        self._shown_output = self._shown_output if self._shown_output in outputs else ALL
+        _offer(self._output, outputs, self._shown_output)
+        self._about.show(paragraph(_title(current), "lead"))
+        self._signals.show(live_comparison(current, self._channels(current)), self._cursor())
+        self._bars.show(live_fit(self._comparisons))
+        self._said.show(joined(*(paragraph(t) for t in _quality(current))))
+        self._table.show(html_table(_short(fit_table(self._comparisons))))
+
+    def _channels(self, current: RecordingComparison) -> tuple[str, ...]:
+        fitted = tuple(c.channel for c in current.channels if c.fitted)
+        return fitted if self._shown_output == ALL else (self._shown_output,)
+
+    def _cursor(self) -> float | None:
+        session, current = self.desk.session, self._current()
+        if current is None or not current.channels:
+            return None
+        return float(current.channels[0].time[0]) + session.cursor.time
+
+    def move_cursor(self) -> None:
+        self._signals.move_cursor(self._cursor())
+
+    def _chosen(self, name: str) -> bool:
+        if name == NONE:
+            return False
+        self.desk.session.set_cursor(recording=name, time=0.0)
+        return True
+
+    def _picked(self, name: str) -> bool:
+        self._shown_output = name
+        self.refresh()
+        return True
+
+    def _validation(self) -> None:
+        found = next((c for c in self._comparisons if c.role == VALIDATE), None)
+        if found is not None:
+            self.desk.session.set_cursor(recording=found.recording, time=0.0, playing=True)
+
+
+def _offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:
+    if dropdown.options != options:
+        dropdown.options = options
+    if dropdown.value != value:
+        dropdown.value = value
+
+
+def _title(c: RecordingComparison) -> str:
+    return f"{c.recording}, {ROLES.get(c.role, c.role)}, fit of {c.fit_label}"
+
+
+def _quality(c: RecordingComparison) -> list[str]:
+    fits = [
+        f"{format_percent(k.fit_percent)} % in {channel_symbol(k.channel)}"
+        for k in c.channels
+        if k.fitted
+    ]
+    said = [f"{c.recording}: FIT {', '.join(fits)}."]
+    if c.tip_rms is not None:
+        said.append(f"The model misses the measured tip by {in_unit(c.tip_rms, 'm')} rms.")
+    return [*said, c.note] if c.note else said
+
+
+def _short(table: Table) -> Table:
+    """The fitted outputs, with what fits beside the arm: recording, output, FIT, rms."""
+    kept = (0, 2, 3, 4)
+
+    def cut(row: Row) -> Row:
+        return Row(tuple(row.cells[k] for k in kept), row.strong)
+
+    rows = tuple(cut(row) for row in table.rows if not row.cells[2].endswith("*"))
+    return Table(tuple(table.columns[k] for k in kept), rows, "The report holds every output.")

@@ -1,0 +1,128 @@
+"""Last stage: take the work away."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ClassVar
+
+from core.errors import InputError
+from flexgui.export.model_files import as_json, write_mat
+from flexgui.export.strict_json import dumps
+from flexgui.panels import widgets
+from flexgui.panels.panel import Panel
+from flexgui.panels.words import Words, joined, paragraph
+from flexgui.session import Topic
+from flexgui.session.bundle import scenario_file, zipped_folder
+from flexgui.session.uploads import safe_name
+from flexgui.stage.playback import playback_html
+from flexgui.views.html import html_equations
+from flexgui.views.summary import summary
+
+ALWAYS = "The scenario can be saved at any time; all else needs a result: identify first."
+READY = "All of these are of the last result, the scenario that led to it included."
+EMPTY = "After an identification this shows what the report says, and the equations of its model."
+
+
+class ExportPanel(Panel):
+    """Buttons that download, on the right; a summary of what is in the files on the left."""
+
+    kind: ClassVar[str] = "Export"
+    topics: ClassVar[frozenset[Topic]] = frozenset({Topic.OUTCOME, Topic.RUN, Topic.SCENARIO})
+
+    def build_controls(self) -> None:
+        desk = self.desk
+        self._said = Words(desk.gui)
+        self._report = widgets.button(
+            desk, "Report (HTML)", lambda: self._from_export("report.html"), prominent=True
+        )
+        self._needs: list[Any] = [self._report]
+        self._scenario = widgets.button(
+            desk, "Scenario file", self._save_scenario,
+            hint="What `flexgui export` runs; with your recordings in one zip.",
+        )  # fmt: skip
+        wishes: dict[str, Callable[[], object]] = {
+            "All tables (zip)": lambda: self._from_export("tables"),
+            "Everything (zip)": lambda: self._from_export(""),
+            "Model for MATLAB (.mat)": self._save_mat,
+            "Model (.json)": self._save_json,
+            "3-D playback (HTML)": self._save_playback,
+        }
+        for label, action in wishes.items():
+            self._needs.append(widgets.button(desk, label, action))
+        self._bar = desk.gui.add_progress_bar(100.0, visible=False, animated=True)
+
+    def build_plots(self) -> None:
+        self._about = Words(self.desk.gui)
+
+    def refresh(self) -> None:
+        session = self.desk.session
+        outcome, run = session.outcome, session.run
+        for each in self._needs:
+            each.disabled = outcome is None or run.busy or self.desk.read_only
+        self._bar.visible = run.busy
+        writing = run.busy and run.kind == "report"
+        self._said.show(paragraph(self._sentence(writing), "soft"))
+        if outcome is None:
+            self._about.show(paragraph(EMPTY, "soft"))
+            return
+        texts = (paragraph(text) for text in summary(outcome))
+        head = paragraph(outcome.title, "lead")
+        self._about.show(joined(head, *texts, html_equations(outcome.equations)))
+
+    def _sentence(self, writing: bool) -> str:
+        if writing:
+            return "Writing the report …"
+        return ALWAYS if self.desk.session.outcome is None else READY
+
+    def _name(self, ending: str) -> str:
+        outcome = self.desk.session.outcome
+        title = outcome.title if outcome is not None else self.desk.session.scenario.title
+        return f"{safe_name(title).replace(' ', '_')}{ending}"
+
+    def _send(self, name: str, content: bytes) -> None:
+        self.desk.client.send_file_download(name, content, save_immediately=True)
+        self.desk.session.say(f"{name} was sent to your browser.")
+
+    def _save_scenario(self) -> None:
+        session = self.desk.session
+        scenario = session.outcome_of if session.outcome is not None else session.scenario
+        try:
+            self._send(*scenario_file(scenario or session.scenario, session.folder))
+        except InputError as error:
+            session.say(str(error), bad=True)
+
+    def _from_export(self, what: str) -> None:
+        def written(folder: Path) -> None:
+            path = folder / what
+            if path.is_dir():
+                ending = f"_{what}.zip" if what else ".zip"
+                self._send(self._name(ending), zipped_folder(path))
+            else:
+                self._send(self._name(f"_{what}"), path.read_bytes())
+
+        self.desk.session.report(self.desk.services, written)
+
+    def _save_mat(self) -> None:
+        outcome = self.desk.session.outcome
+        if outcome is None:
+            return
+        with tempfile.TemporaryDirectory() as room:
+            path = Path(room) / "model.mat"
+            write_mat(outcome.model, path)
+            self._send(self._name("_model.mat"), path.read_bytes())
+
+    def _save_json(self) -> None:
+        outcome = self.desk.session.outcome
+        if outcome is not None:
+            self._send(self._name("_model.json"), dumps(as_json(outcome.model)).encode())
+
+    def _save_playback(self) -> None:
+        session = self.desk.session
+        shown = session.playback
+        if shown is None:
+            session.say("There is no recording to play; choose one first.", bad=True)
+            return
+        page = playback_html(shown.motion, shown.ghost, session.live.exaggeration)
+        self._send(self._name("_playback.html"), page.encode())

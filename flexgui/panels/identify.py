@@ -1,0 +1,202 @@
+"""Third stage: the search, streaming while it runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, ClassVar
+
+from markupsafe import Markup
+
+from core.errors import InputError
+from core.workbench import base_model
+from flexgui.panels import widgets
+from flexgui.panels.chosen import ChosenParameters
+from flexgui.panels.panel import Panel
+from flexgui.panels.plot import Plot
+from flexgui.panels.words import Words, joined, paragraph
+from flexgui.session import Topic
+from flexgui.session.edit import put
+from flexgui.session.identified import noisy, paper_points, stated
+from flexgui.session.run import PAUSED, QUEUED, RUNNING, STOPPING
+from flexgui.views.html import html_table
+from flexgui.views.live_fit import live_fit
+from flexgui.views.live_parameters import live_parameters
+from flexgui.views.live_search import History, Searched, live_convergence, live_plane
+from flexgui.views.names import plain_symbol
+from flexgui.views.paper_table import paper_table
+from flexgui.views.parameters import parameters
+from flexgui.views.summary import summary
+from flexgui.views.table import Table
+
+METHODS = ("glocal", "local")
+OUTPUTS = ("automatic", "ydot", "y", "z", "encoder", "deflection", "torque")
+EMPTY = (
+    "Press Start: the cost per generation, the population in the plane of ε and d, the parameters "
+    "and the FIT of every recording appear here while the search runs."
+)
+
+
+class IdentifyPanel(Panel):
+    """Settings and progress on the right; what the search finds on the left."""
+
+    kind: ClassVar[str] = "Identify"
+    topics: ClassVar[frozenset[Topic]] = frozenset({Topic.SCENARIO, Topic.RUN, Topic.OUTCOME})
+
+    def build_controls(self) -> None:
+        desk, session, gui = self.desk, self.desk.session, self.desk.gui
+        self._state = Words(gui)
+        self._bar: Any = gui.add_progress_bar(0.0, visible=False)
+        self._start = widgets.button(
+            desk, "Start identification", lambda: session.identify(desk.services), prominent=True
+        )
+        self._pause = widgets.button(desk, "Pause", session.pause)
+        self._resume = widgets.button(desk, "Go on", session.resume, prominent=True)
+        self._stop = widgets.button(desk, "Stop", session.stop)
+        self._next = widgets.button(
+            desk, "Next: compare model and measurements", lambda: session.show("Compare"),
+            prominent=True,
+        )  # fmt: skip
+        self._summary = Words(gui)
+        with gui.add_folder("What is fitted"):
+            widgets.choice(
+                desk, "Method", METHODS, lambda: session.scenario.identify.method,
+                lambda v: session.change(put(("identify", "method"), v)),
+                "glocal: one fit over all recordings; local: one for each.",
+            )  # fmt: skip
+            widgets.choice(
+                desk, "Output", OUTPUTS, self._output, self._put_output,
+                "What of the recordings is compared with the model.",
+            )  # fmt: skip
+            self._chosen = ChosenParameters(desk)
+        with gui.add_folder("How it is searched", expand_by_default=False):
+            self._whole("Population", "population", 4, 300)
+            self._whole("Generations", "generations", 0, 10_000)
+            self._whole("Seed", "seed", 0, 2**31)
+            widgets.switch(
+                desk, "Refine", lambda: session.scenario.identify.refine,
+                lambda v: session.change(put(("identify", "refine"), v)),
+                "Follow the search with a least-squares refinement.",
+            )  # fmt: skip
+
+    def _whole(self, label: str, name: str, least: int, most: int) -> None:
+        session = self.desk.session
+        widgets.number(
+            self.desk, label, lambda: getattr(session.scenario.identify, name),
+            lambda v: session.change(put(("identify", name), int(v))), least, most, 1,
+        )  # fmt: skip
+
+    def _output(self) -> str:
+        output = self.desk.session.scenario.identify.output
+        return output[0] if output else OUTPUTS[0]
+
+    def _put_output(self, name: str) -> bool:
+        wanted = None if name == OUTPUTS[0] else [name]
+        return self.desk.session.change(put(("identify", "output"), wanted))
+
+    def build_plots(self) -> None:
+        gui = self.desk.gui
+        self._about = Words(gui)
+        self._cost, self._plane = Plot(gui, 0.33), Plot(gui, 0.42)
+        self._table = Words(gui)
+        self._fit = Plot(gui, 0.30)
+        self._paper = Words(gui)
+
+    def refresh(self) -> None:
+        self._chosen.refresh()
+        self._show_state()
+        history = self._history()
+        searched = self._searched()
+        self._about.show("" if history else paragraph(EMPTY, "soft"))
+        self._cost.show(live_convergence(history) if history else None)
+        self._plane.show(live_plane(history, searched))
+        session = self.desk.session
+        outcome = None if self._running else session.outcome
+        if outcome is None:
+            table = live_parameters(history, searched)
+            self._table.show(html_table(table) if table else "")
+            self._fit.show(None)
+            self._summary.show("")
+        else:
+            self._table.show(html_table(_short(parameters(outcome.fits))))
+            self._fit.show(live_fit(outcome.comparisons))
+            self._summary.show(_said(summary(outcome), self._old()))
+        self._show_paper()
+
+    @property
+    def _running(self) -> bool:
+        run = self.desk.session.run
+        return run.kind == "identify" and run.busy
+
+    def _history(self) -> History:
+        session = self.desk.session
+        if self._running or session.outcome is None:
+            return session.run.history
+        return {f.label: f.convergence for f in session.outcome.fits if f.convergence}
+
+    def _searched(self) -> list[Searched]:
+        session = self.desk.session
+        scenario = session.scenario if self._running else session.outcome_of or session.scenario
+        try:
+            found = stated(scenario, base_model(scenario))
+        except InputError:
+            return []
+        return [Searched(p.name, p.symbol, p.unit, p.lower, p.upper) for p in found]
+
+    def _old(self) -> bool:
+        session = self.desk.session
+        return session.outcome is not None and session.outcome_of != session.scenario
+
+    def _show_state(self) -> None:
+        session, run = self.desk.session, self.desk.session.run
+        busy = self._running
+        self._start.visible = not busy
+        self._start.disabled = self.desk.read_only or run.busy
+        done = session.outcome is not None and not busy and not self._old()
+        self._start.label = "Start again" if done else "Start identification"
+        self._start.color = "gray" if done else "blue"
+        self._pause.visible = busy and run.phase == RUNNING
+        self._resume.visible = busy and run.phase == PAUSED
+        self._stop.visible = busy and run.phase != STOPPING
+        self._next.visible = done
+        self._bar.visible = busy
+        self._bar.value = 100.0 * (run.share or 0.0)
+        self._bar.animated = busy and run.phase == RUNNING
+        self._state.show(paragraph(self._sentence(), "lead"))
+
+    def _sentence(self) -> str:
+        session, run = self.desk.session, self.desk.session.run
+        if not self._running:
+            count = sum(r.role == "estimate" for r in session.scenario.recordings)
+            searched = [plain_symbol(s.symbol, s.name) for s in self._searched()]
+            what = ", ".join(searched) or "none yet"
+            return f"{count} recordings to fit; parameters: {what}."
+        if run.phase == QUEUED:
+            place = "" if run.place is None else f", place {run.place} in the queue"
+            return f"Waiting{place}."
+        words = {PAUSED: "Paused", STOPPING: "Stopping"}.get(run.phase, run.stage or "Starting")
+        steps = f" {run.done} of {run.total}" if run.total else ""
+        left = session.remaining_seconds
+        time = f", about {max(left, 1.0):.0f} s left" if left is not None else ""
+        return f"{words}{steps}{time}."
+
+    def _show_paper(self) -> None:
+        session = self.desk.session
+        scenario = session.outcome_of or session.scenario
+        points = paper_points(scenario)
+        if points is None or session.outcome is None or self._running:
+            self._paper.show("")
+            return
+        table = paper_table(session.outcome.fits, points, noisy(scenario))
+        self._paper.show(
+            joined(paragraph("The paper's table beside ours", "lead"), html_table(table))
+        )
+
+
+def _said(sentences: tuple[str, ...], old: bool) -> Markup:
+    note = paragraph("The settings have changed since; start again to renew this.", "bad")
+    return joined(*(paragraph(s) for s in sentences), note if old else "")
+
+
+def _short(table: Table) -> Table:
+    """Without its long caption: the sentences beside it say the same."""
+    return replace(table, caption="Without a deviation: the data leave the parameter free.")

@@ -1,0 +1,126 @@
+"""The chosen recording: its role, what of it counts, and how its file is to be read."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from core.recording.spec import RecordingSpec
+from flexgui.panels import widgets
+from flexgui.panels.desk import Desk
+from flexgui.session.edit import Document, put, recording
+
+ROLES = ("estimate", "validate")
+
+
+class OneRecording:
+    """Fields that change the scenario's entry of the recording under the cursor."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._ends: tuple[float, float] | None = None
+        gui = desk.gui
+        widgets.choice(
+            desk, "Role", ROLES, lambda: self._spec.role, lambda v: self._put(v, "role"),
+            "estimate: fitted; validate: only compared.",
+        )  # fmt: skip
+        with gui.add_folder("Leave a stretch out", expand_by_default=False):
+            self._channel = gui.add_dropdown("Column", ("z1",))
+            self._stretch = gui.add_vector2("From, to [s]", (0.0, 0.5), step=0.01)
+            widgets.button(desk, "Mask this stretch", self._mask)
+            widgets.button(desk, "Remove all masks", lambda: self._put(None, "mask"))
+        self._file = gui.add_folder("Correct the file", expand_by_default=False)
+        with self._file:
+            self._file_controls()
+        widgets.button(desk, "Remove this recording", self._remove)
+
+    def _file_controls(self) -> None:
+        desk, gui = self._desk, self._desk.gui
+        self._window: Any = gui.add_vector2("Window [s]", (0.0, 1.0), step=0.01)
+        widgets.button(desk, "Keep only this window", self._trim)
+        widgets.button(desk, "Keep everything", lambda: self._put(None, "window"))
+        widgets.number(
+            desk, "Camera late [ms]", lambda: 1e3 * self._spec.time_shift,
+            lambda v: self._put(1e-3 * v, "time_shift"), -1000.0, 1000.0, 0.1,
+            "By so much the camera's samples are written too late.",
+        )  # fmt: skip
+        origin = gui.add_vector2(
+            "Camera at [m]", self._spec.camera.origin, step=0.001, hint="Origin of its frame."
+        )
+        widgets.bind(
+            desk, origin, lambda: self._spec.camera.origin,
+            lambda v: self._put([float(x) for x in v], "camera", "origin"),
+        )  # fmt: skip
+        widgets.number(
+            desk, "Camera turned [deg]", lambda: math.degrees(self._spec.camera.angle),
+            lambda v: self._put(math.radians(v), "camera", "angle"), -360.0, 360.0, 0.1,
+        )  # fmt: skip
+        widgets.number(
+            desk, "Camera scale", lambda: self._spec.camera.scale,
+            lambda v: self._put(float(v), "camera", "scale"), 1e-6, 1e6, 0.001,
+        )  # fmt: skip
+        self._gained = gui.add_dropdown("Column", ("z1",))
+        self._gain = gui.add_number("Gain", 1.0, step=0.01)
+        self._negative = gui.add_checkbox("Turn its sign", False)
+        widgets.button(desk, "Apply gain and sign", self._scale)
+
+    @property
+    def _index(self) -> int:
+        session = self._desk.session
+        names = [spec.name for spec in session.scenario.recordings]
+        return names.index(session.cursor.recording) if session.cursor.recording in names else 0
+
+    @property
+    def _spec(self) -> RecordingSpec:
+        specs = self._desk.session.scenario.recordings
+        return specs[self._index] if specs else RecordingSpec(file="-")
+
+    def _put(self, value: Any, *path: str) -> bool:
+        session = self._desk.session
+        return bool(session.scenario.recordings) and session.change(
+            put(recording(self._index, *path), value)
+        )
+
+    def _mask(self) -> bool:
+        channel = str(self._channel.value)
+        stretch = [float(v) for v in self._stretch.value]
+        known = [list(pair) for pair in self._spec.mask.get(channel, ())]
+        return self._put([*known, stretch], "mask", channel)
+
+    def _trim(self) -> bool:
+        return self._put([float(v) for v in self._window.value], "window")
+
+    def _scale(self) -> bool:
+        channel = str(self._gained.value)
+        known = self._spec.columns.get(channel)
+        column = {
+            "name": known.name if known else channel,
+            "gain": float(self._gain.value),
+            "sign": -1 if self._negative.value else 1,
+        }
+        return self._put(column, "columns", channel)
+
+    def _remove(self) -> bool:
+        index, session = self._index, self._desk.session
+        if not session.scenario.recordings:
+            return False
+
+        def edit(document: Document) -> None:
+            document["recordings"].pop(index)
+
+        return session.change(edit)
+
+    def refresh(self) -> None:
+        """Columns and limits of the recording that is shown now."""
+        found = self._desk.session.recording
+        self._file.visible = self._spec.simulate is None
+        if found is None:
+            return
+        ends = (round(float(found.time[0]), 4), round(float(found.time[-1]), 4))
+        if ends != self._ends:
+            self._ends = ends
+            self._window.value = ends
+        names = tuple(sorted(found.channels))
+        for dropdown in (self._channel, self._gained):
+            if dropdown.options != names:
+                dropdown.options = names

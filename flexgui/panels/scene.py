@@ -1,0 +1,111 @@
+"""The arm in the middle: the live model, a mode that swings, or a recording that plays."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import numpy as np
+
+from flexgui.panels.desk import Desk
+from flexgui.session import Topic
+from flexgui.session.live import LiveModel
+from flexgui.session.playback import Playback
+from flexgui.stage.scene import Stage
+
+ASPECT = 0.68
+"""Width over height of what the panels leave of a usual screen."""
+
+DOWN = 1.2
+"""Of the arm's reach."""
+
+NARROW = 700
+"""px: on a phone the panels lie over the arm and leave it the whole width."""
+
+SWINGS_PER_SECOND = 0.6
+"""A mode is played so slowly that the eye follows; its true frequency stands beside it."""
+
+FRAMES_PER_SECOND = 25.0
+DRAWN = frozenset({Topic.LIVE, Topic.STAGE, Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME})
+
+
+class Scene:
+    """Made with the first live model; only moved after that."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._stage: Stage | None = None
+        self._shown: object = None
+        self._lock = threading.RLock()
+        self._closed = threading.Event()
+        self._swing = threading.Thread(target=self._run, name="swing", daemon=True)
+        self._swing.start()
+        desk.darkened.append(self.set_dark)
+
+    def draw(self, topics: frozenset[Topic]) -> None:
+        """Shows what the session says now."""
+        session = self._desk.session
+        view, motion = session.view, session.playback
+        if view is None or not topics & DRAWN:
+            return
+        with self._lock:
+            stage = self._made(view)
+            if stage.exaggeration != session.live.exaggeration:
+                stage.exaggeration = session.live.exaggeration
+            if session.stage == "Arm" or motion is None:
+                self._show_live(stage, view)
+            else:
+                self._show_recording(stage, motion)
+
+    def _made(self, view: LiveModel) -> Stage:
+        if self._stage is None:
+            self._stage = Stage(self._desk.client, view.model.arm, view.numbers.p, view.q)
+            camera = self._desk.client.camera
+            narrow = camera.image_width < NARROW
+            eye = self._stage.view(camera.aspect if narrow else ASPECT)
+            camera.up_direction, camera.fov = eye.up, eye.fov
+            # On a phone the panels cover the lower part: the arm goes up, the aim down.
+            down = np.array([0.0, -DOWN if narrow else 0.0, 0.0]) * self._stage.body.reach
+            camera.position, camera.look_at = eye.position + down, eye.look_at + down
+        return self._stage
+
+    def _show_live(self, stage: Stage, view: LiveModel) -> None:
+        if self._shown is view:
+            return
+        if not isinstance(self._shown, LiveModel):
+            stage.show_ghost(None)
+            stage.show_paths(None)
+        self._shown = view
+        stage.reshape(view.model.arm, view.numbers.p, view.q)
+
+    def _show_recording(self, stage: Stage, motion: Playback) -> None:
+        if self._shown is not motion:
+            self._shown = motion
+            stage.reshape(motion.arm, motion.motion.p, motion.motion.q[0])
+            stage.show_paths(motion.motion.q, motion.ghost)
+        k = motion.frame(self._desk.session.cursor.time)
+        stage.show_both(motion.motion.q[k], None if motion.ghost is None else motion.ghost[k])
+
+    def set_dark(self, dark: bool) -> None:
+        """The floor suits the page's ground."""
+        with self._lock:
+            if self._stage is not None:
+                self._stage.set_dark(dark)
+
+    def _run(self) -> None:
+        """Swings the chosen mode while the first stage is shown."""
+        while not self._closed.wait(1.0 / FRAMES_PER_SECOND):
+            session = self._desk.session
+            view, mode = session.view, session.live.mode
+            if mode is None or view is None or session.stage != "Arm":
+                self._closed.wait(0.1)
+                continue
+            with self._lock:
+                if self._stage is None or self._shown is not view or mode >= len(view.modes):
+                    continue
+                turn = np.exp(2j * np.pi * SWINGS_PER_SECOND * time.monotonic())
+                self._stage.show(view.at.q + np.real(turn * view.modes[mode].vector))
+
+    def close(self) -> None:
+        """Ends its thread."""
+        self._closed.set()

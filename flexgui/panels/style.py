@@ -1,0 +1,51 @@
+"""The look of the page's own HTML; colours follow the browser's light or dark theme."""
+
+from markupsafe import Markup
+
+STYLE = Markup("""<style>
+.fx { padding: 0 .75em .35em; font-size: .875em; line-height: 1.4; color: var(--mantine-color-text);
+  overflow-wrap: anywhere; }
+.fx p { margin: .25em 0; } .fx h4 { margin: .9em 0 .25em; font-size: .95em; }
+.fx .soft { color: var(--mantine-color-dimmed); font-size: .93em; }
+.fx .lead { font-size: 1.05em; font-weight: 600; }
+.fx .bad { border-left: 3px solid #d64545; padding: .3em .6em; background: rgba(214,69,69,.10); }
+.fx .good { border-left: 3px solid #1f9470; padding: .3em .6em; background: rgba(31,148,112,.10); }
+.fx ul { margin: .2em 0; padding-left: 1.2em; }
+.fx .scroll { overflow-x: auto; }
+.fx table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .93em; }
+.fx th, .fx td { padding: .18em .8em .18em 0; text-align: left; white-space: nowrap;
+  border-bottom: 1px solid var(--mantine-color-default-border); }
+.fx thead th { white-space: normal; vertical-align: bottom; }
+.fx th { font-weight: 600; color: var(--mantine-color-dimmed); }
+.fx .number { text-align: right; } .fx tr.strong td { font-weight: 650; }
+.fx td.best { font-weight: 700; color: #1f9470; }
+.fx table.matrix { font-size: .8em; }
+.fx table.matrix td, .fx table.matrix th { text-align: right; }
+.fx .formula { overflow-x: auto; padding: .2em 0; }
+.fx math { font-size: 1.12rem; font-family: "Latin Modern Math", "STIX Two Math",
+  "Cambria Math", math, serif; }
+.fx .formula math { display: inline math; }
+.fx mtable { margin: 0 .2em; padding: 0 .25em; }
+.fx mtable.square, .fx mtable.bars, .fx mtable.round { border-left: 1.5px solid;
+  border-right: 1.5px solid; }
+.fx mtable.round { border-radius: .7em; }
+.fx mtable.square { background:
+    linear-gradient(currentColor, currentColor) top left / .35em 1.5px,
+    linear-gradient(currentColor, currentColor) bottom left / .35em 1.5px,
+    linear-gradient(currentColor, currentColor) top right / .35em 1.5px,
+    linear-gradient(currentColor, currentColor) bottom right / .35em 1.5px;
+  background-repeat: no-repeat; }
+.fx .key { display: inline-block; width: .8em; height: .8em; border-radius: 2px;
+  margin: 0 .35em 0 .7em; vertical-align: -.05em; }
+div:has(> .fx > .fx-bar) + div > div > div:first-child { display: none; }
+div:has(> .fx > .fx-bar) + div button { height: 2.1em; font-size: .85em; padding: 0 .5em; }
+</style>""")
+"""`:has` finds the row of buttons after the mark `fx-bar`; a browser without it shows a label."""
+
+
+def bar_style(active: int) -> Markup:
+    """Fills the active one of the stage's buttons."""
+    return Markup(
+        "<style>div:has(> .fx > .fx-bar) + div button:nth-child({}) {{"
+        " background: var(--mantine-primary-color-filled); color: white; }}</style>"
+    ).format(active + 1)

@@ -1,0 +1,73 @@
+"""The time-line at the bottom: one cursor for the arm, its ghost and the plots."""
+
+from __future__ import annotations
+
+from flexgui.panels import widgets
+from flexgui.panels.desk import Desk
+from flexgui.panels.words import Words, paragraph
+
+SPEEDS = {"×0.1": 0.1, "×0.25": 0.25, "×0.5": 0.5, "×1": 1.0, "×2": 2.0}
+STEP = 0.02
+"""s, one frame."""
+WIDTH, HEIGHT, MARGIN = 600, 176, 10
+
+
+class TimeLine:
+    """Play, pause, step, seek, speed."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk, session = desk, desk.session
+        gui = desk.gui
+        self._panel = gui.add_panel()
+        with self._panel.add_tab("Time-line"):
+            self._about = Words(gui)
+            self._seek = widgets.slider(
+                desk, "Time [s]", (0.0, 10.0, 0.01), lambda: session.cursor.time, self._to
+            )
+            self._buttons = gui.add_button_group("Move", ("◀ step", "Play", "Pause", "step ▶"))
+            self._speeds = gui.add_button_group("Speed", tuple(SPEEDS))
+        self._panel.float(x=MARGIN, y=-MARGIN, width=WIDTH, height=HEIGHT)
+        if not desk.read_only:
+            self._buttons.on_click(lambda _: self._pressed(str(self._buttons.value)))
+            self._speeds.on_click(
+                lambda _: session.set_cursor(speed=SPEEDS.get(str(self._speeds.value), 1.0))
+            )
+
+    def refresh(self) -> None:
+        """Shows the cursor."""
+        session = self._desk.session
+        motion, cursor = session.playback, session.cursor
+        if motion is None:
+            self._about.show(paragraph("Here a recording will play, once there is one.", "soft"))
+            return
+        who = "identified model" if motion.fitted else "model as stated"
+        self._about.show(
+            f"{motion.recording}: {who}, {cursor.time:.2f} s of {motion.seconds:.2f} s, "
+            f"×{cursor.speed:g}"
+        )
+        if self._seek.max != motion.seconds:
+            self._seek.max = motion.seconds
+        shown = round(min(cursor.time, motion.seconds), 2)
+        if abs(self._seek.value - shown) > 1e-9:
+            self._seek.value = shown
+
+    def _to(self, time: float) -> None:
+        self._desk.session.set_cursor(time=time, playing=False)
+
+    def _pressed(self, what: str) -> None:
+        session = self._desk.session
+        actions = {
+            "Play": lambda: session.set_cursor(playing=True),
+            "Pause": lambda: session.set_cursor(playing=False),
+            "◀ step": lambda: self._step(-STEP),
+            "step ▶": lambda: self._step(STEP),
+        }
+        actions[what]()
+
+    def _step(self, by: float) -> None:
+        session = self._desk.session
+        session.set_cursor(playing=False)
+        session.advance(by)
+
+    def close(self) -> None:
+        """Nothing to end: the session's player moves the cursor."""

@@ -1,0 +1,93 @@
+"""What goes wrong in a page's callbacks: logged once, said in one sentence, never the end."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import traceback
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import Any
+
+import viser
+
+from core.errors import InputError
+from flexgui.server.notify import note
+
+REMEMBERED = 500
+"""Kinds of errors of which the first is logged in full."""
+
+Report = Callable[[BaseException, viser.ClientHandle | None], None]
+
+
+class Reports:
+    """Takes every error that nobody caught."""
+
+    def __init__(self, log: logging.Logger) -> None:
+        self._log = log
+        self._seen: set[tuple[str, str, int]] = set()
+
+    def __call__(self, error: BaseException, client: viser.ClientHandle | None) -> None:
+        if isinstance(error, InputError):
+            sentence = str(error)
+        else:
+            self._write(error)
+            sentence = (
+                f"Something unexpected happened ({type(error).__name__}); your work is kept, and "
+                "the details are in the server's log."
+            )
+        if client is not None:
+            with contextlib.suppress(Exception):
+                note(client, "That did not work", sentence, bad=True)
+
+    def _write(self, error: BaseException) -> None:
+        place = traceback.extract_tb(error.__traceback__)[-1:]
+        where = (place[0].filename, place[0].lineno or 0) if place else ("", 0)
+        key = (type(error).__name__, *where)
+        if key in self._seen:
+            self._log.debug("Again: %r", error)
+            return
+        if len(self._seen) < REMEMBERED:
+            self._seen.add(key)
+        self._log.error("A callback failed (told once): %r", error, exc_info=error)
+
+    def of_loop(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """The event loop's handler of errors."""
+        error = context.get("exception")
+        if error is None:
+            self._log.debug("The event loop says: %s", context.get("message"))
+        else:
+            self(error, None)
+
+
+class ReportingExecutor(ThreadPoolExecutor):
+    """Runs viser's callbacks; their errors are reported to the browser that caused them."""
+
+    def __init__(self, threads: int, report: Report) -> None:
+        super().__init__(threads, thread_name_prefix="flexgui-callback")
+        self._report = report
+
+    def submit(
+        self, function: Callable[..., Any], /, *arguments: Any, **options: Any
+    ) -> Future[Any]:
+        """As always, but the future never ends in an error."""
+
+        def careful() -> Any:
+            try:
+                return function(*arguments, **options)
+            except Exception as error:
+                self._report(error, _client_of(arguments))
+                return None
+
+        return super().submit(careful)
+
+
+def _client_of(arguments: tuple[Any, ...]) -> viser.ClientHandle | None:
+    """Of an event, a camera, or the browser itself."""
+    for argument in arguments:
+        found = argument if isinstance(argument, viser.ClientHandle) else None
+        found = found or getattr(argument, "client", None)
+        if isinstance(found, viser.ClientHandle):
+            return found
+    return None

@@ -1,0 +1,39 @@
+"""The server's temporary folder, which only its own user may read."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from pathlib import Path
+
+PREFIX = "flexgui-"
+
+
+def new_root() -> Path:
+    """A fresh folder (0700), after those of servers that were killed have been removed."""
+    _remove_left_behind(Path(tempfile.gettempdir()))
+    return Path(tempfile.mkdtemp(prefix=f"{PREFIX}{os.getpid()}-"))
+
+
+def _remove_left_behind(parent: Path) -> None:
+    if os.name != "posix":  # elsewhere asking a process for life may end it
+        return
+    for path in parent.glob(f"{PREFIX}*-*"):
+        process = path.name[len(PREFIX) :].partition("-")[0]
+        try:
+            mine = path.lstat().st_uid == os.getuid() and path.is_dir() and not path.is_symlink()
+        except OSError:
+            continue
+        if mine and process.isdigit() and not _alive(int(process)):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True

@@ -1,0 +1,139 @@
+"""Every message of one browser passes here before viser sees it, whatever panels there are."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import msgspec
+import viser
+
+from flexgui.server.limits import Limits
+from flexgui.server.messages import PASSIVE, check_fields
+from flexgui.server.notify import correct, drop_upload, explain, refuse_upload
+from flexgui.server.refusal import RefusedError
+from flexgui.server.transfers import OverrunError, Transfers
+from flexgui.server.values import checked
+
+log = logging.getLogger(__name__)
+
+_DECODE = msgspec.msgpack.Decoder()
+_TARGETS = ("uuid", "source_component_uuid")
+
+
+class Rights(Protocol):
+    """What the connections may do; asked on the event loop, so the answers come at once."""
+
+    def may_act(self, client_id: int, uuid: str | None) -> bool:
+        """Whether the browser may use a widget (None: something in the scene)."""
+
+    def kept_bytes(self, client_id: int) -> int:
+        """Of the files of the browser's session."""
+
+
+class Guard:
+    """Of one connection. What it refuses changes nothing, and the connection goes on."""
+
+    def __init__(
+        self,
+        client_id: int,
+        client: Callable[[], viser.ClientHandle | None],
+        rights: Rights,
+        limits: Limits,
+    ) -> None:
+        self._client_id, self._client, self._rights = client_id, client, rights
+        self._transfers = Transfers(limits, lambda: rights.kept_bytes(client_id))
+        self._explained = False
+
+    def admit(self, raw: str | bytes) -> bytes | None:
+        """What viser may read, None where it may not."""
+        message: dict[str, Any] = {}
+        try:
+            message = check_fields(_decoded(raw))
+            self._check_rights(message)
+            rule = _RULES.get(message["type"])
+            changed = rule is not None and rule(self, message)
+        except RefusedError as refusal:
+            self._refused(message, refusal)
+            return None
+        assert isinstance(raw, bytes)
+        return msgspec.msgpack.encode(message) if changed else raw
+
+    def _check_rights(self, message: dict[str, Any]) -> None:
+        if message["type"] in PASSIVE:
+            return
+        target = next((message[name] for name in _TARGETS if name in message), None)
+        if not self._rights.may_act(self._client_id, target):
+            raise NoRightError("who follows changes nothing")
+
+    def _handle(self, uuid: str) -> Any:
+        """The input that a message is about; RefusedError where it may not be used."""
+        client = self._client()
+        found = None if client is None else client.gui._gui_input_handle_from_uuid.get(uuid)
+        if found is None or found._impl.removed:
+            raise RefusedError("no such widget")
+        if getattr(found, "disabled", False):
+            raise RefusedError("the widget is disabled")
+        return found
+
+    def _update(self, message: dict[str, Any]) -> bool:
+        updates = message["updates"]
+        accepted = checked(self._handle(message["uuid"]), updates["value"])
+        changed: bool = accepted != updates["value"]
+        updates["value"] = accepted
+        return changed
+
+    def _hold(self, message: dict[str, Any]) -> bool:
+        self._handle(message["uuid"])
+        return False
+
+    def _begin_upload(self, message: dict[str, Any]) -> bool:
+        handle = self._handle(message["source_component_uuid"])
+        if not isinstance(handle, viser.GuiUploadButtonHandle):
+            raise RefusedError("an upload to something that takes none")
+        self._transfers.begin(message)
+        return False
+
+    def _part(self, message: dict[str, Any]) -> bool:
+        self._transfers.part(message)
+        return False
+
+    def _refused(self, message: dict[str, Any], refusal: RefusedError) -> None:
+        kind = message.get("type", "?")
+        log.debug("Client %d, %s: %s", self._client_id, kind, refusal)
+        client = self._client()
+        if client is None:
+            return
+        if isinstance(refusal, OverrunError):
+            drop_upload(client, refusal.transfer)
+        elif kind == "FileTransferStartUpload":
+            sentence = str(refusal) if refusal.tell else "This page takes no files now."
+            refuse_upload(client, message, sentence)
+        elif isinstance(refusal, NoRightError):
+            correct(client, message.get("uuid", ""))
+            if not self._explained:
+                self._explained = True
+                explain(client)
+
+
+class NoRightError(RefusedError):
+    """The browser may only look."""
+
+
+_RULES: dict[str, Callable[[Guard, dict[str, Any]], bool]] = {
+    "GuiUpdateMessage": Guard._update,
+    "GuiButtonHoldMessage": Guard._hold,
+    "FileTransferStartUpload": Guard._begin_upload,
+    "FileTransferPart": Guard._part,
+}
+"""Each says whether it changed the message."""
+
+
+def _decoded(raw: str | bytes) -> object:
+    if isinstance(raw, str):
+        raise RefusedError("text, where viser sends bytes")
+    try:
+        return _DECODE.decode(raw)
+    except (msgspec.DecodeError, RecursionError) as error:
+        raise RefusedError("no MessagePack") from error

@@ -1,0 +1,162 @@
+"""viser's server with its doors closed. All that reaches into viser 1.1.1's inside to do so."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import io
+import logging
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import viser
+import websockets.asyncio.server as websocket_server
+from viser import _messages, infra
+
+from flexgui.server.connection import GuardedConnection
+from flexgui.server.door import Door
+from flexgui.server.errors import ReportingExecutor, Reports
+from flexgui.server.guard import Guard, Rights
+from flexgui.server.limits import Limits
+
+CLOSE_TIMEOUT = 1.0
+"""s that a browser may take to say goodbye; ten would outlast Ctrl-C."""
+OPEN_TIMEOUT = 5.0
+CALLBACK_THREADS = 32
+
+NEVER = (
+    _messages.ShareUrlRequest,
+    _messages.ShareUrlDisconnect,
+    _messages.GuiFormDirtyMessage,
+)
+"""Handlers taken away: a public tunnel, its end, and an unchecked message to all browsers."""
+
+_BUILDING = threading.Lock()
+
+
+def guarded_viser(
+    listener: socket.socket, door: Door, rights: Rights, limits: Limits, reports: Reports
+) -> viser.ViserServer:
+    """A server on a socket that listens already. The door is closed until it is opened."""
+    host, port = listener.getsockname()[:2]
+    found: list[viser.ViserServer] = []
+    options = _options(listener, door, _guard_maker(found, rights, limits), limits)
+    # viser prints a box of its own, whatever `verbose` says.
+    with _BUILDING, _served_with(options) as calls, contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host=host, port=port, label="FlexGUI", verbose=False)
+    found.append(server)
+    if not calls:
+        stop(server)
+        raise RuntimeError("viser did not start through FlexGUI's door; is it version 1.1.1?")
+    inside = server._websock_server
+    door.busy = lambda: len(inside._live_connections)
+    for kind in NEVER:
+        inside.unregister_handler(kind)
+    _report_errors(server, reports)
+    return server
+
+
+def stop(server: viser.ViserServer) -> None:
+    """Ends it, without a word."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
+def connection_of(server: viser.ViserServer, client_id: int) -> GuardedConnection | None:
+    """The websocket of a browser; None where it has gone."""
+    found = server._websock_server._live_connections.get(client_id)
+    return found if isinstance(found, GuardedConnection) else None
+
+
+@contextlib.contextmanager
+def _served_with(options: dict[str, Any]) -> Iterator[list[bool]]:
+    """viser starts its websocket server inside its constructor, by `serve`; options win."""
+    original, calls = websocket_server.serve, list[bool]()
+
+    def serve(handler: Any, host: Any, port: Any, **theirs: Any) -> Any:
+        if calls:  # another server that happens to start now
+            return original(handler, host, port, **theirs)
+        calls.append(True)
+        return original(handler, **{**theirs, **options})
+
+    websocket_server.serve = serve  # type: ignore[assignment,misc]
+    try:
+        yield calls
+    finally:
+        websocket_server.serve = original  # type: ignore[misc]
+
+
+def _options(
+    listener: socket.socket,
+    door: Door,
+    make_guard: Callable[[GuardedConnection], Guard],
+    limits: Limits,
+) -> dict[str, Any]:
+    return {
+        "sock": listener,
+        "process_request": door,
+        # Asked again by websockets itself, should the door ever forget.
+        "origins": sorted(door.origins),
+        "max_size": limits.message_bytes,
+        "open_timeout": OPEN_TIMEOUT,
+        "close_timeout": CLOSE_TIMEOUT,
+        "server_header": None,
+        "logger": _quiet_logger(),
+        "create_connection": functools.partial(
+            GuardedConnection, make_guard=make_guard, limits=limits
+        ),
+    }
+
+
+def _guard_maker(
+    found: list[viser.ViserServer], rights: Rights, limits: Limits
+) -> Callable[[GuardedConnection], Guard]:
+    def make(connection: GuardedConnection) -> Guard:
+        (server,) = found  # the door opens after construction only
+        live = server._websock_server._live_connections
+        client_id = next(number for number, each in list(live.items()) if each is connection)
+        client = functools.partial(server._connected_clients.get, client_id)
+        return Guard(client_id, client, rights, limits)
+
+    return make
+
+
+def _report_errors(server: viser.ViserServer, reports: Reports) -> None:
+    """Callbacks on threads, `async` callbacks, and whatever else ends in the event loop."""
+    old = server._thread_executor
+    new = ReportingExecutor(CALLBACK_THREADS, reports)
+    server._thread_executor = server.gui._thread_executor = new
+    server.scene._thread_executor = new
+    old.shutdown(wait=False)
+    loop = server.get_event_loop()
+    loop.call_soon_threadsafe(loop.set_exception_handler, reports.of_loop)
+
+    @server._websock_server.on_client_connect
+    def _(connection: infra.WebsockClientConnection) -> None:
+        inner = connection._handle_incoming_message
+
+        async def careful(client_id: Any, message: Any) -> None:
+            try:
+                await inner(client_id, message)
+            except Exception as error:
+                reports(error, server._connected_clients.get(client_id))
+
+        connection._handle_incoming_message = careful  # type: ignore[method-assign]
+
+
+class _NoHandshakes(logging.Filter):
+    """Every page, every refused visitor and every port scanner is a "failed" handshake."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        text = record.getMessage()
+        return not text.startswith(("opening handshake failed", "connection rejected"))
+
+
+@functools.cache
+def _quiet_logger() -> logging.Logger:
+    logger = logging.getLogger("flexgui.websocket")
+    logger.setLevel(logging.WARNING)
+    logger.addFilter(_NoHandshakes())
+    return logger

@@ -1,0 +1,42 @@
+"""How much a browser may ask of the server; the defaults suit a class of thirty on a laptop."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+MEGA = 10**6
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Sizes in bytes, times in seconds."""
+
+    upload_bytes: int = 100 * MEGA
+    """One file: an hour of ten channels at 1 kHz as text is about three times less."""
+    session_bytes: int = 500 * MEGA
+    """All files that a session keeps."""
+    transfers: int = 8
+    """Uploads of one connection at a time."""
+    message_bytes: int = 16 * MEGA
+    """Parts of an upload have 0.5 MB; the largest message is a picture of the stage."""
+    text_length: int = 20_000
+    """Characters of a text box."""
+    messages_per_second: float = 300.0
+    """A browser sends 20 per moved slider and 20 for the camera; beyond this it has to wait."""
+    burst: int = 600
+    connections: int = 200
+    sessions: int = 100
+    keep: float = 3600.0
+    """That a session is kept after its last browser left."""
+    grace: float = 20.0
+    """That its jobs go on: a reload takes a second, a laptop that changes its network ten."""
+    make_room_after: float = 120.0
+    """After which a session that nobody uses may be given up early for a newcomer."""
+    key_wait: float = 6.0
+    """For a browser to say which session is its own."""
+    wrong_codes: int = 10
+    """Per minute and address."""
+    wrong_codes_in_all: int = 200
+    """Per minute."""
+    ports: int = 20
+    """Tried, from the wished one upwards."""

@@ -1,0 +1,114 @@
+"""`flexgui serve`: everything put together, until Ctrl-C."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from core.scenario.read import read_scenario
+from flexgui.jobs import JobPool
+from flexgui.page import build_page
+from flexgui.server.app import PageServer, Settings
+from flexgui.server.binding import bind, port_of
+from flexgui.server.browser import can_open, open_soon
+from flexgui.server.copying import copy_session
+from flexgui.server.ending import end_in_any_case, until_asked, wait
+from flexgui.server.entry import Word
+from flexgui.server.greeting import Say, greet_alone, greet_class, teacher_address
+from flexgui.server.limits import Limits
+from flexgui.server.options import ServeOptions
+from flexgui.server.services import Services
+from flexgui.session import Session
+from flexgui.session.uploads import fetch_files
+
+
+def serve(options: ServeOptions, say: Say) -> None:
+    """Blocks until Ctrl-C; InputError where it cannot begin."""
+    options.check()
+    log = _quiet_log()
+    make_session = _session_maker(options.scenario, options.data)
+    limits = Limits()
+    listener = bind(options.address, options.port, limits.ports)
+    port = port_of(listener)
+    if options.port not in (0, port):
+        say(f"Port {options.port} is busy; FlexGUI takes {port}.")
+    join, teacher = options.join_word(), options.teacher_word()
+    more = options.more_origins(port)
+    settings = Settings(
+        make_session=make_session,
+        build_page=build_page,
+        services=Services(JobPool(options.workers), options.data, limits.upload_bytes, log=log),
+        stop_jobs=_leave_alone,
+        copy_session=copy_session if options.demo else None,
+        origins=more,
+        join=join,
+        teacher=teacher,
+        limits=limits,
+    )
+    with until_asked() as asked:
+        server = PageServer(listener, settings)
+        try:
+            settings.services.pool.start()
+            _greet(server, more, (join, teacher), say)
+            if options.browser and can_open():
+                open_soon(teacher_address(server.address, join, teacher))
+            wait(asked)
+        finally:
+            end_in_any_case()
+            _close(server, settings.services.pool)
+    say("FlexGUI has ended.")
+
+
+def _close(server: PageServer[Any], pool: JobPool) -> None:
+    """At the same time: each may take seconds, and both together must not."""
+    workers = threading.Thread(target=pool.close, name="flexgui-closing")
+    workers.start()
+    server.close()
+    workers.join()
+
+
+def _greet(
+    server: PageServer[Any], more: tuple[str, ...], words: tuple[Word | None, Word | None], say: Say
+) -> None:
+    join, teacher = words
+    if join is None:
+        greet_alone(server.address, say)
+    else:
+        greet_class(server.address, more, server.origins, (join, teacher), say)
+
+
+def _leave_alone(session: Session) -> None:
+    """With the best they have so far: who comes back finds it. Nothing plays to nobody."""
+    session.stop()
+    if session.cursor.playing:
+        session.set_cursor(playing=False)
+
+
+def _session_maker(scenario: Path | None, data: Path | None) -> Callable[[str, Path], Session]:
+    """The scenario is read before anything is opened, so that its errors end the command."""
+    if scenario is None:
+        return Session
+    given, beside = read_scenario(scenario), scenario.resolve().parent
+
+    def make(key: str, folder: Path) -> Session:
+        session = Session(key, folder)
+        fetch_files(given, beside, data, folder)
+        session.open(given)
+        return session
+
+    return make
+
+
+def _quiet_log() -> logging.Logger:
+    log = logging.getLogger("flexgui")
+    if not log.handlers:
+        handler = logging.StreamHandler(sys.stderr)
+        handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+        log.addHandler(handler)
+        log.setLevel(logging.WARNING)
+        log.propagate = False
+    return log

@@ -1,0 +1,106 @@
+"""Which values a widget takes, by its kind; viser itself checks none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import singledispatch
+from typing import Any
+
+import viser
+
+from flexgui.server.limits import Limits
+from flexgui.server.refusal import RefusedError
+
+SLACK = 1e-9
+"""Of a range: browsers add steps up in floating point (0.1 + 0.2 > 0.3)."""
+
+PLAIN_CONTROLS = "\n\r\t"
+
+
+@singledispatch
+def checked(handle: Any, value: object) -> Any:
+    """The value as the widget may have it; RefusedError where it may not."""
+    raise RefusedError(f"a {type(handle).__name__} takes no value")
+
+
+@checked.register(viser.GuiButtonHandle)
+@checked.register(viser.GuiCheckboxHandle)
+def _bool(handle: Any, value: object) -> bool:
+    if not isinstance(value, bool):
+        raise RefusedError("neither true nor false")
+    return value
+
+
+@checked.register(viser.GuiSliderHandle)
+@checked.register(viser.GuiNumberHandle)
+def _number(handle: Any, value: object) -> float:
+    return within(value, handle.min, handle.max)
+
+
+@checked.register(viser.GuiMultiSliderHandle)
+def _numbers(handle: Any, value: object) -> list[float]:
+    numbers = [within(v, handle.min, handle.max) for v in items(value, len(handle.value))]
+    if any(b < a for a, b in zip(numbers, numbers[1:], strict=False)):
+        raise RefusedError("not in ascending order")
+    return numbers
+
+
+@checked.register(viser.GuiVector2Handle)
+@checked.register(viser.GuiVector3Handle)
+def _vector(handle: Any, value: object) -> list[float]:
+    n = len(handle.value)
+    low, high = handle.min or (None,) * n, handle.max or (None,) * n
+    return [within(*each) for each in zip(items(value, n), low, high, strict=True)]
+
+
+@checked.register(viser.GuiRgbHandle)
+@checked.register(viser.GuiRgbaHandle)
+def _colour(handle: Any, value: object) -> list[float]:
+    return [within(v, 0, 255) for v in items(value, len(handle.value))]
+
+
+@checked.register(viser.GuiDropdownHandle)
+@checked.register(viser.GuiButtonGroupHandle)
+def _option(handle: Any, value: object) -> str:
+    if not isinstance(value, str) or value not in handle.options:
+        raise RefusedError("none of the options")
+    return value
+
+
+@checked.register(viser.GuiTextHandle)
+def _text(handle: Any, value: object) -> str:
+    if not isinstance(value, str) or len(value) > Limits.text_length:
+        raise RefusedError("no text, or a very long one")
+    if any(c < " " and c not in PLAIN_CONTROLS for c in value):
+        raise RefusedError("a text with control characters")
+    return value
+
+
+def number(value: object) -> float:
+    """A finite number that is no bool."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise RefusedError("no finite number")
+    return value
+
+
+def within(value: object, low: float | None, high: float | None) -> float:
+    """A number in its range, pulled back where it lies outside by rounding only."""
+    found = number(value)
+    slack = SLACK * max(abs(low or 0.0), abs(high or 0.0))
+    if low is not None and found < low:
+        if found < low - slack:
+            raise RefusedError(f"{found!r} is less than {low!r}")
+        return low
+    if high is not None and found > high:
+        if found > high + slack:
+            raise RefusedError(f"{found!r} is more than {high!r}")
+        return high
+    return found
+
+
+def items(value: object, n: int) -> Sequence[object]:
+    """A list of n."""
+    if not isinstance(value, list) or len(value) != n:
+        raise RefusedError(f"not a list of {n}")
+    return value

@@ -1,0 +1,10 @@
+"""One person's work: the scenario, the live model, recordings, the running job, the last result.
+
+No viewer in here: the page and the tests drive the same `Session`.
+"""
+
+from flexgui.session.services import Services
+from flexgui.session.session import Session
+from flexgui.session.topics import Topic
+
+__all__ = ["Services", "Session", "Topic"]

@@ -1,0 +1,29 @@
+"""The scenarios that a person can pick: the embedded demo and the ready-made ones."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+from core.scenario.read import parse_scenario
+from core.scenario.schema import Scenario
+
+DEMO = "demo"
+READY_MADE = Path(__file__).resolve().parents[2] / "scenarios"
+"""Beside the package in a checkout; an installed package has the demo only."""
+
+
+@cache
+def demo_scenario() -> Scenario:
+    """The scenario that the page starts with; it needs no file."""
+    text = files("flexgui").joinpath("demo.toml").read_text(encoding="utf-8")
+    return parse_scenario(text, "demo.toml")
+
+
+@cache
+def scenario_choices() -> dict[str, Path | None]:
+    """Name -> file; None for the demo."""
+    found: dict[str, Path | None] = {DEMO: None}
+    found |= {path.stem: path for path in sorted(READY_MADE.glob("*.toml"))}
+    return found

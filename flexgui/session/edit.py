@@ -1,0 +1,87 @@
+"""Changes of a scenario: a document is changed, and the whole checked again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from core.arm.build import build_arm
+from core.scenario.read import check_scenario
+from core.scenario.schema import Scenario
+
+Document = dict[str, Any]
+Edit = Callable[[Document], None]
+
+SOURCE = "The scenario"
+"""How messages name what the page changes."""
+
+SECTION_PARAMETERS = {"young_modulus": "epsilon", "width": "d"}
+"""A segment's setting and the parameter of [identify] that it starts."""
+
+
+def edited(scenario: Scenario, *edits: Edit) -> Scenario:
+    """The scenario after the edits, in order; InputError where the result is not a scenario."""
+    document = thawed(scenario.model_dump(exclude_defaults=True))
+    for edit in edits:
+        edit(document)
+    return check_scenario(document, SOURCE)
+
+
+def thawed(value: Any) -> Any:
+    """Tuples as lists, so that an edit may change entries."""
+    if isinstance(value, dict):
+        return {key: thawed(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [thawed(each) for each in value]
+    return value
+
+
+def put(path: Sequence[str | int], value: Any) -> Edit:
+    """Sets one setting; tables on the way are made, None removes it."""
+
+    def edit(document: Document) -> None:
+        place: Any = document
+        for key in path[:-1]:
+            place = place.setdefault(key, {}) if isinstance(place, dict) else place[key]
+        if value is None:
+            place.pop(path[-1], None)
+        else:
+            place[path[-1]] = value
+
+    return edit
+
+
+def arm_setting(scenario: Scenario, name: str, value: Any) -> Edit:
+    """Sets a segment's setting for all segments (a list: one each).
+
+    Where epsilon or d have bounds these move with the value: they are meant around it.
+    """
+    before = getattr(build_arm(scenario.arm).segments[0], name)
+    now = value[0] if isinstance(value, list) else value
+    parameter = SECTION_PARAMETERS.get(name, "")
+
+    def edit(document: Document) -> None:
+        document["arm"][name] = value
+        for table in document["arm"].get("segments", ()):
+            table.pop(name, None)
+        bounds = document.get("identify", {}).get("bounds", {})
+        if parameter in bounds and before:
+            bounds[parameter] = [end * now / before for end in bounds[parameter]]
+
+    return edit
+
+
+def recording(index: int, *path: str) -> tuple[str | int, ...]:
+    """The path of a recording's setting."""
+    return ("recordings", index, *path)
+
+
+def noise_of_simulations(snr_db: float | None) -> Edit:
+    """The same signal-to-noise ratio for every simulated recording; None: no noise."""
+
+    def edit(document: Document) -> None:
+        for entry in document.get("recordings", ()):
+            if "simulate" in entry and "sweep" not in entry["simulate"]:
+                put(("simulate", "snr_db"), snr_db)(entry)
+
+    return edit

@@ -1,0 +1,117 @@
+"""The model of the sliders: everything that the first stage shows, computed at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.model import Model, Numbers
+from core.results import DescriptorModel, Equation
+from core.scenario.schema import Scenario
+from core.simulate.affine import quick_descriptor
+from core.simulate.equations import equations
+from core.simulate.modes import Mode, vibration_modes
+from core.simulate.posture import Posture, posture
+from core.simulate.response import (
+    FrequencyResponse,
+    StepResponse,
+    frequency_response,
+    step_response,
+)
+from core.workbench import base_model
+from flexgui.session.state import Live
+
+STEP_SIZE = 0.3
+"""Of the reference's unit: the amplitude of the default excitation. The arm is drawn as far bent
+as a step of that size of all references at once bends it."""
+
+
+@dataclass(frozen=True)
+class LiveModel:
+    """What the sliders' model does at the working point."""
+
+    scenario: Scenario
+    live: Live
+    model: Model
+    numbers: Numbers
+    at: Posture
+    q: np.ndarray
+    """(n,): the posture, bent."""
+    modes: tuple[Mode, ...]
+    clamped: tuple[Mode, ...]
+    step: StepResponse
+    noise: np.ndarray
+    """(N, ny, nr): what the stated signal-to-noise ratio adds to the step response."""
+    frequency: FrequencyResponse
+    descriptor: DescriptorModel
+    equations: tuple[Equation, ...]
+
+
+def live_model(scenario: Scenario, live: Live, before: LiveModel | None) -> LiveModel:
+    """Computed in some milliseconds; what does not depend on the change is taken from `before`."""
+    same = before is not None and before.scenario == scenario
+    model = before.model if before is not None and same else base_model(scenario)
+    numbers = model.numbers()
+    at = posture(model, _joints(model, live), numbers)
+    modes = vibration_modes(at)
+    step = step_response(at)
+    return LiveModel(
+        scenario=scenario,
+        live=live,
+        model=model,
+        numbers=numbers,
+        at=at,
+        q=_bent(at),
+        modes=modes,
+        clamped=vibration_modes(at, clamped=True),
+        step=step,
+        noise=_noise(step.values, live.snr_db),
+        frequency=frequency_response(at),
+        descriptor=before.descriptor
+        if before is not None and same
+        else quick_descriptor(model, numbers),
+        equations=_equations(model, before),
+    )
+
+
+def _equations(model: Model, before: LiveModel | None) -> tuple[Equation, ...]:
+    """They are slow to derive, and depend on the structure and the rigid arm's lengths only."""
+    if before is not None and _structure(before.model) == _structure(model):
+        return before.equations
+    return equations(model)
+
+
+def _structure(model: Model) -> tuple[object, ...]:
+    p = model.numbers().p
+    lengths = tuple(s.length for s in model.arm.segments)
+    return (model.compiled.structure, type(model.drive), tuple(p != 0.0), lengths)
+
+
+def _joints(model: Model, live: Live) -> np.ndarray:
+    joints = np.zeros(model.arm.joints)
+    if model.arm.joints > 1:
+        joints[1] = live.theta2
+    return joints
+
+
+def _bent(at: Posture) -> np.ndarray:
+    """The posture with the modal coordinates that hold against the drive's first push: static."""
+    n, joints = at.model.arm.coordinates, at.model.arm.joints
+    q = at.q.copy()
+    if n == joints:
+        return q
+    # Clamped at the joints, accelerated as the references' step does: K v = -M_vq q''.
+    push = STEP_SIZE * at.B[n : n + joints].sum(axis=1)
+    acceleration = np.linalg.solve(at.M[:joints, :joints], push)
+    bending = at.K[joints:, joints:]
+    q[joints:] = np.linalg.solve(bending, -at.M[joints:, :joints] @ acceleration)
+    return q
+
+
+def _noise(step: np.ndarray, snr_db: float | None) -> np.ndarray:
+    """White, the same draws each time so that a slider changes its size only."""
+    if snr_db is None:
+        return np.zeros_like(step)
+    draws = np.random.default_rng(1).standard_normal(step.shape)
+    return np.asarray(draws * step.std(axis=0) * 10.0 ** (-snr_db / 20.0))

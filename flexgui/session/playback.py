@@ -1,0 +1,112 @@
+"""The motion of one recording: the model's coordinates and the measured ones, frame by frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.identify.prepared import make_task
+from core.identify.setup import make_setup
+from core.identify.unknowns import GAIN, OFFSET
+from core.loading import load_recordings
+from core.progress import Silent
+from core.recording.recording import Recording
+from core.results import Outcome
+from core.scenario.schema import Scenario
+from core.simulate.linear import respond
+from core.simulate.nonlinear import simulate
+from core.trajectory import Trajectory
+from core.workbench import base_model
+from flexgui.stage.ghost import filled, measured_postures
+
+FRAMES_PER_SECOND = 50.0
+"""Frames kept per second of the recording; screens show 60, the eye asks for less."""
+
+TOLERANCE = 1e-4
+"""m or rad: far below a pixel."""
+
+
+@dataclass(frozen=True)
+class Playback:
+    """K frames."""
+
+    recording: str
+    motion: Trajectory
+    """Of the model; its time starts at zero."""
+    ghost: np.ndarray | None
+    """(K, n) measured postures; None where no encoder was recorded."""
+    fitted: bool
+    """Whether the model is the identified one."""
+
+    @property
+    def arm(self) -> Arm:
+        return self.motion.arm
+
+    def frame(self, time: float) -> int:
+        """The frame at a time in s, clipped."""
+        found = int(np.searchsorted(self.motion.time, time + 1e-9, side="right")) - 1
+        return int(np.clip(found, 0, len(self.motion.time) - 1))
+
+    @property
+    def seconds(self) -> float:
+        return float(self.motion.time[-1])
+
+
+def read_one(scenario: Scenario, name: str, folder: Path) -> Recording:
+    """One recording of the scenario, read or simulated."""
+    chosen = tuple(spec for spec in scenario.recordings if spec.name == name)
+    alone = scenario.model_copy(update={"recordings": chosen})
+    return load_recordings(alone, base_model(scenario), folder, None, Silent())[0]
+
+
+def playback(scenario: Scenario, outcome: Outcome | None, recording: Recording) -> Playback:
+    """The model at the fitted values, where there are any for this scenario, else as stated."""
+    values = fitted_values(outcome, recording.name)
+    # Only recordings to estimate from decide which outputs there are, and so the servo.
+    chosen = [replace(recording, role="estimate")]
+    model = make_setup(base_model(scenario), scenario.identify, chosen).model
+    numbers = model.numbers(values)
+    task = make_task(model, recording)
+    if model.level == "lpv":
+        motion = respond(model, [numbers], [task])[0]
+    else:
+        motion = simulate(model, numbers, task, TOLERANCE).trajectory
+    stride = max(int(round(1.0 / (FRAMES_PER_SECOND * recording.sample_time))), 1)
+    ghost = measured_postures(_thinned(recording, stride), model, numbers)
+    return Playback(recording.name, _frames(motion, stride), ghost, bool(values))
+
+
+def _frames(motion: Trajectory, stride: int) -> Trajectory:
+    rows = slice(None, None, stride)
+    return replace(
+        motion,
+        time=motion.time[rows] - motion.time[0],
+        q=motion.q[rows],
+        v=motion.v[rows],
+        torque=motion.torque[rows],
+    )
+
+
+def _thinned(recording: Recording, stride: int) -> Recording:
+    """Every stride-th row; gaps of a slow camera are filled before, or none might be hit."""
+    rows = slice(None, None, stride)
+    channels = {
+        name: filled(recording.time, values[:, None])[rows, 0]
+        for name, values in recording.channels.items()
+    }
+    return replace(recording, time=recording.time[rows], channels=channels, counted={})
+
+
+def fitted_values(outcome: Outcome | None, recording: str) -> dict[str, float]:
+    """name -> value for a recording: its own fit's, else the mean over the fits."""
+    fits = () if outcome is None else outcome.fits
+    own = tuple(fit for fit in fits if recording in fit.recordings) or fits
+    found: dict[str, list[float]] = {}
+    for fit in own:
+        for e in fit.estimates:
+            if e.recording in (None, recording) and not e.name.startswith((OFFSET, GAIN)):
+                found.setdefault(e.name, []).append(e.value)
+    return {name: float(np.mean(values)) for name, values in found.items()}

@@ -1,0 +1,18 @@
+"""What of a session can change; a subscriber hears the topic and reads the session."""
+
+from enum import Enum
+
+
+class Topic(Enum):
+    """One part of a session's state."""
+
+    SCENARIO = "scenario"
+    LIVE = "live"
+    """The model of the sliders was computed anew."""
+    STAGE = "stage"
+    """Another stage of the work is shown."""
+    RECORDINGS = "recordings"
+    RUN = "run"
+    OUTCOME = "outcome"
+    CURSOR = "cursor"
+    MESSAGE = "message"

@@ -1,0 +1,57 @@
+"""Files that a person brings: kept in the session's folder under harmless names."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path, PureWindowsPath
+
+from core.errors import InputError
+from core.files import replacing
+from core.scenario.data_folder import resolve_file
+from core.scenario.schema import Scenario
+
+LONGEST = 80
+MEGA = 1e6
+
+
+def safe_name(name: str) -> str:
+    """The last part of a name without anything that a file system or a shell could mind."""
+    last = PureWindowsPath(name).name  # knows both kinds of slashes
+    plain = re.sub(r"[^\w.\-+= ]+", "_", last).strip(" .")
+    return plain[-LONGEST:] or "recording"
+
+
+def free_path(folder: Path, name: str) -> Path:
+    """A path that does not exist yet: `th1.csv`, then `th1-2.csv`."""
+    stem, dot, rest = name.partition(".")
+    path, number = folder / name, 2
+    while path.exists():
+        path, number = folder / f"{stem}-{number}{dot}{rest}", number + 1
+    return path
+
+
+def keep_upload(folder: Path, name: str, content: bytes, limit: int) -> Path:
+    """Writes the content; InputError where it is too large or empty."""
+    shown = safe_name(name)
+    if len(content) > limit:
+        raise InputError(
+            f"{shown} has {len(content) / MEGA:.0f} MB; uploads may have {limit / MEGA:.0f} MB, "
+            f"cut the recording or keep fewer columns."
+        )
+    if not content:
+        raise InputError(f"{shown} is empty; choose a file with a recording in it.")
+    path = free_path(folder, shown)
+    with replacing(path) as temporary:
+        temporary.write_bytes(content)
+    return path
+
+
+def fetch_files(scenario: Scenario, beside: Path, data: Path | None, folder: Path) -> None:
+    """Copies what a scenario reads into the session's folder; InputError where one is missing."""
+    for spec in scenario.recordings:
+        if spec.file is None or (folder / spec.file).is_file():
+            continue
+        source, target = resolve_file(spec.file, beside, data), folder / spec.file
+        with replacing(target) as temporary:
+            shutil.copyfile(source, temporary)

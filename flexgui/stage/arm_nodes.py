@@ -1,0 +1,113 @@
+"""The nodes of one arm in a scene: beams, hubs, tip."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from viser import FrameHandle, MeshHandle, SceneApi
+
+from flexgui.stage import paint
+from flexgui.stage.pose import Body, Pose, Spot
+from flexgui.stage.section import beam_faces
+
+HUB_HEIGHT = 1.35
+"""Of the beam's height."""
+LEAST_HUB, HUB_SHARE = 0.035, 0.62
+"""Radius: at least this share of the reach, and this one of the beam's thickness."""
+TIP_RADIUS = 0.018
+PEDESTAL_RADIUS, FOOT_RADIUS = 0.055, 0.10
+FLOOR_DEPTH = 0.32
+"""How far the floor lies below the arm. All are shares of the reach."""
+
+
+class Style(NamedTuple):
+    """How an arm looks."""
+
+    colour: paint.Rgb
+    opacity: float | None = None
+    grown: float = 1.0
+    machine: bool = True
+    """Whether it has hubs and a pedestal; a ghost is only what bends."""
+
+
+MODEL = Style(paint.MODEL)
+GHOST = Style(paint.MEASURED, opacity=0.55, grown=1.12, machine=False)
+
+
+class ArmNodes:
+    """Built once; `show` moves what is there."""
+
+    def __init__(self, scene: SceneApi, path: str, body: Body, style: Style, pose: Pose) -> None:
+        self.scene, self.path, self.style = scene, path, style
+        self.beams: list[MeshHandle] = [
+            self._beam(k, vertices) for k, vertices in enumerate(pose.beams)
+        ]
+        self.joints = [self._frame(f"joint{k + 1}", s) for k, s in enumerate(pose.joints)]
+        self.origins = [self._frame(f"origin{k + 1}", s) for k, s in enumerate(pose.origins)]
+        self.ends = [self._frame(f"end{k + 1}", s) for k, s in enumerate(pose.ends)]
+        self._add_tip(body)
+        self.hubs = [self._hub(k, body) for k in range(len(self.joints))] if style.machine else []
+        self.reshape(body)
+
+    def show(self, pose: Pose) -> None:
+        """Moves everything to a pose."""
+        for beam, vertices in zip(self.beams, pose.beams, strict=True):
+            beam.vertices = vertices
+        spots = (*pose.joints, *pose.origins, *pose.ends)
+        for frame, spot in zip((*self.joints, *self.origins, *self.ends), spots, strict=True):
+            frame.position = spot.place
+            frame.wxyz = paint.about_vertical(spot.angle)
+
+    def reshape(self, body: Body) -> None:
+        """Sizes of the hubs for other sections."""
+        for k, hub in enumerate(self.hubs):
+            section, thickest = body.sections[k], body.sections[max(k - 1, 0)]
+            across = max(section.thickness, thickest.thickness)
+            radius = max(HUB_SHARE * across * 1.25, LEAST_HUB * body.reach)
+            hub.scale = (radius, radius, HUB_HEIGHT * max(section.height, thickest.height))
+
+    def _beam(self, k: int, vertices) -> MeshHandle:  # type: ignore[no-untyped-def]
+        return self.scene.add_mesh_simple(
+            f"{self.path}/beam{k + 1}", vertices, beam_faces(),
+            color=self.style.colour, opacity=self.style.opacity,
+            cast_shadow=self.style.machine, receive_shadow=False,
+        )  # fmt: skip
+
+    def _frame(self, name: str, spot: Spot) -> FrameHandle:
+        return self.scene.add_frame(
+            f"{self.path}/{name}", show_axes=False, position=spot.place,
+            wxyz=paint.about_vertical(spot.angle),
+        )  # fmt: skip
+
+    def _add_tip(self, body: Body) -> None:
+        self.scene.add_icosphere(
+            f"{self.ends[-1].name}/marker", TIP_RADIUS * body.reach, self.style.colour,
+            opacity=self.style.opacity, cast_shadow=False, receive_shadow=False,
+            position=(0.0, 0.0, 0.5 * body.sections[-1].height),
+        )  # fmt: skip
+
+    def _hub(self, k: int, body: Body):  # type: ignore[no-untyped-def]
+        """A unit cylinder that turns with the joint, or a unit box on a rail."""
+        name = f"{self.joints[k].name}/hub"
+        if not k or body.arm.segments[k].mount == "ground":
+            self._add_base(k, body)
+        if body.geometry.kinds[k].turn:
+            return self.scene.add_cylinder(name, 1.0, 1.0, paint.STEEL, receive_shadow=False)
+        return self.scene.add_box(name, paint.STEEL, (2.0, 2.0, 1.0), receive_shadow=False)
+
+    def _add_base(self, k: int, body: Body) -> None:
+        """A pedestal to the floor below a turning joint, a rail on two feet below a sliding one."""
+        reach, level = body.reach, body.levels[k]
+        height = FLOOR_DEPTH * reach if not k else level - body.levels[k - 1]
+        origin = self.origins[k].name
+        if body.geometry.kinds[k].turn:
+            self.scene.add_cylinder(
+                f"{origin}/pedestal", PEDESTAL_RADIUS * reach, height, paint.CONTEXT,
+                position=(0.0, 0.0, -0.5 * height), receive_shadow=False,
+            )  # fmt: skip
+        else:
+            drop = 0.5 * body.sections[k].height
+            self.scene.add_box(
+                f"{origin}/rail", paint.CONTEXT, (1.2 * reach, 0.04 * reach, 0.02 * reach),
+                position=(0.0, 0.0, -drop - 0.01 * reach), receive_shadow=False,
+            )  # fmt: skip

@@ -1,0 +1,165 @@
+"""Places along an arm in numbers, from the statement of core.arm.kinematics, for many postures."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import sympy as sp
+
+from core.arm import shapes
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.arm.slots import AXIS_ANGLE, LENGTH, slot
+
+STATIONS = 21
+"""Cross-sections of a bending beam; a curve of them looks smooth."""
+
+
+class Link(NamedTuple):
+    """One segment of N postures, in the plane of the arm."""
+
+    root: np.ndarray
+    """(N, 2) m"""
+    before: np.ndarray
+    """(N,) rad, the direction that the joint starts from."""
+    origin: np.ndarray
+    """(N, 2) m, the root without the joint's slide."""
+    angle: np.ndarray
+    """(N,) rad, direction of the segment at its root."""
+    line: np.ndarray
+    """(N, stations, 2) m, its middle line."""
+    slope: np.ndarray
+    """(N, stations) rad, direction of that line."""
+
+    @property
+    def tip(self) -> np.ndarray:
+        """(N, 2) m"""
+        return self.line[:, -1]
+
+    @property
+    def tip_angle(self) -> np.ndarray:
+        """(N,) rad"""
+        return self.slope[:, -1]
+
+
+@dataclass(frozen=True)
+class JointKind:
+    """What a joint does, as numbers: `Placement` of core.arm.joints is linear in its symbols."""
+
+    turn: float
+    slide: float
+    direction: float
+    """Share of the axis angle in the direction of the slide."""
+
+    @classmethod
+    def of(cls, kind: str) -> JointKind:
+        coordinate, axis = sp.symbols("coordinate axis", real=True)
+        put = joint(kind).place(coordinate, axis)
+        slopes = (put.turn.diff(coordinate), put.slide.diff(coordinate), put.direction.diff(axis))
+        return cls(*(float(s) for s in slopes))
+
+
+class Shape:
+    """Tables of one segment's assumed modes at its stations."""
+
+    def __init__(self, modes: int, length: float) -> None:
+        self.x = np.linspace(0.0, length, STATIONS)
+        # Midpoints between the stations too, for Simpson's rule.
+        fine = np.linspace(0.0, length, 2 * STATIONS - 1)
+        powers = [shapes.exponent(i) for i in range(modes)]
+        self.deflection = np.array([self.x**a for a in powers]).reshape(modes, STATIONS)
+        self.slope = np.array([a * fine ** (a - 1) for a in powers]).reshape(modes, len(fine))
+        self.shortening = np.zeros((modes, modes, STATIONS))
+        for i, a in enumerate(powers):
+            for j, b in enumerate(powers):
+                c = a + b - 1
+                self.shortening[i, j] = -a * b / (2.0 * c) * self.x**c
+        self.integral = _running_simpson(length)
+
+    def stated(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Along and across (N, stations): the model's own statement, second order in v (N, m)."""
+        along = self.x + np.einsum("ni,nj,ijx->nx", v, v, self.shortening)
+        return along, v @ self.deflection
+
+    def inextensible(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The same to second order, but the line keeps its length however far it bends."""
+        direction = v @ self.slope
+        return np.cos(direction) @ self.integral, np.sin(direction) @ self.integral
+
+
+def _running_simpson(length: float) -> np.ndarray:
+    """(2 stations - 1, stations): integrals from the root to each station."""
+    weights = np.zeros((2 * STATIONS - 1, STATIONS))
+    h = length / (STATIONS - 1)
+    for k in range(1, STATIONS):
+        weights[:, k] = weights[:, k - 1]
+        weights[2 * k - 2 : 2 * k + 1, k] += h / 6.0 * np.array([1.0, 4.0, 1.0])
+    return weights
+
+
+class ArmGeometry:
+    """The links of an arm with numbers p (core.arm.slots) at any postures."""
+
+    def __init__(self, arm: Arm, p: np.ndarray) -> None:
+        self.arm = arm
+        count = arm.joints
+        self.lengths = [float(p[slot(k, LENGTH)]) for k in range(count)]
+        self.axes = [float(p[slot(k, AXIS_ANGLE)]) for k in range(count)]
+        self.kinds = [JointKind.of(s.joint) for s in arm.segments]
+        self.shapes = [Shape(m, length) for m, length in zip(arm.modes, self.lengths, strict=True)]
+
+    @property
+    def reach(self) -> float:
+        """m, the length of the longest chain."""
+        best = total = 0.0
+        for segment, length in zip(self.arm.segments, self.lengths, strict=True):
+            total = length if segment.mount == "ground" else total + length
+            best = max(best, total)
+        return best
+
+    def links(self, q: np.ndarray, exaggeration: float = 1.0) -> list[Link]:
+        """Each segment at postures q (N, n); `exaggeration` multiplies the modal coordinates.
+
+        At 1 these are the model's own formulas, so the tip is that of the simulator. Above 1 the
+        foreshortening, of second order, would shrink the arm to nothing: there the line bends
+        without a change of length, which is the same to second order.
+        """
+        count = len(q)
+        place, angle = np.zeros((count, 2)), np.zeros(count)
+        found = []
+        for k, (segment, kind) in enumerate(zip(self.arm.segments, self.kinds, strict=True)):
+            if segment.mount == "ground":
+                place, angle = np.zeros((count, 2)), np.zeros(count)
+            link = self._link(k, kind, q, exaggeration, place, angle)
+            found.append(link)
+            place, angle = link.tip, link.tip_angle
+        return found
+
+    def _link(
+        self,
+        k: int,
+        kind: JointKind,
+        q: np.ndarray,
+        exaggeration: float,
+        place: np.ndarray,
+        angle: np.ndarray,
+    ) -> Link:
+        direction = angle + kind.direction * self.axes[k]
+        slide = kind.slide * q[:, k]
+        root = place + slide[:, None] * np.column_stack([np.cos(direction), np.sin(direction)])
+        turned = angle + kind.turn * q[:, k]
+        v, shape = exaggeration * q[:, self.arm.modal_slice(k)], self.shapes[k]
+        along, across = shape.stated(v) if exaggeration == 1.0 else shape.inextensible(v)
+        c, s = np.cos(turned)[:, None], np.sin(turned)[:, None]
+        line = np.empty((*along.shape, 2))
+        line[..., 0] = root[:, :1] + c * along - s * across
+        line[..., 1] = root[:, 1:] + s * along + c * across
+        before = direction if kind.slide else angle
+        slope = turned[:, None] + v @ shape.slope[:, ::2]
+        return Link(root, before, place, turned, line, slope)
+
+    def tips(self, q: np.ndarray, exaggeration: float = 1.0) -> np.ndarray:
+        """z (N, 2) in m of the end effector at postures q (N, n)."""
+        return self.links(q, exaggeration)[-1].tip

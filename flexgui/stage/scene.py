@@ -1,0 +1,258 @@
+"""The stage: the arm in a viser scene, built once and then only moved."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from viser import FrameHandle, SceneApi, SceneNodeHandle
+
+from core.arm.arm import Arm
+from flexgui.stage.arm_nodes import FLOOR_DEPTH, GHOST, MODEL, ArmNodes
+from flexgui.stage.camera_nodes import CameraNodes
+from flexgui.stage.look import DARK_FLOOR, LIGHT_FLOOR, ROOT, Owner, View, light, view_of
+from flexgui.stage.mark_nodes import MarkNodes
+from flexgui.stage.path_nodes import PathNodes
+from flexgui.stage.pose import LIFT, Body, Pose
+
+LEAST_EXAGGERATION, MOST_EXAGGERATION = 1.0, 50.0
+GROUPS = ("model", "ghost", "angles", "camera", "paths")
+
+
+@dataclass
+class Attachment:
+    """Something drawn on the arm; `follow` is called with each new pose."""
+
+    handles: tuple[SceneNodeHandle, ...]
+    follow: Callable[[Pose], None] | None = None
+
+
+class Stage:
+    """The arm, its measured ghost, tip paths and camera.
+
+    Nodes are made once. What moves later is set in place within one atomic block: adding a name
+    again would drop the page to a few frames per second.
+    """
+
+    def __init__(
+        self,
+        owner: Owner,
+        arm: Arm,
+        p: np.ndarray,
+        q: np.ndarray | None = None,
+        fine: bool = False,
+    ) -> None:
+        """`fine`: shadows and reflections; without a graphics card they cost most of the time."""
+        self._owner = owner
+        light(owner.scene, fine)
+        self._lock = threading.RLock()
+        self._exaggeration = LEAST_EXAGGERATION
+        self._attached: dict[str, Attachment] = {}
+        self._shown = dict.fromkeys(GROUPS, True)
+        self._generation, self._dark = 0, False
+        self._ghost_q: np.ndarray | None = None
+        self._motions: tuple[np.ndarray | None, np.ndarray | None] = (None, None)
+        self._build(arm, p, np.zeros(arm.coordinates) if q is None else np.asarray(q, dtype=float))
+
+    def show(self, q: np.ndarray) -> None:
+        """The model's posture q (n,)."""
+        with self._lock, self._owner.atomic():
+            self._q = np.array(q, dtype=float)
+            self._show_model()
+
+    def show_ghost(self, q: np.ndarray | None) -> None:
+        """The measured posture q (n,), translucent over the model; None hides it."""
+        with self._lock, self._owner.atomic():
+            self._ghost_q = None if q is None else np.array(q, dtype=float)
+            self._show_ghost()
+
+    def show_both(self, q: np.ndarray, ghost: np.ndarray | None) -> None:
+        """Model and measurement of one sample."""
+        with self._lock, self._owner.atomic():
+            self._q = np.array(q, dtype=float)
+            self._ghost_q = None if ghost is None else np.array(ghost, dtype=float)
+            self._show_model()
+            self._show_ghost()
+
+    def show_paths(self, model: np.ndarray | None, measured: np.ndarray | None = None) -> None:
+        """Tip paths of motions q (N, n) of the same samples; None hides a path."""
+        with self._lock, self._owner.atomic():
+            self._motions = (model, measured)
+            self._show_paths()
+
+    @property
+    def exaggeration(self) -> float:
+        """How often larger than true the bending is drawn, 1 to 50."""
+        return self._exaggeration
+
+    @exaggeration.setter
+    def exaggeration(self, value: float) -> None:
+        with self._lock, self._owner.atomic():
+            self._exaggeration = float(np.clip(value, LEAST_EXAGGERATION, MOST_EXAGGERATION))
+            self._show_all()
+
+    def set_visible(self, **groups: bool) -> None:
+        """Shows or hides whole groups: model, ghost, angles, camera, paths."""
+        with self._lock, self._owner.atomic():
+            for name, visible in groups.items():
+                self._shown[name] = visible
+                self._groups[name].visible = visible
+            self._ghost_group.visible = self._shown["ghost"] and self._ghost_q is not None
+            self.camera.cross.visible = self._shown["camera"]
+
+    def set_dark(self, dark: bool) -> None:
+        """Lines of the floor that suit the page's ground; all else is readable on both."""
+        with self._lock, self._owner.atomic():
+            self._dark = dark
+            lines = DARK_FLOOR if dark else LIGHT_FLOOR
+            self._floor.cell_color, self._floor.section_color = lines
+
+    def reshape(self, arm: Arm, p: np.ndarray, q: np.ndarray | None = None) -> None:
+        """Another arm or other numbers; nodes are made anew only for another kind of arm."""
+        with self._lock, self._owner.atomic():
+            posture = self._fitting(arm, q)
+            if self._same_nodes(arm):
+                self.body = Body(arm, p)
+                self._q = posture
+                self._forget_motions_of(arm)
+                self.model.reshape(self.body)
+                self._show_all()
+                return
+            self._root.remove()
+            self._floor.remove()
+            self._attached.clear()
+            self._build(arm, p, posture)
+
+    def anchor(self, place: str) -> str:
+        """Path of a place that moves with the arm: nodes added under it follow by themselves.
+
+        'base', 'joint1', 'origin1' (before the joint turns), 'end1', 'tip' or 'camera'; x points
+        along the segment, z up.
+        """
+        ends = {"tip": self.model.ends[-1].name, "camera": self.camera.frame.name}
+        return {"base": self._root.name, **ends}.get(place, f"{self._root.name}/model/{place}")
+
+    def attach(
+        self,
+        name: str,
+        *handles: SceneNodeHandle,
+        follow: Callable[[Pose], None] | None = None,
+    ) -> None:
+        """Keeps nodes that draw something (an effect, say) under a name, instead of older ones.
+
+        `follow(pose)` is called now and with each new pose of the model.
+        """
+        with self._lock, self._owner.atomic():
+            self.detach(name)
+            self._attached[name] = Attachment(handles, follow)
+            if follow is not None:
+                follow(self._pose)
+
+    def detach(self, name: str) -> None:
+        """Removes what was attached under a name, if anything."""
+        with self._lock:
+            old = self._attached.pop(name, None)
+            for handle in old.handles if old else ():
+                handle.remove()
+
+    @property
+    def pose(self) -> Pose:
+        """The model's pose as shown."""
+        return self._pose
+
+    def view(self, aspect: float = 1.3) -> View:
+        """A good place to look from, for a canvas `aspect` times as wide as it is high."""
+        return view_of(self.body.reach, aspect)
+
+    def _build(self, arm: Arm, p: np.ndarray, q: np.ndarray) -> None:
+        self.body = Body(arm, p)
+        self._q, self._ghost_q = q, None
+        self._motions = (None, None)
+        self._pose = self.body.pose(q, self._exaggeration)
+        scene, path = self._owner.scene, f"{ROOT}{self._generation or ''}"
+        self._generation += 1
+        with self._owner.atomic():
+            scene.set_up_direction("+z")
+            self._root = scene.add_frame(path, show_axes=False)
+            self._groups: dict[str, FrameHandle] = {
+                name: scene.add_frame(f"{path}/{name}", show_axes=False, visible=self._shown[name])
+                for name in GROUPS
+            }
+            self._add_floor(scene, path)
+            self.model = ArmNodes(scene, f"{path}/model", self.body, MODEL, self._pose)
+            ghost_pose = self.body.pose(q, self._exaggeration, GHOST.grown)
+            self.ghost = ArmNodes(scene, f"{path}/ghost", self.body, GHOST, ghost_pose)
+            self.marks = MarkNodes(scene, f"{path}/angles", self.body, self._pose)
+            tip = self.model.ends[-1].name
+            self.camera = CameraNodes(scene, f"{path}/camera", self.body, self._pose, tip)
+            lift = 0.5 * self.body.sections[-1].height + LIFT * self.body.reach
+            self.paths = PathNodes(scene, f"{path}/paths", lift)
+            self._ghost_group.visible = False
+
+    @property
+    def _ghost_group(self) -> FrameHandle:
+        return self._groups["ghost"]
+
+    def _add_floor(self, scene: SceneApi, path: str) -> None:
+        r = self.body.reach
+        cell = 10.0 ** np.floor(np.log10(r))
+        lines = DARK_FLOOR if self._dark else LIGHT_FLOOR
+        cell = cell if cell <= 0.25 * r else cell / 10.0
+        self._floor = scene.add_grid(
+            f"{path}_floor", 8.0 * r, 8.0 * r, plane="xy", cell_size=cell, section_size=5.0 * cell,
+            cell_color=lines[0], section_color=lines[1], shadow_opacity=0.14,
+            fade_distance=5.0 * r, position=(0.0, 0.0, -FLOOR_DEPTH * r),
+        )  # fmt: skip
+
+    def _same_nodes(self, arm: Arm) -> bool:
+        now = [(s.joint, s.mount) for s in self.body.arm.segments]
+        return now == [(s.joint, s.mount) for s in arm.segments]
+
+    def _fitting(self, arm: Arm, q: np.ndarray | None) -> np.ndarray:
+        """q where given; else the joints as they stand, straight if the modes have changed."""
+        if q is not None:
+            return np.asarray(q, dtype=float)
+        out = np.zeros(arm.coordinates)
+        count = min(arm.joints, self.body.arm.joints)
+        out[:count] = self._q[:count]
+        return self._q if arm.modes == self.body.arm.modes else out
+
+    def _forget_motions_of(self, arm: Arm) -> None:
+        """Motions of an arm with other coordinates cannot be drawn with this one."""
+        n = arm.coordinates
+        if self._ghost_q is not None and len(self._ghost_q) != n:
+            self._ghost_q = None
+        if any(m is not None and m.shape[1] != n for m in self._motions):
+            self._motions = (None, None)
+
+    def _show_all(self) -> None:
+        self._show_model()
+        self._show_ghost()
+        self._show_paths()
+
+    def _show_model(self) -> None:
+        self._pose = self.body.pose(self._q, self._exaggeration)
+        self.model.show(self._pose)
+        self.marks.show(self.body, self._pose)
+        self.camera.show(self._pose)
+        for attachment in self._attached.values():
+            if attachment.follow is not None:
+                attachment.follow(self._pose)
+
+    def _show_ghost(self) -> None:
+        self._ghost_group.visible = self._shown["ghost"] and self._ghost_q is not None
+        if self._ghost_q is None:
+            self.paths.show_error(self._pose.tip.place, None)
+            return
+        pose = self.body.pose(self._ghost_q, self._exaggeration, GHOST.grown)
+        self.ghost.show(pose)
+        self.paths.show_error(self._pose.tip.place, pose.tip.place)
+
+    def _show_paths(self) -> None:
+        tips = [
+            None if q is None else self.body.tip_points(q, self._exaggeration)
+            for q in self._motions
+        ]
+        self.paths.show(*tips)

@@ -1,0 +1,39 @@
+"""Frequency response: how strongly each frequency of a reference comes out."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+
+from core.simulate.response import FrequencyResponse
+from flexgui.views.names import channel_symbol
+from flexgui.views.pairs import pair_lines, per_reference
+from flexgui.views.small import small_axis, small_figure
+from flexgui.views.units import ShownUnit
+
+DECADES = 4.0
+"""Shown below the largest gain; less than that nobody hears."""
+
+
+def frequency_response(response: FrequencyResponse) -> go.Figure:
+    """Magnitude over frequency in Hz, both logarithmic."""
+    gain = np.abs(response.gain)
+    symbol = ", ".join(channel_symbol(port.name) for port in response.outputs)
+    unit = ShownUnit(1.0, response.outputs[0].unit or "–")
+    top = float(np.log10(gain.max(initial=1e-12) * 2.0))
+    least = float(np.log10(max(gain[gain > 0.0].min(initial=1e12), 1e-12)))
+    traces = pair_lines(response.frequency, gain, response.outputs, response.references, "%{y:.3g}")
+    ends = [float(np.log10(f)) for f in (response.frequency[0], response.frequency[-1])]
+    return small_figure(
+        traces,
+        small_axis("frequency [Hz]", type="log", range=ends, dtick=1),
+        small_axis(
+            f"|{symbol}| [{per_reference(unit, response.references)}]",
+            type="log",
+            range=[max(top - DECADES, least), top],
+            dtick=1,
+            exponentformat="power",
+        ),
+        "Magnitude of the response from each reference to each output.",
+        hovermode="x unified",
+    )

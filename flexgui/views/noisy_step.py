@@ -1,0 +1,36 @@
+"""The step response with what a measurement of it would look like."""
+
+from __future__ import annotations
+
+import numpy as np
+import plotly.graph_objects as go
+
+from core.simulate.response import StepResponse
+from flexgui.views import colours
+from flexgui.views.live import dots
+from flexgui.views.step import step
+from flexgui.views.units import shown_unit
+
+OPACITY = 0.6
+DOTS = 90
+"""Per output: each is a node of its own in the browser."""
+
+
+def noisy_step(response: StepResponse, noise: np.ndarray) -> go.Figure:
+    """Dots of the outputs with noise (N, ny, nr) under the lines of `step`."""
+    figure = step(response)
+    if not np.any(noise):
+        return figure
+    clock = shown_unit(response.time, "s").factor
+    unit = shown_unit(response.values, response.outputs[0].unit).factor
+    measured = (response.values + noise) * unit
+    own = range(min(noise.shape[1:]))
+    every = slice(None, None, max(len(measured) // DOTS, 1))
+    x = np.concatenate([response.time[every] * clock for _ in own])
+    y = np.concatenate([measured[every, k, k] for k in own])
+    colour = colours.faded(colours.MEASURED, OPACITY)
+    under = dots(x, y, "with noise", colour, size=3) | {"hoverinfo": "skip"}
+    return go.Figure(
+        {"data": [under, *figure.to_dict()["data"]], "layout": figure.to_dict()["layout"]},
+        _validate=False,
+    )

@@ -1,0 +1,141 @@
+"""Poles in the upper s-plane: how fast and how damped each motion of the closed loop is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from core.simulate.modes import Mode, integrators
+from flexgui.views import colours
+from flexgui.views.numbers import format_number
+from flexgui.views.small import small_axis, small_figure
+
+RATIOS = (0.1, 0.3, 0.7)
+"""Lines of equal damping."""
+
+ROOM = 1.15
+"""The axes reach this much further than the poles that swing."""
+
+FAR = 3.0
+"""A pole that only decays is out of the plot where it is this many times faster than the rest."""
+
+REAL, IMAGINARY = "Re s [1/s]", "Im s [rad/s]"
+
+
+def poles(
+    values: np.ndarray, modes: Sequence[Mode] = (), clamped: Sequence[Mode] = ()
+) -> go.Figure:
+    """The poles (nx,) in 1/s; `clamped` are those of the arm with its joints held, for comparison.
+
+    Poles of pure decay far to the left are named in a note and not drawn: they would squeeze the
+    others into a corner.
+    """
+    left, top, far = window(values)
+    near = values[(values.real >= left) & (values.imag >= 0.0)]
+    traces = [*_damping_lines(left, top), _clamped(clamped, left), _points(near, modes)]
+    notes = [_note(far)] if far.size else []
+    return small_figure(
+        [t for t in traces if t is not None],
+        small_axis(REAL, range=[left, -0.12 * left], zeroline=True, zerolinecolor=colours.AXIS),
+        small_axis(IMAGINARY, range=[-0.05 * top, top]),
+        "Cross: a pole with the drive closed. Circle: with the joints clamped. The lower half of "
+        "the plane mirrors this one.",
+        hovermode="closest",
+        annotations=notes,
+    )
+
+
+def window(values: np.ndarray) -> tuple[float, float, np.ndarray]:
+    """(left end, upper end, poles that are left out) of a plot in 1/s."""
+    swinging = values[np.abs(values.imag) > 1e-6 * np.abs(values)]
+    core = swinging if swinging.size else values[~integrators(values)]
+    if not core.size:
+        return -1.0, 1.0, values[:0]
+    width = float(np.abs(core.real).max())
+    top = float(np.abs(core.imag).max())
+    reach = max(width, 0.05 * top)
+    decaying = values[(np.abs(values.imag) <= 1e-6 * np.abs(values)) & (values.real < 0.0)]
+    inside = decaying[np.abs(decaying.real) <= FAR * reach]
+    left = ROOM * max(reach, float(np.abs(inside.real).max(initial=0.0)))
+    return -left, ROOM * (top if top > 0.0 else left), decaying[np.abs(decaying.real) > left]
+
+
+def _points(near: np.ndarray, modes: Sequence[Mode]) -> dict[str, Any]:
+    told = {complex(m.pole): m for m in modes}
+    return {
+        "type": "scatter",
+        "x": near.real,
+        "y": near.imag,
+        "mode": "markers",
+        "name": "drive closed",
+        "marker": {
+            "symbol": "x-thin",
+            "size": 10,
+            "line": {"width": 2.2, "color": colours.MODEL},
+        },
+        "text": [_told(told.get(complex(s)), s) for s in near],
+        "hovertemplate": "%{text}<extra></extra>",
+    }
+
+
+def _told(mode: Mode | None, s: complex) -> str:
+    if mode is None:
+        return f"s = {format_number(s.real)} 1/s"
+    return f"{format_number(mode.frequency)} Hz, damping {format_number(mode.damping, 3)}"
+
+
+def _clamped(modes: Sequence[Mode], left: float) -> dict[str, Any] | None:
+    near = [m for m in modes if m.pole.real >= left]
+    if not near:
+        return None
+    return {
+        "type": "scatter",
+        "x": [m.pole.real for m in near],
+        "y": [m.pole.imag for m in near],
+        "mode": "markers",
+        "name": "joints clamped",
+        "marker": {"symbol": "circle-open", "size": 9, "color": colours.START},
+        "text": [_told(m, m.pole) for m in near],
+        "hovertemplate": "clamped: %{text}<extra></extra>",
+    }
+
+
+def _damping_lines(left: float, top: float) -> list[dict[str, Any]]:
+    """Rays of equal damping ratio zeta: Re s = -zeta |s|, up to the frame of the plot."""
+    found = []
+    for ratio in RATIOS:
+        slope = np.sqrt(1.0 - ratio**2) / ratio
+        x = max(left, -top / slope)
+        found.append(
+            {
+                "type": "scatter",
+                "x": [x, 0.0],
+                "y": [-slope * x, 0.0],
+                "mode": "lines+text",
+                "text": [f"ζ = {ratio:g}", ""],
+                "textposition": "bottom right",
+                "textfont": {"size": 10, "color": colours.TEXT},
+                "line": {"color": colours.GRID, "width": 1, "dash": "dot"},
+                "hoverinfo": "skip",
+                "showlegend": False,
+            }
+        )
+    return found
+
+
+def _note(far: np.ndarray) -> dict[str, Any]:
+    several = ", ".join(format_number(s, 3) for s in sorted(far.real, reverse=True))
+    return {
+        "text": f"◂ also at {several} 1/s",
+        "xref": "paper",
+        "yref": "paper",
+        "x": 1.0,
+        "y": 1.02,
+        "xanchor": "right",
+        "yanchor": "bottom",
+        "showarrow": False,
+        "font": {"size": 11, "color": colours.TEXT},
+    }

@@ -1,0 +1,126 @@
+"""The figures that follow a slider: pure, with units, quick to send."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+from core.drives.torque import Torque
+from core.model import Model
+from core.simulate.modes import pole_locus as locus_of
+from core.simulate.modes import vibration_modes
+from core.simulate.posture import Posture, posture
+from core.simulate.response import frequency_response as gains_of
+from core.simulate.response import step_response
+from flexgui.views.frequency_response import frequency_response
+from flexgui.views.layout import caption
+from flexgui.views.mode_table import mode_label, mode_table
+from flexgui.views.names import channel_symbol
+from flexgui.views.pole_locus import pole_locus
+from flexgui.views.poles import poles, window
+from flexgui.views.small import HEIGHT
+from flexgui.views.step import step
+from tests.helpers import ARMS, looped
+
+LARGEST_MESSAGE = 60_000
+"""Characters of a figure; four of them follow a slider ten times a second."""
+
+NAMES = ["one mode", "2-2", "slide", "ground", "rigid pair"]
+
+
+def at(name: str) -> Posture:
+    arm = ARMS[name]
+    return posture(looped(arm, 20.0), np.resize([0.2, 1.2], arm.joints))
+
+
+def shown_locus(here: Posture) -> go.Figure:
+    joint = here.model.arm.joints - 1
+    places = np.linspace(0.0, np.pi, 25)
+    locus = locus_of(here.model, here.numbers, here.joints, joint, places)
+    return pole_locus(places, locus, here.poles, joint)
+
+
+FIGURES: dict[str, Callable[[Posture], go.Figure]] = {
+    "poles": lambda h: poles(h.poles, vibration_modes(h), vibration_modes(h, clamped=True)),
+    "pole_locus": shown_locus,
+    "step": lambda h: step(step_response(h)),
+    "frequency_response": lambda h: frequency_response(gains_of(h)),
+}
+
+
+@pytest.mark.parametrize("arm", NAMES)
+@pytest.mark.parametrize("name", FIGURES)
+def test_axes_carry_units_and_panels_fit(name: str, arm: str) -> None:
+    figure = FIGURES[name](at(arm))
+    layout = figure.to_dict()["layout"]
+    for key in ("xaxis", "yaxis"):
+        assert re.search(r"\[.+\]$", layout[key]["title"]["text"])
+        assert np.all(np.isfinite(layout[key].get("range", [0.0, 1.0])))
+    assert layout["height"] == HEIGHT
+    assert caption(figure)
+    assert len(figure.to_json()) < LARGEST_MESSAGE
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_hold_what_plotly_knows(name: str) -> None:
+    """They are built without Plotly's checks, so the checks are made here."""
+    go.Figure(FIGURES[name](at("2-2")).to_dict())
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_views_are_pure(name: str) -> None:
+    assert FIGURES[name](at("2-2")).to_json() == FIGURES[name](at("2-2")).to_json()
+
+
+def test_far_poles_are_told_and_not_drawn() -> None:
+    here = at("2-2")
+    figure = FIGURES["poles"](here)
+    left, _, far = window(here.poles)
+    assert far.size
+    assert str(figure.layout.annotations[0].text).startswith("◂ also at −")
+    drawn = next(t for t in figure.data if t.name == "drive closed")
+    assert min(drawn.x) >= left
+
+
+def test_every_swinging_pole_is_inside_the_plot() -> None:
+    for name in NAMES:
+        here = at(name)
+        left, top, _ = window(here.poles)
+        for mode in vibration_modes(here):
+            assert left < mode.pole.real
+            assert mode.pole.imag < top
+
+
+def test_poles_of_an_arm_without_a_spring_can_be_drawn() -> None:
+    arm = ARMS["rigid pair"]
+    here = posture(Model(arm, Torque()), np.array([0.0, 1.0]))
+    assert window(here.poles)[:2] == (-1.0, 1.0)
+    assert poles(here.poles).to_json()
+    assert frequency_response(gains_of(here)).to_json()
+
+
+def test_each_pair_of_reference_and_output_has_its_line() -> None:
+    names = [trace.name for trace in FIGURES["step"](at("2-2")).data]
+    pairs = [(r, y) for y in ("ydot1", "ydot2") for r in ("dtheta1", "dtheta2")]
+    assert names == [f"{channel_symbol(r)}* → {channel_symbol(y)}" for r, y in pairs]
+
+
+def test_a_coupling_that_is_not_there_has_no_line() -> None:
+    """Segments on the ground do not feel each other."""
+    here = at("ground")
+    absent = f"{channel_symbol('dtheta1')}* → {channel_symbol('deflection2')}"
+    names = [trace.name for trace in FIGURES["step"](here).data]
+    assert names
+    assert absent not in names
+
+
+def test_modes_are_told_with_frequency_and_damping() -> None:
+    modes = vibration_modes(at("2-2"), clamped=True)
+    table = mode_table(modes)
+    assert len(table.rows) == 4
+    assert all(row.cells[2] == "0" for row in table.rows)
+    assert re.fullmatch(r"Mode 1: [\d.]+ Hz, damping 0", mode_label(modes[0], 1))

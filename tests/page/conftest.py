@@ -1,0 +1,106 @@
+"""A page in a real browser, on a viser server of its own; skipped where there is no Chromium."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+
+import viser  # noqa: E402
+
+from flexgui.jobs import JobPool  # noqa: E402
+from flexgui.page import Page, build_page  # noqa: E402
+from flexgui.session import Session  # noqa: E402
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+FLAGS = (
+    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
+    "--disable-background-networking --disable-component-update --disable-sync "
+    "--use-angle=swiftshader --enable-unsafe-swiftshader"
+).split()
+UPLOAD_LIMIT = 1_000_000
+PATIENCE = 30_000
+"""ms that a click or a sentence may take on a busy machine without a graphics card."""
+
+
+@dataclass(frozen=True)
+class Offered:
+    """What the server offers."""
+
+    pool: JobPool
+    data_folder: Path | None = None
+    upload_limit_bytes: int = UPLOAD_LIMIT
+
+
+class Desktop:
+    """One server whose next browser gets `session`."""
+
+    def __init__(self, services: Offered) -> None:
+        self.services = services
+        self.session: Session | None = None
+        self.pages: list[Page] = []
+        self._by_client: dict[int, Page] = {}
+        self.server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        self.server.on_client_connect(self._connected)
+        self.server.on_client_disconnect(self._gone)
+
+    def _connected(self, client: viser.ClientHandle) -> None:
+        assert self.session is not None
+        page = build_page(client, self.session, self.services)
+        self.pages.append(page)
+        self._by_client[client.client_id] = page
+
+    def _gone(self, client: viser.ClientHandle) -> None:
+        self._by_client.pop(client.client_id).close()
+
+    @property
+    def address(self) -> str:
+        return f"http://127.0.0.1:{self.server.get_port()}"
+
+
+@pytest.fixture(scope="session")
+def desktop() -> Iterator[Desktop]:
+    if CHROMIUM is None:
+        pytest.skip("no Chromium on this machine: the page is not looked at")
+    with JobPool(1) as pool:
+        made = Desktop(Offered(pool))
+        yield made
+        made.server.stop()
+
+
+@pytest.fixture(scope="session")
+def chromium(desktop: Desktop) -> Iterator[Any]:
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def session(desktop: Desktop, tmp_path: Path) -> Iterator[Session]:
+    folder = tmp_path / "own"
+    folder.mkdir()
+    made = desktop.session = Session(str(tmp_path), folder)
+    yield made
+    for page in desktop.pages:
+        page.close()
+    desktop.pages.clear()
+    made.close()
+
+
+@pytest.fixture
+def page(desktop: Desktop, chromium: Any, session: Session) -> Iterator[Any]:
+    """The browser's page once the first plots stand."""
+    context = chromium.new_context(viewport={"width": 1600, "height": 900}, accept_downloads=True)
+    context.set_default_timeout(PATIENCE)
+    opened = context.new_page()
+    opened.goto(desktop.address)
+    opened.wait_for_function("document.querySelectorAll('.js-plotly-plot').length >= 3")
+    yield opened
+    context.close()

@@ -1,0 +1,47 @@
+"""Hands and eyes for the page."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flexgui.session import Session
+from flexgui.session.edit import Document, put
+
+PLOTS = """() => JSON.stringify([...document.querySelectorAll('.js-plotly-plot')].map(
+  p => p.data.map(t => [t.name, Array.from(t.x || []), Array.from(t.y || [])])))"""
+
+
+def plots(page: Any) -> str:
+    """All that the plots show."""
+    return str(page.evaluate(PLOTS))
+
+
+def enter(page: Any, label: str, value: str) -> None:
+    """Types a value into the box of a slider or a number field."""
+    found = page.get_by_text(label, exact=True).first.get_attribute("for")
+    field = page.locator(f'[id="{found}"]')
+    box = field if field.evaluate("e => e.tagName") == "INPUT" else field.locator("xpath=..")
+    target = box if box is field else box.get_by_role("textbox")
+    target.fill(value)
+
+
+def press(page: Any, name: str) -> None:
+    page.get_by_role("button", name=name, exact=True).first.click()
+
+
+def sees(page: Any, text: str) -> None:
+    """Waits until the text stands on the page."""
+    page.get_by_text(text).first.wait_for()
+
+
+def small(session: Session) -> None:
+    """Two short recordings and a validation: an identification takes a moment."""
+
+    def edit(document: Document) -> None:
+        document["recordings"] = [document["recordings"][k] for k in (1, 2, 7)]
+        for entry in document["recordings"]:
+            entry["simulate"]["seconds"] = 1.0
+
+    assert session.change(
+        edit, put(("identify", "population"), 8), put(("identify", "generations"), 6)
+    )

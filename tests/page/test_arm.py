@@ -1,0 +1,86 @@
+"""The first stage in a browser."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexgui.session import Session
+from tests.page.conftest import Desktop
+from tests.page.helpers import PLOTS, enter, plots, press, sees
+
+SLIDERS = {"θ2 [deg]": "100", "ε [GPa]": "2", "d [mm]": "60", "SNR [dB]": "35"}
+MORE = {
+    "Modes 1": "0", "l1 [m]": "0.8", "m2 [kg]": "9", "Tip mass [kg]": "1",
+    "λ1 [N m s/rad]": "120",
+}  # fmt: skip
+FIRST_OF_ITS_KIND = 60_000
+"""ms: another number of modes is compiled once per machine."""
+
+
+def beams(desktop: Desktop) -> np.ndarray:
+    """Vertices of the arm as they were sent to the browser."""
+    stage = desktop.pages[-1]._scene._stage
+    assert stage is not None
+    return np.concatenate(stage.pose.beams)
+
+
+def moved(page: Any, desktop: Desktop, label: str, value: str, arm_too: bool = True) -> None:
+    before, arm = plots(page), beams(desktop)
+    enter(page, label, value)
+    page.wait_for_function(
+        "([get, before]) => eval(get)() !== before",
+        arg=["(" + PLOTS + ")", before],
+        timeout=FIRST_OF_ITS_KIND,
+    )
+    assert not arm_too or not np.array_equal(beams(desktop), arm), label
+
+
+def test_each_slider_changes_the_plots_and_the_arm(
+    page: Any, desktop: Desktop, session: Session
+) -> None:
+    for label, value in SLIDERS.items():
+        moved(page, desktop, label, value, arm_too=label != "SNR [dB]")
+    page.get_by_text("More about the arm", exact=True).click()
+    for label, value in MORE.items():
+        moved(page, desktop, label, value)
+    assert session.scenario.arm.overrides["young_modulus"] == 2e9
+    assert session.live.snr_db == 35
+
+
+def test_exaggeration_bends_the_drawn_arm_only(page: Any, desktop: Desktop) -> None:
+    before, arm = plots(page), beams(desktop)
+    enter(page, "Exaggerate", "50")
+    page.wait_for_timeout(500)
+    assert not np.array_equal(beams(desktop), arm)
+    assert plots(page) == before
+
+
+def test_equations_and_matrices_are_rendered(page: Any) -> None:
+    page.get_by_text("Equations of this model", exact=True).click()
+    page.locator("math").first.wait_for()
+    page.get_by_text("Matrices E0, E1, A, B", exact=True).click()
+    sees(page, "E1, times cos(theta2)")
+
+
+def test_a_mode_swings_the_arm(page: Any, desktop: Desktop, session: Session) -> None:
+    session.set_live(mode=0)
+    page.wait_for_timeout(500)
+    before = beams(desktop)
+    page.wait_for_timeout(200)
+    assert not np.array_equal(beams(desktop), before)
+
+
+def test_the_page_is_rebuilt_from_the_session(
+    page: Any, desktop: Desktop, session: Session
+) -> None:
+    enter(page, "ε [GPa]", "1.5")
+    press(page, "Data")
+    sees(page, "7 to fit, 1 to validate.")
+    page.reload()
+    sees(page, "7 to fit, 1 to validate.")
+    press(page, "Arm")
+    label = page.get_by_text("ε [GPa]", exact=True).first.get_attribute("for")
+    box = page.locator(f'[id="{label}"]').locator("xpath=..").get_by_role("textbox")
+    assert box.input_value() == "1.5"

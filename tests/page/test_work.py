@@ -1,0 +1,144 @@
+"""From recordings to downloads, with real clicks."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from core.recording.save import save_recording
+from flexgui.session import Session
+from flexgui.session.playback import read_one
+from tests.page.helpers import enter, plots, press, sees, small
+
+
+@pytest.fixture
+def good(session: Session, tmp_path: Path) -> Path:
+    """A recording of the session's own arm."""
+    path = tmp_path / "good.csv"
+    name = session.scenario.recordings[0].name
+    save_recording(read_one(session.scenario, name, session.folder), path)
+    return path
+
+
+def bad_files(good: Path) -> dict[Path, str]:
+    """Five files and what their sentence has to name."""
+    text = good.read_text()
+    lines = text.splitlines()
+    cases = {
+        "empty": ("", "is empty"),
+        "timeless": (text.replace("t [s]", "x", 1), "column t"),
+        "heavy": (text.replace("z1 [m]", "z1 [kg]", 1), "kg"),
+        "unsorted": ("\n".join([*lines[:9], lines[4], *lines[9:]]), "t"),
+        "long": (text + " " * 1_000_000, "MB"),
+    }
+    found = {}
+    for name, (content, said) in cases.items():
+        path = good.with_name(f"{name}.csv")
+        path.write_text(content)
+        found[path] = said
+    return found
+
+
+def give(page: Any, path: Path) -> None:
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Upload a recording or a scenario").click()
+    chooser.value.set_files(path)
+
+
+def test_good_and_bad_recordings(page: Any, session: Session, good: Path) -> None:
+    press(page, "Data")
+    before = session.scenario
+    for path, said in bad_files(good).items():
+        give(page, path)
+        message = page.locator(".fx .bad", has_text=path.stem).first
+        message.wait_for()
+        assert said in message.inner_text()
+        assert session.scenario == before
+    give(page, good)
+    sees(page, "good.csv: 3000 samples at 1000 Hz.")
+    sees(page, "8 to fit, 1 to validate.")
+
+
+def test_experiments_are_simulated_as_asked(page: Any, session: Session) -> None:
+    press(page, "Data")
+    enter(page, "Points", "3")
+    page.wait_for_timeout(300)
+    press(page, "Simulate these experiments")
+    sees(page, "3 to fit, 1 to validate.")
+    sees(page, "θ2 = 4π/8")
+
+
+def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Path) -> None:
+    small(session)
+    press(page, "Identify")
+    press(page, "Start identification")
+    sees(page, "The data do not determine ε and d one by one")
+    sees(page, "EI (follows)")
+    sees(page, "The paper's table beside ours")
+    assert "population" in plots(page)
+    press(page, "Next: compare model and measurements")
+    sees(page, "The model misses the measured tip by")
+    assert "residual" in plots(page)
+    press(page, "Show the validation")
+    sees(page, "sweep, validation, fit of all recordings")
+    press(page, "Next: export")
+    for name, ending in (("Scenario file", ".toml"), ("Report (HTML)", ".html"),
+                         ("Model (.json)", ".json"), ("All tables (zip)", ".zip"),
+                         ("3-D playback (HTML)", ".html")):  # fmt: skip
+        with page.expect_download() as download:
+            press(page, name)
+        path = tmp_path / download.value.suggested_filename
+        download.value.save_as(path)
+        assert path.suffix == ending and path.stat().st_size > 100
+    assert "E_terms" in json.loads((tmp_path / "Seven_working_points_model.json").read_text())
+    text = (tmp_path / "Seven_working_points.toml").read_text()
+    assert len(tomllib.loads(text)["recordings"]) == 3
+
+
+def test_stop_in_mid_run_keeps_the_last_result(page: Any, session: Session) -> None:
+    small(session)
+    press(page, "Identify")
+    press(page, "Start identification")
+    sees(page, "EI (follows)")
+    complete = session.outcome
+    session.change(lambda d: d["identify"].update(generations=10_000, population=200))
+    press(page, "Start identification")
+    sees(page, "Best so far")
+    press(page, "Pause")
+    sees(page, "Paused")
+    press(page, "Go on")
+    press(page, "Stop")
+    sees(page, "Stopped; the last complete result is kept.")
+    sees(page, "EI (follows)")
+    assert session.outcome is complete
+
+
+def test_the_cursor_moves_arm_and_plots(page: Any, session: Session) -> None:
+    press(page, "Data")
+    page.wait_for_function("document.querySelectorAll('.js-plotly-plot').length >= 1")
+    press(page, "Play")
+    page.wait_for_function(
+        """() => [...document.querySelectorAll('.js-plotly-plot')].some(
+          p => (p.layout.shapes || []).some(s => s.type === 'line' && s.x0 > 0.1))"""
+    )
+    press(page, "Pause")
+    page.wait_for_timeout(300)
+    stands = session.cursor.time
+    press(page, "step ▶")
+    page.wait_for_timeout(300)
+    assert session.cursor.time > stands > 0.1
+
+
+def test_texts_of_a_file_are_shown_and_not_run(page: Any, session: Session) -> None:
+    evil = "<img src=x onerror='window.evil=1'>"
+    session.change(lambda d: d.update(title=evil))
+    session.change(lambda d: d["recordings"][0].update(name=evil))
+    session.say(evil, bad=True)
+    sees(page, "onerror")
+    press(page, "Data")
+    page.wait_for_timeout(1000)
+    assert page.evaluate("window.evil") is None

@@ -1,0 +1,128 @@
+"""A demo: many watch, one changes."""
+
+from __future__ import annotations
+
+import pytest
+
+from flexgui.server.demo import COPY, FOLLOW
+from flexgui.server.entry import Word
+from tests.server.conftest import MakePlace, Place
+from tests.server.helpers import SILENCE, Browser, Thing, announcement, get, wait_for
+
+CODE, TOKEN = "K7QM-2XWP", "0123456789abcdef"
+
+
+def copy(teacher: Thing, own: Thing) -> None:
+    own.values = dict(teacher.values)
+
+
+@pytest.fixture
+def demo(make_place: MakePlace) -> Place:
+    return make_place(copy_session=copy)
+
+
+def button(browser: Browser, label: str) -> str:
+    def find() -> str | None:
+        for message in reversed(browser.heard):
+            if message["type"] == "GuiButtonMessage" and message["props"]["label"] == label:
+                return str(message["uuid"])
+        return None
+
+    return str(browser.until(find, label))
+
+
+def test_the_first_is_the_teacher_and_the_others_follow(demo: Place) -> None:
+    with Browser(demo.server) as teacher, Browser(demo.server) as follower:
+        mine = demo.page(teacher)
+        theirs = demo.page(follower)
+        assert not mine.read_only and theirs.read_only and theirs.session is mine.session
+        assert demo.server.services.demo is not None
+        assert demo.server.services.demo.role(mine.client) == "teacher"
+        assert demo.server.services.demo.role(theirs.client) == "follower"
+
+
+def test_a_follower_changes_nothing_and_is_told_why(demo: Place) -> None:
+    with Browser(demo.server) as teacher, Browser(demo.server) as follower:
+        session = demo.page(teacher).session
+        shown = demo.page(follower)
+        for name, value in (("slider", 2.0), ("check", True), ("button", True), ("group", "left")):
+            demo.set(follower, name, value)
+        follower.send(announcement(shown.widgets["upload"]._impl.uuid, 6, 1))
+        follower.send(
+            {"type": "SceneNodeClickMessage", "name": "/a", "instance_index": None, "owner": "",
+             "ray_origin": [0, 0, 0], "ray_direction": [0, 0, 1], "screen_pos": [0, 0],
+             "modifier": None}
+        )  # fmt: skip
+        slider = shown.widgets["slider"]._impl.uuid
+        follower.await_message("GuiUpdateMessage", uuid=slider, updates={"value": 1.0})
+        follower.until(lambda: any("own copy" in note for note in follower.notes))
+        assert not session.values and shown.widgets["slider"].value == 1.0
+        demo.set(teacher, "slider", 2.0)
+        assert wait_for(lambda: session.values.get("slider") == 2.0)
+
+
+def test_a_follower_takes_an_own_copy_and_comes_back(demo: Place) -> None:
+    storage: dict[str, str] = {}
+    with Browser(demo.server) as teacher, Browser(demo.server, storage=storage) as follower:
+        session = demo.page(teacher).session
+        demo.set(teacher, "slider", 2.0)
+        wait_for(lambda: session.values)
+        old = demo.page(follower)
+        follower.set(button(follower, COPY), True)
+        follow = button(follower, FOLLOW)
+        own = demo.page(follower)
+        assert own.session is not session and own.session.values == {"slider": 2.0}
+        assert old.closed and not own.read_only
+        demo.set(follower, "slider", 0.5)
+        wait_for(lambda: own.session.values["slider"] == 0.5)
+        assert session.values["slider"] == 2.0
+        assert storage["flexgui-session"] == own.session.key
+        follower.set(follow, True)
+        wait_for(lambda: len(demo.pages.all) == 4)
+        follower.listen(SILENCE)
+        assert demo.page(follower).session is session and demo.page(follower).read_only
+
+
+def test_who_has_a_copy_keeps_it_over_a_reload(demo: Place) -> None:
+    storage: dict[str, str] = {}
+    with Browser(demo.server) as teacher:
+        demo.page(teacher)
+        with Browser(demo.server, storage=storage) as follower:
+            demo.page(follower)
+            follower.set(button(follower, COPY), True)
+            follower.until(lambda: storage, "the key")
+        with Browser(demo.server, storage=storage) as again:
+            shown = demo.page(again)
+            assert shown.session.key == storage["flexgui-session"] and not shown.read_only
+
+
+def test_followers_never_learn_the_teachers_key(demo: Place) -> None:
+    with Browser(demo.server) as teacher, Browser(demo.server) as follower:
+        key = demo.page(teacher).session.key
+        demo.page(follower)
+        follower.listen(SILENCE)
+        assert key not in str(follower.heard) and not follower.storage
+
+
+def test_the_teacher_stays_the_teacher_over_a_reload_and_for_hours(demo: Place) -> None:
+    storage: dict[str, str] = {}
+    with Browser(demo.server, storage=storage) as teacher:
+        session = demo.page(teacher).session
+        teacher.until(lambda: storage, "the key")
+    demo.clock.now += 10_000.0
+    wait_for(lambda: demo.pages.all[0].closed)
+    demo.server.store.sweep()
+    with Browser(demo.server, storage=storage) as teacher:
+        assert demo.page(teacher).session is session and not demo.page(teacher).read_only
+
+
+def test_in_a_class_the_teacher_is_who_has_the_token(make_place: MakePlace) -> None:
+    place = make_place(copy_session=copy, join=Word(CODE), teacher=Word(TOKEN))
+    ticket = (get(place.server, f"/?teacher={TOKEN}").getheader("Set-Cookie") or "").split(";")[0]
+    with Browser(place.server, path=f"/?code={CODE}") as early:
+        early.await_message("GuiMarkdownMessage")
+        assert not place.pages.all
+        with Browser(place.server, headers={"Cookie": ticket}) as teacher:
+            assert not place.page(teacher).read_only
+            assert place.page(early).read_only
+            assert place.page(early).session is place.page(teacher).session

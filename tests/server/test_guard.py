@@ -1,0 +1,190 @@
+"""What a raw websocket cannot do."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from tests.server.conftest import SMALL, MakePlace, Place
+from tests.server.helpers import CAMERA, SILENCE, Browser, announcement, part, wait_for
+
+NAN, INF = math.nan, math.inf
+
+BAD = [
+    ("slider", NAN), ("slider", INF), ("slider", 999), ("slider", -0.1), ("slider", "2"),
+    ("slider", None), ("slider", [1.0]), ("slider", {"a": 1}), ("slider", True),
+    ("whole", 11), ("whole", NAN), ("number", -1e-3), ("number", -INF), ("number", b"1"),
+    ("check", 1), ("check", "yes"), ("choice", "c"), ("choice", 0), ("choice", ["a"]),
+    ("text", 5), ("text", "x" * 20_001), ("text", "\x00"), ("text", None),
+    ("vector", [0.0, NAN]), ("vector", [0.0]), ("vector", [0.0, 2.0]), ("vector", 0.5),
+    ("colour", [1, 2, 300]), ("colour", [1, 2]), ("range", [0.8, 0.2]), ("range", [0.1]),
+    ("button", 7), ("group", "up"), ("off", 2.0), ("upload", "x"),
+]  # fmt: skip
+
+GOOD = [
+    ("slider", 2, 2.0), ("slider", 3.0000000000000004, 3.0), ("whole", 7, 7),
+    ("number", 9.25, 9.25), ("check", True, True), ("choice", "b", "b"), ("text", "θ2\n", "θ2\n"),
+    ("vector", [1, -0.5], (1.0, -0.5)), ("colour", [9, 8, 7], (9, 8, 7)),
+    ("range", [0.3, 0.4], (0.3, 0.4)), ("button", True, True), ("group", "right", "right"),
+]  # fmt: skip
+
+
+def works(place: Place, browser: Browser) -> bool:
+    """The connection still does what it should."""
+    session = place.page(browser).session
+    place.set(browser, "slider", 0.5)
+    return bool(wait_for(lambda: session.values.get("slider") == 0.5))
+
+
+def test_good_values_arrive(place: Place) -> None:
+    with Browser(place.server) as browser:
+        session = place.page(browser).session
+        for name, value, expected in GOOD:
+            place.set(browser, name, value)
+            wait_for(lambda name=name, expected=expected: session.values.get(name) == expected)
+
+
+def test_bad_values_change_nothing_and_kill_nothing(place: Place) -> None:
+    with Browser(place.server) as browser:
+        shown = place.page(browser)
+        before = {name: w.value for name, w in shown.widgets.items() if hasattr(w, "value")}
+        for name, value in BAD:
+            place.set(browser, name, value)
+        assert works(place, browser)
+        shown.widgets["slider"].value = before["slider"]
+        assert before == {n: w.value for n, w in shown.widgets.items() if hasattr(w, "value")}
+        assert set(shown.session.values) == {"slider"}
+
+
+def test_only_the_value_of_a_widget_can_be_set(place: Place) -> None:
+    with Browser(place.server) as browser:
+        shown = place.page(browser)
+        slider = shown.widgets["slider"]
+        place.set(browser, "slider", 2.0, removed=True)
+        for updates in ({"removed": True}, {"update_cb": []}, {"props": {}}, {}, {"uuid": "x"}):
+            browser.send(
+                {"type": "GuiUpdateMessage", "uuid": slider._impl.uuid, "updates": updates}
+            )
+        assert works(place, browser)
+        assert not slider._impl.removed
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [
+        b"", b"\xc1", b"\x93\x01\x02\x03", "text", b"\x80", b"\x91" * 5000,
+        b"\x81\xa4type\xa7Message", b"\x81\xa4type\x01",
+    ],
+    ids=repr,
+)  # fmt: skip
+def test_nonsense_is_passed_over(place: Place, raw: bytes | str) -> None:
+    with Browser(place.server) as browser:
+        browser.send_raw(raw)
+        assert works(place, browser)
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"type": "ShareUrlRequest"},
+        {"type": "ShareUrlDisconnect"},
+        {"type": "GuiFormDirtyMessage", "uuid": "x"},
+        {"type": "GuiRemoveMessage", "uuid": "x"},
+        {"type": "RunJavascriptMessage", "source": "1"},
+        {**CAMERA, "fov": NAN},
+        {**CAMERA, "position": "abc"},
+        {k: v for k, v in CAMERA.items() if k != "fov"},
+        {**CAMERA, "extra": 1},
+    ],
+    ids=lambda m: str(m["type"]),
+)
+def test_other_messages_are_passed_over(
+    place: Place, message: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[bool] = []
+    monkeypatch.setattr(place.server.viser, "request_share_url", lambda: asked.append(True))
+    with Browser(place.server) as browser:
+        browser.send(message)
+        assert works(place, browser)
+    assert not asked
+
+
+def test_the_handler_of_the_share_button_is_gone(place: Place) -> None:
+    names = {kind.__name__ for kind in place.server.viser._websock_server._incoming_handlers}
+    assert not names & {"ShareUrlRequest", "ShareUrlDisconnect", "GuiFormDirtyMessage"}
+
+
+def test_an_announced_gigabyte_is_refused_before_it_comes(place: Place) -> None:
+    with Browser(place.server) as browser:
+        shown = place.page(browser)
+        upload = shown.widgets["upload"]._impl.uuid
+        start = announcement(upload, 10**9, 2000, "huge.csv")
+        browser.send(start)
+        browser.until(lambda: browser.notes, "the refusal")
+        assert "huge.csv has 1,000 MB" in browser.notes[0] and "100.0 kB" in browser.notes[0]
+        browser.send(part(start, 0, b"x" * 1000))
+        assert works(place, browser)
+        assert not shown.client.gui._current_file_upload_states
+
+
+def test_a_file_of_the_announced_size_arrives(place: Place) -> None:
+    with Browser(place.server) as browser:
+        shown = place.page(browser)
+        start = announcement(shown.widgets["upload"]._impl.uuid, 6, 1)
+        browser.send(start)
+        browser.send(part(start, 0, b"t,u\n01"))
+        assert wait_for(lambda: shown.session.uploads) == [b"t,u\n01"]
+
+
+def test_more_bytes_than_announced_are_dropped(place: Place) -> None:
+    with Browser(place.server) as browser:
+        shown = place.page(browser)
+        start = announcement(shown.widgets["upload"]._impl.uuid, 70_000, 2)
+        browser.send(start)
+        browser.send(part(start, 0, b"x" * 60_000))
+        browser.send(part(start, 0, b"x" * 60_000))
+        assert works(place, browser)
+        assert not shown.client.gui._current_file_upload_states and not shown.session.uploads
+
+
+def test_the_files_of_a_session_have_a_limit(place: Place) -> None:
+    with Browser(place.server) as browser:
+        shown = place.page(browser)
+        (shown.session.folder / "kept.csv").write_bytes(b"x" * 100_000)
+        browser.send(announcement(shown.widgets["upload"]._impl.uuid, 90_000, 1))
+        browser.until(lambda: browser.notes, "the refusal")
+        assert "150.0 kB" in browser.notes[0]
+
+
+def test_a_callback_that_fails_is_told_and_logged_once(
+    place: Place, caplog: pytest.LogCaptureFixture
+) -> None:
+    with Browser(place.server) as browser:
+        for _ in range(2):
+            place.set(browser, "text", "explode")
+            place.set(browser, "text", "fine")
+        browser.until(lambda: len(browser.notes) >= 2, "the notes")
+        assert "ValueError" in browser.notes[0] and "\n" not in browser.notes[0]
+        assert works(place, browser)
+    assert sum("told once" in r.getMessage() for r in caplog.records) == 1
+
+
+def test_one_browser_cannot_use_the_widgets_of_another(place: Place) -> None:
+    with Browser(place.server) as one, Browser(place.server) as two:
+        theirs = place.page(two)
+        place.page(one)
+        one.set(theirs.widgets["slider"]._impl.uuid, 2.0)
+        assert works(place, one)
+        assert theirs.widgets["slider"].value == 1.0
+
+
+def test_a_message_that_is_too_large_ends_its_own_connection_only(make_place: MakePlace) -> None:
+    place = make_place(replace(SMALL, message_bytes=10_000))
+    with Browser(place.server) as big, Browser(place.server) as other:
+        place.page(big)
+        big.send_raw(b"x" * 20_000)
+        big.listen(SILENCE)
+        assert works(place, other)

@@ -1,0 +1,147 @@
+"""The command itself, in a process of its own."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from core.errors import InputError
+from flexgui.server.binding import bind, port_of
+from flexgui.server.options import ServeOptions
+from flexgui.server.origins import origin_of
+from flexgui.server.qr import qr_text
+
+STARTING = 60.0
+"""s on a machine that compiles everything first."""
+ENDING = 5.0
+"""s after Ctrl-C that a person waits."""
+
+posix = pytest.mark.skipif(os.name != "posix", reason="signals")
+
+
+@contextmanager
+def serving(*options: str, folder: Path) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "flexgui", "serve", "--no-browser", "--workers", "1", *options]
+    environment = os.environ | {"TMPDIR": str(folder)}
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment,
+        start_new_session=True,
+    ) as process:  # fmt: skip
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def first_line(process: subprocess.Popen[str], pattern: str) -> re.Match[str]:
+    assert process.stdout is not None
+    end = time.monotonic() + STARTING
+    while time.monotonic() < end and (line := process.stdout.readline()):
+        if found := re.search(pattern, line):
+            return found
+    raise AssertionError(f"no line like {pattern}")
+
+
+def members(group: int) -> list[int]:
+    """Processes of a group that are alive."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[2]) == group and fields[0] != "Z":
+            found.append(int(path.parent.name))
+    return found
+
+
+@posix
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="counts processes by /proc")
+def test_ctrl_c_ends_it_soon_with_no_process_and_no_folder_left(tmp_path: Path) -> None:
+    with serving("--port", "0", folder=tmp_path) as process:
+        first_line(process, r"http://127\.0\.0\.1:\d+/")
+        assert list(tmp_path.glob("flexgui-*"))
+        start = time.monotonic()
+        os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
+        code = process.wait(ENDING)
+        assert code == 0 and time.monotonic() - start < ENDING
+        end = time.monotonic() + ENDING
+        while members(process.pid) and time.monotonic() < end:
+            time.sleep(0.05)
+        assert not members(process.pid)
+        assert not list(tmp_path.glob("flexgui-*"))
+
+
+@posix
+def test_a_busy_port_gives_the_next_one_and_says_so(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with serving("--port", str(port), folder=tmp_path) as process:
+            said = first_line(process, r"Port (\d+) is busy; FlexGUI takes (\d+)")
+            assert int(said[1]) == port < int(said[2])
+            first_line(process, f"http://127.0.0.1:{said[2]}/")
+            process.send_signal(signal.SIGINT)
+            process.wait(ENDING)
+
+
+def test_only_busy_ports_are_one_sentence() -> None:
+    with (
+        socket.create_server(("127.0.0.1", 0)) as taken,
+        pytest.raises(InputError, match="busy; choose another with --port"),
+    ):
+        bind("127.0.0.1", taken.getsockname()[1], 1)
+
+
+def test_an_address_of_another_machine_is_one_sentence() -> None:
+    with pytest.raises(InputError, match="check --host"):
+        bind("192.0.2.1", 0, 1)
+
+
+def test_any_free_port_will_do() -> None:
+    with bind("127.0.0.1", 0, 5) as listener:
+        assert port_of(listener) > 0
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (ServeOptions(host="0.0.0.0"), "--lan"),
+        (ServeOptions(host="192.168.1.5"), "--lan"),
+        (ServeOptions(join_code="ABCDEFGH"), "--lan"),
+        (ServeOptions(port=70_000), "--port 70000"),
+        (ServeOptions(workers=0), "--workers 0"),
+        (ServeOptions(data=Path("no/such/folder")), "--data"),
+    ],
+)
+def test_options_that_do_not_fit_are_one_sentence(options: ServeOptions, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        options.check()
+
+
+def test_without_a_word_about_the_network_only_this_machine_is_served() -> None:
+    assert ServeOptions().address == "127.0.0.1"
+    assert ServeOptions().join_word() is None
+    assert ServeOptions(lan=True).join_word() is not None
+
+
+@pytest.mark.parametrize(
+    "url", ["", "lab", "ftp://a", "http://", "http://a/b", "http://a:x", "null"]
+)
+def test_an_origin_that_is_none_is_one_sentence(url: str) -> None:
+    with pytest.raises(InputError, match="--origin"):
+        origin_of(url)
+
+
+def test_the_qr_code_is_a_square_of_blocks() -> None:
+    lines = qr_text("http://192.0.2.1:8080/?code=K7QM-2XWP").splitlines()
+    assert len(lines) > 10

@@ -1,0 +1,157 @@
+"""Whose session it is, and how long it lives."""
+
+from __future__ import annotations
+
+import stat
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from core.errors import InputError
+from flexgui.server.limits import Limits
+from flexgui.server.store import SessionStore
+from tests.server.conftest import SMALL, MakePlace, Place
+from tests.server.helpers import SILENCE, Browser, FakeClock, Thing, no_jobs, wait_for
+
+
+def test_a_reload_keeps_the_session(place: Place) -> None:
+    storage: dict[str, str] = {}
+    with Browser(place.server, storage=storage) as browser:
+        before = place.page(browser).session
+        browser.until(lambda: storage, "the key")
+    with Browser(place.server, storage=storage) as browser:
+        assert place.page(browser).session is before
+    assert wait_for(lambda: all(p.closed for p in place.pages.all))
+    assert not before.closed and not before.stops
+
+
+def test_two_browsers_do_not_see_each_other(place: Place) -> None:
+    with Browser(place.server) as one, Browser(place.server) as two:
+        first, second = place.page(one).session, place.page(two).session
+        assert first is not second and first.folder != second.folder
+        place.set(one, "slider", 2.0)
+        wait_for(lambda: first.values)
+        assert not second.values
+
+
+def test_two_windows_of_a_browser_share_the_session(place: Place) -> None:
+    storage: dict[str, str] = {}
+    with Browser(place.server, storage=storage) as one:
+        first = place.page(one).session
+        one.until(lambda: storage, "the key")
+        with Browser(place.server, storage=storage) as two:
+            assert place.page(two).session is first
+
+
+def test_a_key_of_ones_own_invention_opens_nothing(place: Place) -> None:
+    invented = {"flexgui-session": "a" * 32}
+    with Browser(place.server, storage=invented) as browser:
+        assert place.page(browser).session.key != "a" * 32
+
+
+def test_a_browser_that_keeps_nothing_still_gets_a_page(make_place: MakePlace) -> None:
+    place = make_place(replace(SMALL, key_wait=0.2))
+    with Browser(place.server, answers=False) as browser:
+        assert place.page(browser)
+
+
+def test_nobody_else_can_read_a_session_folder(place: Place) -> None:
+    with Browser(place.server) as browser:
+        folder = place.page(browser).session.folder
+        for path in (folder, folder.parent):
+            assert stat.S_IMODE(path.stat().st_mode) == 0o700
+        assert place.page(browser).session.key not in str(folder)
+
+
+def test_the_end_of_the_server_leaves_no_folder(make_place: MakePlace) -> None:
+    place = make_place()
+    with Browser(place.server) as browser:
+        session = place.page(browser).session
+    place.server.close()
+    assert session.closed and not session.folder.parent.exists()
+
+
+def test_a_full_server_says_so_on_the_page(make_place: MakePlace) -> None:
+    place = make_place(replace(SMALL, sessions=1))
+    with Browser(place.server) as one, Browser(place.server) as two:
+        place.page(one)
+        message = two.await_message("GuiMarkdownMessage")
+        assert "serves 1 sessions" in str(message)
+        two.listen(SILENCE)
+        assert len(place.pages.all) == 1
+
+
+@pytest.fixture
+def clock() -> FakeClock:
+    return FakeClock()
+
+
+@pytest.fixture
+def store(tmp_path: Path, clock: FakeClock) -> SessionStore[Thing]:
+    limits = Limits(sessions=2)
+    return SessionStore(Thing, tmp_path, limits, stop_jobs=no_jobs, clock=clock)
+
+
+def test_an_hour_after_the_last_browser_left_a_session_ends(
+    store: SessionStore[Thing], clock: FakeClock
+) -> None:
+    session = store.join(None)
+    store.join(session.key)
+    store.leave(session)
+    clock.now += 7200.0
+    store.sweep()
+    assert not session.closed, "one browser is still there"
+    store.leave(session)
+    clock.now += 3599.0
+    store.sweep()
+    assert not session.closed and store.join(session.key) is session
+    store.leave(session)
+    clock.now += 3600.0
+    store.sweep()
+    assert session.closed and not session.folder.exists() and store.find(session.key) is None
+
+
+def test_jobs_go_on_over_a_reload_and_stop_soon_after_a_leave(
+    store: SessionStore[Thing], clock: FakeClock
+) -> None:
+    session = store.join(None)
+    store.leave(session)
+    clock.now += 5.0
+    store.sweep()
+    assert session.stops == 0
+    store.join(session.key)
+    clock.now += 100.0
+    store.sweep()
+    assert session.stops == 0
+    store.leave(session)
+    clock.now += 20.0
+    for _ in range(3):
+        store.sweep()
+    assert session.stops == 1
+
+
+def test_a_newcomer_takes_the_place_of_who_left_long_ago(
+    store: SessionStore[Thing], clock: FakeClock
+) -> None:
+    first, second = store.join(None), store.join(None)
+    with pytest.raises(InputError, match="2 sessions"):
+        store.join(None)
+    store.leave(second)
+    store.leave(first)
+    with pytest.raises(InputError, match="few minutes"):
+        store.join(None)
+    clock.now += 121.0
+    store.join(first.key)
+    store.join(None)
+    assert second.closed and not first.closed
+
+
+def test_a_session_that_cannot_be_made_leaves_no_folder(tmp_path: Path) -> None:
+    def fail(key: str, folder: Path) -> Thing:
+        raise InputError("no")
+
+    store = SessionStore(fail, tmp_path, Limits())
+    with pytest.raises(InputError):
+        store.join(None)
+    assert not list(tmp_path.iterdir()) and not len(store)

@@ -1,0 +1,42 @@
+"""A session in a folder of its own, and a pool with one worker for the whole module."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from flexgui.jobs import JobPool
+from flexgui.session import Session
+
+UPLOAD_LIMIT = 1_000_000
+"""bytes; small, so that a file that is too large is quick to make."""
+
+SOON = 30.0
+"""s: generous on a busy machine, only waited for where something is wrong."""
+
+
+@dataclass(frozen=True)
+class Offered:
+    """What a server offers a session."""
+
+    pool: JobPool
+    data_folder: Path | None = None
+    upload_limit_bytes: int = UPLOAD_LIMIT
+
+
+@pytest.fixture(scope="session")
+def services() -> Iterator[Offered]:
+    with JobPool(1) as pool:
+        yield Offered(pool)
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Iterator[Session]:
+    folder = tmp_path / "own"
+    folder.mkdir()
+    made = Session("a-person", folder)
+    yield made
+    made.close()

@@ -1,0 +1,52 @@
+"""Short work for tests."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from flexgui.session import Session
+from flexgui.session.edit import Document, put
+
+SOON = 60.0
+"""s: a worker that has to compile first needs most of it."""
+
+
+def small(session: Session, generations: int = 4) -> None:
+    """Two short recordings and a small population: an identification takes a moment."""
+
+    def edit(document: Document) -> None:
+        document["recordings"] = document["recordings"][1:3]
+        for entry in document["recordings"]:
+            entry["simulate"]["seconds"] = 0.5
+
+    assert session.change(
+        edit,
+        put(("identify", "population"), 8),
+        put(("identify", "generations"), generations),
+    )
+
+
+LONG = {"population": 60, "generations": 20_000}
+"""An identification that nobody waits for: some minutes."""
+
+
+def until(condition: Callable[[], bool], seconds: float = SOON) -> None:
+    """Waits for it."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it did not happen in time"
+        time.sleep(0.02)
+
+
+def good_csv(session: Session) -> bytes:
+    """A recording that suits the scenario, as a file."""
+    from core.recording.save import save_recording
+    from flexgui.session.playback import read_one
+
+    name = session.scenario.recordings[0].name
+    path = session.folder / "good.csv"
+    save_recording(read_one(session.scenario, name, session.folder), path)
+    content = path.read_bytes()
+    path.unlink()
+    return content

@@ -1,0 +1,63 @@
+"""The model of the sliders."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from flexgui.session import Session, Topic
+from flexgui.session.edit import arm_setting
+from flexgui.session.live import LiveModel
+
+
+def live(session: Session) -> LiveModel:
+    session.refresh_live()
+    assert session.wait_idle()
+    assert session.view is not None
+    return session.view
+
+
+def test_every_slider_moves_the_poles(session: Session) -> None:
+    before = live(session).at.poles
+    for name, value in (("young_modulus", 2e9), ("width", 0.06), ("mass", [8.0, 6.0])):
+        session.change(arm_setting(session.scenario, name, value))
+        now = live(session).at.poles
+        assert not np.allclose(now, before)
+        before = now
+    session.set_live(theta2=2.0)
+    assert not np.allclose(live(session).at.poles, before)
+
+
+def test_a_stiffer_arm_bends_less(session: Session) -> None:
+    soft = live(session).q[2:]
+    session.change(arm_setting(session.scenario, "young_modulus", 2e9))
+    assert live(session).q[2:] == pytest.approx(soft / 2.0)
+
+
+def test_posture_stands_at_the_working_point(session: Session) -> None:
+    session.set_live(theta2=1.25)
+    assert live(session).q[1] == 1.25
+
+
+def test_noise_follows_its_level(session: Session) -> None:
+    session.set_live(snr_db=20.0)
+    loud = live(session).noise
+    session.set_live(snr_db=40.0)
+    assert live(session).noise == pytest.approx(loud / 10.0)
+    session.set_live(snr_db=None)
+    assert not live(session).noise.any()
+
+
+def test_newest_wish_wins(session: Session) -> None:
+    live(session)
+    told: list[Topic] = []
+    session.subscribe(told.append)
+    for degrees in range(10, 170):
+        session.set_live(theta2=np.radians(degrees))
+    assert live(session).live.theta2 == pytest.approx(np.radians(169))
+    assert told.count(Topic.LIVE) <= 161
+
+
+def test_model_without_bending_has_no_modes_to_bend(session: Session) -> None:
+    session.change(arm_setting(session.scenario, "modes", [0, 0]))
+    assert live(session).q == pytest.approx([0.0, session.live.theta2])

@@ -1,0 +1,112 @@
+"""Identification from a session."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from core.results import Generation
+from flexgui.jobs import Advanced, Finished, NewGeneration, Queued, Stage, Started
+from flexgui.session import Session
+from flexgui.session.bundle import scenario_file
+from flexgui.session.run import DONE, QUEUED, RUNNING, STOPPED, Run
+from tests.session.conftest import Offered
+from tests.session.helpers import LONG, small, until
+
+SAME = 1e-9
+"""Relative: the same code on the same data; results go through a file with all their digits."""
+
+
+def test_run_follows_its_events() -> None:
+    generation = Generation(1, 1.0, 2.0, 3.0, None)  # type: ignore[arg-type]
+    run = Run(kind="identify").after(Queued(2))
+    assert (run.phase, run.place) == (QUEUED, 2)
+    run = run.after(Started()).after(Stage("Identifying", 10)).after(Advanced(4))
+    assert (run.phase, run.share, run.place) == (RUNNING, 0.4, None)
+    run = run.after(NewGeneration("all", generation))
+    assert run.history["all"] == (generation,)
+    assert run.after(Finished(None)).phase == DONE
+
+
+def test_identification_gives_an_outcome_that_plays(session: Session, services: Offered) -> None:
+    small(session)
+    assert session.identify(services)
+    until(lambda: session.outcome is not None)
+    assert session.run.phase == DONE and session.run.history
+    session.refresh_playback()
+    assert session.wait_idle()
+    assert session.playback is not None and session.playback.fitted
+
+
+def test_a_second_job_is_refused_in_words(session: Session, services: Offered) -> None:
+    session.change(lambda d: d["identify"].update(LONG))
+    assert session.identify(services)
+    assert not session.identify(services)
+    assert "already" in session.message.text
+    session.stop()
+    until(lambda: not session.run.busy)
+
+
+def test_stop_keeps_the_last_complete_result(session: Session, services: Offered) -> None:
+    small(session)
+    session.identify(services)
+    until(lambda: session.outcome is not None)
+    complete = session.outcome
+    assert session.change(lambda d: d["identify"].update(LONG))
+    assert session.identify(services)
+    until(lambda: bool(session.run.history))
+    session.stop()
+    until(lambda: session.run.phase == STOPPED)
+    assert session.outcome is complete
+
+
+def test_stop_without_an_earlier_result_shows_the_best_so_far(
+    session: Session, services: Offered
+) -> None:
+    session.change(lambda d: d["identify"].update(LONG))
+    session.identify(services)
+    until(lambda: bool(session.run.history))
+    session.stop()
+    until(lambda: session.outcome is not None)
+    assert session.outcome is not None and session.outcome.fits[0].stopped
+
+
+def test_a_scenario_that_cannot_run_says_why(session: Session, services: Offered) -> None:
+    session.change(lambda d: d["identify"].update(parameters=["epsilom"], bounds={}))
+    session.identify(services)
+    until(lambda: not session.run.busy)
+    assert session.message.bad and "epsilom" in session.message.text
+
+
+def test_downloaded_scenario_gives_the_same_numbers_on_the_command_line(
+    session: Session, services: Offered, tmp_path: Path
+) -> None:
+    small(session)
+    session.identify(services)
+    until(lambda: session.outcome is not None)
+    name, content = scenario_file(session.scenario, session.folder)
+    (tmp_path / name).write_bytes(content)
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "flexgui", "export", str(tmp_path / name), "--out", str(out)]
+    subprocess.run([*command, "--quiet"], check=True, timeout=120)
+    told = json.loads((out / "result.json").read_text())["parameters"]
+    assert session.outcome is not None
+    fit = session.outcome.fits[0]
+    ours = {e.name: e.value for e in (*fit.estimates, *fit.derived)}
+    assert {p["name"]: p["value"] for p in told} == pytest.approx(ours, rel=SAME)
+
+
+def test_report_is_written_by_the_pool(session: Session, services: Offered) -> None:
+    assert not session.report(services, lambda folder: None)
+    small(session)
+    session.identify(services)
+    until(lambda: session.outcome is not None)
+    until(lambda: session.job is None or session.job.over)
+    done: list[Path] = []
+    assert session.report(services, done.append)
+    until(lambda: bool(done))
+    assert (done[0] / "report.html").stat().st_size > 0

@@ -1,0 +1,102 @@
+"""Changes of a session's scenario."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.scenario.read import parse_scenario
+from core.scenario.write import scenario_toml
+from flexgui.session import Session, Topic
+from flexgui.session.demo import demo_scenario, scenario_choices
+from flexgui.session.edit import arm_setting, edited, put
+from flexgui.session.experiments import Experiments
+
+
+def test_demo_is_a_scenario_that_needs_no_file() -> None:
+    assert all(spec.file is None for spec in demo_scenario().recordings)
+
+
+def test_an_edit_without_a_change_gives_an_equal_scenario() -> None:
+    assert edited(demo_scenario()) == demo_scenario()
+
+
+@given(st.floats(2e8, 3e9), st.integers(0, 3))
+def test_what_the_page_changes_survives_the_file(modulus: float, modes: int) -> None:
+    scenario = demo_scenario()
+    changed = edited(
+        scenario,
+        arm_setting(scenario, "young_modulus", modulus),
+        arm_setting(scenario, "modes", [modes, 1]),
+    )
+    assert parse_scenario(scenario_toml(changed), "x") == changed
+
+
+def test_bounds_move_with_the_value_that_they_are_about(session: Session) -> None:
+    session.change(arm_setting(session.scenario, "young_modulus", 2e9))
+    assert session.scenario.identify.bounds["epsilon"] == pytest.approx((1.6e9, 2.4e9))
+
+
+def test_a_bad_change_changes_nothing_and_says_why(session: Session) -> None:
+    before = session.scenario
+    assert not session.change(put(("identify", "population"), 1))
+    assert session.scenario == before
+    assert session.message.bad and "population" in session.message.text
+
+
+def test_a_refused_number_of_gains_is_said_before_anything_runs(session: Session) -> None:
+    assert not session.change(put(("drive", "gains"), [60.0]))
+    assert "gains" in session.message.text
+
+
+def test_subscribers_hear_what_changed_until_they_leave(session: Session) -> None:
+    heard: list[Topic] = []
+    leave = session.subscribe(heard.append)
+    session.show("Data")
+    leave()
+    session.show("Arm")
+    assert heard == [Topic.STAGE]
+
+
+def test_a_subscriber_that_fails_does_not_hide_news_from_others(session: Session) -> None:
+    heard: list[Topic] = []
+    session.subscribe(lambda topic: 1 / 0)
+    session.subscribe(heard.append)
+    session.show("Data")
+    assert heard == [Topic.STAGE]
+
+
+def test_experiments_replace_the_simulated_recordings_only(session: Session) -> None:
+    session.change(lambda d: d["recordings"].append({"file": "mine.csv"}))
+    session.change(Experiments(count=3, sweep=False).edit(None))
+    files = [spec.file for spec in session.scenario.recordings]
+    assert files == [None, None, None, "mine.csv"]
+
+
+def test_default_experiments_are_the_papers() -> None:
+    changed = edited(demo_scenario(), Experiments().edit(20.0))
+    assert [s.name for s in changed.recordings] == [s.name for s in demo_scenario().recordings]
+
+
+def test_noise_reaches_the_experiments_and_not_the_sweep(session: Session) -> None:
+    session.set_noise(None)
+    assert all(s.simulate and s.simulate.snr_db is None for s in session.scenario.recordings)
+    session.set_noise(30.0)
+    levels = [s.simulate.snr_db for s in session.scenario.recordings if s.simulate]
+    assert levels == [30.0] * 7 + [None]
+
+
+def test_every_ready_made_scenario_can_be_opened_or_says_what_is_missing(
+    session: Session, services: object
+) -> None:
+    for name in scenario_choices():
+        opened = session.choose(name, services)  # type: ignore[arg-type]
+        assert opened or "was not found" in session.message.text
+
+
+def test_close_removes_the_folder_and_silences(session: Session, tmp_path: Path) -> None:
+    session.close()
+    assert not session.folder.exists()

@@ -1,0 +1,84 @@
+"""Files that a person brings."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from flexgui.session import Session
+from flexgui.session.bundle import scenario_file
+from flexgui.session.uploads import safe_name
+from tests.session.conftest import UPLOAD_LIMIT, Offered
+from tests.session.helpers import good_csv
+
+
+def lines(content: bytes) -> list[str]:
+    return content.decode().splitlines()
+
+
+BAD = {
+    "empty": (lambda good: b"", "is empty"),
+    "no_time": (lambda good: good.replace(b"t [s]", b"x", 1), "column t"),
+    "unit": (lambda good: good.replace(b"z1 [m]", b"z1 [kg]", 1), "z1"),
+    "unsorted": (lambda good: good + good.splitlines()[1] + b"\n", "t"),
+    "hole": (lambda good: "\n".join([*lines(good)[:5], ",,"]).encode(), "row"),
+    "large": (lambda good: good + b" " * UPLOAD_LIMIT, "MB"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_file_leaves_one_sentence_and_nothing_else(
+    session: Session, services: Offered, case: str
+) -> None:
+    make, said = BAD[case]
+    before = session.scenario
+    content = make(good_csv(session))
+    assert not session.upload(f"{case}.csv", content, services)
+    assert session.message.bad and said in session.message.text
+    assert case in session.message.text and "\n" not in session.message.text
+    assert session.scenario == before
+    assert not list(session.folder.iterdir())
+
+
+def test_a_good_file_becomes_a_recording_and_is_shown(session: Session, services: Offered) -> None:
+    assert session.upload("th1.csv", good_csv(session), services)
+    assert session.scenario.recordings[-1].file == "th1.csv"
+    assert session.wait_idle()
+    assert session.recording is not None and session.recording.name == "th1"
+    assert session.playback is not None and session.playback.ghost is not None
+
+
+def test_the_same_name_twice_gives_two_recordings(session: Session, services: Offered) -> None:
+    content = good_csv(session)
+    assert session.upload("th1.csv", content, services)
+    assert session.upload("th1.csv", content, services)
+    assert [s.file for s in session.scenario.recordings[-2:]] == ["th1.csv", "th1-2.csv"]
+
+
+def test_a_scenario_with_files_is_one_zip(session: Session, services: Offered) -> None:
+    content = good_csv(session)
+    session.upload("th1.csv", content, services)
+    name, data = scenario_file(session.scenario, session.folder)
+    assert name.endswith(".zip")
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        assert archive.read("th1.csv") == content
+        assert any(n.endswith(".toml") for n in archive.namelist())
+
+
+def test_a_scenario_can_be_brought_back(session: Session, services: Offered) -> None:
+    name, data = scenario_file(session.scenario, session.folder)
+    session.change(lambda d: d["recordings"].clear())
+    assert session.upload(name, data, services)
+    assert len(session.scenario.recordings) == 8
+
+
+@given(st.text(max_size=200))
+def test_a_name_never_leaves_the_folder(name: str) -> None:
+    plain = safe_name(name)
+    assert plain and "/" not in plain and "\\" not in plain and not plain.startswith(".")
+    assert (Path("/room") / plain).parent == Path("/room")

@@ -1,0 +1,226 @@
+"""The stage adds each node once and then only moves it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+import viser
+
+from core.arm.presets import presets
+from core.arm.slots import arm_vector
+from flexgui.stage.pose import Pose
+from flexgui.stage.scene import MOST_EXAGGERATION, Stage
+from tests.helpers import ARMS, chain, random_state, with_modes
+
+SINGLE = 1e-6
+"""m: vertices are single precision."""
+
+PER_FRAME = 60
+"""Messages; viser splits an atomic block after 128, and each costs a browser time."""
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[viser.ViserServer]:
+    started = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield started
+    started.stop()
+
+
+@contextmanager
+def messages(server: viser.ViserServer) -> Iterator[list[object]]:
+    """All scene messages that are queued meanwhile."""
+    found: list[object] = []
+    original = server.scene._queue_scene_message
+
+    def record(message: object) -> None:
+        found.append(message)
+        original(message)  # type: ignore[arg-type]
+
+    server.scene._queue_scene_message = record  # type: ignore[assignment,method-assign]
+    try:
+        yield found
+    finally:
+        server.scene._queue_scene_message = original  # type: ignore[method-assign]
+
+
+def added(found: list[object]) -> list[str]:
+    return [m.name for m in found if hasattr(m, "props") and hasattr(m, "name")]
+
+
+@pytest.fixture
+def fresh(server: viser.ViserServer) -> Iterator[viser.ViserServer]:
+    yield server
+    server.scene.reset()
+
+
+def stage_of(server: viser.ViserServer, name: str = "2-2") -> tuple[Stage, np.ndarray]:
+    arm = ARMS[name]
+    q, _ = random_state(arm, 1)
+    return Stage(server, arm, arm_vector(arm), q), q
+
+
+@pytest.mark.parametrize("name", ["one mode", "2-2", "slide", "ground", "3-3-3"])
+def test_every_name_is_added_once(fresh: viser.ViserServer, name: str) -> None:
+    with messages(fresh) as found:
+        stage, q = stage_of(fresh, name)
+        motion = np.array([q, 1.1 * q, 1.2 * q])
+        stage.show_paths(motion, 1.05 * motion)
+        for row in motion:
+            stage.show_both(row, 1.05 * row)
+        stage.exaggeration = 10.0
+        stage.set_visible(camera=False, ghost=False)
+        stage.show_ghost(None)
+    names = added(found)
+    assert len(names) == len(set(names))
+
+
+def test_moving_adds_no_node_and_few_messages(fresh: viser.ViserServer) -> None:
+    stage, q = stage_of(fresh)
+    stage.show_both(q, q)
+    with messages(fresh) as found:
+        stage.show_both(1.1 * q, 1.2 * q)
+    assert not added(found)
+    assert 0 < len(found) < PER_FRAME
+
+
+def test_vertices_are_those_of_the_pose(fresh: viser.ViserServer) -> None:
+    stage, q = stage_of(fresh)
+    stage.show(1.3 * q)
+    pose = stage.body.pose(1.3 * q)
+    for beam, vertices in zip(stage.model.beams, pose.beams, strict=True):
+        assert np.abs(beam.vertices - vertices).max() < SINGLE
+    assert np.allclose(stage.model.ends[-1].position, pose.tip.place)
+
+
+def test_an_unchanged_posture_sends_nothing(fresh: viser.ViserServer) -> None:
+    stage, q = stage_of(fresh)
+    stage.show(q)
+    with messages(fresh) as found:
+        stage.show(q)
+    assert not found
+
+
+def test_other_numbers_of_the_same_arm_move_the_nodes_that_are_there(
+    fresh: viser.ViserServer,
+) -> None:
+    stage, q = stage_of(fresh)
+    thicker = with_modes(2, 2)
+    with messages(fresh) as found:
+        stage.reshape(thicker, arm_vector(thicker))
+    assert not added(found)
+    assert np.ptp(stage.model.beams[0].vertices[:, 2]) == pytest.approx(0.05, abs=SINGLE)
+
+
+def test_another_number_of_modes_keeps_nodes_and_joints(fresh: viser.ViserServer) -> None:
+    stage, q = stage_of(fresh)
+    stage.show_both(q, q)
+    stage.show_paths(q[None], q[None])
+    other = ARMS["3-3"]
+    with messages(fresh) as found:
+        stage.reshape(other, arm_vector(other))
+    assert not added(found)
+    assert stage.pose.coordinates == pytest.approx(tuple(q[:2]))
+    assert not stage.paths.model.visible
+
+
+def test_another_kind_of_arm_replaces_the_nodes(fresh: viser.ViserServer) -> None:
+    stage, _ = stage_of(fresh)
+    old = stage.model.beams[0].name
+    other = ARMS["slide"]
+    with messages(fresh) as found:
+        stage.reshape(other, arm_vector(other))
+    assert old not in added(found)
+    assert stage.body.arm is other
+    stage.show(np.zeros(other.coordinates))
+
+
+def test_the_ghost_is_hidden_until_it_is_known(fresh: viser.ViserServer) -> None:
+    stage, q = stage_of(fresh)
+    group = stage._ghost_group
+    assert not group.visible
+    stage.show_ghost(q)
+    assert group.visible
+    stage.set_visible(ghost=False)
+    stage.show_ghost(1.1 * q)
+    assert not group.visible
+    stage.set_visible(ghost=True)
+    assert group.visible
+
+
+def test_the_error_line_joins_the_two_tips(fresh: viser.ViserServer) -> None:
+    stage, q = stage_of(fresh)
+    stage.show_both(q, 1.1 * q)
+    line = stage.paths.now.points[0]
+    tips = stage.body.tip_points(np.array([q, 1.1 * q]))
+    assert np.abs(line - tips).max() < SINGLE
+    assert stage.paths.now.visible
+
+
+def test_exaggeration_stays_between_its_bounds(fresh: viser.ViserServer) -> None:
+    stage, _ = stage_of(fresh)
+    stage.exaggeration = 900.0
+    assert stage.exaggeration == MOST_EXAGGERATION
+    stage.exaggeration = 0.0
+    assert stage.exaggeration == 1.0
+
+
+def test_the_camera_moves_only_when_the_tip_leaves_its_picture(fresh: viser.ViserServer) -> None:
+    stage, q = stage_of(fresh)
+    before = stage.camera.frame.position.copy()
+    q[0] += 0.01
+    stage.show(q)
+    assert np.array_equal(stage.camera.frame.position, before)
+    q[0] += 1.0
+    stage.show(q)
+    assert np.allclose(stage.camera.frame.position[:2], stage.pose.tip.place[:2])
+
+
+def test_what_is_attached_follows_and_goes(fresh: viser.ViserServer) -> None:
+    stage, q = stage_of(fresh)
+    poses: list[Pose] = []
+    node = fresh.scene.add_icosphere(f"{stage.anchor('joint2')}/friction", 0.02)
+    stage.attach("friction", node, follow=poses.append)
+    stage.show(1.1 * q)
+    assert len(poses) == 2
+    assert poses[-1] is stage.pose
+    stage.detach("friction")
+    assert node._impl.removed
+    stage.show(q)
+    assert len(poses) == 2
+    stage.detach("never there")
+
+
+@pytest.mark.parametrize("place", ["base", "joint1", "origin2", "end1", "tip", "camera"])
+def test_anchors_are_nodes_of_the_scene(fresh: viser.ViserServer, place: str) -> None:
+    stage, _ = stage_of(fresh)
+    assert stage.anchor(place) in fresh.scene._handle_from_node_name
+
+
+@pytest.mark.parametrize("aspect", [0.45, 1.0, 1.8])
+def test_the_arm_is_in_sight(fresh: viser.ViserServer, aspect: float) -> None:
+    """The first joint and the tip of a bent arm lie within the picture."""
+    stage, _ = stage_of(fresh)
+    q = np.zeros(ARMS["2-2"].coordinates)
+    q[1] = 1.2
+    stage.show(q)
+    view = stage.view(aspect)
+    eye, aim = np.array(view.position), np.array(view.look_at)
+    ahead = (aim - eye) / np.linalg.norm(aim - eye)
+    right = np.cross(ahead, view.up)
+    right /= np.linalg.norm(right)
+    up = np.cross(right, ahead)
+    for place in (stage.pose.joints[0].place, stage.pose.tip.place):
+        ray = place - eye
+        spread = np.tan(0.5 * view.fov) * (ray @ ahead)
+        assert abs(ray @ up) < spread
+        assert abs(ray @ right) < spread * aspect
+
+
+def test_every_preset_can_be_shown(fresh: viser.ViserServer) -> None:
+    for arm in (*presets().values(), chain(0, 0)):
+        stage = Stage(fresh, arm, arm_vector(arm))
+        stage.show(np.full(arm.coordinates, 0.01))
+        fresh.scene.reset()
