@@ -37,7 +37,7 @@ class Valley:
     cost_ratio: np.ndarray
     """(k,), the cost there over the least cost."""
     invariant: str
-    """What is constant along it, such as 'epsilon d^4'."""
+    """What is constant along it, such as 'ε d⁴'."""
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from core.identify.unknowns import Unknowns
+from core.identify.unknowns import MARK, Unknowns
 from core.results import Identifiability, Valley
 
 RANK_TOLERANCE = 1e-6
@@ -26,6 +26,9 @@ INVOLVED = 0.02
 
 LARGEST_DENOMINATOR = 6
 EXPONENT_TOLERANCE = 0.02
+
+GREEK = {"epsilon": "ε", "tau": "τ", "lambda": "λ"}
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 TOGETHER = 0.99
 """Correlation above which two estimates are said to be told apart poorly."""
@@ -87,12 +90,22 @@ def _power(name: str, exponent: float) -> str:
     fraction = Fraction(float(exponent)).limit_denominator(LARGEST_DENOMINATOR)
     exact = abs(float(fraction) - exponent) < EXPONENT_TOLERANCE * max(abs(exponent), 1.0)
     text = str(fraction) if exact else f"{exponent:.2f}"
-    return name if text == "1" else f"{name}^{text}"
+    if text == "1":
+        return name
+    return name + (text.translate(SUPERSCRIPTS) if text.lstrip("-").isdigit() else f"^({text})")
+
+
+def written(label: str) -> str:
+    """A label as a person writes it: 'epsilon1@bench' -> 'ε1 (bench)'."""
+    name, _, recording = label.partition(MARK)
+    stem = name.rstrip("0123456789")
+    text = GREEK.get(stem, stem) + name[len(stem) :]
+    return f"{text} ({recording})" if recording else text
 
 
 def sentences(unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray) -> tuple[str, ...]:
     """What a person should know before using the estimates."""
-    labels = unknowns.labels
+    labels = [written(label) for label in unknowns.labels]
     if not len(labels):
         return ("Nothing was estimated.",)
     said = [_about(direction, labels) for direction in null]
@@ -153,7 +166,7 @@ def valley(
         costs = np.array([cost(v) for v in vectors])
         least = max(float(costs.min()), np.finfo(float).tiny)
         names = (unknowns.labels[involved[0]], unknowns.labels[involved[1]])
-        text = invariant(direction, unknowns.labels)
+        text = invariant(direction, [written(label) for label in unknowns.labels])
         return Valley(names, (a.unit, b.unit), points, costs / least, text)
     return None
 

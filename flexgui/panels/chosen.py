@@ -72,7 +72,7 @@ class ChosenParameters:
 
     def _bounds(self, name: str, p: Parameter, unit: ShownUnit) -> tuple[float, float]:
         low, high = self._desk.session.scenario.identify.bounds.get(name, (p.lower, p.upper))
-        return round(low * unit.factor, 6), round(high * unit.factor, 6)
+        return _plain(low * unit.factor), _plain(high * unit.factor)
 
     def _prior(self, name: str) -> float:
         prior = self._desk.session.scenario.identify.prior.get(name)
@@ -94,6 +94,11 @@ class ChosenParameters:
         session = self._desk.session
         names = [*session.scenario.identify.parameters, name]
         session.change(put(("identify", "parameters"), names))
+
+
+def _plain(value: float) -> float:
+    """As many digits as a field shows."""
+    return float(f"{value:.4g}")
 
 
 def _step(p: Parameter, unit: ShownUnit) -> float:

@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 from typing import Any, ClassVar
 
+from core.arm.build import build_arm
 from core.excitation.excitation import Excitation
 from core.plugins import classes_of
 from core.scenario.schema import Scenario
@@ -59,7 +60,7 @@ class DataPanel(Panel):
         limit = desk.services.upload_limit_bytes / MEGA
         self._upload = gui.add_upload_button(
             "Upload a recording or a scenario",
-            hint=f"CSV, CSV.gz, Parquet or MAT; or a scenario (TOML). At most {limit:.0f} MB.",
+            hint=f"CSV, CSV.gz, Parquet or MAT; or a scenario (TOML, or the zip of one). At most {limit:.0f} MB.",
             disabled=desk.read_only,
             color="gray",
         )
@@ -161,7 +162,9 @@ class DataPanel(Panel):
             return
         samples = f"{len(recording.time)} samples, {1.0 / recording.sample_time:.4g} Hz"
         self._about.show(paragraph(f"{recording.name}: {samples}.", "lead"))
-        self._plot.show(preview(recording), self._cursor())
+        joints = build_arm(session.scenario.arm).segments
+        slides = [segment.joint == "prismatic" for segment in joints]
+        self._plot.show(preview(recording, slides), self._cursor())
         self._warnings.show(joined(*(paragraph(text, "soft") for text in recording.warnings)))
 
     def _cursor(self) -> float | None:

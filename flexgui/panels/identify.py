@@ -106,11 +106,12 @@ class IdentifyPanel(Panel):
         self._show_state()
         history = self._history()
         searched = self._searched()
-        self._about.show("" if history else paragraph(EMPTY, "soft"))
         self._cost.show(live_convergence(history) if history else None)
         self._plane.show(live_plane(history, searched))
         session = self.desk.session
         outcome = None if self._running else session.outcome
+        nothing = not history and outcome is None
+        self._about.show(paragraph(EMPTY, "soft") if nothing else "")
         if outcome is None:
             table = live_parameters(history, searched)
             self._table.show(html_table(table) if table else "")

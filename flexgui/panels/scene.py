@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 
+from core.arm.arm import Arm
 from flexgui.panels.desk import Desk
 from flexgui.session import Topic
 from flexgui.session.live import LiveModel
@@ -26,6 +27,9 @@ SWINGS_PER_SECOND = 0.6
 """A mode is played so slowly that the eye follows; its true frequency stands beside it."""
 
 FRAMES_PER_SECOND = 25.0
+OTHER_SIZE = 1.5
+"""An arm that is so many times larger or smaller is looked at anew."""
+
 DRAWN = frozenset({Topic.LIVE, Topic.STAGE, Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME})
 
 
@@ -36,6 +40,7 @@ class Scene:
         self._desk = desk
         self._stage: Stage | None = None
         self._shown: object = None
+        self._reach = 1.0
         self._lock = threading.RLock()
         self._closed = threading.Event()
         self._swing = threading.Thread(target=self._run, name="swing", daemon=True)
@@ -60,14 +65,24 @@ class Scene:
     def _made(self, view: LiveModel) -> Stage:
         if self._stage is None:
             self._stage = Stage(self._desk.client, view.model.arm, view.numbers.p, view.q)
-            camera = self._desk.client.camera
-            narrow = camera.image_width < NARROW
-            eye = self._stage.view(camera.aspect if narrow else ASPECT)
-            camera.up_direction, camera.fov = eye.up, eye.fov
-            # On a phone the panels cover the lower part: the arm goes up, the aim down.
-            down = np.array([0.0, -DOWN if narrow else 0.0, 0.0]) * self._stage.body.reach
-            camera.position, camera.look_at = eye.position + down, eye.look_at + down
+            self._aim(self._stage)
         return self._stage
+
+    def _aim(self, stage: Stage) -> None:
+        """Looks at the whole arm; what a person turns stays so until another arm comes."""
+        self._reach = stage.body.reach
+        camera = self._desk.client.camera
+        narrow = camera.image_width < NARROW
+        eye = stage.view(camera.aspect if narrow else ASPECT)
+        # On a phone the panels cover the lower part: the arm goes up, the aim down.
+        down = np.array([0.0, -DOWN if narrow else 0.0, 0.0]) * self._reach
+        camera.up_direction, camera.fov = eye.up, eye.fov
+        camera.position, camera.look_at = eye.position + down, eye.look_at + down
+
+    def _reshape(self, stage: Stage, arm: Arm, p: np.ndarray, q: np.ndarray) -> None:
+        stage.reshape(arm, p, q)
+        if not 1.0 / OTHER_SIZE < stage.body.reach / self._reach < OTHER_SIZE:
+            self._aim(stage)
 
     def _show_live(self, stage: Stage, view: LiveModel) -> None:
         if self._shown is view:
@@ -76,12 +91,12 @@ class Scene:
             stage.show_ghost(None)
             stage.show_paths(None)
         self._shown = view
-        stage.reshape(view.model.arm, view.numbers.p, view.q)
+        self._reshape(stage, view.model.arm, view.numbers.p, view.q)
 
     def _show_recording(self, stage: Stage, motion: Playback) -> None:
         if self._shown is not motion:
             self._shown = motion
-            stage.reshape(motion.arm, motion.motion.p, motion.motion.q[0])
+            self._reshape(stage, motion.arm, motion.motion.p, motion.motion.q[0])
             stage.show_paths(motion.motion.q, motion.ghost)
         k = motion.frame(self._desk.session.cursor.time)
         stage.show_both(motion.motion.q[k], None if motion.ghost is None else motion.ghost[k])

@@ -32,7 +32,7 @@ from flexgui.session.run import FAILED, LOST, QUEUED, STOPPING, Run
 from flexgui.session.services import Services
 from flexgui.session.state import STAGES, Cursor, Live, Message
 from flexgui.session.topics import Topic
-from flexgui.session.uploads import fetch_files, keep_upload
+from flexgui.session.uploads import fetch_files, keep_upload, unpacked
 
 Subscriber = Callable[[Topic], None]
 log = logging.getLogger(__name__)
@@ -190,7 +190,7 @@ class Session:
         try:
             path = keep_upload(self.folder, name, content, services.upload_limit_bytes)
             try:
-                self._take_in(path)
+                self._take_in(path, services.upload_limit_bytes)
             except InputError:
                 path.unlink(missing_ok=True)
                 raise
@@ -199,7 +199,9 @@ class Session:
             return False
         return True
 
-    def _take_in(self, path: Path) -> None:
+    def _take_in(self, path: Path, limit: int) -> None:
+        if path.suffix.lower() == ".zip":
+            path = unpacked(path, self.folder, limit)
         if path.suffix.lower() == ".toml":
             self.open(parse_scenario(path.read_text("utf-8", "replace"), path.name))
             return

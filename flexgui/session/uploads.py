@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import zipfile
 from pathlib import Path, PureWindowsPath
 
 from core.errors import InputError
@@ -13,6 +14,8 @@ from core.scenario.schema import Scenario
 
 LONGEST = 80
 MEGA = 1e6
+ZIP_GROWTH = 4
+"""Text packs well; a zip that grows more than that over the limit is refused unread."""
 
 
 def safe_name(name: str) -> str:
@@ -55,3 +58,27 @@ def fetch_files(scenario: Scenario, beside: Path, data: Path | None, folder: Pat
         source, target = resolve_file(spec.file, beside, data), folder / spec.file
         with replacing(target) as temporary:
             shutil.copyfile(source, temporary)
+
+
+def unpacked(path: Path, folder: Path, limit: int) -> Path:
+    """Puts the files of a zip into the folder; the scenario file in it. InputError else."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = [m for m in archive.infolist() if not m.is_dir()]
+            if sum(m.file_size for m in members) > ZIP_GROWTH * limit:
+                raise InputError(
+                    f"{path.name} holds more than {ZIP_GROWTH * limit / MEGA:.0f} MB; upload the "
+                    f"recordings one by one."
+                )
+            content = {safe_name(m.filename): archive.read(m) for m in members}
+    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError) as error:
+        raise InputError(f"{path.name} is not a zip that can be read; make it again.") from error
+    scenarios = [name for name in content if name.lower().endswith(".toml")]
+    if len(scenarios) != 1:
+        raise InputError(
+            f"{path.name} holds {len(scenarios)} scenarios; give one with its recordings."
+        )
+    for name, data in content.items():
+        with replacing(folder / name) as temporary:
+            temporary.write_bytes(data)
+    return folder / scenarios[0]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from core.recording.channels import channel_kind
+from core.recording.channels import channel_kind, joint_of
 from core.recording.recording import Recording
 from flexgui.views import colours
 from flexgui.views.decimate import trace
@@ -26,8 +26,11 @@ LAST = ("y#",)
 MEASURED_LINES = (colours.MEASURED, colours.ADDED, "#a06cd5")
 
 
-def preview(recording: Recording) -> Figure:
-    """References and measurements over time in s; stretches that do not count are grey."""
+def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
+    """References and measurements over time in s; stretches that do not count are grey.
+
+    `slides` tells for each joint whether it slides: its positions are in m then.
+    """
     kinds = _kinds(recording)
     layout = frame(700, "") | {"xaxis": axis("time [s]") | {"anchor": f"y{len(kinds)}"}}
     layout["font"] = {**layout["font"], "size": 11}
@@ -37,7 +40,7 @@ def preview(recording: Recording) -> Figure:
     data: list[Figure] = []
     for row, names in enumerate(kinds):
         values = np.concatenate([recording[name] for name in names])
-        unit = shown_unit(values, channel_kind(names[0]).units[0])
+        unit = shown_unit(values, _unit(names[0], slides))
         number = "" if row == 0 else str(row + 1)
         top = 1.0 - row * room
         label = unit.label(", ".join(_symbol(name) for name in names))
@@ -57,6 +60,13 @@ def _kinds(recording: Recording) -> list[list[str]]:
     rest = [p for p in found if p not in (*ORDER, *LAST)]
     last = [p for p in LAST if p in found]
     return [found[p] for p in (*known, *rest, *last)][:ROWS]
+
+
+def _unit(name: str, slides: Sequence[bool]) -> str:
+    """The first of a channel's units belongs to joints that turn, the second to slides."""
+    units, joint = channel_kind(name).units, joint_of(name)
+    sliding = joint is not None and joint < len(slides) and slides[joint]
+    return units[-1] if sliding else units[0]
 
 
 def _symbol(name: str) -> str:

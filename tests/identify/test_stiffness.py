@@ -73,14 +73,14 @@ def test_the_factors_are_not_told_apart_and_the_words_say_so():
     direction = found.null_directions[0] * np.sign(found.null_directions[0][0])
     assert direction == pytest.approx(DIRECTION, abs=DIRECTION_TOLERANCE)
     assert len(found.sentences) == 1
-    assert "fix epsilon d^4, not epsilon and d apart" in found.sentences[0]
+    assert "fix ε d⁴, not ε and d apart" in found.sentences[0]
 
 
 def test_the_valley_holds_the_product_and_the_cost():
     fitted = at_20_db(0)
     valley = fitted.fit.identifiability.valley
     assert valley is not None
-    assert valley.invariant == "epsilon d^4"
+    assert valley.invariant == "ε d⁴"
     epsilon, d = valley.points.T
     product = epsilon * d**4 / 12.0
     assert product == pytest.approx(np.full(len(product), product[0]), rel=DIRECTION_TOLERANCE)

@@ -108,7 +108,7 @@ def test_the_papers_study_finds_the_product(method: str, tmp_path: Path) -> None
     assert not by_name["epsilon"]["identifiable"]
     assert not by_name["d"]["identifiable"]
     assert len(found["fits"]) == (1 if method == "glocal" else 7)
-    assert all("epsilon d^4" in f["identifiability"]["sentences"][0] for f in found["fits"])
+    assert all("ε d⁴" in f["identifiability"]["sentences"][0] for f in found["fits"])
     roles = [r["role"] for r in found["recordings"]]
     assert roles.count("estimate") == 7
     assert roles.count("validate") == 2

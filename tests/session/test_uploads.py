@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.session import Session
-from flexgui.session.bundle import scenario_file
+from flexgui.session.bundle import scenario_file, zipped
 from flexgui.session.uploads import safe_name
 from tests.session.conftest import UPLOAD_LIMIT, Offered
 from tests.session.helpers import good_csv
@@ -75,6 +75,26 @@ def test_a_scenario_can_be_brought_back(session: Session, services: Offered) -> 
     session.change(lambda d: d["recordings"].clear())
     assert session.upload(name, data, services)
     assert len(session.scenario.recordings) == 8
+
+
+def test_a_zip_of_scenario_and_recordings_can_be_brought_back(
+    session: Session, services: Offered
+) -> None:
+    session.upload("th1.csv", good_csv(session), services)
+    name, data = scenario_file(session.scenario, session.folder)
+    (session.folder / "th1.csv").unlink()
+    session.choose("demo", services)
+    assert session.upload(name, data, services)
+    assert session.scenario.recordings[-1].file == "th1.csv"
+    assert (session.folder / "th1.csv").is_file()
+
+
+@pytest.mark.parametrize("content", [b"no zip at all", zipped({"a.csv": b"t"})])
+def test_a_bad_zip_is_refused_in_words(session: Session, services: Offered, content: bytes) -> None:
+    before = session.scenario
+    assert not session.upload("work.zip", content, services)
+    assert session.message.bad and "work.zip" in session.message.text
+    assert session.scenario == before
 
 
 @given(st.text(max_size=200))
