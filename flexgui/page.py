@@ -109,5 +109,7 @@ class Page:
                 self._timeline.refresh()
                 shown.move_cursor()
             if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN}:
-                for sync in self.desk.syncs:
+                for sync in tuple(self.desk.syncs):
                     sync()
+        # Not at the next sixtieth of a second: a hand on a slider feels it.
+        self.desk.client.flush()

@@ -60,7 +60,8 @@ class DataPanel(Panel):
         limit = desk.services.upload_limit_bytes / MEGA
         self._upload = gui.add_upload_button(
             "Upload a recording or a scenario",
-            hint=f"CSV, CSV.gz, Parquet or MAT; or a scenario (TOML, or the zip of one). At most {limit:.0f} MB.",
+            hint=f"CSV, CSV.gz, Parquet or MAT; or a scenario (TOML, or its zip). "
+            f"At most {limit:.0f} MB.",
             disabled=desk.read_only,
             color="gray",
         )

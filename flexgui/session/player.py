@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from flexgui.session.session import Session
+    from flexgui.session.playing import Playing
 
 RATE = 25.0
 """Frames a second; the page draws arm and cursor at each."""
@@ -16,7 +16,7 @@ RATE = 25.0
 class Player:
     """A thread that lives only while something plays."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Playing) -> None:
         self._session = session
         self._lock = threading.Lock()
         self._running = False

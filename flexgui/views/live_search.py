@@ -16,6 +16,9 @@ from flexgui.views.units import shown_unit
 BANDS = 3
 """Up to so many fits show the spread of their population."""
 
+TWO_OCTAVES = 4.0
+"""Within less than that a logarithmic axis has hardly a tick."""
+
 TWO_DECADES = 100.0
 """Over more than that the powers of ten are ticks enough."""
 
@@ -47,10 +50,13 @@ def live_convergence(history: History) -> Figure:
         if not several:
             mean = np.array([g.mean for g in told])
             traces.append(line(numbers, mean, "mean", colour, dash="dot", width=1.2))
-    costs = [c for told in history.values() for g in told for c in (g.best, g.worst) if c > 0.0]
-    wide = bool(costs) and max(costs) > TWO_DECADES * min(costs)
-    y = ax("cost V [–]", type="log", exponentformat="power", dtick=1 if wide else "D2")
     few = len(history) <= BANDS
+    shown = [c for told in history.values() for g in told for c in (g.best, g.worst)[: 1 + few]]
+    costs = [c for c in shown if c > 0.0]
+    wide = bool(costs) and max(costs) > TWO_DECADES * min(costs)
+    narrow = bool(costs) and max(costs) < TWO_OCTAVES * min(costs)
+    scale = {} if narrow else {"type": "log", "dtick": 1 if wide else "D2"}
+    y = ax("cost V [–]", exponentformat="power", **scale)
     return figure(
         traces, ax("generation [–]", rangemode="tozero"), y, "Cost", showlegend=few,
         hovermode="x unified" if few else "closest",

@@ -12,7 +12,7 @@ from flexgui.views.step import step
 from flexgui.views.units import shown_unit
 
 OPACITY = 0.6
-DOTS = 90
+DOTS = 60
 """Per output: each is a node of its own in the browser."""
 
 

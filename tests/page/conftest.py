@@ -44,6 +44,7 @@ class Desktop:
     def __init__(self, services: Offered) -> None:
         self.services = services
         self.session: Session | None = None
+        self.read_only = False
         self.pages: list[Page] = []
         self._by_client: dict[int, Page] = {}
         self.server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
@@ -52,7 +53,7 @@ class Desktop:
 
     def _connected(self, client: viser.ClientHandle) -> None:
         assert self.session is not None
-        page = build_page(client, self.session, self.services)
+        page = build_page(client, self.session, self.services, self.read_only)
         self.pages.append(page)
         self._by_client[client.client_id] = page
 
@@ -91,6 +92,7 @@ def session(desktop: Desktop, tmp_path: Path) -> Iterator[Session]:
     for page in desktop.pages:
         page.close()
     desktop.pages.clear()
+    desktop.read_only = False
     made.close()
 
 

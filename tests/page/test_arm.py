@@ -84,3 +84,17 @@ def test_the_page_is_rebuilt_from_the_session(
     label = page.get_by_text("ε [GPa]", exact=True).first.get_attribute("for")
     box = page.locator(f'[id="{label}"]').locator("xpath=..").get_by_role("textbox")
     assert box.input_value() == "1.5"
+
+
+def test_a_follower_sees_the_stage_and_changes_nothing(
+    page: Any, desktop: Desktop, session: Session
+) -> None:
+    desktop.read_only = True
+    page.reload()
+    sees(page, "Seven working points")
+    press(page, "Data")
+    page.wait_for_timeout(500)
+    assert session.stage == "Arm"
+    assert page.get_by_role("button", name="Next: take measurements").is_disabled()
+    session.show("Data")
+    sees(page, "7 to fit, 1 to validate.")

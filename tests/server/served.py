@@ -150,5 +150,3 @@ def _read(path: Path) -> str:
         return path.read_text()
     except OSError:  # gone meanwhile
         return ""
-
-

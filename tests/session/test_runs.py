@@ -110,3 +110,16 @@ def test_report_is_written_by_the_pool(session: Session, services: Offered) -> N
     assert session.report(services, done.append)
     until(lambda: bool(done))
     assert (done[0] / "report.html").stat().st_size > 0
+
+
+def test_a_job_of_a_scenario_that_was_left_is_not_heard_of_again(
+    session: Session, services: Offered
+) -> None:
+    session.change(lambda d: d["identify"].update(LONG))
+    session.identify(services)
+    until(lambda: bool(session.run.history))
+    job = session.job
+    session.choose("demo", services)
+    assert job is not None
+    until(lambda: job.over)
+    assert session.outcome is None and not session.run.busy and not session.message.text

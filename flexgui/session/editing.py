@@ -1,0 +1,90 @@
+"""The scenario and the live model of its sliders."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import replace
+from typing import Any
+
+from core.errors import InputError
+from core.scenario.schema import Scenario
+from core.workbench import base_model
+from flexgui.session.demo import demo_scenario
+from flexgui.session.edit import Edit, edited, noise_of_simulations
+from flexgui.session.latest import LatestWins
+from flexgui.session.listened import Listened
+from flexgui.session.live import LiveModel, live_model
+from flexgui.session.state import STAGES, Live
+from flexgui.session.topics import Topic
+
+
+class Editing(Listened, ABC):
+    """What a person changes on the page ends in a checked scenario, and in a model at once."""
+
+    def __init__(self, key: str) -> None:
+        super().__init__()
+        self.scenario: Scenario = demo_scenario()
+        self.live, self.stage = Live(), STAGES[0]
+        self.view: LiveModel | None = None
+        self._live_worker = LatestWins(f"live-{key[:8]}")
+
+    @abstractmethod
+    def _scenario_changed(self) -> None:
+        """What follows from another scenario besides the live model."""
+
+    @abstractmethod
+    def _stage_changed(self) -> None:
+        """What follows from another stage being shown."""
+
+    def change(self, *edits: Edit) -> bool:
+        """Edits the scenario; where the result is none, says why and changes nothing."""
+        try:
+            with self._lock:
+                changed = edited(self.scenario, *edits)
+                base_model(changed)
+                self.scenario = changed
+        except InputError as error:
+            self.say(str(error), bad=True)
+            return False
+        self.tell(Topic.SCENARIO)
+        self.refresh_live()
+        self._scenario_changed()
+        return True
+
+    def set_live(self, **changes: Any) -> None:
+        """Moves sliders that belong to no scenario."""
+        with self._lock:
+            self.live = replace(self.live, **changes)
+        self.refresh_live()
+
+    def set_noise(self, snr_db: float | None) -> bool:
+        """The same signal-to-noise ratio for all that is simulated."""
+        if not self.change(noise_of_simulations(snr_db)):
+            return False
+        self.set_live(snr_db=snr_db)
+        return True
+
+    def refresh_live(self) -> None:
+        """Computes the live model anew, soon and on a thread of its own."""
+        self._live_worker.ask(self._compute_live)
+
+    def _compute_live(self) -> None:
+        with self._lock:
+            scenario, live, before = self.scenario, self.live, self.view
+        try:
+            view = live_model(scenario, live, before)
+        except InputError as error:
+            self.say(str(error), bad=True)
+            return
+        with self._lock:
+            self.view = view
+        self.tell(Topic.LIVE)
+
+    def show(self, stage: str) -> None:
+        """Another stage of the work."""
+        if stage in STAGES and stage != self.stage:
+            self.stage = stage
+            self.tell(Topic.STAGE)
+            if self.message.text:
+                self.say("")
+            self._stage_changed()

@@ -1,0 +1,108 @@
+"""The recording under the time-line's cursor and its motion."""
+
+from __future__ import annotations
+
+from abc import ABC
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from core.errors import InputError
+from core.recording.recording import Recording
+from core.results import Outcome
+from core.scenario.schema import Scenario
+from flexgui.session.editing import Editing
+from flexgui.session.latest import LatestWins
+from flexgui.session.playback import Playback, playback, read_one
+from flexgui.session.player import Player
+from flexgui.session.state import STAGES, Cursor
+from flexgui.session.topics import Topic
+
+
+class Playing(Editing, ABC):
+    """One cursor for the arm, its ghost and the plots."""
+
+    def __init__(self, key: str, folder: Path) -> None:
+        super().__init__(key)
+        self.folder = folder
+        self.cursor = Cursor()
+        self.recording: Recording | None = None
+        """The one under the cursor, as the scenario states it now."""
+        self.playback: Playback | None = None
+        self.outcome: Outcome | None = None
+        """The last good result."""
+        self.outcome_of: Scenario | None = None
+        self.closed = False
+        self._recording_key: tuple[str, Scenario] | None = None
+        self._motion_worker = LatestWins(f"motion-{key[:8]}")
+        self._playback_waits = False
+        self._player = Player(self)
+
+    def set_cursor(self, **changes: Any) -> None:
+        """Moves the cursor, plays, changes speed or recording."""
+        with self._lock:
+            before, self.cursor = self.cursor, replace(self.cursor, **changes)
+        if before.recording != self.cursor.recording:
+            self.refresh_playback()
+        self._player.wake()
+        self.tell(Topic.CURSOR)
+
+    def advance(self, seconds: float) -> None:
+        """Moves the cursor on; at the end it starts again."""
+        with self._lock:
+            if self.playback is None:
+                return
+            end = self.playback.seconds
+            time = self.cursor.time + seconds
+            self.cursor = replace(self.cursor, time=time if 0.0 <= time <= end else 0.0)
+        self.tell(Topic.CURSOR)
+
+    def _scenario_changed(self) -> None:
+        """At once where it is seen; under the sliders of the first stage it would be in the way."""
+        if self.stage == STAGES[0]:
+            self._playback_waits = True
+        else:
+            self.refresh_playback()
+
+    def _stage_changed(self) -> None:
+        if self._playback_waits:
+            self.refresh_playback()
+
+    def refresh_playback(self) -> None:
+        """Makes or reads the recording under the cursor and computes its motion, soon."""
+        self._playback_waits = False
+        self._motion_worker.ask(self._compute_playback)
+
+    def _compute_playback(self) -> None:
+        with self._lock:
+            scenario, name, before = self.scenario, self.cursor.recording, self._recording_key
+            fitted = self.outcome if self.outcome_of == scenario else None
+        names = [spec.name for spec in scenario.recordings]
+        if not names:
+            with self._lock:
+                self.recording, self._recording_key, self.playback = None, None, None
+            self.tell(Topic.RECORDINGS, Topic.CURSOR)
+            return
+        name = name if name in names else names[0]
+        try:
+            key = (name, _data_part(scenario))
+            recording = self.recording if key == before else None
+            if recording is None:
+                recording = read_one(scenario, name, self.folder)
+            found = playback(scenario, fitted, recording)
+        except InputError as error:
+            self.say(str(error), bad=True)
+            return
+        with self._lock:
+            self.recording, self._recording_key, self.playback = recording, key, found
+            if self.cursor.recording != name:
+                self.cursor = replace(self.cursor, recording=name, time=0.0)
+        self.tell(Topic.RECORDINGS, Topic.CURSOR)
+
+
+def _data_part(scenario: Scenario) -> Scenario:
+    """What the recordings depend on: everything but the identification's settings."""
+    plain = Scenario(title="-", arm=scenario.arm)
+    return scenario.model_copy(
+        update={"title": "-", "identify": plain.identify, "compare": (), "model": plain.model}
+    )

@@ -1,0 +1,134 @@
+"""The session's job in the pool: identification, or the report of its result."""
+
+from __future__ import annotations
+
+from abc import ABC
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from core.errors import InputError
+from core.results import Outcome
+from core.scenario.schema import Scenario
+from core.scenario.write import scenario_toml
+from flexgui.jobs import Event, Finished, Job, Stopped, Task
+from flexgui.jobs.tasks.export import export
+from flexgui.jobs.tasks.identify import identify
+from flexgui.session.playing import Playing
+from flexgui.session.run import FAILED, LOST, QUEUED, STOPPING, Run
+from flexgui.session.services import Services
+from flexgui.session.topics import Topic
+
+
+class Running(Playing, ABC):
+    """One job at a time; what it leaves when it is stopped is never worse than before."""
+
+    def __init__(self, key: str, folder: Path) -> None:
+        super().__init__(key, folder)
+        self.key = key
+        self.run = Run()
+        self.job: Job | None = None
+        self._run_number = 0
+
+    def identify(self, services: Services) -> bool:
+        """Runs the scenario in the pool."""
+        scenario = self.scenario
+        arguments = {"scenario_toml": scenario_toml(scenario), "folder": str(self.folder)}
+        task = Task.of(identify, "The identification", **arguments)
+        return self._submit(services, "identify", task, lambda e: self._identified(e, scenario))
+
+    def _identified(self, event: Event, scenario: Scenario) -> None:
+        found = getattr(event, "result", None)
+        if not isinstance(found, Outcome):
+            return
+        if isinstance(event, Stopped) and self.outcome is not None:
+            self.say("Stopped; the last complete result is kept.")
+            return
+        with self._lock:
+            self.outcome, self.outcome_of = found, scenario
+        self.tell(Topic.OUTCOME)
+        if isinstance(event, Stopped):
+            self.say("Stopped; the best found so far is shown.")
+        self.refresh_playback()
+
+    def report(self, services: Services, done: Callable[[Path], None]) -> bool:
+        """Writes the export of the last result in the pool; `done` gets its folder."""
+        outcome, scenario = self.outcome, self.outcome_of
+        if outcome is None or scenario is None:
+            self.say("There is no result yet; identify first.", bad=True)
+            return False
+        out = self.folder / "export"
+        text = scenario_toml(scenario)
+        task = Task.of(export, "The report", outcome=outcome, scenario_toml=text, out=str(out))
+
+        def told(event: Event) -> None:
+            if isinstance(event, Finished):
+                done(out)
+
+        return self._submit(services, "report", task, told)
+
+    def pause(self) -> None:
+        """Holds the job."""
+        if self.job is not None:
+            self.job.pause()
+
+    def resume(self) -> None:
+        """Lets it go on."""
+        if self.job is not None:
+            self.job.resume()
+
+    def stop(self) -> None:
+        """Ends the job with the best it has."""
+        with self._lock:
+            job = self.job
+            if job is None or job.over:
+                return
+            self.run = replace(self.run, phase=STOPPING)
+        self.tell(Topic.RUN)
+        job.stop()
+
+    @property
+    def remaining_seconds(self) -> float | None:
+        """Of the job's stage."""
+        return None if self.job is None else self.job.remaining_seconds
+
+    def forget_job(self) -> None:
+        """Stops the job and hears nothing more of it: its scenario has been left."""
+        self.stop()
+        with self._lock:
+            self._run_number += 1
+            self.job, self.run = None, Run()
+
+    def _submit(
+        self, services: Services, kind: str, task: Task, more: Callable[[Event], None]
+    ) -> bool:
+        try:
+            with self._lock:
+                if self.job is not None and not self.job.over:
+                    raise InputError("Something is being computed already; stop it or wait.")
+                self.run = Run(kind=kind, phase=QUEUED)
+                self._run_number += 1
+                number = self._run_number
+
+                def hear(event: Event) -> None:
+                    if number == self._run_number:
+                        self._heard(event)
+                        more(event)
+
+                self.job = services.pool.submit(self.key, task, hear)
+        except InputError as error:
+            self.say(str(error), bad=True)
+            return False
+        self.tell(Topic.RUN)
+        return True
+
+    def _heard(self, event: Event) -> None:
+        with self._lock:
+            stopping = self.run.phase == STOPPING
+            self.run = self.run.after(event)
+            if stopping and self.run.busy:
+                self.run = replace(self.run, phase=STOPPING)
+            run = self.run
+        self.tell(Topic.RUN)
+        if run.phase in (FAILED, LOST):
+            self.say(run.sentence, bad=True)

@@ -1,0 +1,115 @@
+"""Sessions as people meet them: reload, a second browser, a demo. With real clicks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.server.chromium import (
+    CHROMIUM,
+    NONE,
+    box,
+    chromium,
+    drawn,
+    press,
+    ready,
+    redrawn,
+    sees,
+    shows,
+    visit,
+)
+from tests.server.served import Served, served
+
+pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason=NONE)
+
+THETA2 = "θ2 [deg]"
+COPY, FOLLOW = "Take my own copy", "Follow the teacher again"
+STILL = 1000
+"""ms in which a change that is not to come would have come."""
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with chromium() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    with served(tmp_path_factory.mktemp("served"), "--workers", "1") as found:
+        yield found
+
+
+def test_a_reload_keeps_sliders_and_data(server: Served, browser: Any) -> None:
+    with visit(browser, server.address) as page:
+        before = drawn(page)
+        box(page, THETA2).fill("100")
+        redrawn(page, before)
+        press(page, "Data")
+        sees(page, "7 to fit, 1 to validate.")
+        box(page, "Points").fill("3")
+        page.wait_for_timeout(STILL / 2)
+        press(page, "Simulate these experiments")
+        sees(page, "3 to fit, 1 to validate.")
+        page.reload()
+        sees(page, "3 to fit, 1 to validate.")
+        press(page, "Arm")
+        ready(page)
+        shows(page, THETA2, "100")
+
+
+def test_two_browsers_do_not_see_each_other(server: Served, browser: Any) -> None:
+    with visit(browser, server.address) as mine, visit(browser, server.address) as yours:
+        before = drawn(yours)
+        box(mine, THETA2).fill("120")
+        redrawn(mine, before)
+        yours.wait_for_timeout(STILL)
+        assert box(yours, THETA2).input_value() == "60"
+        assert drawn(yours) == before
+        yours.reload()
+        ready(yours)
+        shows(yours, THETA2, "60")
+
+
+def test_a_follower_sees_the_teacher_and_takes_a_copy(tmp_path: Path, browser: Any) -> None:
+    with (
+        served(tmp_path, "--demo", "--workers", "1") as demo,
+        visit(browser, demo.address) as teacher,
+        visit(browser, demo.address) as follower,
+    ):
+        before = drawn(follower)
+        box(teacher, THETA2).fill("100")
+        redrawn(follower, before)
+        shows(follower, THETA2, "100")
+        box(follower, THETA2).fill("150")
+        sees(follower, "You follow the teacher")
+        shows(follower, THETA2, "100")
+        assert box(teacher, THETA2).input_value() == "100"
+        press(teacher, "Data")
+        sees(follower, "7 to fit, 1 to validate.")
+        press(follower, "Identify")
+        follower.wait_for_timeout(STILL)
+        sees(teacher, "7 to fit, 1 to validate.")
+        sees(follower, "7 to fit, 1 to validate.")
+        press(teacher, "Arm")
+        ready(follower)
+        press(follower, COPY)
+        follower.get_by_role("button", name=FOLLOW).wait_for()
+        ready(follower)
+        shows(follower, THETA2, "100")
+        box(follower, THETA2).fill("140")
+        shows(follower, THETA2, "140")
+        teacher.wait_for_timeout(STILL)
+        assert box(teacher, THETA2).input_value() == "100"
+        box(teacher, THETA2).fill("80")
+        follower.wait_for_timeout(STILL)
+        assert box(follower, THETA2).input_value() == "140"
+        press(follower, FOLLOW)
+        follower.get_by_role("button", name=COPY).wait_for()
+        ready(follower)
+        shows(follower, THETA2, "80")
+        assert "Traceback" not in demo.log, demo.log
