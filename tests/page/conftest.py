@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
+import viser
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+from flexgui.jobs import JobPool
+from flexgui.page import Page, build_page
+from flexgui.session import Session
 
-import viser  # noqa: E402
-
-from flexgui.jobs import JobPool  # noqa: E402
-from flexgui.page import Page, build_page  # noqa: E402
-from flexgui.session import Session  # noqa: E402
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-FLAGS = (
-    "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run "
-    "--disable-background-networking --disable-component-update --disable-sync "
-    "--use-angle=swiftshader --enable-unsafe-swiftshader"
-).split()
 UPLOAD_LIMIT = 1_000_000
 PATIENCE = 30_000
 """ms that a click or a sentence may take on a busy machine without a graphics card."""
@@ -66,21 +56,11 @@ class Desktop:
 
 
 @pytest.fixture(scope="session")
-def desktop() -> Iterator[Desktop]:
-    if CHROMIUM is None:
-        pytest.skip("no Chromium on this machine: the page is not looked at")
+def desktop(chromium: Any) -> Iterator[Desktop]:
     with JobPool(1) as pool:
         made = Desktop(Offered(pool))
         yield made
         made.server.stop()
-
-
-@pytest.fixture(scope="session")
-def chromium(desktop: Desktop) -> Iterator[Any]:
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

@@ -12,7 +12,6 @@ from tests.server.chromium import (
     CHROMIUM,
     NONE,
     box,
-    chromium,
     drawn,
     press,
     ready,
@@ -33,9 +32,8 @@ STILL = 1000
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with chromium() as found:
-        yield found
+def browser(chromium: Any) -> Any:
+    return chromium
 
 
 @pytest.fixture(scope="module")
