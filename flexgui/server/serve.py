@@ -9,9 +9,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import viser
+
 from core.scenario.read import read_scenario
 from flexgui.jobs import JobPool
-from flexgui.page import build_page
+from flexgui.page import Page, build_page
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.binding import bind, port_of
 from flexgui.server.browser import can_open, open_soon
@@ -21,6 +23,7 @@ from flexgui.server.entry import Word
 from flexgui.server.greeting import Say, greet_alone, greet_class, teacher_address
 from flexgui.server.limits import Limits
 from flexgui.server.options import ServeOptions
+from flexgui.server.plotly_script import send_plotly
 from flexgui.server.services import Services
 from flexgui.session import Session
 from flexgui.session.uploads import fetch_files
@@ -40,7 +43,7 @@ def serve(options: ServeOptions, say: Say) -> None:
     more = options.more_origins(port)
     settings = Settings(
         make_session=make_session,
-        build_page=build_page,
+        build_page=_build_page,
         services=Services(JobPool(options.workers), options.data, limits.upload_bytes, log=log),
         stop_jobs=_leave_alone,
         copy_session=copy_session if options.demo else None,
@@ -61,6 +64,13 @@ def serve(options: ServeOptions, say: Say) -> None:
             end_in_any_case()
             _close(server, settings.services.pool)
     say("FlexGUI has ended.")
+
+
+def _build_page(
+    client: viser.ClientHandle, session: Session, services: Services, read_only: bool
+) -> Page:
+    send_plotly(client)
+    return build_page(client, session, services, read_only)
 
 
 def _close(server: PageServer[Any], pool: JobPool) -> None:

@@ -42,6 +42,9 @@ class Member:
         self._plots: set[str] = set()
         self._waiting: deque[tuple[str, float, float]] = deque()
         self._mine: set[float] = set()
+        self._start = 0.0
+        self._watches = True
+        """Another stage than the first draws a recording's angles, which nobody asked for."""
         self._socket: ClientConnection | None = None
         self._reader: asyncio.Task[None] | None = None
         self._moves = 0
@@ -61,7 +64,7 @@ class Member:
         async with asyncio.timeout(patience):
             while self.last_shown == 0.0:
                 await asyncio.sleep(0.05)
-        self._mine = set()
+        self._start = self.last_shown
 
     async def identify(self) -> None:
         """Starts a long search."""
@@ -71,12 +74,15 @@ class Member:
         await self.set("Start identification", True)
 
     async def working(self, patience: float) -> None:
-        """Until its search runs."""
+        """Until the page tells of its running search."""
+        self.running = self._watches = False
         await self.set("Stage", "Identify")
         async with asyncio.timeout(patience):
             while not self.running:
                 await asyncio.sleep(0.05)
         await self.set("Stage", "Arm")
+        await asyncio.sleep(1.0)
+        self._watches = True
 
     async def set(self, label: str, value: Any) -> None:
         update = {"uuid": self._widgets[label], "updates": {"value": value}}
@@ -106,6 +112,8 @@ class Member:
             return
         own = int((HIGHEST - LOWEST) / GRID / self._of)
         value = round(LOWEST + GRID * (self.number + self._of * (self._moves * 7 % own)), 1)
+        if value == self._start:
+            return
         self._mine.add(value)
         self.last_moved = value
         self._waiting.append((THETA2, value, time.monotonic()))
@@ -134,15 +142,15 @@ class Member:
             text = updates.get("text") or message.get("props", {}).get("text") or ""
             if found := ANGLE.fullmatch(text):
                 angle = float(found[1])
-        if angle is not None:
+        if angle is not None and self._watches:
             self._shown(angle, now)
-        elif plotted:
+        elif plotted and self._watches:
             self._answered(EPSILON, now)
 
     def _shown(self, angle: float, now: float) -> None:
         """The newest move to this angle is answered; earlier ones never will be."""
         self.last_shown = angle
-        if self._mine and angle not in self._mine:
+        if angle not in self._mine and angle != self._start and self._start:
             self.foreign.append(angle)
         if not any(kind == THETA2 and value == angle for kind, value, _ in self._waiting):
             return

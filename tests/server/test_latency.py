@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from tests.server.chromium import CHROMIUM, NONE, box, chromium, press, ready, sees, visit
-from tests.server.crowd import EPSILON, THETA2, Member
+from tests.server.crowd import EPSILON, GENERATIONS, POPULATION, THETA2, Member
 from tests.server.served import Served, served
 
 pytestmark = pytest.mark.long
@@ -69,6 +69,7 @@ async def raw(port: int, busy: bool) -> Member:
     await member.move(MOVES * PAUSE, PAUSE, 0.0)
     await asyncio.sleep(1.0)
     if busy:
+        await member.working(WARM)  # it still does
         await member.set("Stop", True)
     await member.leave()
     return member
@@ -106,7 +107,8 @@ def test_the_browsers_frame(server: Served, tmp_path: Path) -> None:
         assert float(box(page, THETA2).input_value()) == 60.0 + 0.5 * (WARM_MOVES + MOVES)
         press(page, "Identify")
         page.get_by_text("How it is searched", exact=True).click()
-        box_of_number(page, "Generations").fill("10000")
+        box_of_number(page, "Population").fill(str(POPULATION))
+        box_of_number(page, "Generations").fill(str(GENERATIONS))
         page.wait_for_timeout(500)
         press(page, "Start identification")
         sees(page, "Identifying ")
