@@ -6,6 +6,7 @@ import hashlib
 import importlib.util
 import os
 import sys
+import threading
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -16,6 +17,9 @@ import numpy as np
 
 from core.arm.cache import cache_folder, sources_key
 from core.arm.symbols import Structure
+
+_LOADING = threading.Lock()
+"""A second thread must not meet a module that is still being executed."""
 
 
 @dataclass(frozen=True)
@@ -99,5 +103,6 @@ def _load(file: Path) -> ModuleType:
 @cache
 def compile_arm(structure: Structure) -> CompiledArm:
     """The compiled arm; a second or two the first time, from the cache after that."""
-    module = _load(_module_file(structure))
+    with _LOADING:
+        module = _load(_module_file(structure))
     return CompiledArm(structure, module.dynamics, module.tip, module.linear)
