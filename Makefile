@@ -15,7 +15,7 @@ help:
 	@echo "make report  a report from $(SCENARIO) (SCENARIO=... OUT=... for another)"
 	@echo "make test    ruff, mypy and the tests"
 	@echo "make long    the studies that take minutes: many seeds, whole recordings of real rigs"
-	@echo "make load    thirty browsers for three minutes"
+	@echo "make load    thirty sessions for three minutes, and the delay of a slider"
 	@echo "make bench   how fast and how exact it is on this machine"
 	@echo "make lint    ruff and mypy only"
 	@echo "make format  let ruff put the code in order"
