@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple, Protocol
 
@@ -15,7 +15,11 @@ from core.arm.compiled import CompiledArm, compile_arm
 from core.arm.symbols import Structure
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
+from core.effects import with_included
+from core.effects.effect import Effect
+from core.effects.sizes import Sizes, typical
 from core.errors import InputError
+from core.forces.element import Element, ElementArrays, pack
 from core.parameters import Parameter
 from core.recording.recording import Recording
 from core.sentences import did_you_mean
@@ -36,6 +40,12 @@ class Numbers(NamedTuple):
 
     p: np.ndarray
     law: DriveLaw
+    elements: tuple[Element, ...] = ()
+    """Extra forces of the effects."""
+
+    def packed(self, n: int) -> ElementArrays:
+        """The extra forces as compiled code takes them, on an arm with n coordinates."""
+        return pack(self.elements, n)
 
 
 @dataclass(frozen=True)
@@ -47,6 +57,12 @@ class Model:
     level: str = "nonlinear"
     steering: Steering | None = None
     """The virtual servo where one is used; the drive itself otherwise."""
+    effects: tuple[Effect, ...] = ()
+    """What is in the model beyond the bare arm; `arm` is the arm with them."""
+    effect_values: Mapping[str, float] = field(default_factory=dict)
+    """The effects' parameters where nothing else is said."""
+    bare: Model | None = None
+    """The model without effects; None where there are none."""
 
     def __post_init__(self) -> None:
         self.drive.check(self.arm)
@@ -65,7 +81,20 @@ class Model:
     def parameters(self) -> dict[str, Parameter]:
         """All that can be estimated, by name."""
         own = {item.name: item for item in self.drive.parameters(self.arm)}
-        return {**self.arm_catalogue.parameters, **own}
+        return {**self.arm_catalogue.parameters, **own, **self.effect_parameters}
+
+    @cached_property
+    def effect_parameters(self) -> dict[str, Parameter]:
+        """Those of the effects, at the values that the model has."""
+        sizes = typical(self.arm)
+        found = {}
+        for one in self.effects:
+            for knob in one.knobs(self.arm, self.drive, sizes):
+                item = knob.parameter
+                value = self.effect_values.get(item.name, item.value)
+                lower, upper = min(item.lower, value), max(item.upper, value)
+                found[item.name] = replace(item, value=value, lower=lower, upper=upper)
+        return found
 
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name; InputError with the nearest known one otherwise."""
@@ -88,12 +117,68 @@ class Model:
         """p and the drive's law at the arm's own values, changed by `values`."""
         values = values or {}
         known = {name: value for name, value in values.items() if name in self.parameters}
+        known = {**self.effect_values, **known}
         vector = np.array([list(known.values())], dtype=float)
         p = self.arm_vectors(list(known), vector)[0]
-        return Numbers(p, self.active_steering.law(self.arm, p, known))
+        law = self.active_steering.law(self.arm, p, known)
+        elements: list[Element] = []
+        for one in self.effects:
+            law = one.law(law, self.arm, p, known)
+            elements += one.elements(self.arm, p, known)
+        return Numbers(p, law, tuple(elements))
+
+    def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Mapping[str, float]):  # type: ignore[no-untyped-def]
+        """What a kind of sensor reads (N, k), from what an ideal one would."""
+        known = {**self.effect_values, **values}
+        for one in self.effects:
+            y = one.sensed(sensor, y, dt, known)
+        return y
+
+    def started(self, joints: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+        """True joint positions (..., nj) from what the encoders say."""
+        known = {**self.effect_values, **values}
+        for one in self.effects:
+            joints = one.started(joints, known)
+        return joints
+
+    def with_effects(
+        self,
+        effects: Sequence[Effect],
+        values: Mapping[str, float] | None = None,
+        sizes: Sizes | None = None,
+    ) -> Model:
+        """The bare model with these effects and what they include, instead of those it has.
+
+        `values` are sizes; an effect whose parameters are not among them starts at plausible
+        ones. An effect whose own parameters are all neutral is left out.
+        """
+        bare, sizes = self.bare or self, sizes or typical(self.arm)
+        model = bare
+        given = {**self.effect_values, **(values or {})}
+        for one in with_included(effects):
+            model = model._with(one, bare, given, sizes)
+        return model
+
+    def _with(self, one: Effect, bare: Model, given: Mapping[str, float], sizes: Sizes) -> Model:
+        arm = one.changed_arm(self.arm, given)
+        knobs = one.knobs(arm, self.drive, sizes)
+        names = [knob.parameter.name for knob in knobs]
+        starts = {k.parameter.name: given.get(k.parameter.name, k.parameter.value) for k in knobs}
+        neutral = {k.parameter.name: k.neutral for k in knobs if not k.secondary}
+        if names and all(starts[name] == value for name, value in neutral.items()):
+            return self
+        return replace(
+            self,
+            arm=arm,
+            level=one.level(self.level),
+            effects=(*self.effects, one),
+            effect_values={**self.effect_values, **starts},
+            bare=bare,
+        )
 
     def at_level(self, level: str) -> Model:
         return replace(self, level=level)
 
     def steered_by(self, steering: Steering | None) -> Model:
-        return replace(self, steering=steering)
+        bare = None if self.bare is None else replace(self.bare, steering=steering)
+        return replace(self, steering=steering, bare=bare)

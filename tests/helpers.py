@@ -122,7 +122,7 @@ def state_matrices(
     model: Model, numbers: Numbers, joints: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """A and B of x' = A x + B r with the drive closed, at the straight arm with these joints."""
-    p, law = numbers
+    p, law = numbers.p, numbers.law
     n, ns, nr = model.arm.coordinates, law.states, law.references
     names = ("R", "P", "V", "S", "Fs", "Fq", "Fv", "Fr")
     laws = tuple(np.ascontiguousarray(getattr(law, name)[None], dtype=float) for name in names)
@@ -144,7 +144,7 @@ def state_rate(
     inertia: np.ndarray | None = None,
 ) -> np.ndarray:
     """x' of the non-linear model for x = [q, q', s]; with a given M instead of M(q) if asked."""
-    p, law = numbers
+    p, law = numbers.p, numbers.law
     n = model.arm.coordinates
     q, v, s = x[:n], x[n : 2 * n], x[2 * n :]
     M, F = model.compiled.mass_and_force(q, v, p)

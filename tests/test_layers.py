@@ -27,6 +27,7 @@ RANKS = {
     "core.drives": 4,
     "core.trajectory": 4.2,
     "core.sensors": 4.5,
+    "core.forces": 4.8,
     "core.effects": 5,
     "core.model": 6,
     "core.scenario": 7,

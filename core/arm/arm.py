@@ -12,13 +12,16 @@ from core.arm.segment import Segment
 class Arm(BaseModel):
     """A chain of segments in a plane, with gravity (zero by default) acting in that plane.
 
-    Coordinates q = [joint positions..., modal coordinates of segment 1, of segment 2, ...].
+    Coordinates q = [joint positions..., modal coordinates of segment 1, of segment 2, ...,
+    twists of the elastic joints..., the two displacements of an elastic base].
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     segments: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=3)]
     gravity: tuple[float, float] = (0.0, 0.0)
+    base_compliance: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    """m/N, the same in both directions; None: the base does not move."""
     name: str = "arm"
 
     @property
@@ -32,18 +35,31 @@ class Arm(BaseModel):
     @property
     def coordinates(self) -> int:
         """n, the length of q."""
-        return self.joints + sum(self.modes)
+        return len(self.coordinate_names)
+
+    @property
+    def elastic(self) -> tuple[bool, ...]:
+        """Which joints twist."""
+        return tuple(s.joint_compliance is not None for s in self.segments)
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
         joints = [f"theta{k + 1}" for k in range(self.joints)]
         modal = [f"v{k + 1}_{i + 1}" for k, n in enumerate(self.modes) for i in range(n)]
-        return tuple(joints + modal)
+        twists = [f"twist{k + 1}" for k, elastic in enumerate(self.elastic) if elastic]
+        base = ["base1", "base2"] if self.base_compliance is not None else []
+        return tuple(joints + modal + twists + base)
 
     def modal_slice(self, segment: int) -> slice:
         """Where the modal coordinates of a segment (from 0) stand in q."""
         start = self.joints + sum(self.modes[:segment])
         return slice(start, start + self.modes[segment])
+
+    def twist_place(self, segment: int) -> int | None:
+        """Where the twist of a joint (from 0) stands in q; None where the joint is rigid."""
+        if not self.elastic[segment]:
+            return None
+        return self.joints + sum(self.modes) + sum(self.elastic[:segment])
 
     @property
     def two_revolute(self) -> bool:

@@ -11,7 +11,7 @@ from platformdirs import user_cache_path
 
 VARIABLE = "FLEXGUI_CACHE"
 _CORE = Path(__file__).parent.parent
-_COMPILED_ROOMS = ("arm", "simulate")
+_COMPILED_ROOMS = ("arm", "forces", "simulate")
 
 
 def cache_folder() -> Path:

@@ -19,6 +19,10 @@ RELATIVE_BOUND = 10.0
 """Positive parameters may move by this factor when the user states no bounds."""
 
 
+COMPLIANCE_BOUND = 1e3
+"""Springs of joints and bases differ by orders of magnitude between rigs."""
+
+
 @dataclass(frozen=True)
 class _Direct:
     """Writes one value into fixed places of p."""
@@ -27,6 +31,16 @@ class _Direct:
 
     def write(self, p: np.ndarray, section: np.ndarray, value: np.ndarray) -> None:
         p[:, self.places] = value[:, None]
+
+
+@dataclass(frozen=True)
+class _Inverse:
+    """Writes the stiffness of a stated compliance into one place of p."""
+
+    place: int
+
+    def write(self, p: np.ndarray, section: np.ndarray, value: np.ndarray) -> None:
+        p[:, self.place] = 1.0 / value
 
 
 @dataclass(frozen=True)
@@ -46,7 +60,7 @@ class _Section:
 @dataclass(frozen=True)
 class _Entry:
     parameter: Parameter
-    writer: _Direct | _Section
+    writer: _Direct | _Inverse | _Section
 
 
 class ArmCatalogue:
@@ -58,6 +72,7 @@ class ArmCatalogue:
         self.entries: dict[str, _Entry] = {}
         for k in range(arm.joints):
             self._add_segment(k)
+        self._add_compliances()
         self._add_shared()
         for i in range(2):
             place = (slots.gravity_slot(arm.joints, i),)
@@ -70,7 +85,7 @@ class ArmCatalogue:
         return {name: entry.parameter for name, entry in self.entries.items()}
 
     def vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:
-        """p (S, 8 N + 2) for S value vectors (S, len(names)); the rest as in the arm."""
+        """p (S, 9 N + 3) for S value vectors (S, len(names)); the rest as in the arm."""
         p = np.tile(self.base, (len(values), 1))
         moduli = [s.young_modulus or np.nan for s in self.arm.segments]
         widths = [s.width or np.nan for s in self.arm.segments]
@@ -104,6 +119,25 @@ class ArmCatalogue:
         title = f"rotor and gear inertia of joint {n}"
         self._add_nonnegative(f"Jh{n}", s.hub_inertia, kind.inertia_unit, place, title, 0.01)
 
+    def _add_compliances(self) -> None:
+        """Of elastic joints and of an elastic base; a rigid one has none to estimate."""
+        for k, s in enumerate(self.arm.segments):
+            if s.joint_compliance is not None:
+                kind = joint(s.joint)
+                unit = f"{kind.coordinate_unit}/({kind.effort_unit})"
+                title = f"compliance of joint {k + 1}"
+                place = slots.slot(k, slots.TWIST_STIFFNESS)
+                self._add_compliance(f"c{k + 1}", s.joint_compliance, unit, place, title)
+        if self.arm.base_compliance is not None:
+            place = slots.base_slot(self.arm.joints)
+            self._add_compliance("cb", self.arm.base_compliance, "m/N", place, "base compliance")
+
+    def _add_compliance(self, name: str, value: float, unit: str, place: int, title: str) -> None:
+        lower, upper = value / COMPLIANCE_BOUND, value * COMPLIANCE_BOUND
+        sign = symbol(name)
+        parameter = Parameter(name, value, unit, lower, upper, sign, title, scale=value)
+        self._add(parameter, _Inverse(place))
+
     def _add_shared(self) -> None:
         """epsilon, d and EI of all bending segments at once, where they are equal."""
         bending = tuple(k for k, s in enumerate(self.arm.segments) if s.modes)
@@ -121,7 +155,7 @@ class ArmCatalogue:
             self._add_section("epsilon", modulus, "Pa", 0, with_section, "Young modulus")
             self._add_section("d", width, "m", 1, with_section, "width of the square section")
 
-    def _add(self, parameter: Parameter, writer: _Direct | _Section) -> None:
+    def _add(self, parameter: Parameter, writer: _Direct | _Inverse | _Section) -> None:
         self.entries[parameter.name] = _Entry(parameter, writer)
 
     def _positive(self, name: str, value: float, unit: str, title: str) -> Parameter:

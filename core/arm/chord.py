@@ -45,6 +45,10 @@ def rigid_angle_matrix(arm: Arm, p: np.ndarray) -> np.ndarray:
     C1 = np.eye(2, arm.coordinates)
     C1[0] += chord[0]
     C1[1] += slope[0] - chord[0] + chord[1]
+    for k in range(2):
+        place = arm.twist_place(k)
+        if place is not None:
+            C1[k, place] = 1.0
     return C1
 
 

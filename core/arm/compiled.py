@@ -88,7 +88,8 @@ def _module_file(structure: Structure) -> Path:
     return file
 
 
-def _load(file: Path) -> ModuleType:
+def load_module(file: Path) -> ModuleType:
+    """The generated module in a file, executed once."""
     name = f"flexgui_{file.stem}"
     if name in sys.modules:
         return sys.modules[name]
@@ -104,5 +105,5 @@ def _load(file: Path) -> ModuleType:
 def compile_arm(structure: Structure) -> CompiledArm:
     """The compiled arm; a second or two the first time, from the cache after that."""
     with _LOADING:
-        module = _load(_module_file(structure))
+        module = load_module(_module_file(structure))
     return CompiledArm(structure, module.dynamics, module.tip, module.linear)

@@ -14,6 +14,7 @@ from core.arm.slots import (
     STIFFNESS,
     TIP_INERTIA,
     TIP_MASS,
+    TWIST_STIFFNESS,
 )
 
 
@@ -26,6 +27,13 @@ def bending(kinematics: Kinematics) -> sp.Expr:
             for k in range(kinematics.structure.segments)
         ]
     )
+
+
+def springs(kinematics: Kinematics) -> sp.Expr:
+    """Energy of the elastic joints, 1/2 k twist^2, and of an elastic base."""
+    s = kinematics.symbols
+    twists = [s.slot(k, TWIST_STIFFNESS) * t**2 / 2 for k, t in enumerate(s.twist)]
+    return sp.Add(*twists, *[s.base_stiffness * b**2 / 2 for b in s.base])
 
 
 def dissipation(kinematics: Kinematics) -> sp.Expr:
@@ -41,8 +49,9 @@ def dissipation(kinematics: Kinematics) -> sp.Expr:
 
 
 def stiffness_matrix(kinematics: Kinematics) -> sp.Matrix:
-    """(n, n) Hessian of the bending energy."""
-    return sp.hessian(bending(kinematics), kinematics.symbols.q)
+    """(n, n) Hessian of the elastic energy."""
+    energy = bending(kinematics) + springs(kinematics)
+    return sp.hessian(energy, kinematics.symbols.q)
 
 
 def damping_matrix(kinematics: Kinematics) -> sp.Matrix:

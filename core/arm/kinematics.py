@@ -50,13 +50,14 @@ class Kinematics:
     def _bases(self) -> tuple[tuple[Place, sp.Expr], ...]:
         """(place, angle) of each segment's root, and last of the arm's tip."""
         bases: list[tuple[Place, sp.Expr]] = []
-        place: Place = ()
+        place: Place = self._ground
         angle: sp.Expr = sp.Integer(0)
         for k in range(self.structure.segments):
             if self.structure.mounts[k] == "ground":
-                place, angle = (), sp.Integer(0)
+                place, angle = self._ground, sp.Integer(0)
             kind = joint(self.structure.joints[k])
-            put = kind.place(self.symbols.theta[k], self.symbols.slot(k, AXIS_ANGLE))
+            moved = self.symbols.theta[k] + self.symbols.twist[k]
+            put = kind.place(moved, self.symbols.slot(k, AXIS_ANGLE))
             if put.slide != 0:
                 place = (*place, Phasor(angle + put.direction, put.slide, sp.Integer(0)))
             angle = angle + put.turn
@@ -66,6 +67,13 @@ class Kinematics:
             angle = angle + shapes.slope(self.symbols.modal[k], length)
         bases.append((place, angle))
         return tuple(bases)
+
+    @property
+    def _ground(self) -> Place:
+        """Where the base stands."""
+        if not self.symbols.base:
+            return ()
+        return (Phasor(sp.Integer(0), *self.symbols.base),)
 
     def _along(self, segment: int, x: sp.Expr, angle: sp.Expr) -> Phasor:
         v = self.symbols.modal[segment]

@@ -34,6 +34,9 @@ class Segment(BaseModel):
     hub_inertia: NonNegative = 0.0
     """Rotor and gear on the joint's side, kg m^2 (kg for a prismatic joint)."""
     joint: str = "revolute"
+    joint_compliance: Positive | None = None
+    """rad/(N m) (m/N on a slide) of the gear between motor and segment; None: rigid. The motor
+    carries the hub's inertia, the drive and the encoder."""
     axis_angle: Annotated[float, Field(allow_inf_nan=False)] = 0.0
     """Direction of a prismatic joint's slide in rad, from the end of the segment before."""
     mount: Literal["previous", "ground"] = "previous"

@@ -1,7 +1,8 @@
 """The numeric vector p that the compiled equations of an arm take.
 
-Eight slots per segment, then the two components of gravity. Structure (joints, modes, mounts)
-is compiled in; everything here may change without a new compilation.
+Nine slots per segment, then the two components of gravity and the stiffness of the base.
+Structure (joints, modes, mounts) is compiled in; everything here may change without a new
+compilation.
 """
 
 from __future__ import annotations
@@ -11,7 +12,9 @@ import numpy as np
 from core.arm.arm import Arm
 
 LENGTH, MASS, STIFFNESS, DAMPING_TIME, TIP_MASS, TIP_INERTIA, HUB_INERTIA, AXIS_ANGLE = range(8)
-PER_SEGMENT = 8
+TWIST_STIFFNESS = 8
+"""N m/rad (N/m) of an elastic joint; zero where the joint is rigid."""
+PER_SEGMENT = 9
 
 
 def slot(segment: int, which: int) -> int:
@@ -24,13 +27,22 @@ def gravity_slot(joints: int, component: int) -> int:
     return PER_SEGMENT * joints + component
 
 
-def slot_count(joints: int) -> int:
-    """Length of p."""
+def base_slot(joints: int) -> int:
+    """Index in p of the stiffness of the base, N/m; zero where the base is rigid."""
     return PER_SEGMENT * joints + 2
 
 
+def slot_count(joints: int) -> int:
+    """Length of p."""
+    return PER_SEGMENT * joints + 3
+
+
+def _stiffness(compliance: float | None) -> float:
+    return 0.0 if compliance is None else 1.0 / compliance
+
+
 def arm_vector(arm: Arm) -> np.ndarray:
-    """p (8 N + 2,) in SI units for an arm as described."""
+    """p (9 N + 3,) in SI units for an arm as described."""
     rows = [
         [
             s.length,
@@ -41,7 +53,9 @@ def arm_vector(arm: Arm) -> np.ndarray:
             s.tip_inertia,
             s.hub_inertia,
             s.axis_angle,
+            _stiffness(s.joint_compliance),
         ]
         for s in arm.segments
     ]
-    return np.array([value for row in rows for value in row] + list(arm.gravity), dtype=float)
+    flat = [value for row in rows for value in row]
+    return np.array([*flat, *arm.gravity, _stiffness(arm.base_compliance)], dtype=float)

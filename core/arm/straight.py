@@ -26,7 +26,7 @@ class StraightArm:
     def __init__(self, kinematics: Kinematics) -> None:
         self.kinematics = kinematics
         self.symbols = kinematics.symbols
-        self._at_rest = {v: 0 for segment in self.symbols.modal for v in segment}
+        self._at_rest = self.symbols.straight
 
     @cached_property
     def mass_terms(self) -> Terms:

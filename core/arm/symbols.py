@@ -10,8 +10,8 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.slots import PER_SEGMENT
 
-_LATEX_SLOTS = ("l", "m", "(EI)", r"\tau", r"m_{t}", r"J_{t}", r"J_{h}", r"\alpha")
-_NAMES = ("l", "m", "EI", "tau", "mt", "Jt", "Jh", "axis")
+_LATEX_SLOTS = ("l", "m", "(EI)", r"\tau", r"m_{t}", r"J_{t}", r"J_{h}", r"\alpha", "k_{j}")
+_NAMES = ("l", "m", "EI", "tau", "mt", "Jt", "Jh", "axis", "kj")
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,19 @@ class Structure:
     joints: tuple[str, ...]
     modes: tuple[int, ...]
     mounts: tuple[str, ...]
+    elastic: tuple[bool, ...] = ()
+    """Which joints twist; none where empty."""
+    base: bool = False
+    """Whether the base moves."""
 
     @classmethod
     def of(cls, arm: Arm) -> Structure:
         return cls(
-            tuple(s.joint for s in arm.segments), arm.modes, tuple(s.mount for s in arm.segments)
+            tuple(s.joint for s in arm.segments),
+            arm.modes,
+            tuple(s.mount for s in arm.segments),
+            arm.elastic if any(arm.elastic) else (),
+            arm.base_compliance is not None,
         )
 
     @property
@@ -34,7 +42,7 @@ class Structure:
 
     @property
     def coordinates(self) -> int:
-        return self.segments + sum(self.modes)
+        return self.segments + sum(self.modes) + sum(self.elastic) + 2 * self.base
 
 
 @dataclass(frozen=True)
@@ -60,8 +68,29 @@ class Symbols:
         )
 
     @cached_property
+    def twist(self) -> tuple[sp.Expr, ...]:
+        """By how much each joint's segment is turned beyond its motor; 0 where it is rigid."""
+        elastic = self.structure.elastic or (False,) * self.structure.segments
+        return tuple(
+            sp.Symbol(f"twist{k + 1}", real=True) if twists else sp.Integer(0)
+            for k, twists in enumerate(elastic)
+        )
+
+    @cached_property
+    def base(self) -> tuple[sp.Symbol, ...]:
+        """The two displacements of the base, m; none where it is rigid."""
+        names = ("base1", "base2") if self.structure.base else ()
+        return tuple(sp.Symbol(name, real=True) for name in names)
+
+    @cached_property
     def q(self) -> tuple[sp.Symbol, ...]:
-        return self.theta + tuple(v for segment in self.modal for v in segment)
+        modal = tuple(v for segment in self.modal for v in segment)
+        return self.theta + modal + tuple(t for t in self.twist if t != 0) + self.base
+
+    @property
+    def straight(self) -> dict[sp.Symbol, int]:
+        """All that is zero when the arm is straight and nothing is deflected."""
+        return {q: 0 for q in self.q if q not in self.theta}
 
     @cached_property
     def dq(self) -> tuple[sp.Symbol, ...]:
@@ -71,19 +100,27 @@ class Symbols:
     def p(self) -> tuple[sp.Symbol, ...]:
         """In the order of core.arm.slots."""
         names = [f"{name}{k + 1}" for k in range(self.structure.segments) for name in _NAMES]
-        return tuple(sp.Symbol(name, real=True) for name in [*names, "g1", "g2"])
+        return tuple(sp.Symbol(name, real=True) for name in [*names, "g1", "g2", "kb"])
 
     def slot(self, segment: int, which: int) -> sp.Symbol:
         return self.p[PER_SEGMENT * segment + which]
 
     @property
     def gravity(self) -> tuple[sp.Symbol, sp.Symbol]:
-        return self.p[-2], self.p[-1]
+        return self.p[-3], self.p[-2]
+
+    @property
+    def base_stiffness(self) -> sp.Symbol:
+        return self.p[-1]
 
     @cached_property
     def latex_names(self) -> dict[sp.Symbol, str]:
         """How each symbol is written; one-mode arms drop the mode's index, as the paper does."""
-        names: dict[sp.Symbol, str] = {self.gravity[0]: "g_1", self.gravity[1]: "g_2"}
+        names: dict[sp.Symbol, str] = {
+            self.gravity[0]: "g_1", self.gravity[1]: "g_2", self.base_stiffness: "k_b"
+        }  # fmt: skip
+        names |= {b: rf"b_{i + 1}" for i, b in enumerate(self.base)}
+        names |= {t: rf"\varphi_{{j{k + 1}}}" for k, t in enumerate(self.twist) if t != 0}
         for k in range(self.structure.segments):
             names[self.theta[k]] = rf"\theta_{{{k + 1}}}"
             for which, text in enumerate(_LATEX_SLOTS):

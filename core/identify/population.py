@@ -39,7 +39,7 @@ def applicable(experiments: Sequence[Prepared], unknowns: Unknowns) -> bool:
 
 def _plain(e: Prepared) -> bool:
     law = e.model.numbers().law
-    linear = e.model.level == "lpv" and len(e.task.schedule) == 1
+    linear = not e.model.effects and e.model.level == "lpv" and len(e.task.schedule) == 1
     direct = all(
         s.direct(e.recording, e.model.arm) and s.rows(e.model.arm, e.model.numbers().p, law)
         for s in e.outputs
@@ -127,7 +127,7 @@ class PopulationCost:
     def _states_that_matter(self) -> np.ndarray:
         """Indices of the states that outputs see, directly or through other states."""
         model, e = self.model, self.experiments[0]
-        p, law = model.numbers()
+        p, law, _ = model.numbers()
         C, _ = self._rows(e, Numbers(p, law))
         n, states = model.arm.coordinates, 2 * model.arm.coordinates + law.states
         K, D = model.compiled.linear_matrices(e.task.schedule[0], p)

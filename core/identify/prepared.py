@@ -66,14 +66,19 @@ class Prepared:
     def task_at(self, values: Mapping[str, float]) -> Task:
         """The task with the initial deviations that the values state."""
         moved = [name for name in values if name.startswith(START)]
-        if not moved:
+        joints = self.model.arm.joints
+        true = self.model.started(self.task.start[:joints], values)
+        shifted = true - self.task.start[:joints]
+        if not moved and not np.any(shifted):
             return self.task
-        start = self.task.start.copy()
+        start, schedule = self.task.start.copy(), self.task.schedule.copy()
+        start[:joints] += shifted
+        schedule[:, :joints] += shifted
         names = self.model.arm.coordinate_names
         for i, name in enumerate(names):
             start[i] += values.get(START + name, 0.0)
             start[len(names) + i] += values.get(f"{START}d{name}", 0.0)
-        return Task(self.task.time, self.task.references, start, self.task.schedule)
+        return Task(self.task.time, self.task.references, start, schedule)
 
     def predicted(
         self, trajectory: Trajectory, numbers: Numbers, values: Mapping[str, float]
@@ -91,6 +96,7 @@ class Prepared:
         self, sensor: Sensor, trajectory: Trajectory, values: Mapping[str, float]
     ) -> np.ndarray:
         y = np.array(sensor.measure_like(self.recording, trajectory))
+        y = self.model.sensed(sensor.kind, y, self.recording.sample_time, values)
         steering = self.model.steering
         if sensor.kind != TORQUE or not isinstance(steering, FollowingServo):
             return y

@@ -16,6 +16,7 @@ from core.arm.kinematics import Kinematics
 from core.arm.slots import gravity_slot
 from core.arm.straight import StraightArm, Terms
 from core.arm.symbols import Structure
+from core.forces.element import linear_matrices
 from core.model import Model, Numbers
 from core.results import DescriptorModel
 from core.simulate import descriptor as slow
@@ -80,15 +81,17 @@ def affine_terms(structure: Structure) -> AffineTerms:
 
 def quick_descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
     """The same as `descriptor.descriptor`, quick enough to follow a slider."""
-    p, law = numbers
+    p, law = numbers.p, numbers.law
     n, ns = model.arm.coordinates, law.states
     terms = affine_terms(Structure.of(model.arm))
     mass = terms.mass(p)
     at_rest = p.copy()
-    at_rest[gravity_slot(model.arm.joints, 0) :] = 0.0
+    weight = slice(gravity_slot(model.arm.joints, 0), gravity_slot(model.arm.joints, 2))
+    at_rest[weight] = 0.0
     K, D = model.compiled.linear_matrices(np.zeros(n), at_rest)
-    A_terms = {"1": slow._constant_part(K, D, law, n, ns)}
-    if np.any(p[gravity_slot(model.arm.joints, 0) :]):
+    K_extra, D_extra = linear_matrices(numbers.elements, np.zeros(n))
+    A_terms = {"1": slow._constant_part(K + K_extra, D + D_extra, law, n, ns)}
+    if np.any(p[weight]):
         for name, part in terms.gravity(p).items():
             if np.any(part):
                 term = A_terms.setdefault(name, np.zeros_like(A_terms["1"]))

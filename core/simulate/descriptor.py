@@ -11,8 +11,10 @@ import numpy as np
 import sympy as sp
 
 from core.arm.kinematics import Kinematics
+from core.arm.slots import gravity_slot
 from core.arm.straight import StraightArm, Terms
 from core.arm.symbols import Structure
+from core.forces.element import linear_matrices
 from core.model import Model, Numbers
 from core.results import DescriptorModel
 from core.sensors import sensors
@@ -21,7 +23,7 @@ from core.sensors import sensors
 def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
     """Affine terms at given numbers; the basis functions are readable text."""
     straight = StraightArm(Kinematics(Structure.of(model.arm)))
-    p, law = numbers
+    p, law = numbers.p, numbers.law
     n, ns = model.arm.coordinates, law.states
     mass = _evaluated(straight.mass_terms, straight, p)
     basis = list(mass)
@@ -29,7 +31,8 @@ def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
     gravity = _gravity_terms(straight, p)
     rest = _evaluated({sp.Integer(1): straight.bending}, straight, p)["1"]
     damping = _evaluated({sp.Integer(1): straight.damping}, straight, p)["1"]
-    A_terms = {"1": _constant_part(rest, damping, law, n, ns)}
+    K, D = linear_matrices(numbers.elements, np.zeros(n))
+    A_terms = {"1": _constant_part(rest + K, damping + D, law, n, ns)}
     for name, K in gravity.items():
         if np.any(K):
             term = A_terms.setdefault(name, np.zeros_like(A_terms["1"]))
@@ -64,7 +67,8 @@ def _inputs(model: Model, count: int) -> tuple[str, ...]:
 
 def _gravity_terms(straight: StraightArm, p: np.ndarray) -> dict[str, np.ndarray]:
     """K's terms that depend on the posture; none where there is no gravity."""
-    if not np.any(p[-2:]):
+    joints = straight.kinematics.structure.segments
+    if not np.any(p[gravity_slot(joints, 0) : gravity_slot(joints, 2)]):
         return {}
     return _evaluated(_split(straight.gravity_stiffness), straight, p)
 

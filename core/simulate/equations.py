@@ -6,7 +6,7 @@ import sympy as sp
 
 from core.arm import shapes
 from core.arm.chord import rigid_angle_matrix
-from core.arm.energies import bending, dissipation
+from core.arm.energies import bending, dissipation, springs
 from core.arm.kinematics import Kinematics, Phasor, components
 from core.arm.slots import (
     AXIS_ANGLE,
@@ -16,6 +16,7 @@ from core.arm.slots import (
     MASS,
     TIP_INERTIA,
     TIP_MASS,
+    slot,
 )
 from core.arm.straight import StraightArm
 from core.arm.symbols import Structure
@@ -48,9 +49,10 @@ def _absent(model: Model, kinematics: Kinematics) -> dict[sp.Symbol, int]:
         symbols.slot(k, which): 0
         for k in range(model.arm.joints)
         for which in optional
-        if p[8 * k + which] == 0.0
+        if p[slot(k, which)] == 0.0
     }
-    return zero | {g: 0 for g, value in zip(symbols.gravity, p[-2:], strict=True) if value == 0.0}
+    pairs = zip(symbols.gravity, model.arm.gravity, strict=True)
+    return zero | {g: 0 for g, value in pairs if value == 0.0}
 
 
 def _shown(place: tuple[Phasor, ...], absent: dict[sp.Symbol, int]) -> tuple[Phasor, ...]:
@@ -120,6 +122,9 @@ def _energies(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]
     energy = bending(kinematics)
     if energy != 0:
         found.append(Equation("Bending energy", rf"V = {s.latex(energy)}"))
+    spring = springs(kinematics)
+    if spring != 0:
+        found.append(Equation("Elastic joints and base", rf"V_s = {s.latex(spring)}"))
     loss = dissipation(kinematics).subs(absent)
     if loss != 0:
         found.append(Equation("Dissipation", rf"R = {s.latex(loss)}", "Kelvin-Voigt beams."))

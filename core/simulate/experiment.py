@@ -58,7 +58,7 @@ def simulate_recording(
             f"Simulated non-linearly with {result.substeps} steps per sample; "
             f"estimated error below {result.error:.1e} m or rad.",
         )
-    channels = read_sensors(trajectory, spec, noise)
+    channels = read_sensors(model, trajectory, spec, noise)
     references = model.drive.reference_channels(model.arm)
     for k, channel in enumerate(references):
         channels[channel] = task.references[:, k]
@@ -104,7 +104,8 @@ def make_task(model: Model, spec: SimulateSpec, name: str) -> tuple[Task, float 
     if spec.sweep is not None:
         signal, schedule = _add_sweep(signal, channels, spec, time, schedule, name)
     law = model.numbers().law
-    start = at_rest(joints, arm.coordinates, law.states)
+    start = at_rest(model.started(joints, {}), arm.coordinates, law.states)
+    schedule[:, : arm.joints] += start[: arm.joints] - joints
     moving = spec.sweep is not None
     theta2 = float(joints[1]) if arm.joints > 1 and not moving else None
     return Task(time, signal, start, schedule), theta2
@@ -131,7 +132,7 @@ def _add_sweep(signal, channels, spec, time, schedule, name):  # type: ignore[no
 
 
 def read_sensors(
-    trajectory: Trajectory, spec: SimulateSpec, noise: NoiseLevels
+    model: Model, trajectory: Trajectory, spec: SimulateSpec, noise: NoiseLevels
 ) -> dict[str, np.ndarray]:
     """All channels that the arm's sensors give, with their noise."""
     rng = np.random.default_rng([spec.seed, 1])
@@ -140,6 +141,7 @@ def read_sensors(
         if kind in ("y", "ydot") and not trajectory.arm.two_revolute:
             continue
         values = np.array(sensor.measure(trajectory))
+        values = np.array(model.sensed(kind, values, spec.sample_time, {}))
         draws = rng.standard_normal(values.shape)
         values += draws * _deviation(kind, values, spec, noise)
         if kind == "z" and noise.camera_rate is not None:

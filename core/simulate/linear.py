@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from core.drives.law import DriveLaw
+from core.forces.element import linear_matrices
 from core.model import Model, Numbers
 from core.simulate import lpv
-from core.simulate.motion import Task
+from core.simulate.motion import Task, full_start
 from core.simulate.vector import LANES
 from core.trajectory import Trajectory
 
@@ -32,6 +34,20 @@ def law_lanes(laws: Sequence[DriveLaw]) -> tuple[np.ndarray, ...]:
     return tuple(
         np.ascontiguousarray([getattr(law, name) for law in filled], dtype=float) for name in names
     )
+
+
+def _with_forces(numbers: Numbers, task: Task) -> DriveLaw:
+    """The drive's law with the slopes of extra forces, as feedback on all coordinates."""
+    if not numbers.elements:
+        return numbers.law
+    law, n = numbers.law, task.schedule.shape[1]
+    K, D = linear_matrices(numbers.elements, task.schedule[0])
+    below = n - len(law.P)
+
+    def padded(part: np.ndarray) -> np.ndarray:
+        return np.vstack([part, np.zeros((below, part.shape[1]))])
+
+    return replace(law, R=padded(law.R), P=padded(law.P) + K, V=padded(law.V) + D, S=padded(law.S))
 
 
 def fill_lanes(arrays: Sequence[np.ndarray]) -> np.ndarray:
@@ -77,6 +93,7 @@ def _respond_lanes(
 ) -> list[Trajectory]:
     n, joints = model.arm.coordinates, model.arm.joints
     laws = [each.law for each in numbers]
+    moving = [_with_forces(each, task) for each, task in zip(numbers, tasks, strict=True)]
     states, nr = 2 * n + laws[0].states, laws[0].references
     rows, direct = [], []
     for law in laws:
@@ -88,10 +105,10 @@ def _respond_lanes(
     empty = np.zeros(0)
     lpv.respond(
         model.compiled.dynamics, model.compiled.linear, fill_lanes([each.p for each in numbers]),
-        law_lanes(laws), fill_lanes(rows), fill_lanes(direct), schedule, len(schedule) > 1,
+        law_lanes(moving), fill_lanes(rows), fill_lanes(direct), schedule, len(schedule) > 1,
         fill_lanes([np.array(task.sample_time) for task in tasks]),
         np.arange(states), not laws[0].interpolate,
-        fill_lanes([task.start for task in tasks]),
+        fill_lanes([full_start(t, each) for t, each in zip(tasks, numbers, strict=True)]),
         interleave([task.references for task in tasks], length + 1).ravel(),
         empty, empty, out.ravel(), True,
     )  # fmt: skip

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.model import Numbers
+
 
 @dataclass(frozen=True)
 class Task:
@@ -30,3 +32,16 @@ def at_rest(joints: np.ndarray, n: int, states: int = 0) -> np.ndarray:
     start = np.zeros(2 * n + states)
     start[: len(joints)] = joints
     return start
+
+
+def full_start(task: Task, numbers: Numbers) -> np.ndarray:
+    """[q, q', s, w]: the task's start with the states of drive and effects that it lacks, at zero.
+
+    An effect may give the drive states that the task's maker did not know of.
+    """
+    n = task.schedule.shape[1]
+    states = numbers.law.states + sum(len(e.law.states) for e in numbers.elements)
+    out = np.zeros(2 * n + states)
+    known = min(len(task.start), 2 * n + numbers.law.states)
+    out[:known] = task.start[:known]
+    return out

@@ -8,7 +8,7 @@ import numpy as np
 
 from core.drives.law import DriveLaw
 from core.model import Model, Numbers
-from core.simulate.motion import Task
+from core.simulate.motion import Task, full_start
 from core.simulate.rosenbrock import implicit_parts, integrate
 from core.trajectory import Trajectory
 
@@ -36,16 +36,17 @@ def law_arrays(law: DriveLaw) -> tuple[np.ndarray, ...]:
 
 def run(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
     """One pass with a fixed number of steps per sample."""
-    p, law = numbers
+    p, law = numbers.p, numbers.law
     n = model.arm.coordinates
     arrays = law_arrays(law)
     K, D = model.compiled.linear_matrices(task.start[:n], p)
     dt = task.sample_time
     parts = implicit_parts(K, D, arrays, dt / substeps)
     references = np.ascontiguousarray(task.references, dtype=float)
+    elements = numbers.packed(n)
     states, torque = integrate(
-        model.compiled.dynamics, p, arrays, parts, references, law.interpolate,
-        np.ascontiguousarray(task.start, dtype=float), dt, substeps,
+        model.compiled.dynamics, model.compiled.tip, p, arrays, parts, elements.packed(),
+        references, law.interpolate, full_start(task, numbers), dt, substeps,
     )  # fmt: skip
     return Trajectory(
         model.arm, model.compiled, p, task.time, states[:, :n], states[:, n : 2 * n], torque

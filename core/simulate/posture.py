@@ -2,14 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import scipy.linalg
 
+from core.forces.element import linear_matrices
 from core.model import Model, Numbers
 from core.simulate.motion import at_rest
+
+T = TypeVar("T")
+
+
+class once(Generic[T]):  # noqa: N801 (reads as the decorator it is)
+    """A property computed at its first use and kept.
+
+    `functools.cached_property` has one lock for all objects up to Python 3.11: postures of
+    different threads would wait for each other.
+    """
+
+    def __init__(self, make: Callable[[Any], T]) -> None:
+        self._make, self.__doc__ = make, make.__doc__
+
+    def __get__(self, owner: Any, kind: type) -> T:
+        value: T = self._make(owner)
+        owner.__dict__[self._make.__name__] = value
+        return value
 
 
 @dataclass(frozen=True)
@@ -23,20 +43,22 @@ class Posture:
     numbers: Numbers
     joints: np.ndarray
 
-    @cached_property
+    @once
     def q(self) -> np.ndarray:
         """(n,)"""
         n = self.model.arm.coordinates
         return at_rest(self.joints, n)[:n]
 
-    @cached_property
+    @once
     def M(self) -> np.ndarray:
         """(n, n)"""
         return self.model.compiled.mass_matrix(self.q, self.numbers.p)
 
-    @cached_property
+    @once
     def _K_and_D(self) -> tuple[np.ndarray, np.ndarray]:
-        return self.model.compiled.linear_matrices(self.q, self.numbers.p)
+        K, D = self.model.compiled.linear_matrices(self.q, self.numbers.p)
+        K_extra, D_extra = linear_matrices(self.numbers.elements, self.q)
+        return K + K_extra, D + D_extra
 
     @property
     def K(self) -> np.ndarray:
@@ -53,7 +75,7 @@ class Posture:
         """nx = 2 n + ns"""
         return 2 * self.model.arm.coordinates + self.numbers.law.states
 
-    @cached_property
+    @once
     def E(self) -> np.ndarray:
         """(nx, nx)"""
         n = self.model.arm.coordinates
@@ -61,7 +83,7 @@ class Posture:
         E[n : 2 * n, n : 2 * n] = self.M
         return E
 
-    @cached_property
+    @once
     def A(self) -> np.ndarray:
         """(nx, nx)"""
         n, law = self.model.arm.coordinates, self.numbers.law
@@ -73,7 +95,7 @@ class Posture:
         A[2 * n :] = np.hstack([law.Fq, law.Fv, law.Fs])
         return A
 
-    @cached_property
+    @once
     def B(self) -> np.ndarray:
         """(nx, nr)"""
         n, law = self.model.arm.coordinates, self.numbers.law
@@ -82,7 +104,7 @@ class Posture:
         B[2 * n :] = law.Fr
         return B
 
-    @cached_property
+    @once
     def eigen(self) -> tuple[np.ndarray, np.ndarray]:
         """Poles (nx,) in 1/s and right eigenvectors (nx, nx) of (A, E)."""
         poles, vectors = scipy.linalg.eig(self.A, self.E, check_finite=False)

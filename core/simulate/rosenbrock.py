@@ -14,7 +14,17 @@ from __future__ import annotations
 import numpy as np
 from numba import int64, njit, types
 
-from core.arm.signatures import DYNAMICS, OPTIONS, matrix, vector
+from core.arm.signatures import DYNAMICS, OPTIONS, TIP, matrix, vector
+from core.simulate.elements import (
+    ELEMENTS,
+    OUT_PER_PORT,
+    OUT_PER_STATE,
+    add_known,
+    push,
+    push_implicitly,
+    see,
+    state_stage,
+)
 from core.simulate.small import (
     INLINE,
     add_matrices,
@@ -34,28 +44,30 @@ GAMMA = 1.0 - 1.0 / np.sqrt(2.0)
 
 LAW = types.Tuple((matrix, matrix, matrix, matrix, matrix, matrix, matrix, matrix, vector))
 """The arrays of core.drives.law.DriveLaw, in its order."""
-IMPLICIT = types.UniTuple(matrix, 5)
+IMPLICIT = types.UniTuple(matrix, 7)
 """What `implicit_parts` returns."""
 
 
 def implicit_parts(
     K: np.ndarray, D: np.ndarray, law: tuple[np.ndarray, ...], h: float
 ) -> tuple[np.ndarray, ...]:
-    """Constant matrices (A, B, T, T2, inverse) of a step of length h, with g = gamma h.
+    """Constant matrices (A, B, T, T2, inverse, A0, B0) of a step of length h, with g = gamma h.
 
     K and D (n, n) are the arm's; the drive's feedback is added here. The stage equations are
     (M + A) kv = M b - B a - T c - T2 a, kq = a + g kv, ks = inverse (c + g (Fq kq + Fv kv)).
+    A0 and B0 are those of the arm alone: the rows of a joint whose drive is at its limit.
     """
     _, P, V, S, Fs, Fq, Fv = law[:7]
     joints = P.shape[0]
     g = GAMMA * h
     inverse = np.linalg.inv(np.eye(len(Fs)) - g * Fs)
+    A0, B0 = g * D + g * g * K, g * K
     K, D, T = K.copy(), D.copy(), np.zeros((len(K), len(Fs)))
     K[:joints] += P
     D[:joints] += V
     T[:joints] = g * S @ inverse
     A = g * D + g * g * K + g * T @ (Fv + g * Fq)
-    parts = (A, g * K, T, g * T @ Fq, inverse)
+    parts = (A, g * K, T, g * T @ Fq, inverse, A0, B0)
     return tuple(np.ascontiguousarray(part) for part in parts)
 
 
@@ -81,6 +93,19 @@ def add_torque(f, u):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
+def without_feedback(u, limit, M, A0, B0, B, T2, whole_T, W, both, T):  # type: ignore[no-untyped-def]
+    """A drive at its limit does not react: its rows of the step's matrices are the arm's own."""
+    for i in range(u.size):
+        cut = abs(u[i]) >= limit[i]
+        for j in range(M.shape[0]):
+            if cut:
+                W[i, j] = M[i, j] + A0[i, j]
+            both[i, j] = B0[i, j] if cut else B[i, j] + T2[i, j]
+        for j in range(T.shape[1]):
+            T[i, j] = 0.0 if cut else whole_T[i, j]
+
+
+@njit(**INLINE)
 def drive_rate(Fs, Fq, Fv, Fr, r, q, v, s, ds):  # type: ignore[no-untyped-def]
     """ds (ns,), the rates of the drive's own states."""
     multiply(ds, Fs, s)
@@ -90,38 +115,58 @@ def drive_rate(Fs, Fq, Fv, Fr, r, q, v, s, ds):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def solve_stage(W, pivots, B, T, inverse, Fq, Fv, g, a, b, c, kq, kv, ks):  # type: ignore[no-untyped-def]
-    """(I - g W) k = (a, M^-1 b, c), with M + A already factored in W."""
+def solve_stage(  # type: ignore[no-untyped-def]
+    W, pivots, B, T, inverse, Fq, Fv, g, elements, slopes, a, b, c, cw, kq, kv, ks, kw
+):
+    """(I - g W) k = (a, M^-1 b, c, cw), with M + A already factored in W."""
+    Fx, Fw, rv, rw = slopes
     combine(kv, b, 0.0, b)
     add_product(kv, -1.0, B, a)
+    add_known(elements, a, cw, Fx, Fw, rw, kv)
     add_product(kv, -1.0, T, c)
     substitute(W, pivots, kv)
     combine(kq, a, g, kv)
     add_product(c, g, Fq, kq)
     add_product(c, g, Fv, kv)
     multiply(ks, inverse, c)
+    state_stage(elements, cw, kv, rv, rw, kw)
 
 
 @njit(
     types.Tuple((matrix, matrix))(
-        DYNAMICS, vector, LAW, IMPLICIT, matrix, types.boolean, vector, types.float64, int64
+        DYNAMICS, TIP, vector, LAW, IMPLICIT, ELEMENTS, matrix, types.boolean, vector,
+        types.float64, int64,
     ),
     **OPTIONS,
-)
-def integrate(dynamics, p, law, parts, r, interpolate, y0, dt, substeps):  # type: ignore[no-untyped-def]
-    """States (N, 2 n + ns) and drive torques (N, nj) at the N samples of the references r."""
-    joints, ns = law[0].shape[0], law[4].shape[0]
-    n = (y0.size - ns) // 2
+)  # fmt: skip
+def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, substeps):  # type: ignore[no-untyped-def]
+    """States (N, 2 n + ns + nw) and drive torques (N, nj) at the N samples of the references r."""
+    addresses, ports, states_of, values_of, given_directions, values, tips = given
+    # The tip's directions are written here, and other threads may run the same model.
+    elements = (
+        addresses, ports, states_of, values_of, given_directions.copy(), values, tips
+    )  # fmt: skip
+    joints, ns, nw = law[0].shape[0], law[4].shape[0], states_of[-1]
+    K = given_directions.shape[0]
+    n = (y0.size - ns - nw) // 2
+    x, xd, z, J = np.empty(K), np.empty(K), np.empty(2), np.empty((2, n))
+    out = np.empty(OUT_PER_PORT * K + OUT_PER_STATE * nw)
+    slopes = (np.zeros(K), np.zeros(nw), np.zeros(nw), np.zeros(nw))
+    w, w2, cw = y0[2 * n + ns :].copy(), y0[2 * n + ns :].copy(), np.zeros(nw)
+    kw1, kw2 = np.zeros(nw), np.zeros(nw)
     N = r.shape[0]
     h = dt / substeps
     g = GAMMA * h
     states, torques = np.empty((N, y0.size)), np.empty((N, joints))
-    q, v, s = y0[:n].copy(), y0[n : 2 * n].copy(), y0[2 * n :].copy()
+    q, v, s = y0[:n].copy(), y0[n : 2 * n].copy(), y0[2 * n : 2 * n + ns].copy()
     q2, v2, s2 = q.copy(), v.copy(), s.copy()
     R, P, V, S, Fs, Fq, Fv, Fr, limit = law
-    A, B, T, T2, inverse = parts
-    both = np.empty((n, n))
+    A, B, whole_T, T2, inverse, A0, B0 = parts
+    both, T = np.empty((n, n)), whole_T.copy()
     add_matrices(both, B, T2)
+    limited = False
+    for i in range(joints):
+        limited = limited or np.isfinite(limit[i])
     M, M2, W = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
     f, a, b, c, u = np.empty(n), np.empty(n), np.empty(n), np.empty(ns), np.empty(joints)
     kq1, kv1, ks1 = np.empty(n), np.empty(n), np.empty(ns)
@@ -132,6 +177,7 @@ def integrate(dynamics, p, law, parts, r, interpolate, y0, dt, substeps):  # typ
         write_row(states, k, 0, q)
         write_row(states, k, n, v)
         write_row(states, k, 2 * n, s)
+        write_row(states, k, 2 * n + ns, w)
         read_row(r2, r, k)
         drive_torque(R, P, V, S, limit, r2, q, v, s, u)
         write_row(torques, k, 0, u)
@@ -148,23 +194,43 @@ def integrate(dynamics, p, law, parts, r, interpolate, y0, dt, substeps):  # typ
             drive_rate(Fs, Fq, Fv, Fr, r1, q, v, s, c)
             add_torque(f, u)
             add_matrices(W, M, A)
+            if limited:
+                without_feedback(u, limit, M, A0, B0, B, T2, whole_T, W, both, T)
+            if K > 0:
+                see(tip, elements, q, v, p, x, xd, z, J)
+                push_implicitly(
+                    elements, x, xd, w, out, f, cw, g, W, slopes[0], slopes[1], slopes[2],
+                    slopes[3],
+                )  # fmt: skip
             factor(W, pivots)
-            solve_stage(W, pivots, both, T, inverse, Fq, Fv, g, v, f, c, kq1, kv1, ks1)
+            solve_stage(
+                W, pivots, both, T, inverse, Fq, Fv, g, elements, slopes, v, f, c, cw,
+                kq1, kv1, ks1, kw1,
+            )  # fmt: skip
             combine(q2, q, h, kq1)
             combine(v2, v, h, kv1)
             combine(s2, s, h, ks1)
+            combine(w2, w, h, kw1)
             dynamics(q2, v2, p, M2, f)
             drive_torque(R, P, V, S, limit, r2, q2, v2, s2, u)
             drive_rate(Fs, Fq, Fv, Fr, r2, q2, v2, s2, c)
             add_torque(f, u)
+            if K > 0:
+                see(tip, elements, q2, v2, p, x, xd, z, J)
+                push(elements, x, xd, w2, out, f, cw)
             factor_positive(M2)
             substitute_positive(M2, f)
             combine(f, f, -2.0, kv1)
             multiply(b, M, f)
             combine(a, v2, -2.0, kq1)
             combine(c, c, -2.0, ks1)
-            solve_stage(W, pivots, both, T, inverse, Fq, Fv, g, a, b, c, kq2, kv2, ks2)
+            combine(cw, cw, -2.0, kw1)
+            solve_stage(
+                W, pivots, both, T, inverse, Fq, Fv, g, elements, slopes, a, b, c, cw,
+                kq2, kv2, ks2, kw2,
+            )  # fmt: skip
             advance(q, 1.5 * h, kq1, 0.5 * h, kq2)
             advance(v, 1.5 * h, kv1, 0.5 * h, kv2)
             advance(s, 1.5 * h, ks1, 0.5 * h, ks2)
+            advance(w, 1.5 * h, kw1, 0.5 * h, kw2)
     return states, torques

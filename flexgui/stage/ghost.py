@@ -50,7 +50,7 @@ def measured_postures(recording: Recording, model: Model, numbers: Numbers) -> n
 def _flexibility(arm: Arm, compiled: CompiledArm, p: np.ndarray) -> np.ndarray:
     """(n, n) inverse of the bending stiffness, zero for the joints."""
     without_gravity = p.copy()
-    without_gravity[gravity_slot(arm.joints, 0) :] = 0.0
+    without_gravity[gravity_slot(arm.joints, 0) : gravity_slot(arm.joints, 2)] = 0.0
     K, _ = compiled.linear_matrices(np.zeros(arm.coordinates), without_gravity)
     out = np.zeros_like(K)
     out[arm.joints :, arm.joints :] = np.linalg.inv(K[arm.joints :, arm.joints :])

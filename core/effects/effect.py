@@ -1,0 +1,112 @@
+"""The contract of an effect: one physical phenomenon that a model may lack.
+
+An effect states what it changes and never asks what else is in the model. At its neutral values
+the model is exactly the bare one. Effects are plug-ins: one file each in this folder.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.drives.law import DriveLaw
+from core.effects.sizes import Sizes
+from core.forces.element import Element
+from core.parameters import Parameter
+
+Values = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What the recordings of a machine can show: its arm and drive, and what is measured."""
+
+    arm: Arm
+    drive: Drive
+    level: str
+    """Of the model without the effect: 'lpv' or 'nonlinear'."""
+    outputs: tuple[str, ...]
+    """Kinds of output that are compared (core.sensors)."""
+    servo: bool = False
+    """Whether a virtual servo holds the joints on the encoders (torque rigs)."""
+
+    @property
+    def camera(self) -> bool:
+        return any(kind in self.outputs for kind in ("z", "y", "ydot"))
+
+    @property
+    def bends(self) -> bool:
+        return any(self.arm.modes)
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A parameter of an effect. `parameter.value` is a plausible size to begin with."""
+
+    parameter: Parameter
+    neutral: float = 0.0
+    """The value at which the effect vanishes; it need not lie within the bounds of a fit."""
+    grid: tuple[float, ...] = ()
+    """Sizes to try where the response has no slope at neutral; empty: it has one."""
+    secondary: bool = False
+    """Freed in refits only: it shapes the effect and is no size of its own."""
+
+
+class Effect(ABC):
+    """One effect. Hooks that an effect does not need stay as they are: they change nothing."""
+
+    kind: ClassVar[str] = ""
+    """The id that scenarios and results use."""
+    room: ClassVar[str] = ""
+    """Where it sits: joint, drive, segments, motion or sensors."""
+    title: ClassVar[str] = ""
+    story: ClassVar[str] = ""
+    """For a student: what it is, where it acts, what it leaves in the residual."""
+    formula: ClassVar[str] = ""
+    """LaTeX, for display."""
+    includes: ClassVar[tuple[str, ...]] = ()
+    """Simpler effects that are part of this one; they are added with it and preferred to it."""
+    linear: ClassVar[bool] = False
+    """Whether it has a place in the LPV model; adding another makes the model non-linear."""
+    dissipative: ClassVar[bool] = False
+    """Whether it can only take energy away."""
+    acts_at: ClassVar[str] = ""
+    """Where it is drawn on the arm: joints, tip, segments, base, camera or drive."""
+
+    def not_applicable(self, rig: Rig) -> str:
+        """A sentence why this rig cannot show the effect; empty where it can."""
+        return ""
+
+    @abstractmethod
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        """Its parameters on the arm of `changed_arm`; none for an effect that is switched."""
+
+    def changed_arm(self, arm: Arm, values: Values) -> Arm:
+        """The arm with the effect in it; a change of structure happens here."""
+        return arm
+
+    def level(self, level: str) -> str:
+        """The level of the model with the effect in it."""
+        return level if self.linear else "nonlinear"
+
+    def law(self, law: DriveLaw, arm: Arm, p: np.ndarray, values: Values) -> DriveLaw:
+        """The drive's law with the effect in it."""
+        return law
+
+    def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
+        """Extra forces, compiled from their symbolic laws."""
+        return ()
+
+    def started(self, joints: np.ndarray, values: Values) -> np.ndarray:
+        """True joint positions (..., nj) from what the encoders say."""
+        return joints
+
+    def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
+        """What one kind of sensor reads (N, k), from what an ideal one would."""
+        return y

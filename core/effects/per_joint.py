@@ -1,0 +1,60 @@
+"""Helps for effects with one parameter per joint."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.effects.effect import Knob, Values
+from core.forces.element import Element
+from core.forces.law import ForceLaw
+from core.parameters import Parameter
+
+
+def joint_direction(arm: Arm, k: int) -> np.ndarray:
+    """(n,) with which a force acts on the motor's side of joint k (from 0)."""
+    return np.eye(arm.coordinates)[k]
+
+
+def joint_elements(
+    arm: Arm, law: ForceLaw, names: Sequence[str], values: Values, fixed: Sequence[float] = ()
+) -> tuple[Element, ...]:
+    """The law at every joint, with the values of `names` + joint number, then `fixed`."""
+    return tuple(
+        Element(
+            law,
+            (joint_direction(arm, k),),
+            (*[values[f"{name}{k + 1}"] for name in names], *fixed),
+        )
+        for k in range(arm.joints)
+    )
+
+
+def sized(
+    name: str,
+    start: float,
+    unit: str,
+    title: str,
+    symbol: str,
+    *,
+    signed: bool = False,
+    largest: float = 1e3,
+    neutral: float = 0.0,
+    grid: Sequence[float] = (),
+    secondary: bool = False,
+) -> Knob:
+    """A knob with bounds that grow with its start; the sign is fixed unless `signed`.
+
+    `largest` times the start is the upper bound.
+    """
+    upper = largest * abs(start)
+    lower = -upper if signed else 0.0
+    parameter = Parameter(name, start, unit, lower, upper, symbol, title, scale=abs(start))
+    return Knob(parameter, neutral, tuple(grid), secondary)
+
+
+def each_joint(arm: Arm, make: Callable[[int], Knob]) -> tuple[Knob, ...]:
+    """One knob per joint, `make(k)` with k from 0."""
+    return tuple(make(k) for k in range(arm.joints))

@@ -1,0 +1,67 @@
+"""How large motions and torques typically are: what makes a size of an effect 'small'."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.arm.chord import chord_matrix
+from core.arm.slots import LENGTH, slot
+from core.trajectory import Trajectory
+
+FLOOR = 1e-12
+"""Keeps a size positive where nothing moves."""
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Root mean squares over the recordings, per joint (joints,) unless said otherwise."""
+
+    torque: np.ndarray
+    """N m (N)"""
+    peak_torque: np.ndarray
+    speed: np.ndarray
+    """rad/s (m/s)"""
+    travel: np.ndarray
+    """rad (m): range of the joint's position"""
+    deflection: np.ndarray
+    """m: of each segment's end beside its root's direction"""
+    tip_speed: float
+    """m/s"""
+    sample_time: float
+    """s"""
+
+
+def typical(arm: Arm) -> Sizes:
+    """Guesses for an arm of which no motion is known."""
+    one = np.ones(arm.joints)
+    return Sizes(5.0 * one, 20.0 * one, 0.3 * one, 0.2 * one, 2e-3 * one, 0.2, 1e-3)
+
+
+def sizes_of(motions: Sequence[Trajectory]) -> Sizes:
+    """What some simulated motions of one arm show."""
+    arm, p = motions[0].arm, motions[0].p
+    joints = arm.joints
+    torque = np.vstack([m.torque for m in motions])
+    speed = np.vstack([m.v[:, :joints] for m in motions])
+    travel = np.max([np.ptp(m.q[:, :joints], axis=0) for m in motions], axis=0)
+    bent = np.vstack([m.q @ deflection_rows(arm, p).T for m in motions])
+    tips = np.vstack([m.tip()[1] for m in motions])
+    return Sizes(
+        torque=np.sqrt(np.mean(torque**2, axis=0)) + FLOOR,
+        peak_torque=np.abs(torque).max(axis=0) + FLOOR,
+        speed=np.sqrt(np.mean(speed**2, axis=0)) + FLOOR,
+        travel=travel + FLOOR,
+        deflection=np.sqrt(np.mean(bent**2, axis=0)) + FLOOR,
+        tip_speed=float(np.sqrt(np.mean(np.sum(tips**2, axis=1)))) + FLOOR,
+        sample_time=float(motions[0].time[1] - motions[0].time[0]),
+    )
+
+
+def deflection_rows(arm: Arm, p: np.ndarray) -> np.ndarray:
+    """(joints, n): delta_k(l) in m from q; zero rows for rigid segments."""
+    lengths = np.array([p[slot(k, LENGTH)] for k in range(arm.joints)])
+    return np.asarray(chord_matrix(arm, p) * lengths[:, None])

@@ -1,0 +1,48 @@
+"""Friction proportional to speed."""
+
+import numpy as np
+import sympy as sp
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Values
+from core.effects.per_joint import each_joint, joint_elements, sized
+from core.effects.sizes import Sizes
+from core.forces.element import Element
+from core.forces.law import V, joint_law
+
+_FV = sp.Symbol("f_v", nonnegative=True)
+LAW = joint_law(-_FV * V, (_FV,))
+
+SHARE = 0.1
+"""Of the typical torque at the typical speed: a size to begin with."""
+
+
+class ViscousFriction(Effect):
+    """-f_v theta' at every joint."""
+
+    kind = "viscous_friction"
+    room = "joint"
+    title = "Viscous joint friction"
+    story = (
+        "Grease and motor windings brake a joint the more, the faster it turns. The missing joint "
+        "torque, drawn over the joint's velocity, is a straight line through zero."
+    )
+    formula = r"\tau = -f_v \, \dot\theta"
+    linear = True
+    dissipative = True
+    acts_at = "joints"
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(k: int) -> Knob:
+            kind = joint(arm.segments[k].joint)
+            unit = f"{kind.effort_unit} s/{kind.coordinate_unit}"
+            start = SHARE * float(sizes.torque[k] / sizes.speed[k])
+            title = f"viscous friction of joint {k + 1}"
+            return sized(f"fv{k + 1}", start, unit, title, rf"f_{{v{k + 1}}}")
+
+        return each_joint(arm, make)
+
+    def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
+        return joint_elements(arm, LAW, ("fv",), values)

@@ -1,0 +1,1 @@
+"""Forces beyond the bare arm, stated in symbols and compiled one by one."""

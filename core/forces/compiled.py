@@ -1,0 +1,68 @@
+"""Compiled force laws, made once and kept in the user's cache folder."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import threading
+from functools import cache
+from pathlib import Path
+
+import numba
+import numpy as np
+import sympy as sp
+
+from core.arm.cache import cache_folder, keep_kernels_here, sources_key
+from core.arm.compiled import load_module
+from core.forces.generate import module_text
+from core.forces.law import ForceLaw
+
+keep_kernels_here()
+_LOADING = threading.Lock()
+
+
+class CompiledLaw:
+    """The C function of a law; `address` is what the integrator calls."""
+
+    def __init__(self, law: ForceLaw, function: object) -> None:
+        self.law = law
+        self._function = function  # kept alive, since only its address goes further
+        self.address = int(function.address)  # type: ignore[attr-defined]
+
+    def __call__(
+        self, x: np.ndarray, v: np.ndarray, w: np.ndarray, values: np.ndarray
+    ) -> np.ndarray:
+        """The outputs of `ForceLaw.outputs` as numbers."""
+        out = np.zeros(len(self.law.outputs()))
+        arrays = [np.ascontiguousarray(a, dtype=float) for a in (x, v, w, values)]
+        pointers = [a.ctypes.data_as(_pointer_type()) for a in (*arrays, out)]
+        self._function.ctypes(*pointers)  # type: ignore[attr-defined]
+        return out
+
+
+@cache
+def _pointer_type():  # type: ignore[no-untyped-def]
+    import ctypes
+
+    return ctypes.POINTER(ctypes.c_double)
+
+
+@cache
+def compile_law(law: ForceLaw) -> CompiledLaw:
+    """A tenth of a second the first time, from the cache after that."""
+    text = repr((sp.srepr(law.outputs()), law.x, law.v, law.states, law.parameters))
+    key = hashlib.sha256(f"{text}{numba.__version__}{sources_key()}".encode()).hexdigest()[:20]
+    file = cache_folder() / f"force_{key}.py"
+    with _LOADING:
+        _write(file, law)
+        module = load_module(file)
+    return CompiledLaw(law, module.element)
+
+
+def _write(file: Path, law: ForceLaw) -> None:
+    if file.exists():
+        return
+    file.parent.mkdir(parents=True, exist_ok=True)
+    draft = file.with_suffix(f".{os.getpid()}.tmp")
+    draft.write_text(module_text(law), encoding="utf-8")
+    draft.replace(file)

@@ -1,0 +1,112 @@
+"""Force laws put on an arm: directions, numbers, and the arrays that the integrator takes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.forces.compiled import compile_law
+from core.forces.law import ForceLaw
+
+TIP = None
+"""In place of a direction: the port is a component of the tip's place."""
+
+
+@dataclass(frozen=True)
+class Element:
+    """A law with its ports on an arm and its numbers.
+
+    `directions` holds one array (n,) per port, constant in q; where `at_tip` the first two
+    ports are the components of the tip's place instead, and `directions` holds the rest.
+    """
+
+    law: ForceLaw
+    directions: tuple[np.ndarray, ...]
+    values: tuple[float, ...]
+    at_tip: bool = False
+
+    def rows(self, n: int) -> np.ndarray:
+        """(k, n); those of the tip are filled in while simulating."""
+        first = [np.zeros(n), np.zeros(n)] if self.at_tip else []
+        return np.array([*first, *self.directions]).reshape(len(self.law.x), n)
+
+
+@dataclass(frozen=True)
+class ElementArrays:
+    """The elements of a model as compiled code takes them.
+
+    Addresses (E,), first port, first state and first parameter (E + 1,) each, directions
+    (K, n), parameters, and the first of each pair of ports at the tip.
+    """
+
+    addresses: np.ndarray
+    ports: np.ndarray
+    states: np.ndarray
+    parameters: np.ndarray
+    directions: np.ndarray
+    values: np.ndarray
+    tips: np.ndarray
+
+    @property
+    def state_count(self) -> int:
+        return int(self.states[-1])
+
+    def packed(self) -> tuple[np.ndarray, ...]:
+        return (
+            self.addresses, self.ports, self.states, self.parameters, self.directions,
+            self.values, self.tips,
+        )  # fmt: skip
+
+
+def _starts(counts: Sequence[int]) -> np.ndarray:
+    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+
+
+def pack(elements: Sequence[Element], n: int) -> ElementArrays:
+    """The arrays of some elements on an arm with n coordinates."""
+    laws = [e.law for e in elements]
+    ports = _starts([len(law.x) for law in laws])
+    rows = [e.rows(n) for e in elements]
+    return ElementArrays(
+        addresses=np.array([compile_law(law).address for law in laws], dtype=np.int64),
+        ports=ports,
+        states=_starts([len(law.states) for law in laws]),
+        parameters=_starts([len(law.parameters) for law in laws]),
+        directions=np.ascontiguousarray(np.vstack(rows) if rows else np.zeros((0, n))),
+        values=np.array([value for e in elements for value in e.values], dtype=float),
+        tips=np.array([ports[i] for i, e in enumerate(elements) if e.at_tip], dtype=np.int64),
+    )
+
+
+def linear_matrices(elements: Sequence[Element], q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """K and D (n, n) that the elements add at rest in q: minus the slopes of their forces.
+
+    By central differences of the compiled laws, which are smooth where a linear model is asked
+    for. Ports at the tip add nothing: their forces are of second order there.
+    """
+    n = len(q)
+    K, D = np.zeros((n, n)), np.zeros((n, n))
+    for e in elements:
+        if e.at_tip:
+            continue
+        rows = e.rows(n)
+        compiled, k = compile_law(e.law), len(e.law.x)
+        x, v, w = rows @ q, np.zeros(k), np.zeros(len(e.law.states))
+        values = np.array(e.values, dtype=float)
+        for j in range(k):
+            step = STEP * np.eye(k)[j]
+            slope_x = _slope(lambda s: compiled(x + s, v, w, values)[:k], step)  # noqa: B023
+            slope_v = _slope(lambda s: compiled(x, v + s, w, values)[:k], step)  # noqa: B023
+            K -= rows.T @ np.outer(slope_x, rows[j])
+            D -= rows.T @ np.outer(slope_v, rows[j])
+    return K, D
+
+
+STEP = 1e-6
+"""rad, m or their rates: forces of a linear model are linear far beyond it."""
+
+
+def _slope(force, step: np.ndarray) -> np.ndarray:  # type: ignore[no-untyped-def]
+    return np.asarray((force(step) - force(-step)) / (2.0 * STEP))

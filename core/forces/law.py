@@ -1,0 +1,52 @@
+"""A force law in symbols: what is displayed is what is compiled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+
+@dataclass(frozen=True)
+class ForceLaw:
+    """k forces as functions of k displacements, their rates, m states and parameters.
+
+    `forces[i]` acts along the direction in which `x[i]` is measured; the first m ports carry
+    one state each with the rate `rates[i]`. SI throughout.
+    """
+
+    x: tuple[sp.Symbol, ...]
+    v: tuple[sp.Symbol, ...]
+    forces: tuple[sp.Expr, ...]
+    parameters: tuple[sp.Symbol, ...]
+    states: tuple[sp.Symbol, ...] = ()
+    rates: tuple[sp.Expr, ...] = ()
+
+    def outputs(self) -> tuple[sp.Expr, ...]:
+        """[F, dF/dx, dF/dv, rate, dF/dw, drate/dv, drate/dw]; see core.simulate.elements."""
+        carried = list(zip(self.states, self.rates, strict=True))
+        return (
+            *self.forces,
+            *[sp.diff(f, x) for f, x in zip(self.forces, self.x, strict=True)],
+            *[sp.diff(f, v) for f, v in zip(self.forces, self.v, strict=True)],
+            *self.rates,
+            *[sp.diff(self.forces[i], w) for i, (w, _) in enumerate(carried)],
+            *[sp.diff(rate, self.v[i]) for i, (_, rate) in enumerate(carried)],
+            *[sp.diff(rate, w) for w, rate in carried],
+        )
+
+
+def joint_law(
+    force: sp.Expr,
+    parameters: tuple[sp.Symbol, ...],
+    rate: sp.Expr | None = None,
+) -> ForceLaw:
+    """A law with one port, in the symbols `X`, `V` and, where it has a state, `W`."""
+    states = () if rate is None else (W,)
+    rates = () if rate is None else (rate,)
+    return ForceLaw((X,), (V,), (force,), parameters, states, rates)
+
+
+X = sp.Symbol("x", real=True)
+V = sp.Symbol("v", real=True)
+W = sp.Symbol("w", real=True)
