@@ -16,6 +16,7 @@ from core.recording.recording import Recording
 from core.recording.spec import RecordingSpec
 from core.scenario.data_folder import resolve_file
 from core.scenario.schema import Scenario, SensorsSpec
+from core.scenario.stated_effects import with_hidden_effects
 from core.simulate.experiment import NoiseLevels, simulate_recording
 
 WORKERS = 2
@@ -37,7 +38,7 @@ def load_recordings(
         progress.advance(text=spec.name)
         return found
 
-    _ = model.compiled  # once, before the threads ask for it
+    _ = (model.bare or model).compiled  # once, before the threads ask for it
     with ThreadPoolExecutor(WORKERS) as pool:
         return list(pool.map(one, scenario.recordings))
 
@@ -61,12 +62,10 @@ def joint_units(arm: Arm) -> dict[str, str]:
 
 
 def _simulated(spec: RecordingSpec, noise: SensorsSpec, model: Model) -> Recording:
+    """From the bare model and the recording's hidden effects, whatever else the model has."""
     assert spec.simulate is not None
-    if spec.hidden:
-        raise InputError(
-            f"Recording {spec.name}: hidden effects are not available in this version; "
-            f"leave 'hidden' out."
-        )
+    model = with_hidden_effects(model, spec.hidden, spec.name)
+    _check_level(spec.simulate.level, model, spec.name)
     stated = {
         "z": noise.camera_noise,
         "encoder": noise.encoder_noise,
@@ -83,3 +82,13 @@ def _simulated(spec: RecordingSpec, noise: SensorsSpec, model: Model) -> Recordi
             keep &= (recording.time < low) | (recording.time > high)
         masks[channel] = keep
     return replace(recording, counted=masks)
+
+
+def _check_level(level: str, model: Model, name: str) -> None:
+    """A linear simulation has no place for some effects; leaving them out silently would lie."""
+    lost = [one.kind for one in model.effects if one.level(level) != level]
+    if lost:
+        raise InputError(
+            f"Recording {name}: a linear simulation cannot have the hidden effect {lost[0]}; use "
+            f'simulate.level = "nonlinear".'
+        )

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from core.arm.arm import Arm
 from core.arm.build import build_arm
 from core.drives import build_drive
 from core.errors import InputError
@@ -24,6 +25,12 @@ from core.progress import Progress, Silent
 from core.recording.recording import Recording
 from core.results import Outcome, RecordingComparison, Variant
 from core.scenario.schema import CompareSpec, IdentifySpec, Scenario
+from core.scenario.stated_effects import (
+    candidate_effects,
+    fitting,
+    with_effect_parameters,
+    with_stated_effects,
+)
 from core.simulate.descriptor import descriptor
 from core.simulate.equations import equations
 
@@ -55,16 +62,18 @@ def run_scenario(
     with clock.timed("load"):
         progress.stage("Reading the recordings", len(scenario.recordings))
         model = base_model(scenario)
+        candidate_effects(scenario.diagnose)  # a slip there is told before the long work
+        spec = with_effect_parameters(scenario.identify, model, scenario.model)
         recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
-        setup = make_setup(model, scenario.identify, recordings)
+        setup = make_setup(model, spec, recordings)
     with clock.timed("identify"):
-        fits = _fit(setup, recordings, scenario.identify, progress)
+        fits = _fit(setup, recordings, spec, progress)
     with clock.timed("compare"):
         progress.stage("Comparing the model with the measurements", len(recordings))
-        comparisons = _compare_all(setup, recordings, fits, scenario.identify, progress)
+        comparisons = _compare_all(setup, recordings, fits, spec, progress)
         variants = tuple(
-            _variant(scenario, i, spec, recordings, progress)
-            for i, spec in enumerate(scenario.compare)
+            _variant(scenario, i, variant, recordings, progress)
+            for i, variant in enumerate(scenario.compare)
         )
     numbers = setup.model.steered_by(None).numbers(_shared(fits))
     return Outcome(
@@ -84,9 +93,10 @@ def run_scenario(
 
 def base_model(scenario: Scenario) -> Model:
     """The model that a scenario states, before any fit."""
-    if scenario.model.effects or scenario.model.own:
-        raise InputError("[model] effects are not available in this version; leave them out.")
-    arm = build_arm(scenario.arm)
+    return with_stated_effects(_bare(scenario, build_arm(scenario.arm)), scenario.model)
+
+
+def _bare(scenario: Scenario, arm: Arm) -> Model:
     drive = build_drive(scenario.drive.kind, scenario.drive.options)
     return Model(arm, drive, scenario.model.level or "lpv")
 
@@ -200,13 +210,16 @@ def _variant(
 ) -> Variant:
     """Another arm on the same data, at its stated values or identified."""
     progress.stage(f"Comparing with: {spec.title}")
-    base = base_model(scenario)
-    arm = base.arm
+    arm = build_arm(scenario.arm)
     if spec.arm is not None:
-        arm = build_arm(spec.arm, base.arm, f"[[compare]] {index + 1} arm")
+        arm = build_arm(spec.arm, arm, f"[[compare]] {index + 1} arm")
     chosen = [replace(r, logger_filters={}) if spec.drop_logger_filters else r for r in recordings]
-    identify_spec = _variant_spec(scenario.identify, spec)
-    setup = make_setup(replace(base, arm=arm), identify_spec, chosen)
+    bare = _bare(scenario, arm)
+    effects = fitting(bare, scenario.model)
+    model = with_stated_effects(bare, effects)
+    identify_spec = with_effect_parameters(scenario.identify, model, effects)
+    identify_spec = _variant_spec(identify_spec, spec)
+    setup = make_setup(model, identify_spec, chosen)
     fits = _fit(setup, chosen, identify_spec, Silent())
     comparisons = _compare_all(setup, chosen, fits, identify_spec, Silent())
     estimates = tuple(e for f in fits for e in f.fit.estimates)

@@ -12,23 +12,27 @@ __all__ = ["Effect", "Knob", "Rig", "catalogue", "effect", "with_included"]
 
 def catalogue() -> dict[str, Effect]:
     """All effects by their id."""
-    return dict(discover(__name__, Effect).members)  # type: ignore[type-abstract]
+    return dict(discover(__name__, Effect).members)
 
 
 def effect(kind: str) -> Effect:
     """The effect of that id; InputError with the nearest known one otherwise."""
-    return discover(__name__, Effect).named(kind, "[model] effect")  # type: ignore[type-abstract]
+    return discover(__name__, Effect).named(kind, "[model] effect")
 
 
 def with_included(effects: Sequence[Effect]) -> tuple[Effect, ...]:
-    """The effects with all that they include, each once, the simpler ones first."""
-    found: dict[str, Effect] = {}
+    """The effects with all that they include, the simpler ones first.
+
+    Each once, but for those that repeat: they are there as often as they are given.
+    """
+    found: list[Effect] = []
 
     def add(one: Effect) -> None:
         for kind in one.includes:
             add(effect(kind))
-        found.setdefault(one.kind, one)
+        if one.repeats or one.kind not in {known.kind for known in found}:
+            found.append(one)
 
     for one in effects:
         add(one)
-    return tuple(found.values())
+    return tuple(found)

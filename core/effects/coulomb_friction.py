@@ -36,6 +36,7 @@ class CoulombFriction(Effect):
     )
     formula = r"\tau = -f_c \, \mathrm{sign}(\dot\theta)"
     dissipative = True
+    edges = 2
     acts_at = "joints"
 
     def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:

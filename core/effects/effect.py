@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -61,22 +60,26 @@ class Knob:
 class Effect(ABC):
     """One effect. Hooks that an effect does not need stay as they are: they change nothing."""
 
-    kind: ClassVar[str] = ""
+    kind: str = ""
     """The id that scenarios and results use."""
-    room: ClassVar[str] = ""
+    room: str = ""
     """Where it sits: joint, drive, segments, motion or sensors."""
-    title: ClassVar[str] = ""
-    story: ClassVar[str] = ""
+    title: str = ""
+    story: str = ""
     """For a student: what it is, where it acts, what it leaves in the residual."""
-    formula: ClassVar[str] = ""
+    formula: str = ""
     """LaTeX, for display."""
-    includes: ClassVar[tuple[str, ...]] = ()
+    includes: tuple[str, ...] = ()
     """Simpler effects that are part of this one; they are added with it and preferred to it."""
-    linear: ClassVar[bool] = False
+    linear: bool = False
     """Whether it has a place in the LPV model; adding another makes the model non-linear."""
-    dissipative: ClassVar[bool] = False
+    repeats: bool = False
+    """Whether it can be in a model more than once, each time on top of the last."""
+    dissipative: bool = False
     """Whether it can only take energy away."""
-    acts_at: ClassVar[str] = ""
+    edges: int = 1
+    """Times as many steps per sample as the bare model needs: forces that switch have edges."""
+    acts_at: str = ""
     """Where it is drawn on the arm: joints, tip, segments, base, camera or drive."""
 
     def not_applicable(self, rig: Rig) -> str:

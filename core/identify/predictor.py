@@ -15,7 +15,7 @@ from core.identify.unknowns import GAIN, OFFSET, Unknowns
 from core.model import Numbers
 from core.simulate.linear import respond
 from core.simulate.motion import Task
-from core.simulate.nonlinear import simulate, simulate_fixed
+from core.simulate.nonlinear import run, simulate, simulate_fixed
 from core.trajectory import Trajectory
 
 FIT_TOLERANCE = 1e-5
@@ -47,6 +47,9 @@ class Predictor:
     unknowns: Unknowns
     fixed: Mapping[str, float] = field(default_factory=dict)
     substeps: dict[str, int] = field(default_factory=dict)
+    steps: int | None = None
+    """Steps per sample of one plain pass; None: as many as the stated error needs. Diagnosis
+    fixes them: friction and limits have edges, where extrapolation does harm."""
     errors: dict[str, float] = field(default_factory=dict)
     """Estimated simulation error per recording in m or rad, non-linear level only."""
     _motions: OrderedDict[tuple[object, ...], Trajectory] = field(default_factory=OrderedDict)
@@ -110,6 +113,8 @@ class Predictor:
 
         def one(i: int) -> Trajectory:
             experiment, name = chosen[i], chosen[i].recording.name
+            if self.steps is not None:
+                return run(experiment.model, numbers[i], tasks[i], self.steps)
             if name in self.substeps:
                 steps = self.substeps[name]
                 return simulate_fixed(experiment.model, numbers[i], tasks[i], steps)

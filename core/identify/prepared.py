@@ -84,6 +84,8 @@ class Prepared:
         self, trajectory: Trajectory, numbers: Numbers, values: Mapping[str, float]
     ) -> np.ndarray:
         """(M, k): the model's outputs by the route that the measured ones took."""
+        if not np.all(np.isfinite(trajectory.q)):
+            return np.full(self.measured.shape, np.nan)  # a simulation that went astray
         columns = [self._sensed(sensor, trajectory, values) for sensor in self.outputs]
         raw = np.hstack(columns)
         dt = self.recording.sample_time

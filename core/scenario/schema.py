@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import (
     BeforeValidator,
+    ConfigDict,
     Field,
     field_validator,
     model_serializer,
@@ -56,12 +57,97 @@ class DriveSpec(Settings):
         return {"kind": self.kind, **self.options}
 
 
+class PriorSpec(Settings):
+    """What is believed of a parameter beforehand: a value (else its start) and a deviation."""
+
+    std: Positive
+    value: Real | None = None
+
+
+def _std_as_prior(value: Any) -> Any:
+    return {"std": value} if isinstance(value, int | float) else value
+
+
+def _start_as_knob(value: Any) -> Any:
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    return {"start": value} if plain else value
+
+
+Prior = Annotated[PriorSpec, BeforeValidator(_std_as_prior)]
+
+
+class KnobSpec(Settings):
+    """A parameter of an effect: where it starts, and whether it is estimated."""
+
+    start: Real | None = None
+    """None: a plausible size."""
+    vary: Switch = True
+    lower: Real | None = None
+    upper: Real | None = None
+    prior: Prior | None = None
+
+    @model_validator(mode="after")
+    def _start_within_bounds(self) -> KnobSpec:
+        low, high = self.lower, self.upper
+        if low is not None and high is not None and low >= high:
+            raise ValueError(f"has the bounds [{low:g}, {high:g}]; the lower must be less.")
+        below = self.start is not None and low is not None and self.start < low
+        above = self.start is not None and high is not None and self.start > high
+        if below or above:
+            raise ValueError(
+                f"starts at {self.start:g}, outside its bounds; move the start or the bounds."
+            )
+        return self
+
+
+class OwnKnobSpec(KnobSpec):
+    """A parameter of an own effect, which nobody else can give a start or a unit."""
+
+    start: Real
+    unit: str = ""
+
+
+class EffectSpec(Settings):
+    """One entry of `[model] effects`: its id and, beside it, what is said of its parameters."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+    __pydantic_extra__: dict[str, Annotated[KnobSpec, BeforeValidator(_start_as_knob)]] = Field(
+        init=False
+    )
+
+    id: Words
+
+    @property
+    def parameters(self) -> dict[str, KnobSpec]:
+        """What is said of each parameter, by its name."""
+        return dict(self.__pydantic_extra__)
+
+    @classmethod
+    def known_settings(cls) -> list[str]:
+        """What may stand in the table of a parameter; beside the id any name may."""
+        return list(KnobSpec.model_fields)
+
+
+class OwnSpec(Settings):
+    """One `[[model.own]]`: a formula that pushes a joint or the tip."""
+
+    target: Words
+    """joint1, joint2, ... in N m (N on a slide), or tip1, tip2: a component in N."""
+    formula: Words
+    """Of the states theta1, dtheta1, delta1 (m), ddelta1, ... and the parameters."""
+    parameters: dict[str, Annotated[OwnKnobSpec, BeforeValidator(_start_as_knob)]] = Field(
+        default_factory=dict
+    )
+    id: Words | None = None
+    title: Words | None = None
+
+
 class ModelSpec(Settings):
     """`[model]`: its level, the effects in it, and effects that the user wrote."""
 
     level: Literal["lpv", "nonlinear"] | None = None
-    effects: tuple[dict[str, Any], ...] = ()
-    own: tuple[dict[str, Any], ...] = ()
+    effects: tuple[EffectSpec, ...] = ()
+    own: tuple[OwnSpec, ...] = ()
 
 
 class SensorsSpec(Settings):
@@ -81,19 +167,8 @@ class SensorsSpec(Settings):
     """Hz"""
 
 
-class PriorSpec(Settings):
-    """What is believed of a parameter beforehand: a value (else its start) and a deviation."""
-
-    std: Positive
-    value: Real | None = None
-
-
 def _one_as_list(value: Any) -> Any:
     return (value,) if isinstance(value, str) else value
-
-
-def _std_as_prior(value: Any) -> Any:
-    return {"std": value} if isinstance(value, int | float) else value
 
 
 class IdentifySpec(Settings):
@@ -105,9 +180,7 @@ class IdentifySpec(Settings):
     filter: ZeroPhaseLowPass | None = None
     decimate: Annotated[Whole, Field(ge=1)] = 1
     bounds: dict[str, Interval] = Field(default_factory=dict)
-    prior: dict[str, Annotated[PriorSpec, BeforeValidator(_std_as_prior)]] = Field(
-        default_factory=dict
-    )
+    prior: dict[str, Prior] = Field(default_factory=dict)
     per_recording: tuple[Words, ...] = ()
     start: dict[str, Real] = Field(default_factory=dict)
     initial_state: Switch = False
@@ -151,9 +224,12 @@ class IdentifySpec(Settings):
 
 
 class DiagnoseSpec(Settings):
-    """`[diagnose]`: how many missing effects to look for."""
+    """`[diagnose]`: how many missing effects to look for, and among which."""
 
     max_effects: Whole = 0
+    """0: none."""
+    candidates: tuple[Words, ...] | None = None
+    """Ids of effects; None: all that the rig can show."""
 
 
 class CompareSpec(Settings):

@@ -290,8 +290,9 @@ def wrong_places() -> Iterator[Case]:
 
 def later_words() -> Iterator[Case]:
     """What this version cannot do is refused, not ignored."""
-    friction = 'level = "lpv"\neffects = [{id = "coulomb_friction"}]'
-    yield Case("effects", ("[model] effects",), swapped('level = "lpv"', friction))
+    friction = 'level = "lpv"\neffects = [{id = "colomb_friction"}]'
+    effects = ("[model] effects", "coulomb_friction")
+    yield Case("effects", effects, swapped('level = "lpv"', friction))
     yield Case(
         "no recordings",
         ("recordings",),
@@ -304,7 +305,7 @@ def later_words() -> Iterator[Case]:
         ("{theta = [1.0], seconds = 0.1}", "theta"), ('{excitation = "noise"}', "excitation"),
         ("{sweep = [-0.5, 0.5], seconds = 0.1}", "sweep"), ("{seconds = 0.001}", "fewer than 10"),
         ("{theta2 = 0.01, seconds = 0.1}", "theta2"), ("{amplitude = 0.0}", "amplitude"),
-        ("{theta2 = 1.0, hidden = {coulomb_friction = {fc1 = 1.0}}}", "hidden"),
+        ("{theta2 = 1.0, hidden = {coulomb_friction = {fc9 = 1.0}}}", "hidden"),
         ('{theta2 = 1.0, seconds = 0.1, options = {highest = 3.0}}', "highest"),
     ):  # fmt: skip
         yield Case(f"simulate {line}", (word,),

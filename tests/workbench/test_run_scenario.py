@@ -134,7 +134,7 @@ def test_offsets_of_a_validation_recording_are_fitted_to_it_alone():
     "change, words",
     [
         ({"recordings": ()}, "no \\[\\[recordings\\]\\]"),
-        ({"model": {"effects": ({"id": "coulomb_friction"},)}}, "not available"),
+        ({"model": {"effects": ({"id": "colomb"},)}}, "did you mean 'coulomb_friction'"),
     ],
 )
 def test_what_cannot_be_run_is_refused(change, words):

@@ -1,0 +1,1 @@
+"""From what a model misses to the physical effect that is missing."""

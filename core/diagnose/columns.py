@@ -1,0 +1,121 @@
+"""How each candidate would change the outputs: sensitivities, and secants where there are none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.effects.effect import Effect, Knob
+from core.identify.unknowns import Unknown
+
+SLOPE_SHARE = 0.1
+"""Of a plausible size: small enough to be a slope, large enough to stand above rounding."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One direction in which an effect moves the outputs.
+
+    `blocks` (M, k) per recording is what the outputs change by, in floors, when the parameters
+    go from neutral to `values`.
+    """
+
+    effect: str
+    knob: str
+    values: Mapping[str, float]
+    sizes: Mapping[str, float]
+    """How far each size is from neutral: what a coefficient multiplies."""
+    one_sided: bool
+    """Whether the sign of the size is fixed."""
+    scanned: bool
+    """Whether the size is one of a grid: the response is no line through neutral."""
+    shape: tuple[tuple[str, float], ...]
+    """Secondary values: columns of one effect are combined only within one shape."""
+    blocks: tuple[np.ndarray, ...]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A set of parameter values at which a candidate is simulated."""
+
+    effect: Effect
+    knob: str
+    values: Mapping[str, float]
+    sizes: Mapping[str, float]
+    one_sided: bool
+    scanned: bool
+    shape: tuple[tuple[str, float], ...]
+
+
+def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
+    """What is simulated for one candidate."""
+    arm = candidate.changed_arm(base.model.arm, {})
+    knobs = candidate.knobs(arm, base.model.drive, data.sizes)
+    if not knobs:
+        return [Trial(candidate, "", {}, {"": 1.0}, True, True, ())]
+    primary = [k for k in knobs if not k.secondary]
+    found = []
+    for shape in _shapes([k for k in knobs if k.secondary]):
+        for knob in primary:
+            for value in _sizes(knob):
+                values = {other.parameter.name: _resting(other) for other in primary}
+                values |= dict(shape) | {knob.parameter.name: value}
+                size = {knob.parameter.name: value - knob.neutral}
+                fixed = knob.parameter.lower >= knob.neutral or knob.parameter.upper <= knob.neutral
+                scanned = bool(knob.grid)
+                name = knob.parameter.name
+                found.append(Trial(candidate, name, values, size, fixed, scanned, shape))
+    return found
+
+
+def _sizes(knob: Knob) -> tuple[float, ...]:
+    if knob.grid:
+        return knob.grid
+    return (knob.neutral + SLOPE_SHARE * (knob.parameter.value - knob.neutral),)
+
+
+def _resting(knob: Knob) -> float:
+    """The neutral value, or the bound next to it."""
+    return float(np.clip(knob.neutral, knob.parameter.lower, knob.parameter.upper))
+
+
+def _shapes(secondary: Sequence[Knob]) -> list[tuple[tuple[str, float], ...]]:
+    """Grids of secondary parameters, varied together by their place in the grid."""
+    longest = max((len(k.grid) for k in secondary), default=0)
+    if not longest:
+        return [tuple((k.parameter.name, k.parameter.value) for k in secondary)]
+    return [
+        tuple(
+            (k.parameter.name, k.grid[min(i, len(k.grid) - 1)] if k.grid else k.parameter.value)
+            for k in secondary
+        )
+        for i in range(longest)
+    ]
+
+
+def simulated(
+    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, zero: Sequence[np.ndarray]
+) -> Column:
+    """The column of one trial; `zero` are the base's errors (M, k) per recording."""
+    own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
+    changed = {name: v for name, v in trial.values.items()}
+    kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
+    values = {**base.model.effect_values, **base.values(), **changed}
+    nuisance = tuple(u for u in data.nuisance if u.parameter.name not in changed)
+    tried = hypothesis(
+        replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept
+    )
+    errors = tried.errors(tried.vector)
+    blocks = tuple(_finite(a - b) for a, b in zip(zero, errors, strict=True))
+    return Column(
+        trial.effect.kind, trial.knob, trial.values, trial.sizes, trial.one_sided, trial.scanned,
+        trial.shape, blocks,
+    )  # fmt: skip
+
+
+def _finite(block: np.ndarray) -> np.ndarray:
+    """A simulation that went astray moves nothing."""
+    return block if np.all(np.isfinite(block)) else np.zeros_like(block)

@@ -1,0 +1,138 @@
+"""What a diagnosis looks at: the recordings, how they are compared, and the floors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.effects.effect import Effect, Rig
+from core.effects.sizes import Sizes, typical
+from core.identify.predictor import Predictor
+from core.identify.prepared import Prepared, make_task
+from core.identify.residuals import Residuals
+from core.identify.unknowns import Unknown, Unknowns
+from core.model import Model
+
+
+@dataclass(frozen=True)
+class Data:
+    """Prepared recordings of the bare model with the nuisance unknowns that every model has."""
+
+    bare: Model
+    """With the virtual servo where one is used."""
+    experiments: tuple[Prepared, ...]
+    nuisance: tuple[Unknown, ...]
+    """Nominal parameters, starts, offsets: what may explain an error without any effect."""
+    weights: tuple[np.ndarray, ...]
+    """(k,) per recording: one over the floor of each channel."""
+    floors: Mapping[str, float]
+    fixed: Mapping[str, float]
+    sizes: Sizes
+    steps: int | None
+    """Steps per sample that the bare model needs; None: not known yet."""
+
+    @property
+    def count(self) -> int:
+        """Samples that count."""
+        return int(sum(e.counted.sum() for e in self.experiments))
+
+    @property
+    def rig(self) -> Rig:
+        kinds = tuple(s.kind for s in self.experiments[0].outputs)
+        servo = self.bare.steering is not None
+        return Rig(self.bare.arm, self.bare.drive, self.bare.level, kinds, servo)
+
+    def only(self, keep: Sequence[int]) -> Data:
+        """The same with some of the recordings."""
+        experiments = tuple(self.experiments[i] for i in keep)
+        names = {e.recording.name for e in experiments}
+        kept = tuple(u for u in self.nuisance if u.recording is None or u.recording in names)
+        weights = tuple(self.weights[i] for i in keep)
+        return replace(self, experiments=experiments, nuisance=kept, weights=weights)
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A model with effects, its unknowns, and where they stand."""
+
+    model: Model
+    unknowns: Unknowns
+    residuals: Residuals
+    vector: np.ndarray
+
+    @property
+    def limits(self):  # type: ignore[no-untyped-def]
+        from core.diagnose.descent import Limits
+
+        p = self.unknowns.parameters
+        return Limits(p.lower(), p.upper(), p.scales())
+
+    def errors(self, vector: np.ndarray) -> list[np.ndarray]:
+        """Weighted errors (M, k) per recording."""
+        return self.residuals.blocks(vector)
+
+    def slopes(self, vector: np.ndarray) -> list[np.ndarray]:
+        """Their derivatives (M, k, P) per recording."""
+        return self.residuals.sensitivities(vector, central=False)
+
+    def values(self) -> dict[str, float]:
+        """label -> value."""
+        return dict(zip(self.unknowns.labels, (float(v) for v in self.vector), strict=True))
+
+    def at(self, vector: np.ndarray) -> Hypothesis:
+        return replace(self, vector=np.asarray(vector, dtype=float))
+
+
+def hypothesis(
+    data: Data,
+    effects: Sequence[Effect],
+    values: Mapping[str, float],
+    *,
+    freed: Sequence[Unknown] | None = None,
+    secondary: bool = True,
+    finer: int = 1,
+) -> Hypothesis:
+    """The bare model with `effects`, its nuisance unknowns and the effects' parameters.
+
+    `values` label -> start, for nuisance and effects alike; `freed` replaces the effects'
+    unknowns; without `secondary` only sizes are unknown, not what shapes them. `finer` times as
+    many steps are taken.
+    """
+    plain = {k: v for k, v in values.items() if "@" not in k}
+    model = data.bare.with_effects(effects, plain, data.sizes)
+    own = effect_unknowns(model, data.sizes, secondary) if freed is None else tuple(freed)
+    names = {u.parameter.name for u in own}
+    nuisance = tuple(u for u in data.nuisance if u.parameter.name not in names)
+    items = tuple(_started(u, values) for u in (*nuisance, *own))
+    unknowns = Unknowns(items)
+    experiments = [moved(e, model) for e in data.experiments]
+    edges = max((e.edges for e in model.effects), default=1)
+    steps = None if data.steps is None else data.steps * edges * finer
+    predictor = Predictor(experiments, unknowns, data.fixed, steps=steps)
+    residuals = Residuals(predictor, list(data.weights))
+    return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector())
+
+
+def moved(experiment: Prepared, model: Model) -> Prepared:
+    """The same recording for another model."""
+    if experiment.model is model:
+        return experiment
+    return replace(experiment, model=model, task=make_task(model, experiment.recording))
+
+
+def effect_unknowns(model: Model, sizes: Sizes | None, secondary: bool) -> tuple[Unknown, ...]:
+    """The parameters of a model's effects as unknowns shared by all recordings."""
+    found: dict[str, Unknown] = {}
+    for one in model.effects:
+        for knob in one.knobs(model.arm, model.drive, sizes or typical(model.arm)):
+            if secondary or not knob.secondary:
+                found[knob.parameter.name] = Unknown(knob.parameter)
+    return tuple(found.values())
+
+
+def _started(unknown: Unknown, values: Mapping[str, float]) -> Unknown:
+    p = unknown.parameter
+    value = values.get(unknown.label, p.value)
+    return replace(unknown, parameter=replace(p, value=float(np.clip(value, p.lower, p.upper))))

@@ -1,0 +1,127 @@
+"""Bounded least squares by Levenberg-Marquardt on the normal equations.
+
+Diagnosis fits the same kind of problem many times with few shared unknowns, one or two per
+recording and tens of thousands of samples: P x P normal equations cost next to nothing beside
+the simulations, where a factorisation of the whole Jacobian would cost more than they do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+Blocks = Sequence[np.ndarray]
+"""Weighted errors (M, k) per recording."""
+Slopes = Sequence[np.ndarray]
+"""Their derivatives (M, k, P) per recording."""
+
+
+@dataclass(frozen=True)
+class Descended:
+    """Where a descent ended."""
+
+    vector: np.ndarray
+    cost: float
+    gradient: float
+    """Cosine of the residual and the sensitivities of what is free: zero at a minimum."""
+    iterations: int
+    blocks: tuple[np.ndarray, ...]
+    """The weighted errors there."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Bounds and typical sizes (P,)."""
+
+    lower: np.ndarray
+    upper: np.ndarray
+    scales: np.ndarray
+
+
+MOST_ITERATIONS = 15
+GOOD_ENOUGH = 1e-4
+"""Relative fall of the cost below which an iteration is the last."""
+FIRST_DAMPING = 1e-4
+WORST_DAMPING = 1e6
+AT_BOUND = 1e-9
+ASTRAY = 1e12
+"""In floors: no simulation that holds together is that far off."""
+
+
+def cost_of(blocks: Blocks) -> float:
+    """Sum of squares; infinite where a simulation went astray."""
+    if not all(np.all(np.abs(b) < ASTRAY) for b in blocks):
+        return np.inf
+    return float(sum(np.sum(b * b) for b in blocks))
+
+
+def normal_equations(blocks: Blocks, slopes: Slopes) -> tuple[np.ndarray, np.ndarray]:
+    """J'J (P, P) and J'r (P,)."""
+    P = slopes[0].shape[2]
+    A, b = np.zeros((P, P)), np.zeros(P)
+    for r, S in zip(blocks, slopes, strict=True):
+        flat = S.reshape(-1, P)
+        A += flat.T @ flat
+        b += flat.T @ r.ravel()
+    return A, b
+
+
+def descend(
+    errors: Callable[[np.ndarray], Blocks],
+    slopes: Callable[[np.ndarray], Slopes],
+    start: np.ndarray,
+    limits: Limits,
+    stopped: Callable[[], bool] = lambda: False,
+    most: int = MOST_ITERATIONS,
+    good_enough: float = GOOD_ENOUGH,
+) -> Descended:
+    """The minimum reached from `start` (P,) within the bounds."""
+    x = np.clip(start, limits.lower, limits.upper)
+    blocks = errors(x)
+    cost, damping, gradient, done = cost_of(blocks), FIRST_DAMPING, np.nan, 0
+    while done < most and len(x) and np.isfinite(cost) and not stopped():
+        A, b = normal_equations(blocks, slopes(x))
+        done += 1
+        free = _free(x, b, limits)
+        gradient = _cosine(A, b * free, cost)
+        x_new, blocks_new, cost_new, damping = _step(
+            errors, x, blocks, cost, A, b, free, limits, damping
+        )
+        fall = (cost - cost_new) / max(cost, 1e-300)
+        x, blocks, cost = x_new, blocks_new, cost_new
+        if fall < good_enough:
+            break
+    return Descended(x, cost, gradient, done, tuple(blocks))
+
+
+def _free(x: np.ndarray, b: np.ndarray, limits: Limits) -> np.ndarray:
+    """(P,) bool: not held by a bound that the descent pushes against; the errors fall along -b."""
+    near = AT_BOUND * limits.scales
+    held = ((x <= limits.lower + near) & (b > 0.0)) | ((x >= limits.upper - near) & (b < 0.0))
+    return ~held
+
+
+def _cosine(A: np.ndarray, b: np.ndarray, cost: float) -> float:
+    size = np.sqrt(np.maximum(np.diag(A), 1e-300) * max(cost, 1e-300))
+    return float(np.max(np.abs(b) / size)) if len(b) else 0.0
+
+
+def _step(  # type: ignore[no-untyped-def]
+    errors, x, blocks, cost, A, b, free, limits: Limits, damping: float
+):
+    """One accepted step with the damping it needed; the point itself where none is downhill."""
+    scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    inside = np.flatnonzero(free & (np.diag(A) > 0.0))
+    normal = (A / np.outer(scale, scale))[np.ix_(inside, inside)]
+    right = (b / scale)[inside]
+    while damping < WORST_DAMPING and len(inside):
+        move = np.zeros_like(x)
+        move[inside] = -np.linalg.solve(normal + damping * np.eye(len(inside)), right)
+        tried = np.clip(x + move / scale, limits.lower, limits.upper)
+        found = errors(tried)
+        if cost_of(found) < cost:
+            return tried, found, cost_of(found), max(0.1 * damping, 1e-9)
+        damping = max(10.0 * damping, 1e-3)
+    return x, blocks, cost, damping

@@ -1,0 +1,59 @@
+"""From a round's internals to the records that page, report and file show."""
+
+from __future__ import annotations
+
+from core.diagnose.data import Data
+from core.diagnose.evidence import RELEVANT, Weighed
+from core.diagnose.groups import confused_with
+from core.diagnose.ladder import Round
+from core.diagnose.screen import Screened
+from core.diagnose.steps import estimates
+from core.results import RankedEffect
+
+
+def ranking_of(found: Round, data: Data) -> tuple[RankedEffect, ...]:
+    """Refitted candidates first, best first; then the others by expected fall."""
+    above = max(found.before.cost - data.count, RELEVANT * data.count)
+    refitted = [_weighed(w, found, data, above) for w in found.weighed]
+    have = {r.effect for r in refitted}
+    rest = [s for s in found.screen.candidates if s.effect.kind not in have]
+    rest.sort(key=lambda s: -s.drop)
+    return (*refitted, *[_screened(s, above) for s in rest])
+
+
+def _percent(drop: float, above: float) -> float:
+    return 100.0 * min(max(drop / max(above, drop, 1e-300), 0.0), 1.0)
+
+
+def _screened(s: Screened, above: float) -> RankedEffect:
+    return RankedEffect(
+        effect=s.effect.kind,
+        title=s.effect.title,
+        score=s.score,
+        p_value=s.p_value,
+        expected_drop_percent=_percent(s.drop, above),
+        refit_drop_percent=None,
+        delta_bic=None,
+        predicted=s.prediction,
+    )
+
+
+def _weighed(w: Weighed, found: Round, data: Data, above: float) -> RankedEffect:
+    s = w.screened
+    model = w.refit.hypothesis.model
+    names = {k.parameter.name for k in s.effect.knobs(model.arm, model.drive, data.sizes)}
+    predicted = tuple(
+        a - b for a, b in zip(found.before.errors, w.refit.errors, strict=True)
+    )
+    return RankedEffect(
+        effect=s.effect.kind,
+        title=s.effect.title,
+        score=s.score,
+        p_value=w.p_value,
+        expected_drop_percent=_percent(s.drop, above),
+        refit_drop_percent=100.0 * w.fall,
+        delta_bic=w.delta_bic,
+        confused_with=confused_with(w, found.weighed, found.screen, s.effect.includes),
+        parameters=tuple(e for e in estimates(w.refit) if e.name in names),
+        predicted=predicted,
+    )

@@ -1,0 +1,86 @@
+"""From falls of the error to evidence: how much was explained, how sure, how it is ranked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from core.diagnose.refit import Refit
+from core.diagnose.screen import Screened
+
+SURE = 0.01
+"""Family-wise error of the significance test, over all candidates of a round."""
+
+BAR = 0.3
+"""Share of the error above the floor that an effect must explain to be accepted."""
+
+RELEVANT = 0.04
+"""Least explained squared error per sample, in floors squared: 0.2 of the floor's rms. With
+thousands of samples far less is significant, but it is not worth a word."""
+
+PRICE = 0.05
+"""In log(1 - fall) per parameter: the simpler of two effects that explain the same is preferred."""
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """One refitted candidate against the base."""
+
+    screened: Screened
+    refit: Refit
+    parameters: int
+    """Of the effect, with those that shape it."""
+    fall: float
+    """Share of the squared error above the floor that it explains, at most 1."""
+    explained: float
+    """Squared error explained per sample, in floors squared."""
+    white_drop: float
+    """Fall of the whitened squared error."""
+    delta_bic: float
+    """White drop minus the price of the parameters; above 10 is very strong."""
+    p_value: float
+
+    @property
+    def merit(self) -> float:
+        """log(1 - fall) with a price per parameter; the least is best."""
+        return float(np.log(max(1.0 - self.fall, 1e-6))) + PRICE * self.parameters
+
+
+def weigh(
+    screened: Screened, base: Refit, refit: Refit, count: int, tried: int
+) -> Weighed:
+    """`count` samples; `tried` candidates in the round (Bonferroni, an upper bound of Holm)."""
+    own = len(refit.hypothesis.unknowns) - len(base.hypothesis.unknowns)
+    own = max(own, screened.freedom)
+    drop = base.cost - refit.cost
+    above = max(base.cost - count, drop, RELEVANT * count)
+    white = max(base.white_cost - refit.white_cost, 0.0)
+    p = float(chi2.sf(white, own)) * tried * max(_sizes(screened), 1.0)
+    return Weighed(
+        screened=screened,
+        refit=refit,
+        parameters=own,
+        fall=max(drop, 0.0) / above,
+        explained=drop / count,
+        white_drop=white,
+        delta_bic=white - own * float(np.log(count)),
+        p_value=min(p, 1.0),
+    )
+
+
+def _sizes(screened: Screened) -> float:
+    """How many sizes and shapes the screen tried: what its p-value was multiplied by."""
+    bare = float(chi2.sf(screened.score, screened.freedom))
+    return screened.p_value / bare if bare > 0.0 and screened.p_value < 1.0 else 1.0
+
+
+def acceptable(w: Weighed) -> bool:
+    """Significant, relevant, and a real share of what there is to explain."""
+    return w.p_value < SURE and w.explained >= RELEVANT and w.fall >= BAR
+
+
+def ranked(found: list[Weighed]) -> list[Weighed]:
+    """Best first."""
+    return sorted(found, key=lambda w: w.merit)

@@ -1,0 +1,144 @@
+"""One round of diagnosis after the other: screen, refit, accept, polish, try to remove."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.descent import MOST_ITERATIONS, cost_of
+from core.diagnose.evidence import Weighed, acceptable, ranked, weigh
+from core.diagnose.refit import Refit, fit, refit_with, whitened
+from core.diagnose.screen import Screen, Screened, screen
+from core.effects import catalogue
+from core.effects.effect import Effect
+
+REFITTED = 6
+"""Candidates of a round that are refitted fully: the best by score and by expected fall."""
+
+WORTH = 1e-3
+"""Expected fall per sample, in floors squared, below which no refit is worth its time."""
+
+
+@dataclass(frozen=True)
+class Round:
+    """What one round found."""
+
+    screen: Screen
+    weighed: tuple[Weighed, ...]
+    """Best first."""
+    accepted: Weighed | None
+    before: Refit
+    after: Refit
+
+
+Told = Callable[[str], bool]
+"""Called with what was just done; True stops."""
+
+
+def applicable(data: Data, present: Sequence[Effect], only: Sequence[str] = ()) -> list[Effect]:
+    """Candidates for this rig that are not in the model yet."""
+    have = {e.kind for e in present}
+    rig = replace(data.rig, level=data.bare.with_effects(present).level)
+    taken = {u.parameter.name for u in data.nuisance}
+    found = []
+    for kind, one in sorted(catalogue().items()):
+        if (only and kind not in only) or (kind in have and not one.repeats):
+            continue
+        arm = one.changed_arm(rig.arm, {})
+        names = {k.parameter.name for k in one.knobs(arm, rig.drive, data.sizes)}
+        if not one.not_applicable(rig) and not names & taken:
+            found.append(one)
+    return found
+
+
+def not_applicable(data: Data, only: Sequence[str] = ()) -> dict[str, str]:
+    """effect -> why this rig cannot show it, or why it is not offered."""
+    taken = {u.parameter.name for u in data.nuisance}
+    found = {}
+    for kind, one in sorted(catalogue().items()):
+        if only and kind not in only:
+            continue
+        reason = one.not_applicable(data.rig)
+        arm = one.changed_arm(data.bare.arm, {})
+        free = {k.parameter.name for k in one.knobs(arm, data.bare.drive, data.sizes)} & taken
+        if not reason and free:
+            reason = f"{', '.join(sorted(free))} is already estimated."
+        if reason:
+            found[kind] = reason
+    return found
+
+
+def one_round(
+    data: Data,
+    before: Refit,
+    present: Sequence[Effect],
+    candidates: Sequence[Effect],
+    told: Told,
+    on_screen: Callable[[Screen], None] = lambda _: None,
+    on_refit: Callable[[Round], None] = lambda _: None,
+) -> Round:
+    """Ranks the candidates and polishes the model with the best, where it is acceptable."""
+    seen = screen(data, before.hypothesis, present, candidates, told)
+    on_screen(seen)
+    white, covariance = whitened(before.hypothesis, before.descended, seen.whitener)
+    before = replace(before, white_cost=white, covariance=covariance)
+    stopped = lambda: told("")  # noqa: E731
+    found: list[Weighed] = []
+    for s in promising(seen, data.count):
+        if stopped():
+            break
+        refit = refit_with(
+            data, before.hypothesis, [*present, s.effect], s.values, seen.whitener, stopped
+        )
+        if not np.isfinite(refit.cost):
+            continue  # no simulation of it held together
+        found.append(weigh(s, before, refit, data.count, len(candidates)))
+        told(f"{s.effect.title}: refitted")
+        on_refit(Round(seen, tuple(ranked(found)), None, before, before))
+    found = ranked(found)
+    best = found[0] if found and acceptable(found[0]) and not stopped() else None
+    after = before if best is None else polished(data, best.refit, seen, stopped)
+    return Round(seen, tuple(found), best, before, after)
+
+
+def promising(seen: Screen, count: int) -> list[Screened]:
+    """Half of the best by whitened score, the rest by expected fall."""
+    by_score = sorted(seen.candidates, key=lambda s: -s.score)
+    by_drop = sorted(seen.candidates, key=lambda s: -s.drop)
+    chosen: dict[str, Screened] = {}
+    for pair in zip(by_score, by_drop, strict=True):
+        for s in pair:
+            if len(chosen) < REFITTED and s.drop > WORTH * count:
+                chosen.setdefault(s.effect.kind, s)
+    return list(chosen.values())
+
+
+FINER = (2, 4, 8)
+"""Times as many steps per sample: until that lowers the error no more."""
+
+SAME = 0.01
+"""Of the squared error: by less than this finer steps change nothing."""
+
+
+def polished(data: Data, refit: Refit, seen: Screen, stopped: Callable[[], bool]) -> Refit:
+    """To convergence, with as many steps per sample as the fitted model needs."""
+    h = refit.hypothesis
+    finer = 1
+    cost = refit.cost
+    for more in FINER:
+        tried = _with_steps(data, h, more)
+        found = cost_of(tried.errors(tried.vector))
+        if abs(found - cost) < SAME * max(found, data.count):
+            break
+        finer, cost = more, found
+    return fit(_with_steps(data, h, finer), seen.whitener, stopped, MOST_ITERATIONS)
+
+
+def _with_steps(data: Data, h: Hypothesis, finer: int) -> Hypothesis:
+    own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
+    return hypothesis(
+        data, h.model.effects, {**h.model.effect_values, **h.values()}, freed=own, finer=finer
+    )

@@ -1,0 +1,167 @@
+"""The linear screen: which candidates point where the residual points, nuisance projected out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from core.diagnose.columns import Column, Trial, simulated, trials
+from core.diagnose.data import Data, Hypothesis
+from core.diagnose.gram import Explained, Gram, explain, gram
+from core.diagnose.whitening import Whitener, fit_whitener, no_whitening
+from core.effects.effect import Effect
+
+
+@dataclass(frozen=True)
+class Screened:
+    """One candidate as the screen sees it."""
+
+    effect: Effect
+    score: float
+    """Whitened score LM: chi-squared with `freedom` degrees where the effect is absent."""
+    freedom: int
+    p_value: float
+    """Corrected for the sizes and shapes that were tried."""
+    drop: float
+    """Expected fall of the squared error, in floors squared."""
+    values: Mapping[str, float]
+    """Where a refit may begin."""
+    columns: tuple[int, ...]
+    """Indices of the columns that were combined."""
+    prediction: tuple[np.ndarray, ...]
+    """(M, k) per recording, in floors: the residual that the effect predicts."""
+
+
+@dataclass(frozen=True)
+class Screen:
+    """The screen of one round."""
+
+    candidates: tuple[Screened, ...]
+    """Best first."""
+    white: Gram
+    plain: Gram
+    whitener: Whitener
+    errors: tuple[np.ndarray, ...]
+    """The base's errors (M, k) per recording, in floors."""
+    slopes: tuple[np.ndarray, ...]
+    columns: tuple[Column, ...]
+
+
+def screen(
+    data: Data,
+    base: Hypothesis,
+    accepted: Sequence[Effect],
+    candidates: Sequence[Effect],
+    told: Callable[[str], bool] = lambda _: False,
+) -> Screen:
+    """Scores every candidate; `told(title)` after each, True stops early."""
+    errors = [np.asarray(b) for b in base.errors(base.vector)]
+    slopes = base.slopes(base.vector)
+    columns: list[Column] = []
+    for candidate in candidates:
+        tried: list[Trial] = trials(base, candidate, data)
+        columns += [simulated(data, base, accepted, t, errors) for t in tried]
+        if told(candidate.title):
+            break
+    blocks = [c.blocks for c in columns]
+    plain = gram(errors, slopes, blocks, no_whitening(errors[0].shape[1]))
+    whitener = fit_whitener(_remainders(plain, errors, slopes, blocks))
+    white = gram(errors, slopes, blocks, whitener)
+    found = [_score(c, columns, white, plain) for c in candidates]
+    kept = sorted((s for s in found if s is not None), key=lambda s: -s.score)
+    return Screen(
+        tuple(kept), white, plain, whitener, tuple(errors), tuple(slopes), tuple(columns)
+    )
+
+
+def _remainders(  # type: ignore[no-untyped-def]
+    plain: Gram, errors, slopes, blocks
+) -> list[np.ndarray]:
+    """The residual with nuisance and all candidates projected out, (M, k) per recording."""
+    C = plain.total
+    A, b = C[:-1, :-1], C[:-1, -1]
+    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    x = np.linalg.lstsq(A / np.outer(d, d), b / d, rcond=1e-9)[0] / d
+    found = []
+    for i, r in enumerate(errors):
+        own = np.stack([c[i] for c in blocks], axis=-1) if blocks else np.zeros((*r.shape, 0))
+        found.append(r - np.concatenate([-slopes[i], own], axis=-1) @ x)
+    return found
+
+
+def _score(
+    candidate: Effect, columns: Sequence[Column], white: Gram, plain: Gram
+) -> Screened | None:
+    mine = [i for i, c in enumerate(columns) if c.effect == candidate.kind]
+    if not mine:
+        return None
+    w, u = white.projected(), plain.projected()
+    best: tuple[float, Explained, list[int]] | None = None
+    shapes = {columns[i].shape for i in mine}
+    for shape in shapes:
+        chosen = _one_per_knob([i for i in mine if columns[i].shape == shape], columns, w)
+        fixed = [columns[i].one_sided for i in chosen]
+        explained = explain(w, chosen, fixed)
+        if best is None or explained.drop > best[0]:
+            best = (explained.drop, explained, chosen)
+    assert best is not None
+    score, explained, chosen = best
+    tried = len(mine) / max(len(chosen), 1)
+    p = min(float(chi2.sf(score, len(chosen))) * tried, 1.0)
+    fixed = [columns[i].one_sided for i in chosen]
+    return Screened(
+        effect=candidate,
+        score=score,
+        freedom=len(chosen),
+        p_value=p,
+        drop=explain(u, chosen, fixed).drop,
+        values=_values(columns, chosen, explained.coefficients),
+        columns=tuple(chosen),
+        prediction=_prediction(columns, chosen, explained.coefficients),
+    )
+
+
+def _one_per_knob(mine: list[int], columns: Sequence[Column], w: np.ndarray) -> list[int]:
+    """The best size of each knob on its own."""
+    best: dict[str, tuple[float, int]] = {}
+    for i in mine:
+        drop = explain(w, [i], [columns[i].one_sided]).drop
+        if columns[i].knob not in best or drop > best[columns[i].knob][0]:
+            best[columns[i].knob] = (drop, i)
+    return [i for _, i in best.values()]
+
+
+FAR = 100.0
+"""Times the size tried: from there on a straight line to neutral means nothing."""
+
+
+def _values(
+    columns: Sequence[Column], chosen: Sequence[int], coefficients: np.ndarray
+) -> dict[str, float]:
+    """Where a refit begins: neutral + coefficient times the size tried.
+
+    A scanned size whose neutral value is far away (a limit that nothing reaches) stays as it is.
+    """
+    values: dict[str, float] = {}
+    for i, coefficient in zip(chosen, coefficients, strict=True):
+        c = columns[i]
+        values |= dict(c.shape)
+        for name, size in c.sizes.items():
+            if name:
+                far = c.scanned and abs(size) > FAR * abs(c.values[name])
+                share = 1.0 if far else float(coefficient)
+                values[name] = c.values[name] - (1.0 - share) * size
+    return values
+
+
+def _prediction(
+    columns: Sequence[Column], chosen: Sequence[int], coefficients: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    total = [np.zeros_like(b) for b in columns[chosen[0]].blocks]
+    for i, coefficient in zip(chosen, coefficients, strict=True):
+        for t, b in zip(total, columns[i].blocks, strict=True):
+            t += coefficient * b
+    return tuple(total)

@@ -1,0 +1,162 @@
+"""The data of a diagnosis: what is compared, the nuisance, the floors, and a converged base fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.descent import MOST_ITERATIONS
+from core.diagnose.floor import channel_floors
+from core.diagnose.refit import Refit, fit
+from core.effects.effect import Effect
+from core.effects.sizes import sizes_of, typical
+from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.unknowns import START, Unknown, Unknowns, collect_unknowns, fixed_values
+from core.model import Model
+from core.recording.recording import Recording
+from core.scenario.schema import IdentifySpec
+from core.sensors import Sensor, sensor
+
+BELIEVED = 0.25
+"""Share by which a nominal parameter may move where nothing is stated: the fit likes to swallow
+the effect that is missing (design section 6, 1)."""
+
+MEASURED = (("encoder", "z"), ("encoder", "deflection"))
+"""Outputs that are looked at where they were recorded as such: the first set that all have."""
+
+START_BOUND = 0.05
+"""rad (m): how far an encoder's first sample may be from the truth."""
+
+
+@dataclass(frozen=True)
+class Begun:
+    """Where the ladder starts."""
+
+    data: Data
+    base: Refit
+
+    def for_others(
+        self, processing: Processing, spec: IdentifySpec, recordings: Sequence[Recording]
+    ) -> Data | None:
+        """The same comparison on recordings that no fit sees; None where they lack an output."""
+        outputs = self.data.experiments[0].outputs
+        model = self.base.hypothesis.model
+        able = [r for r in recordings if all(s.available(r, model.arm) for s in outputs)]
+        experiments = tuple(prepare(self.data.bare, r, outputs, processing) for r in able)
+        if not experiments:
+            return None
+        floors = self.data.floors
+        weights = tuple(np.array([1.0 / floors[n] for n, _ in e.channels]) for e in experiments)
+        nuisance = tuple(nuisance_of(self.data.bare, spec, able))
+        return replace(self.data, experiments=experiments, nuisance=nuisance, weights=weights)
+
+
+def outputs_of(model: Model, fitted: Sequence[Sensor], recordings: Sequence[Recording]):  # type: ignore[no-untyped-def]
+    """With a servo what is fitted; otherwise all that was measured, else what is fitted."""
+    if model.steering is not None:
+        return tuple(fitted)
+    for kinds in MEASURED:
+        found = tuple(sensor(kind) for kind in kinds)
+        if all(s.direct(r, model.arm) for s in found for r in recordings):
+            return found
+    return tuple(fitted)
+
+
+def nuisance_of(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]) -> list[Unknown]:
+    """Nominal parameters within believable bounds, and each recording's start."""
+    given = list(collect_unknowns(model, spec, recordings).items)
+    found = [_believable(u, spec) for u in given]
+    if model.steering is None and not spec.initial_state:
+        starts = [f"{START}theta{k + 1}" for k in range(model.arm.joints)]
+        starting = spec.model_copy(
+            update={"parameters": (), "bounds": {}, "prior": {}, "offsets": ()}
+        ).model_copy(update={"per_recording": tuple(starts)})
+        found += [_near(u) for u in collect_unknowns(model, starting, recordings).items]
+    return found
+
+
+def _near(u: Unknown) -> Unknown:
+    parameter = replace(u.parameter, lower=-START_BOUND, upper=START_BOUND)
+    return replace(u, parameter=parameter)
+
+
+def _believable(u: Unknown, spec: IdentifySpec) -> Unknown:
+    p = u.parameter
+    if p.name in spec.bounds or not p.positive or u.recording is not None:
+        return u
+    lower, upper = (1.0 - BELIEVED) * p.value, (1.0 + BELIEVED) * p.value
+    return replace(u, parameter=replace(p, lower=max(lower, p.lower), upper=min(upper, p.upper)))
+
+
+def begin(
+    model: Model,
+    fitted: Sequence[Sensor],
+    processing: Processing,
+    spec: IdentifySpec,
+    recordings: Sequence[Recording],
+    stated: Mapping[str, float],
+    fidelity: float,
+    stopped: Callable[[], bool] = lambda: False,
+) -> Begun:
+    """Fits the model as given until converged, twice: the second time with the floors found."""
+    outputs = outputs_of(model, fitted, recordings)
+    experiments = tuple(prepare(model, r, outputs, processing) for r in recordings)
+    nuisance = tuple(nuisance_of(model, spec, recordings))
+    held = fixed_values(model, spec, Unknowns(nuisance))
+    ones = tuple(_spread_weights(e) for e in experiments)
+    arm = model.arm
+    data = Data(model.bare or model, experiments, nuisance, ones, {}, held, typical(arm), None)
+    effects = model.effects
+    rough = fit(hypothesis(data, effects, model.effect_values), None, stopped, MOST_ITERATIONS)
+    motions = [m for m, _, _ in _motions(rough.hypothesis)]
+    unweighted = [b / w for b, w in zip(rough.errors, ones, strict=True)]
+    floors = channel_floors(experiments, unweighted, stated, fidelity)
+    weights = tuple(np.array([1.0 / floors[n] for n, _ in e.channels]) for e in experiments)
+    data = replace(data, weights=weights, floors=floors, sizes=sizes_of(motions))
+    values = {**model.effect_values, **rough.hypothesis.values()}
+    data = replace(data, steps=enough_steps(data, effects, values))
+    base = fit(hypothesis(data, effects, values), None, stopped, MOST_ITERATIONS)
+    return Begun(data, base)
+
+
+CLOSE = 0.3
+"""In floors, rms: what a simulation may be wrong by while candidates are compared."""
+
+MOST_STEPS = 64
+
+
+def enough_steps(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> int | None:
+    """Steps per sample from which on halving them moves the outputs by less than CLOSE."""
+    if data.bare.level == "lpv" and not effects:
+        return 2  # exact, whatever the steps; candidates that need them are non-linear
+    steps = 1
+    coarse = _errors(replace(data, steps=steps), effects, values)
+    while steps < MOST_STEPS:
+        fine = _errors(replace(data, steps=2 * steps), effects, values)
+        apart = [a - b for a, b in zip(coarse, fine, strict=True)]
+        moved = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in apart]) ** 2)))
+        steps, coarse = 2 * steps, fine
+        if moved < CLOSE:
+            break
+    return steps
+
+
+def _errors(
+    data: Data, effects: Sequence[Effect], values: Mapping[str, float]
+) -> list[np.ndarray]:
+    h = hypothesis(data, effects, values)
+    return h.errors(h.vector)
+
+
+def _motions(h: Hypothesis):  # type: ignore[no-untyped-def]
+    everything = range(len(h.residuals.experiments))
+    return h.residuals.predictor.trajectories([(h.vector, everything)])[0]
+
+
+def _spread_weights(e: Prepared) -> np.ndarray:
+    """(k,) one over the spread of each channel, before the floors are known."""
+    spread = [float(np.std(e.measured[e.counted[:, k], k])) for k in range(e.measured.shape[1])]
+    return np.array([1.0 / s if s > 0.0 else 1.0 for s in spread])

@@ -1,0 +1,104 @@
+"""The error ladder: what each step's model still misses, on estimation and validation data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.descent import descend
+from core.diagnose.refit import Refit
+from core.identify.prepared import Prepared
+from core.results import ChannelError, Estimate, LadderStep
+
+VALIDATION_ITERATIONS = 4
+"""Zeros and starts of a recording enter almost linearly."""
+
+
+def ladder_step(
+    data: Data, validation: Data | None, refit: Refit, added: str | None, title: str,
+    names: Sequence[str],
+) -> LadderStep:  # fmt: skip
+    """`names`: parameters to list, all unknowns where empty."""
+    errors = _by_channel(data, refit.errors)
+    later = {} if validation is None else _by_channel(*_validated(validation, refit))
+    listed = estimates(refit)
+    return LadderStep(
+        added=added,
+        title=title,
+        parameters=tuple(e for e in listed if not names or e.name in names),
+        errors=tuple(
+            ChannelError(
+                name, unit, rms, data.floors.get(name, float("nan")),
+                later.get(name, (unit, float("nan"), 0.0))[1],
+            )
+            for name, (unit, rms, _) in errors.items()
+        ),
+        tip_rms=_tip(errors),
+        cost_per_sample=refit.cost / data.count,
+        fit_percent=tuple(f for _, _, f in errors.values()),
+        validation_fit_percent=tuple(f for _, _, f in later.values()),
+    )  # fmt: skip
+
+
+def _tip(errors: Mapping[str, tuple[str, float, float]]) -> float | None:
+    if "z1" not in errors or "z2" not in errors:
+        return None
+    return float(np.hypot(errors["z1"][1], errors["z2"][1]))
+
+
+def _by_channel(
+    data: Data, errors: Sequence[np.ndarray]
+) -> dict[str, tuple[str, float, float]]:
+    """channel -> (unit, rms of the error in SI, FIT in per cent)."""
+    found: dict[str, list[tuple[Prepared, int, np.ndarray]]] = {}
+    for e, r, w in zip(data.experiments, errors, data.weights, strict=True):
+        for k, _ in enumerate(e.channels):
+            found.setdefault(e.channels[k][0], []).append((e, k, r[:, k] / w[k]))
+    return {name: _figures(name, parts) for name, parts in found.items()}
+
+
+def _figures(
+    name: str, parts: Sequence[tuple[Prepared, int, np.ndarray]]
+) -> tuple[str, float, float]:
+    unit = parts[0][0].channels[parts[0][1]][1]
+    error = np.concatenate([r[e.counted[:, k]] for e, k, r in parts])
+    y = [e.measured[e.counted[:, k], k] for e, k, _ in parts]
+    spread = float(np.linalg.norm(np.concatenate([x - x.mean() for x in y])))
+    fit = 100.0 * max(1.0 - float(np.linalg.norm(error)) / spread, 0.0) if spread else np.nan
+    return unit, float(np.sqrt(np.mean(error**2))), float(fit)
+
+
+def _validated(validation: Data, refit: Refit) -> tuple[Data, Sequence[np.ndarray]]:
+    """Errors on recordings that no fit saw; what belongs to a recording is fitted to it alone."""
+    h = refit.hypothesis
+    shared = {k: v for k, v in h.values().items() if "@" not in k}
+    own = tuple(u for u in validation.nuisance if u.recording is not None)
+    fixed = {**validation.fixed, **shared}
+    held = replace(validation, nuisance=own, fixed=fixed)
+    tried: Hypothesis = hypothesis(held, h.model.effects, shared, freed=())
+    found = descend(
+        tried.errors, tried.slopes, tried.vector, tried.limits, most=VALIDATION_ITERATIONS
+    )
+    return held, found.blocks
+
+
+def estimates(refit: Refit) -> tuple[Estimate, ...]:
+    """All shared unknowns with their deviations under coloured noise."""
+    h = refit.hypothesis
+    found = []
+    for i, u in enumerate(h.unknowns.items):
+        item, value = u.parameter, float(h.vector[i])
+        near = 1e-6 * (item.upper - item.lower)
+        variance = float(refit.covariance[i, i])
+        std = float(np.sqrt(variance)) if variance >= 0.0 else float("nan")
+        found.append(
+            Estimate(
+                item.name, value, std, item.unit, bool(np.isfinite(std)), item.symbol,
+                item.value, item.lower, item.upper, u.recording,
+                bool(value - item.lower < near or item.upper - value < near),
+            )
+        )  # fmt: skip
+    return tuple(e for e in found if e.recording is None)

@@ -1,0 +1,105 @@
+"""Play in a gear."""
+
+import numpy as np
+import sympy as sp
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.arm.slots import TWIST_STIFFNESS, slot
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Values
+from core.effects.elastic_joints import with_twisting_joints
+from core.effects.joint_load import LEAST, hub_knobs, joint_load
+from core.effects.per_joint import each_joint
+from core.effects.positive import positive
+from core.effects.sizes import Sizes
+from core.forces.element import Element
+from core.forces.law import V, X, joint_law
+
+_B, _K = sp.Symbol("b_l", positive=True), sp.Symbol("k_j", positive=True)
+_T, _E = sp.Symbol("t_c", positive=True), sp.Symbol("x_e", positive=True)
+_TOUCH = X + (sp.sqrt((X - _B) ** 2 + _E**2) - sp.sqrt((X + _B) ** 2 + _E**2)) / 2
+"""By how much the teeth are pressed together: zero in the gap, its edges rounded."""
+
+LAW = joint_law(_K * (X - _TOUCH) - _K * _T * sp.diff(_TOUCH, X) * V, (_B, _K, _T, _E))
+"""Takes back the spring -k x of the elastic joint where the teeth do not touch."""
+
+CONTACT_RATE = 300.0
+"""rad/s at which what the joint moves would swing on its closed teeth, where no compliance is
+stated: far above what an arm does, low enough for steps of a fraction of a millisecond."""
+
+CONTACT_TIME = 1e-4
+"""s, retardation time of the teeth: they bounce off each other a few times and come to rest."""
+
+EDGE = 3e-5
+"""rad (m) over which the teeth meet: a hard edge would cost the simulation its order."""
+
+SHARES = (0.003, 0.01, 0.03, 0.1, 0.3)
+"""Of the joint's travel."""
+
+SMALLEST, LARGEST = 1e-4, 1.0
+"""Of the joint's travel."""
+
+PLACEHOLDER = 1e-3
+"""rad: makes the structure; the size itself comes with the knobs."""
+
+
+def _contact_compliance(arm: Arm, k: int) -> float:
+    """rad/(N m) (m/N): an elastic joint keeps its own."""
+    own = arm.segments[k].joint_compliance
+    return own if own is not None else 1.0 / (CONTACT_RATE**2 * joint_load(arm, k))
+
+
+class Backlash(Effect):
+    """A dead zone in series with the contact's spring, on the twist of the joint."""
+
+    kind = "backlash"
+    room = "joint"
+    title = "Backlash"
+    story = (
+        "Between the teeth of a gear there is play. When the motor turns round it first crosses "
+        "the gap and moves nothing; then the teeth meet with a knock. The encoder on the motor "
+        "does not see it: the tip stays behind by up to half the gap, to one side or the other, "
+        "and swings after each knock. In the gap nothing holds the arm."
+    )
+    formula = (
+        r"\varphi_j = \theta_{arm} - \theta, \qquad "
+        r"\tau = -k_j \begin{cases} 0 & |\varphi_j| < b_l \\ "
+        r"\varphi_j - b_l \, \mathrm{sign}(\varphi_j) & \text{else} \end{cases}"
+    )
+    edges = 4
+    acts_at = "joints"
+
+    def changed_arm(self, arm: Arm, values: Values) -> Arm:
+        return with_twisting_joints(
+            arm,
+            {k: values.get(f"bl{k + 1}", PLACEHOLDER) for k in range(arm.joints)},
+            lambda k, size: _contact_compliance(arm, k),
+        )
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(k: int) -> Knob:
+            travel = float(sizes.travel[k])
+            return positive(
+                f"bl{k + 1}",
+                SHARES[1] * travel,
+                joint(arm.segments[k].joint).coordinate_unit,
+                f"half the gap of joint {k + 1}",
+                rf"b_{{l{k + 1}}}",
+                lower=SMALLEST * travel,
+                upper=LARGEST * travel,
+                grid=[share * travel for share in SHARES],
+            )
+
+        own = [s.hub_inertia for s in arm.segments]
+        return each_joint(arm, make) + hub_knobs(arm, neutral=own, least=LEAST, secondary=True)
+
+    def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
+        found = []
+        for k in range(arm.joints):
+            place, gap = arm.twist_place(k), values[f"bl{k + 1}"]
+            if place is not None and gap > 0.0:
+                stiffness = float(p[slot(k, TWIST_STIFFNESS)])
+                direction = np.eye(arm.coordinates)[place]
+                found.append(Element(LAW, (direction,), (gap, stiffness, CONTACT_TIME, EDGE)))
+        return tuple(found)

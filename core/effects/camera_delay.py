@@ -1,0 +1,52 @@
+"""A camera whose pictures are older than their time stamps."""
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.per_joint import sized
+from core.effects.sizes import Sizes
+
+CAMERA = ("z", "y", "ydot")
+"""Kinds of output that come from the camera."""
+
+START, LONGEST = 5.0, 200.0
+"""In sample times."""
+
+
+def no_camera(rig: Rig) -> str:
+    """The sentence for an effect of the camera; empty where its outputs are compared."""
+    return "" if rig.camera else "No output of a camera is compared."
+
+
+class CameraDelay(Effect):
+    """Smooth in the delay, also at zero, so it needs no scan: a spline through the samples."""
+
+    kind = "camera_delay"
+    room = "sensors"
+    title = "Camera delay"
+    story = (
+        "A picture must be exposed, sent and searched for the target; the number arrives late, "
+        "but is written beside the encoder's newest value. The measured tip then lags behind "
+        "the model by a fixed time: the residual looks like the tip's velocity, turned round."
+    )
+    formula = r"z_{\mathrm{measured}}(t) = z(t - t_d)"
+    linear = True
+    acts_at = "camera"
+
+    def not_applicable(self, rig: Rig) -> str:
+        return no_camera(rig)
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        start = START * sizes.sample_time
+        return (sized("td", start, "s", "delay of the camera", "t_d", largest=LONGEST / START),)
+
+    def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
+        if sensor not in CAMERA or not values["td"]:
+            return y
+        t = np.arange(len(y)) * dt
+        # Before the first sample the arm stands.
+        earlier = np.clip(t - values["td"], 0.0, t[-1])
+        return np.asarray(CubicSpline(t, y)(earlier))

@@ -1,0 +1,49 @@
+"""A camera that is turned or has the wrong scale."""
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.camera_delay import no_camera
+from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.per_joint import sized
+from core.effects.sizes import Sizes
+
+START, LARGEST = 0.01, 0.5
+"""rad, and share of the scale."""
+
+
+class CameraMisalignment(Effect):
+    """A rotation and a scale of the tip's place about the origin, where z itself is compared."""
+
+    kind = "camera_misalignment"
+    room = "sensors"
+    title = "Camera turned or wrongly scaled"
+    story = (
+        "The camera stands a little askew, or a pixel is not quite as large as was thought. All "
+        "places are then turned about the base or stretched by the same factor: the residual is "
+        "there even when the arm rests, and depends on where the tip is, not on how it moves."
+    )
+    formula = r"z_{\mathrm{measured}} = (1 + c_s) \, R(c_a) \, z"
+    linear = True
+    acts_at = "camera"
+
+    def not_applicable(self, rig: Rig) -> str:
+        if "z" in rig.outputs or not rig.camera:
+            return no_camera(rig)
+        return "The places of the tip (z) are not compared, and angles made of them hide it."
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        most = LARGEST / START
+        turn, scale = "rotation of the camera", "error of the camera's scale"
+        return (
+            sized("ca", START, "rad", turn, "c_a", signed=True, largest=most),
+            sized("cs", START, "", scale, "c_s", signed=True, largest=most),
+        )
+
+    def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
+        turn, scale = values["ca"], values["cs"]
+        if sensor != "z" or (turn == 0.0 and scale == 0.0):
+            return y
+        c, s = np.cos(turn), np.sin(turn)
+        return np.asarray((1.0 + scale) * y @ np.array([[c, s], [-s, c]]))

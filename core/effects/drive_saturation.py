@@ -1,0 +1,66 @@
+"""A motor that cannot give more torque than it can."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.drives.drive import Drive
+from core.drives.law import DriveLaw
+from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.per_joint import each_joint
+from core.effects.positive import positive
+from core.effects.replayed import torque_is_replayed
+from core.effects.sizes import Sizes
+
+SHARES = (0.95, 0.8, 0.6, 0.4, 0.25)
+"""Of the largest torque that the unlimited model asks for."""
+
+NEVER = 1e9
+"""N m (N): a limit that nothing reaches."""
+
+
+class DriveSaturation(Effect):
+    """Cuts the torque of each drive, on top of the limits that are stated."""
+
+    kind = "drive_saturation"
+    room = "drive"
+    title = "Limited torque"
+    story = (
+        "Every amplifier has a largest current and every motor a largest torque. Where the loop "
+        "asks for more, the joint lags behind for a moment and catches up later. The error comes "
+        "in bursts, right after large steps of the reference, and small motions show nothing."
+    )
+    formula = r"u = \max(-u_l, \min(u_l, u^*))"
+    edges = 4
+    acts_at = "drive"
+
+    def not_applicable(self, rig: Rig) -> str:
+        if torque_is_replayed(rig):
+            return (
+                "The torque of this rig is recorded as it was applied, so whatever limited it has "
+                "already done so."
+            )
+        return ""
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(k: int) -> Knob:
+            peak = float(sizes.peak_torque[k])
+            return positive(
+                f"ul{k + 1}",
+                SHARES[2] * peak,
+                joint(arm.segments[k].joint).effort_unit,
+                f"largest torque of drive {k + 1}",
+                rf"u_{{l{k + 1}}}",
+                lower=0.01 * peak,
+                upper=10.0 * peak,
+                neutral=NEVER,
+                grid=[share * peak for share in SHARES],
+            )
+
+        return each_joint(arm, make)
+
+    def law(self, law: DriveLaw, arm: Arm, p: np.ndarray, values: Values) -> DriveLaw:
+        stated = np.array([values[f"ul{k + 1}"] for k in range(arm.joints)])
+        return replace(law, limit=np.minimum(law.limit, stated))

@@ -1,0 +1,73 @@
+"""Encoders whose zero is not where the model thinks."""
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.arm.slots import arm_vector
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.per_joint import sized
+from core.effects.sizes import Sizes
+
+START, LARGEST = 0.01, 0.5
+"""rad (m on a slide)"""
+
+
+class EncoderOffset(Effect):
+    """An offset per joint from the second on: true position = encoder - offset.
+
+    Joint 1 is left out: without gravity nothing but the camera knows where the arm's first
+    angle is zero, so its offset is the camera's rotation (`camera_misalignment`).
+    """
+
+    kind = "encoder_offset"
+    room = "sensors"
+    title = "Encoder offset"
+    story = (
+        "An encoder counts from wherever it was switched on; if its zero was set by eye, the "
+        "elbow is bent a little more or less than the numbers say. The arm's inertia then "
+        "belongs to another posture, and a camera sees the tip beside where the encoders put "
+        "it: a constant residual that changes with the posture."
+    )
+    formula = r"\theta_{k,\mathrm{measured}} = \theta_k + o_k"
+    linear = True
+    acts_at = "joints"
+
+    def not_applicable(self, rig: Rig) -> str:
+        if rig.arm.joints < 2:
+            return "An arm with one joint has no posture that an offset could change."
+        if rig.servo or _acts_on_position(rig):
+            return (
+                "The joints are driven to the encoders' positions; what an offset does there is "
+                "not modelled."
+            )
+        return ""
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(k: int) -> Knob:
+            unit = joint(arm.segments[k].joint).coordinate_unit
+            title = f"encoder offset of joint {k + 1}"
+            return sized(
+                f"eo{k + 1}", START, unit, title, rf"o_{{{k + 1}}}",
+                signed=True, largest=LARGEST / START,
+            )  # fmt: skip
+
+        return tuple(make(k) for k in range(1, arm.joints))
+
+    def started(self, joints: np.ndarray, values: Values) -> np.ndarray:
+        return joints - _offsets(joints.shape[-1], values)
+
+    def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
+        return y + _offsets(y.shape[-1], values) if sensor == "encoder" else y
+
+
+def _offsets(count: int, values: Values) -> np.ndarray:
+    """(nj,)"""
+    return np.array([0.0, *[values[f"eo{k + 1}"] for k in range(1, count)]])
+
+
+def _acts_on_position(rig: Rig) -> bool:
+    """Whether the drive's controller reads the encoders' positions."""
+    law = rig.drive.law(rig.arm, arm_vector(rig.arm), {})
+    return bool(np.any(law.P) or np.any(law.Fq))

@@ -1,0 +1,41 @@
+"""One more bending shape per segment."""
+
+from core.arm.arm import Arm
+from core.arm.segment import MAX_MODES
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.per_segment import unbent
+from core.effects.sizes import Sizes
+
+
+class ExtraBendingMode(Effect):
+    """The next assumed shape x^(i+1) in every bending segment; switched, and may be repeated."""
+
+    kind = "extra_bending_mode"
+    room = "segments"
+    title = "Extra bending mode"
+    story = (
+        "A beam can bend in endlessly many shapes; the model allows only a few per segment. "
+        "One more shape makes the modelled beam softer, as the real one is, and gives it "
+        "another, faster vibration. What is missing shows as a residual that follows every hard "
+        "push, largest just after the torque jumps, and as a vibration that the model cannot do."
+    )
+    formula = r"\delta(x) \leftarrow \delta(x) + x^{\,i+1} v_i"
+    linear = True
+    repeats = True
+    acts_at = "segments"
+
+    def not_applicable(self, rig: Rig) -> str:
+        full = all(modes in (0, MAX_MODES) for modes in rig.arm.modes)
+        most = f"Every bending segment has {MAX_MODES} modes already."
+        return unbent(rig) or (most if full else "")
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        return ()
+
+    def changed_arm(self, arm: Arm, values: Values) -> Arm:
+        segments = tuple(
+            s.model_copy(update={"modes": min(s.modes + 1, MAX_MODES)}) if s.modes else s
+            for s in arm.segments
+        )
+        return arm.model_copy(update={"segments": segments})

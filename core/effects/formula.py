@@ -1,0 +1,398 @@
+"""A user's own formula, read by a whitelist over its syntax tree; nothing is ever evaluated.
+
+Three gates, each cheap and each before the next: the text must consist of known tokens within
+bounds (length, nesting); `ast.parse` only builds the tree; and every node must have a reader in
+a table. What comes out is real by construction: real functions of real numbers (`RealFunction`),
+so that neither reading nor a later derivative or renaming can take long. SymPy's own functions
+ask whether their arguments are real by expanding complex parts, and sinh or tanh of sums with
+twenty calls then takes minutes.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+import re
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
+from itertools import accumulate
+from keyword import iskeyword
+from typing import Any, ClassVar
+
+import sympy as sp
+
+from core.errors import InputError
+from core.sentences import did_you_mean, one_line, quoted
+
+WHERE = "[[model.own]] formula"
+LONGEST_TEXT = 500
+"""Characters; a page's input line, and short enough for any parser."""
+DEEPEST = 20
+"""Parentheses within parentheses."""
+MOST_NODES = 200
+"""Numbers, names, operations and calls; the readers recurse once for each at most."""
+NESTED_CALLS = 6
+NESTED_POWERS = 3
+"""A power of a power of a power: x**512 at the most."""
+HIGHEST_POWER = 8
+LARGEST, SMALLEST = 1e30, 1e-30
+"""Bounds of a number; the highest power of one is still a finite double."""
+LONGEST_NAME = 20
+LONGEST_LIST = 200
+"""Characters of known names that a message repeats."""
+
+_TOKEN = re.compile(
+    r" +|(?P<name>[A-Za-z_][A-Za-z0-9_]*)"
+    r"|(?P<number>(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?(?![A-Za-z0-9_.]))"
+    r"|\*\*|[-+*/(),]",
+    re.ASCII,
+)
+_ADVICE = {
+    "^": "write ** for a power",
+    "=": "write only what stands right of the equals sign",
+    ".": "write names without a dot, and numbers like 0.5",
+    "[": "use round parentheses",
+}
+_LATEX = {"sqrt": r"\sqrt{%s}", "abs": r"\left|{%s}\right|"}
+_USE = "use plain letters, digits, + - * / ** and round parentheses"
+
+
+class RealFunction(sp.Function):
+    """A function of real numbers; it is known to be real without a look at its arguments.
+
+    It folds numbers with the floating-point function, prints as Python, NumPy and LaTeX, and its
+    derivatives are such functions again; that of sign is 0 and abs, min, max have the mean slope
+    at the kink.
+    """
+
+    is_real = True
+    word: ClassVar[str]
+    python: ClassVar[str]
+    numpy: ClassVar[str]
+    value: ClassVar[Callable[..., float]]
+    slopes: ClassVar[Callable[..., tuple[sp.Expr, ...]]]
+
+    @classmethod
+    def eval(cls, *args: sp.Expr) -> sp.Expr | None:  # noqa: D102
+        if not all(isinstance(a, sp.Number) for a in args):
+            return None
+        try:
+            return sp.Float(cls.value(*(float(a) for a in args)))
+        except (ValueError, OverflowError):
+            return sp.nan
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:  # noqa: D102
+        return sp.S(type(self).slopes(*self.args)[argindex - 1])
+
+    def _called(self, printer: Any, name: str) -> str:
+        arguments = ", ".join(printer._print(a) for a in self.args)
+        return f"{printer._module_format(name)}({arguments})"
+
+    def _pythoncode(self, printer: Any) -> str:
+        return self._called(printer, self.python)
+
+    def _numpycode(self, printer: Any) -> str:
+        return self._called(printer, self.numpy)
+
+    def _latex(self, printer: Any, exp: str | None = None) -> str:
+        arguments = ", ".join(printer._print(a) for a in self.args)
+        plain = rf"\operatorname{{{self.word}}}\left({arguments}\right)"
+        text = _LATEX[self.word] % arguments if self.word in _LATEX else plain
+        return text if exp is None else rf"{text}^{{{exp}}}"
+
+
+class _Sign(RealFunction):
+    """Plain Python has no sign."""
+
+    def _pythoncode(self, printer: Any) -> str:
+        x = printer._print(self.args[0])
+        return f"((1.0 if ({x}) > 0.0 else 0.0) - (1.0 if ({x}) < 0.0 else 0.0))"
+
+
+def _function(
+    word: str,
+    value: Callable[..., float],
+    numpy: str,
+    slopes: Callable[..., tuple[sp.Expr, ...]],
+    base: type[RealFunction] = RealFunction,
+    arity: int = 1,
+) -> tuple[str, type[RealFunction]]:
+    home = "math." if value.__module__ == "math" else ""
+    body = {
+        "__module__": __name__,
+        "word": word,
+        "nargs": arity,
+        "python": f"{home}{word}",
+        "numpy": f"numpy.{numpy}",
+        "value": staticmethod(value),
+        "slopes": staticmethod(slopes),
+    }
+    return word, type(word, (base,), body)
+
+
+def _sign(x: float) -> float:
+    return math.copysign(1.0, x) if x else 0.0
+
+
+def _step(a: sp.Expr, b: sp.Expr) -> sp.Expr:
+    """1 where a > b, 0 where a < b, 1/2 where they are equal."""
+    return (1 + _f("sign", a - b)) / 2
+
+
+def _f(word: str, *args: sp.Expr) -> sp.Expr:
+    return FUNCTIONS[word](*args)
+
+
+FUNCTIONS: dict[str, type[RealFunction]] = dict(
+    [
+        _function("sin", math.sin, "sin", lambda x: (_f("cos", x),)),
+        _function("cos", math.cos, "cos", lambda x: (-_f("sin", x),)),
+        _function("tan", math.tan, "tan", lambda x: (1 + _f("tan", x) ** 2,)),
+        _function("asin", math.asin, "arcsin", lambda x: (1 / _f("sqrt", 1 - x**2),)),
+        _function("acos", math.acos, "arccos", lambda x: (-1 / _f("sqrt", 1 - x**2),)),
+        _function("atan", math.atan, "arctan", lambda x: (1 / (1 + x**2),)),
+        _function(
+            "atan2",
+            math.atan2,
+            "arctan2",
+            lambda y, x: (x / (x**2 + y**2), -y / (x**2 + y**2)),
+            arity=2,
+        ),
+        _function("exp", math.exp, "exp", lambda x: (_f("exp", x),)),
+        _function("log", math.log, "log", lambda x: (1 / x,)),
+        _function("sqrt", math.sqrt, "sqrt", lambda x: (1 / (2 * _f("sqrt", x)),)),
+        _function("abs", abs, "abs", lambda x: (_f("sign", x),)),
+        _function("sign", _sign, "sign", lambda x: (sp.S.Zero,), base=_Sign),
+        _function("tanh", math.tanh, "tanh", lambda x: (1 - _f("tanh", x) ** 2,)),
+        _function("sinh", math.sinh, "sinh", lambda x: (_f("cosh", x),)),
+        _function("cosh", math.cosh, "cosh", lambda x: (_f("sinh", x),)),
+        _function("min", min, "minimum", lambda a, b: (_step(b, a), _step(a, b)), arity=2),
+        _function("max", max, "maximum", lambda a, b: (_step(a, b), _step(b, a)), arity=2),
+    ]
+)
+"""What a formula may call, by name."""
+
+
+def parse_formula(text: str, names: Mapping[str, sp.Symbol], where: str = WHERE) -> sp.Expr:
+    """The formula as an expression in the symbols of `names` (states and parameters).
+
+    Constants are floats. Anything but numbers, those names, + - * / **, unary minus and calls of
+    FUNCTIONS is an InputError that starts with `where`.
+    """
+    read = _Reading(text.strip(), names, where)
+    return read.expression(_tree(read))
+
+
+def parameter_names(text: str, known: Collection[str], where: str = WHERE) -> tuple[str, ...]:
+    """Names in the formula, in order, that are neither `known` states nor functions."""
+    read = _Reading(text.strip(), {}, where)
+    nodes = list(ast.walk(_tree(read)))
+    called = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
+    found = [node for node in nodes if isinstance(node, ast.Name) and id(node) not in called]
+    order = dict.fromkeys(node.id for node in sorted(found, key=lambda node: node.col_offset))
+    new = tuple(name for name in order if name not in known and name not in FUNCTIONS)
+    long = next((name for name in new if len(name) > LONGEST_NAME), None)
+    if long is not None:
+        raise read.error(
+            f"the parameter {quoted(long)} is too long; use at most {LONGEST_NAME} characters"
+        )
+    return new
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """A stripped text on its way to an expression, and what stands around the node being read."""
+
+    text: str
+    names: Mapping[str, sp.Symbol]
+    where: str
+    calls: int = 0
+    powers: int = 0
+
+    def error(self, fault: str) -> InputError:
+        return InputError(one_line(f"{self.where}: {fault}."))
+
+    def piece(self, node: ast.expr) -> str:
+        """The node as the user wrote it; offsets count bytes, but the text is ASCII by now."""
+        return quoted(self.text[node.col_offset : node.end_col_offset])
+
+    def expression(self, node: ast.expr) -> sp.Expr:
+        """Read one node, and check that its value is finite and within bounds."""
+        read = _READERS.get(type(node))
+        if read is None:
+            raise self.error(f"{self.piece(node)} cannot stand in a formula; {_USE}")
+        result = read(self, node)
+        if not all(map(_sound, result.atoms(sp.Number, type(sp.zoo)))):
+            raise self.error(
+                f"{self.piece(node)} divides by zero or is no real number between {SMALLEST:g} "
+                f"and {LARGEST:g} in size; change its numbers"
+            )
+        return result
+
+
+def _sound(number: sp.Expr) -> bool:
+    return number == 0 or bool(number.is_finite and SMALLEST <= abs(number) <= LARGEST)
+
+
+def _tree(read: _Reading) -> ast.expr:
+    """The syntax tree of a text that passed the checks which come before any parser."""
+    text = read.text
+    if not text:
+        raise read.error("the formula is empty; write for instance -k*theta1")
+    if len(text) > LONGEST_TEXT:
+        raise read.error(f"the formula has {len(text)} characters; use at most {LONGEST_TEXT}")
+    _check_tokens(read)
+    _check_parentheses(read)
+    try:
+        tree = ast.parse(text, mode="eval").body
+    except SyntaxError as error:
+        near = quoted(text[max((error.offset or 1) - 1, 0) :] or text[-1])
+        raise read.error(
+            f"it cannot be read at {near}; check that an operator stands between all terms"
+        ) from None
+    count = sum(isinstance(node, ast.expr) for node in ast.walk(tree))
+    if count > MOST_NODES:
+        raise read.error(f"the formula has {count} terms and operations; use at most {MOST_NODES}")
+    return tree
+
+
+def _check_tokens(read: _Reading) -> None:
+    at = 0
+    while at < len(read.text):
+        token = _TOKEN.match(read.text, at)
+        if token is None:
+            raise read.error(_no_token(read.text[at:]))
+        name = token["name"]
+        if name and (name.startswith("_") or iskeyword(name)):
+            raise read.error(f"the name {quoted(name)} cannot be used; choose another name")
+        at = token.end()
+
+
+def _no_token(rest: str) -> str:
+    if rest[0].isascii() and rest[0].isdigit():
+        digits = re.match(r"[A-Za-z0-9_.]+", rest, re.ASCII)
+        return f"{quoted(digits[0] if digits else rest)} is no number; write it like 12.5 or 1e-3"
+    return f"the character {ascii(rest[0])} cannot stand in a formula; {_ADVICE.get(rest[0], _USE)}"
+
+
+def _check_parentheses(read: _Reading) -> None:
+    steps = {"(": 1, ")": -1}
+    depths = list(accumulate(steps.get(character, 0) for character in read.text))
+    if min(depths) < 0 or depths[-1] != 0:
+        raise read.error("the parentheses do not match; close each one that is opened")
+    if max(depths) > DEEPEST:
+        raise read.error(
+            f"the parentheses stand {max(depths)} deep in each other; use at most {DEEPEST}"
+        )
+
+
+def _number(read: _Reading, node: ast.Constant) -> sp.Expr:
+    value: Any = node.value
+    if type(value) not in (int, float):
+        raise read.error(f"{read.piece(node)} is no real number; write it like 12.5 or 1e-3")
+    mantissa = re.split("[eE]", read.text[node.col_offset : node.end_col_offset])[0]
+    zero = not re.search("[1-9]", mantissa)  # a tiny number also reads as 0.0
+    if not zero and not SMALLEST <= abs(value) <= LARGEST:
+        raise read.error(
+            f"the number {read.piece(node)} is out of range; "
+            f"use 0 or a size between {SMALLEST:g} and {LARGEST:g}"
+        )
+    return sp.Float(float(value))
+
+
+def _name(read: _Reading, node: ast.Name) -> sp.Expr:
+    if node.id in read.names:
+        return read.names[node.id]
+    if node.id in FUNCTIONS:
+        raise read.error(f"{quoted(node.id)} is a function; write its argument in parentheses")
+    raise read.error(f"the name {quoted(node.id)} is not known{_hint(node.id, read.names)}")
+
+
+def _hint(name: str, known: Collection[str]) -> str:
+    """The nearest known name and the list of all, as the end of a sentence."""
+    guess = did_you_mean(name, known) if known else ""
+    listed = ", ".join(known) or "numbers only"
+    if len(listed) > LONGEST_LIST:
+        listed = listed[:LONGEST_LIST].rpartition(",")[0] + " and others"
+    return f" ({guess}); use {listed}" if guess.endswith("?") else f"; use {listed}"
+
+
+def _call(read: _Reading, node: ast.Call) -> sp.Expr:
+    word = node.func.id if isinstance(node.func, ast.Name) else ""
+    if not word or word in read.names and word not in FUNCTIONS:
+        raise read.error(f"{read.piece(node.func)} is not a function; write * for a product")
+    if word not in FUNCTIONS:
+        raise read.error(f"the function {quoted(word)} is not known{_hint(word, FUNCTIONS)}")
+    arity = next(iter(FUNCTIONS[word].nargs))
+    if node.keywords or len(node.args) != arity:
+        raise read.error(f"{word} takes {arity} plain argument{'s'[: arity - 1]}; write just that")
+    if read.calls == NESTED_CALLS:
+        raise read.error(f"functions stand deeper than {NESTED_CALLS} in each other; use fewer")
+    inner = replace(read, calls=read.calls + 1)
+    return FUNCTIONS[word](*(inner.expression(argument) for argument in node.args))
+
+
+def _negative(read: _Reading, node: ast.UnaryOp) -> sp.Expr:
+    if not isinstance(node.op, ast.USub):
+        raise read.error(f"the sign of {read.piece(node)} cannot stand there; leave it out")
+    return -read.expression(node.operand)
+
+
+def _power(read: _Reading, node: ast.BinOp) -> sp.Expr:
+    exponent = _exponent(read, node.right)
+    if read.powers == NESTED_POWERS:
+        raise read.error(f"powers stand deeper than {NESTED_POWERS} in each other; use fewer")
+    base = replace(read, powers=read.powers + 1).expression(node.left)
+    if exponent == int(exponent):
+        return sp.Pow(base, int(exponent))
+    return sp.Pow(FUNCTIONS["sqrt"](base), int(2 * exponent))
+
+
+def _exponent(read: _Reading, node: ast.expr) -> float:
+    """A literal number, perhaps with a minus sign: whole or half."""
+    negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub)
+    literal = node.operand if isinstance(node, ast.UnaryOp) and negative else node
+    if not isinstance(literal, ast.Constant):
+        raise read.error(
+            f"the exponent {read.piece(node)} is no plain number; write a number, "
+            f"or exp(b*log(a)) for a**b"
+        )
+    value = float(_number(read, literal))
+    if value > HIGHEST_POWER or value * 2 != int(value * 2):
+        raise read.error(
+            f"the exponent {read.piece(node)} cannot be used; "
+            f"take a whole or half number of at most {HIGHEST_POWER} in size"
+        )
+    return -value if negative else value
+
+
+def _binary(read: _Reading, node: ast.BinOp) -> sp.Expr:
+    operation = _OPERATIONS.get(type(node.op))
+    if operation is None:
+        raise read.error(f"{read.piece(node)} has an unknown operator; use + - * / **")
+    return operation(read, node)
+
+
+def _both(combine: Callable[[sp.Expr, sp.Expr], sp.Expr]) -> Callable[..., sp.Expr]:
+    def operate(read: _Reading, node: ast.BinOp) -> sp.Expr:
+        return combine(read.expression(node.left), read.expression(node.right))
+
+    return operate
+
+
+_OPERATIONS: dict[type[ast.operator], Callable[[_Reading, ast.BinOp], sp.Expr]] = {
+    ast.Add: _both(lambda a, b: sp.Add(a, b)),
+    ast.Sub: _both(lambda a, b: sp.Add(a, -b)),
+    ast.Mult: _both(lambda a, b: sp.Mul(a, b)),
+    ast.Div: _both(lambda a, b: sp.Mul(a, sp.Pow(b, -1))),
+    ast.Pow: _power,
+}
+
+_READERS: dict[type[ast.expr], Callable[[_Reading, Any], sp.Expr]] = {
+    ast.Constant: _number,
+    ast.Name: _name,
+    ast.Call: _call,
+    ast.UnaryOp: _negative,
+    ast.BinOp: _binary,
+}
+"""The whitelist: one reader per kind of node."""

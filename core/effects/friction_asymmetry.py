@@ -1,0 +1,54 @@
+"""Friction that differs between the two directions of motion."""
+
+import numpy as np
+import sympy as sp
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Values
+from core.effects.per_joint import each_joint, joint_elements, sized
+from core.effects.sizes import Sizes
+from core.forces.element import Element
+from core.forces.law import V, joint_law
+
+_FA = sp.Symbol("f_a", real=True)
+LAW = joint_law(-_FA * sp.Abs(V), (_FA,))
+
+SHARE = 0.03
+"""Of the typical torque at the typical speed: a third of where viscous friction begins."""
+
+
+class FrictionAsymmetry(Effect):
+    """Of the viscous part only.
+
+    A Coulomb level that differs between the directions is a constant torque while the joint
+    moves, so `torque_offset` stands for it: two names for one thing could never be told apart.
+    """
+
+    kind = "friction_asymmetry"
+    room = "joint"
+    title = "Friction that depends on the direction"
+    story = (
+        "Screws, belts and gears often run easier one way than the other. What is the same in both "
+        "directions is viscous friction; this is half the difference. The missing joint torque, "
+        "drawn over the joint's velocity, is a V: it points the same way in both directions and "
+        "grows with speed. A constant difference between the directions looks like a torque "
+        "offset instead; only slow and fast motion together tell the two apart."
+    )
+    formula = r"\tau = -f_a \, |\dot\theta|"
+    edges = 2
+    acts_at = "joints"
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(k: int) -> Knob:
+            kind = joint(arm.segments[k].joint)
+            unit = f"{kind.effort_unit} s/{kind.coordinate_unit}"
+            start = SHARE * float(sizes.torque[k] / sizes.speed[k])
+            title = f"half the difference of viscous friction of joint {k + 1}"
+            return sized(f"fa{k + 1}", start, unit, title, rf"f_{{a{k + 1}}}", signed=True)
+
+        return each_joint(arm, make)
+
+    def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
+        return joint_elements(arm, LAW, ("fa",), values)

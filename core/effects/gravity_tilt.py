@@ -1,0 +1,42 @@
+"""A plane of motion that is not level."""
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob
+from core.effects.per_segment import arm_knob
+from core.effects.sizes import Sizes
+
+START = 0.1
+"""m/s^2: a tilt of about 0.6 degrees."""
+
+LARGEST = 9.81
+"""m/s^2 beside the stated gravity: a plane that is upright where it was thought level."""
+
+
+class GravityTilt(Effect):
+    """The two components of gravity in the plane of motion, m/s^2.
+
+    Not part of the linear model: what tilts is above all a force that does not vanish at the
+    working point, and x' = A x + B r has no place for one.
+    """
+
+    kind = "gravity_tilt"
+    room = "motion"
+    title = "Tilted base plate"
+    story = (
+        "The table is not level, so a little of gravity pulls along the plane of motion: 0.1 "
+        "m/s² for about half a degree. The arm sags downhill and creeps that way, since a "
+        "velocity loop only answers speed. The residual grows slowly, depends on the posture "
+        "and not on the speed, and is the same in both directions of motion."
+    )
+    formula = r"V \leftarrow V - \int g^{\mathsf T} p \, \mathrm{d}m, \qquad g = (g_1, g_2)"
+    acts_at = "base"
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(i: int) -> Knob:
+            own = arm.gravity[i]
+            low, high = own - LARGEST, own + LARGEST
+            title = f"gravity component {i + 1}"
+            return arm_knob(f"g{i + 1}", own, START, "m/s²", title, low, high)
+
+        return make(0), make(1)

@@ -1,0 +1,61 @@
+"""A gear that gives way between the motor and the arm."""
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Values
+from core.effects.elastic_joints import with_twisting_joints
+from core.effects.joint_load import LEAST, hub_knobs
+from core.effects.per_joint import each_joint
+from core.effects.positive import positive
+from core.effects.sizes import Sizes
+
+TWISTS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2)
+"""rad (m): by how much the joint twists at the largest torque."""
+
+SMALLEST, LARGEST = 1e-6, 0.3
+"""rad (m) at the largest torque."""
+
+PLACEHOLDER = 1e-4
+"""rad/(N m): makes the structure; the size itself comes with the knobs."""
+
+
+class JointElasticity(Effect):
+    """Adds the twist of every joint to the coordinates of the arm."""
+
+    kind = "joint_elasticity"
+    room = "joint"
+    title = "Elastic joint"
+    story = (
+        "A gear, a belt or a long shaft is a spring: the motor turns first, the arm follows and "
+        "swings. The encoder sits on the motor, so it does not see the twist, while camera and "
+        "strain gauges do. The tip is off by an angle that is proportional to the torque, and the "
+        "arm swings more slowly than its beams alone would. A softer beam looks much alike; "
+        "several postures tell the two apart."
+    )
+    formula = r"\varphi_j = c \, \tau, \qquad \theta_{arm} = \theta + \varphi_j"
+    includes = ("rotor_inertia",)
+    linear = True
+    acts_at = "joints"
+
+    def changed_arm(self, arm: Arm, values: Values) -> Arm:
+        sizes = {k: values.get(f"c{k + 1}", PLACEHOLDER) for k in range(arm.joints)}
+        return with_twisting_joints(arm, sizes, lambda k, size: size)
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(k: int) -> Knob:
+            kind, peak = joint(arm.segments[k].joint), float(sizes.peak_torque[k])
+            grid = [twist / peak for twist in TWISTS]
+            return positive(
+                f"c{k + 1}",
+                grid[2],
+                f"{kind.coordinate_unit}/({kind.effort_unit})",
+                f"compliance of joint {k + 1}",
+                rf"c_{{{k + 1}}}",
+                lower=SMALLEST / peak,
+                upper=LARGEST / peak,
+                grid=grid,
+            )
+
+        own = [s.hub_inertia for s in arm.segments]
+        return each_joint(arm, make) + hub_knobs(arm, neutral=own, least=LEAST, secondary=True)

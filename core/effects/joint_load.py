@@ -1,0 +1,55 @@
+"""What a joint moves: the measure of a 'small' inertia on its motor's side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.effects.effect import Knob
+from core.effects.positive import positive
+
+SHARE = 0.05
+"""Of what the joint moves: a plausible rotor and gear to begin with."""
+
+LEAST = 0.01
+"""Of what the joint moves: an elastic joint's motor without inertia would have no motion of its
+own, and one far lighter than this shows nothing that its size could be told from."""
+
+
+def joint_load(arm: Arm, k: int) -> float:
+    """kg m^2 (kg on a slide) that joint k (from 0) moves with the arm rigid and stretched."""
+    turns = joint(arm.segments[k].joint).place(sp.Symbol("q"), sp.Integer(0)).turn != 0
+    total, reach = 0.0, 0.0
+    for i, s in enumerate(arm.segments[k:]):
+        if i and s.mount == "ground":
+            break
+        middle, end = reach + s.length / 2.0, reach + s.length
+        spun = s.mass * (middle**2 + s.length**2 / 12.0) + s.tip_mass * end**2 + s.tip_inertia
+        total += spun if turns else s.mass + s.tip_mass
+        reach = end
+    return total
+
+
+def hub_knobs(
+    arm: Arm, *, neutral: Sequence[float], least: float = 0.0, secondary: bool = False
+) -> tuple[Knob, ...]:
+    """The hub inertia Jh of every joint, at least `least` times what the joint moves."""
+
+    def make(k: int) -> Knob:
+        load, own = joint_load(arm, k), arm.segments[k].hub_inertia
+        return positive(
+            f"Jh{k + 1}",
+            max(1.2 * own, SHARE * load),
+            joint(arm.segments[k].joint).inertia_unit,
+            f"rotor and gear inertia of joint {k + 1}",
+            rf"J_{{h{k + 1}}}",
+            lower=least * load,
+            upper=10.0 * max(own, load),
+            neutral=neutral[k],
+            secondary=secondary,
+        )
+
+    return tuple(make(k) for k in range(arm.joints))

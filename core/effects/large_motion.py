@@ -1,0 +1,28 @@
+"""Motions too large for a linear model."""
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Rig
+from core.effects.sizes import Sizes
+
+
+class LargeMotion(Effect):
+    """The full equations (1) of the paper in place of their linearisation (6); switched."""
+
+    kind = "large_motion"
+    room = "motion"
+    title = "Large motion"
+    story = (
+        "The linear model is right near one posture and for slow turning. In a large or fast "
+        "motion the inertia changes on the way, the arm's own rotation pulls it outwards, and a "
+        "bent beam becomes shorter. The residual is small near the working point and grows with "
+        "the excursion and with the square of the speed."
+    )
+    formula = r"M(q)\,\ddot q = F(q, \dot q) + G u"
+    acts_at = "joints"
+
+    def not_applicable(self, rig: Rig) -> str:
+        return "" if rig.level == "lpv" else "The model is non-linear already."
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        return ()

@@ -1,0 +1,37 @@
+"""Segments that are heavier or lighter than stated."""
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob
+from core.effects.per_segment import arm_knob
+from core.effects.sizes import Sizes
+
+START = 0.1
+BELIEVED = 0.3
+"""Shares of the stated mass: where to begin, and how wrong a drawing can be."""
+
+
+class LinkMassError(Effect):
+    """The mass of each segment, in kg."""
+
+    kind = "link_mass_error"
+    room = "segments"
+    title = "Wrong link mass"
+    story = (
+        "The segments do not weigh what the data sheet says: screws, cables and paint add up, "
+        "or the drawing is an older one. As with a payload the arm's inertia is wrong, but "
+        "spread along the segments, so residual and missing joint torque follow the "
+        "acceleration in other proportions."
+    )
+    formula = r"m_k \leftarrow m_k + \Delta m_k"
+    linear = True
+    acts_at = "segments"
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(k: int) -> Knob:
+            own = arm.segments[k].mass
+            low, high = (1.0 - BELIEVED) * own, (1.0 + BELIEVED) * own
+            title = f"mass of segment {k + 1}"
+            return arm_knob(f"m{k + 1}", own, START * own, "kg", title, low, high)
+
+        return tuple(make(k) for k in range(arm.joints))

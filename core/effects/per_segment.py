@@ -1,0 +1,48 @@
+"""Helps for effects with one parameter per bending segment, and for parameters of the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.arm.catalogue import symbol
+from core.effects.effect import Knob, Rig
+from core.parameters import Parameter
+
+CLAMPED = 1.8751**2
+"""First eigenvalue of a clamped uniform beam, squared: omega = CLAMPED sqrt(EI / (m l^3))."""
+
+
+def bending(arm: Arm) -> tuple[int, ...]:
+    """Segments (from 0) that bend."""
+    return tuple(k for k, modes in enumerate(arm.modes) if modes)
+
+
+def each_bending(arm: Arm, make: Callable[[int], Knob]) -> tuple[Knob, ...]:
+    """One knob per bending segment, `make(k)` with k from 0."""
+    return tuple(make(k) for k in bending(arm))
+
+
+def unbent(rig: Rig) -> str:
+    """The sentence for an effect of bending; empty where a segment bends."""
+    return "" if rig.bends else "No segment of this arm bends."
+
+
+def clamped_frequency(arm: Arm, k: int) -> float:
+    """rad/s of segment k (from 0) alone, clamped at its root."""
+    s = arm.segments[k]
+    return float(CLAMPED * np.sqrt(s.bending_stiffness / (s.mass * s.length**3)))
+
+
+def arm_knob(
+    name: str, own: float, step: float, unit: str, title: str, lower: float, upper: float
+) -> Knob:
+    """A knob that is a parameter of the arm: neutral at the arm's own value.
+
+    It begins one `step` beside it. The name is the one in core.arm.catalogue, which writes it.
+    """
+    sign = symbol(name)
+    parameter = Parameter(name, own + step, unit, lower, upper, sign, title, scale=abs(step))
+    return Knob(parameter, neutral=own)

@@ -1,0 +1,27 @@
+"""The motor's rotor and the gear, seen from the joint."""
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob
+from core.effects.joint_load import hub_knobs
+from core.effects.sizes import Sizes
+
+
+class RotorInertia(Effect):
+    """Frees the arm's own hub inertias, whose names the knobs bear."""
+
+    kind = "rotor_inertia"
+    room = "joint"
+    title = "Rotor inertia"
+    story = (
+        "Inside the motor a rotor spins, through a gear many times faster than the joint, and its "
+        "inertia counts with the square of the gear ratio. A small rotor can weigh as much as the "
+        "arm. The missing joint torque, drawn over the joint's acceleration, is a straight line "
+        "through zero."
+    )
+    formula = r"\tau = -J_h \, \ddot\theta"
+    linear = True
+    acts_at = "joints"
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        return hub_knobs(arm, neutral=[s.hub_inertia for s in arm.segments])

@@ -1,0 +1,62 @@
+"""Slow electronics between a sensor and its numbers."""
+
+import numpy as np
+from scipy.signal import lfilter
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.camera_delay import CAMERA
+from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.per_joint import sized
+from core.effects.sizes import Sizes
+
+SLOW = (*CAMERA, "deflection")
+"""What passes an analogue or averaging stage; encoders count, and torques are commanded."""
+
+START, LONGEST = 5.0, 200.0
+"""In sample times."""
+
+
+class SensorLag(Effect):
+    """Smooth in the time constant, also at zero, where its slope is that of a delay: no scan.
+
+    The same time constant for camera and strain gauges, as with one data logger; a rig compares
+    one of them as a rule.
+    """
+
+    kind = "sensor_lag"
+    room = "sensors"
+    title = "Slow sensor"
+    story = (
+        "Amplifiers and cameras average over a little time. A first-order lag follows slow "
+        "motions faithfully and flattens fast vibrations, while a pure delay keeps their size: "
+        "the residual looks like the signal's velocity, but at high frequencies the measured "
+        "vibration is smaller than the model's."
+    )
+    formula = r"t_s \, \dot y_{\mathrm{measured}} + y_{\mathrm{measured}} = y"
+    linear = True
+    acts_at = "camera"
+
+    def not_applicable(self, rig: Rig) -> str:
+        if any(kind in rig.outputs for kind in SLOW):
+            return ""
+        return "Neither a camera's nor a strain gauge's output is compared."
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        start = START * sizes.sample_time
+        return (sized("ts", start, "s", "lag of the sensor", "t_s", largest=LONGEST / START),)
+
+    def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
+        if sensor not in SLOW or not values["ts"]:
+            return y
+        return first_order(y, dt, values["ts"])
+
+
+def first_order(y: np.ndarray, dt: float, time_constant: float) -> np.ndarray:
+    """(N, k) after a lag, exact for signals that run straight between samples; starts settled."""
+    ratio = time_constant / dt
+    kept = np.exp(-1.0 / ratio)
+    now, before = 1.0 - ratio * (1.0 - kept), ratio * (1.0 - kept) - kept
+    settled = (kept + before) * y[:1]
+    out, _ = lfilter([now, before], [1.0, -kept], y, axis=0, zi=settled)
+    return np.asarray(out)

@@ -1,0 +1,75 @@
+"""The extra friction near standstill."""
+
+import numpy as np
+import sympy as sp
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.drives.drive import Drive
+from core.effects.coulomb_friction import EDGE
+from core.effects.effect import Effect, Knob, Values
+from core.effects.per_joint import each_joint, joint_elements, sized
+from core.effects.positive import positive
+from core.effects.sizes import Sizes
+from core.forces.element import Element
+from core.forces.law import V, joint_law
+
+_FB, _VS = sp.Symbol("f_b", nonnegative=True), sp.Symbol("v_s", positive=True)
+_VE = sp.Symbol("v_e", positive=True)
+LAW = joint_law(-_FB * sp.exp(-((V / _VS) ** 2)) * sp.tanh(V / _VE), (_FB, _VS, _VE))
+
+SHARE = 0.05
+"""Of the typical torque: half of where Coulomb friction begins."""
+
+LARGEST = 40.0
+"""Times the start, twice the typical torque: rubbing surfaces stick at most a few times harder
+than they slide, and an unbounded peak at standstill explains anything that happens there."""
+
+SPEEDS = (0.05, 0.1, 0.2, 0.4)
+"""Of the typical speed. A wider bulge is Coulomb friction, a narrower one is never visited."""
+
+NARROWEST = 3.0
+"""Times the edge over which the friction turns round: below it there is no bulge left."""
+
+
+class StribeckFriction(Effect):
+    """Only the bulge near standstill; the level is Coulomb's."""
+
+    kind = "stribeck_friction"
+    room = "joint"
+    title = "Stribeck friction"
+    story = (
+        "A joint that barely moves squeezes out its grease, and metal touches metal: it takes more "
+        "torque to break away than to keep moving. On top of Coulomb friction the missing joint "
+        "torque, drawn over the joint's velocity, has a peak on both sides of standstill that is "
+        "gone at a small speed. Look where the joint turns round."
+    )
+    formula = (
+        r"\tau = -\left( f_c + f_b \, e^{-(\dot\theta / v_s)^2} \right) \mathrm{sign}(\dot\theta)"
+    )
+    includes = ("coulomb_friction",)
+    dissipative = True
+    edges = 2
+    acts_at = "joints"
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def extra(k: int) -> Knob:
+            unit = joint(arm.segments[k].joint).effort_unit
+            title = f"extra friction of joint {k + 1} at standstill"
+            start = SHARE * float(sizes.torque[k])
+            return sized(f"fb{k + 1}", start, unit, title, rf"f_{{b{k + 1}}}", largest=LARGEST)
+
+        def width(k: int) -> Knob:
+            unit = f"{joint(arm.segments[k].joint).coordinate_unit}/s"
+            narrowest = NARROWEST * EDGE
+            grid = [max(share * float(sizes.speed[k]), narrowest) for share in SPEEDS]
+            title = f"Stribeck speed of joint {k + 1}"
+            return positive(
+                f"vs{k + 1}", grid[1], unit, title, rf"v_{{s{k + 1}}}",
+                lower=narrowest, upper=2.0 * grid[-1], neutral=grid[1], grid=grid, secondary=True,
+            )  # fmt: skip
+
+        return each_joint(arm, extra) + each_joint(arm, width)
+
+    def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
+        return joint_elements(arm, LAW, ("fb", "vs"), values, (EDGE,))

@@ -1,0 +1,43 @@
+"""Damping in the material of the segments."""
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Rig
+from core.effects.per_segment import arm_knob, clamped_frequency, each_bending, unbent
+from core.effects.sizes import Sizes
+
+RATIO = 0.02
+"""Damping ratio of the clamped segment at the start: that of a bolted or a plastic beam."""
+
+LARGEST = 50.0
+"""Times the start: a clamped segment at its critical damping."""
+
+
+class StructuralDamping(Effect):
+    """Kelvin-Voigt material: the bending damping is tau times the bending stiffness."""
+
+    kind = "structural_damping"
+    room = "segments"
+    title = "Structural damping"
+    story = (
+        "Bending a beam back and forth warms it a little: the material resists the speed of "
+        "bending, and vibrations die away. Without it the model rings on after every "
+        "movement, so the residual is a vibration at the arm's own frequencies that grows while "
+        "the measured one fades; high frequencies fade first."
+    )
+    formula = r"M_b = EI \left( \delta'' + \tau \, \dot\delta'' \right)"
+    linear = True
+    dissipative = True
+    acts_at = "segments"
+
+    def not_applicable(self, rig: Rig) -> str:
+        return unbent(rig)
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(k: int) -> Knob:
+            own = arm.segments[k].damping_time
+            step = 2.0 * RATIO / clamped_frequency(arm, k)
+            title = f"damping time of segment {k + 1}"
+            return arm_knob(f"tau{k + 1}", own, step, "s", title, 0.0, own + LARGEST * step)
+
+        return each_bending(arm, make)

@@ -1,0 +1,45 @@
+"""A mass at the tip."""
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob
+from core.effects.per_segment import arm_knob
+from core.effects.sizes import Sizes
+
+SHARE = 0.1
+"""Of the segment's mass: a payload to begin with."""
+
+LARGEST = 10.0
+"""Times the segment's mass: no light arm carries more."""
+
+
+def free_ends(arm: Arm) -> tuple[int, ...]:
+    """Segments (from 0) whose end carries no other segment."""
+    last = arm.joints - 1
+    return tuple(k for k in range(arm.joints) if k == last or arm.segments[k + 1].mount == "ground")
+
+
+class TipPayload(Effect):
+    """A point mass at each free end, in kg."""
+
+    kind = "tip_payload"
+    room = "segments"
+    title = "Tip payload"
+    story = (
+        "The arm carries something that nobody told the model of: a gripper, a cable's plug, the "
+        "camera's target. It makes the arm slower to start and lowers the frequencies of its "
+        "vibrations. The residual looks like the acceleration of the tip, and the missing joint "
+        "torque is a line over the joint's acceleration."
+    )
+    formula = r"T \leftarrow T + \tfrac{1}{2} m_t \, \| \dot z \|^2"
+    linear = True
+    acts_at = "tip"
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(k: int) -> Knob:
+            s = arm.segments[k]
+            title = f"mass at the tip of {k + 1}"
+            most = s.tip_mass + LARGEST * s.mass
+            return arm_knob(f"mt{k + 1}", s.tip_mass, SHARE * s.mass, "kg", title, 0.0, most)
+
+        return tuple(make(k) for k in free_ends(arm))

@@ -1,0 +1,47 @@
+"""A constant torque that nobody commanded."""
+
+import numpy as np
+import sympy as sp
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Values
+from core.effects.per_joint import each_joint, joint_elements, sized
+from core.effects.sizes import Sizes
+from core.forces.element import Element
+from core.forces.law import joint_law
+
+_TO = sp.Symbol("t_o", real=True)
+LAW = joint_law(_TO, (_TO,))
+
+SHARE = 0.05
+"""Of the typical torque: a size to begin with."""
+
+
+class TorqueOffset(Effect):
+    """One constant torque per joint, of either sign."""
+
+    kind = "torque_offset"
+    room = "drive"
+    title = "Torque offset"
+    story = (
+        "An amplifier whose zero is a little off, or a cable that pulls, adds the same torque all "
+        "the time. A joint under velocity control then creeps; the missing joint torque is a "
+        "level line that does not pass through zero. Coulomb friction that differs between the "
+        "two directions looks the same while the joint moves."
+    )
+    formula = r"\tau = t_o"
+    acts_at = "drive"
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(k: int) -> Knob:
+            unit = joint(arm.segments[k].joint).effort_unit
+            start = SHARE * float(sizes.torque[k])
+            title = f"torque offset of joint {k + 1}"
+            return sized(f"to{k + 1}", start, unit, title, rf"t_{{o{k + 1}}}", signed=True)
+
+        return each_joint(arm, make)
+
+    def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
+        return joint_elements(arm, LAW, ("to",), values)

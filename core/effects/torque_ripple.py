@@ -1,0 +1,71 @@
+"""A torque that repeats with the joint's position."""
+
+import numpy as np
+import sympy as sp
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Values
+from core.effects.per_joint import each_joint, joint_elements, sized
+from core.effects.positive import positive
+from core.effects.sizes import Sizes
+from core.forces.element import Element
+from core.forces.law import X, joint_law
+
+_RA, _RB = sp.Symbol("r_a", real=True), sp.Symbol("r_b", real=True)
+_NR = sp.Symbol("n_r", positive=True)
+LAW = joint_law(_RA * sp.cos(_NR * X) + _RB * sp.sin(_NR * X), (_RA, _RB, _NR))
+
+SHARE = 0.05
+"""Of the typical torque: a size to begin with."""
+
+_PITCHES = (0.06, 0.03, 0.02, 0.01)
+"""m: distances of the magnets of linear motors, leads of screws."""
+
+ORDERS = {
+    "rad": (6.0, 12.0, 24.0, 36.0, 60.0, 100.0),
+    "m": tuple(2.0 * np.pi / pitch for pitch in _PITCHES),
+}
+"""By the joint's unit, periods per turn (radians per metre): poles, slots and gear teeth."""
+
+
+class TorqueRipple(Effect):
+    """One wave per joint, as cosine and sine: their sizes enter linearly, the order does not."""
+
+    kind = "torque_ripple"
+    room = "joint"
+    title = "Torque ripple"
+    story = (
+        "The magnets of a motor and the teeth of a gear catch a little at each of their positions, "
+        "so the torque goes up and down as the joint turns, always at the same places. The missing "
+        "joint torque, drawn over the joint's position, is a wave. A short motion sees only a "
+        "piece of the wave, which then looks like an offset or a soft spring."
+    )
+    formula = r"\tau = r_a \cos(n_r \theta) + r_b \sin(n_r \theta)"
+    acts_at = "joints"
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def part(letter: str, wave: str, k: int) -> Knob:
+            unit = joint(arm.segments[k].joint).effort_unit
+            start = SHARE * float(sizes.torque[k])
+            title = f"{wave} part of the torque ripple of joint {k + 1}"
+            name = f"r{letter}{k + 1}"
+            return sized(name, start, unit, title, rf"r_{{{letter}{k + 1}}}", signed=True)
+
+        def order(k: int) -> Knob:
+            unit = joint(arm.segments[k].joint).coordinate_unit
+            grid = ORDERS[unit]
+            title = f"order of the torque ripple of joint {k + 1}"
+            return positive(
+                f"nr{k + 1}", grid[1], f"1/{unit}", title, rf"n_{{r{k + 1}}}",
+                lower=grid[0] / 6.0, upper=2.0 * grid[-1], neutral=grid[1], grid=grid,
+                secondary=True,
+            )  # fmt: skip
+
+        cosines = each_joint(arm, lambda k: part("a", "cosine", k))
+        sines = each_joint(arm, lambda k: part("b", "sine", k))
+        return cosines + sines + each_joint(arm, order)
+
+    def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
+        return joint_elements(arm, LAW, ("ra", "rb", "nr"), values)

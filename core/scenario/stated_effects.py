@@ -1,0 +1,230 @@
+"""From what a scenario says about effects to a model that has them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.effects import catalogue, effect, with_included
+from core.effects.effect import Effect, Knob
+from core.effects.own import own_effect, own_parameter
+from core.effects.sizes import typical
+from core.errors import InputError
+from core.model import Model
+from core.scenario.schema import (
+    DiagnoseSpec,
+    EffectSpec,
+    IdentifySpec,
+    KnobSpec,
+    ModelSpec,
+    OwnSpec,
+)
+from core.sentences import did_you_mean, quoted
+
+WHERE = "[model] effects"
+
+
+@dataclass(frozen=True)
+class Stated:
+    """An effect with what a scenario says of its parameters."""
+
+    effect: Effect
+    knobs: Mapping[str, KnobSpec]
+    where: str
+
+
+def with_stated_effects(model: Model, spec: ModelSpec) -> Model:
+    """The model with the effects of `[model] effects` and `[[model.own]]`, in that order."""
+    stated = stated_effects(model, spec)
+    if not stated:
+        return model
+    knobs, starts = _knobs(model, stated), _starts(stated)
+    _check_values(stated, starts, knobs)
+    _check_present(stated, starts, knobs)
+    return model.with_effects([each.effect for each in stated], starts)
+
+
+def with_hidden_effects(
+    model: Model, hidden: Mapping[str, Mapping[str, object]], recording: str
+) -> Model:
+    """The machine that a simulated recording comes from: the bare model and its hidden effects.
+
+    What the model has beyond that is what somebody believes, and must not change the data.
+    """
+    bare = model.bare or model
+    known = {**catalogue(), **{one.kind: one for one in model.effects}}
+    stated = []
+    for kind, table in hidden.items():
+        where = f"Recording {recording}: hidden.{kind}"
+        if kind not in known:
+            raise InputError(f"{where} is not known; {did_you_mean(kind, known)}")
+        sizes = {name: KnobSpec(start=_number(v, f"{where}.{name}")) for name, v in table.items()}
+        stated.append(Stated(known[kind], sizes, where))
+    values = _starts(stated)
+    _check_values(stated, values, _knobs(bare, stated))
+    return bare.with_effects([each.effect for each in stated], values)
+
+
+def with_effect_parameters(identify: IdentifySpec, model: Model, spec: ModelSpec) -> IdentifySpec:
+    """`[identify]` with the parameters of the stated effects that are to be estimated."""
+    stated = stated_effects(model, spec)
+    if not stated:
+        return identify
+    said, knobs = _said(stated), _knobs(model, stated)
+    names, bounds, prior = list(identify.parameters), dict(identify.bounds), dict(identify.prior)
+    for name, knob in _all(knobs).items():
+        own = said.get(name, KnobSpec())
+        if not own.vary or name not in model.parameters:
+            continue
+        if name not in (*names, *identify.per_recording):
+            names.append(name)
+        if own.lower is not None or own.upper is not None:
+            low = knob.parameter.lower if own.lower is None else own.lower
+            high = knob.parameter.upper if own.upper is None else own.upper
+            bounds.setdefault(name, (low, high))
+        if own.prior is not None:
+            prior.setdefault(name, own.prior)
+    update = {"parameters": tuple(names), "bounds": bounds, "prior": prior}
+    return identify.model_copy(update=update)
+
+
+def candidate_effects(spec: DiagnoseSpec) -> tuple[Effect, ...]:
+    """The effects that a diagnosis may try: those that `[diagnose]` names, else all."""
+    if spec.candidates is None:
+        return tuple(catalogue().values())
+    for kind in spec.candidates:
+        if kind not in catalogue():
+            hint = did_you_mean(kind, catalogue())
+            raise InputError(f"[diagnose] candidates: {kind!r} is not known; {hint}")
+    return tuple(effect(kind) for kind in spec.candidates)
+
+
+def stated_effects(model: Model, spec: ModelSpec) -> list[Stated]:
+    """In the order in which they enter the model."""
+    stated = []
+    for entry in spec.effects:
+        if entry.id not in catalogue():
+            hint = did_you_mean(entry.id, catalogue())
+            raise InputError(f"{WHERE}: {entry.id!r} is not known; {hint}")
+        stated.append(Stated(effect(entry.id), entry.parameters, f"{WHERE} {entry.id}"))
+    bare = model.bare or model
+    for number, own in enumerate(spec.own, start=1):
+        stated.append(_own(bare, own, number))
+    _check_once(bare, stated)
+    return stated
+
+
+def fitting(model: Model, spec: ModelSpec) -> ModelSpec:
+    """The listed effects without parameters that an arm, such as one that bends less, has not."""
+    kept = []
+    for entry in spec.effects:
+        if entry.id in catalogue():
+            knobs = _knobs(model, [Stated(effect(entry.id), {}, WHERE)])
+            names = {"id", *_all(knobs)}
+            entry = EffectSpec(**{k: v for k, v in dict(entry).items() if k in names})
+        kept.append(entry)
+    return spec.model_copy(update={"effects": tuple(kept)})
+
+
+def _own(bare: Model, spec: OwnSpec, number: int) -> Stated:
+    where = f"[[model.own]] {number}"
+    kind = spec.id or f"own_{number}"
+    if kind in catalogue():
+        raise InputError(f"{where} id {kind!r} is that of a listed effect; choose another.")
+    parameters = tuple(
+        own_parameter(name, knob.start, knob.unit, knob.lower, knob.upper)
+        for name, knob in spec.parameters.items()
+    )
+    made = own_effect(
+        bare.arm, spec.target, spec.formula, parameters, kind, spec.title or "", where
+    )
+    return Stated(made, spec.parameters, where)
+
+
+def _check_once(bare: Model, stated: Sequence[Stated]) -> None:
+    """No effect twice unless it repeats, and no own parameter that is another's."""
+    kinds = [each.effect.kind for each in stated if not each.effect.repeats]
+    doubled = [kind for kind in kinds if kinds.count(kind) > 1]
+    if doubled:
+        raise InputError(f"{WHERE} lists {doubled[0]!r} twice; list it once.")
+    taken = {**dict.fromkeys(bare.parameters, "the arm or the drive")}
+    for each in stated:
+        mine = _knobs(bare, [each])[each.effect.kind]
+        for name in mine:
+            # A listed effect may be a parameter of the arm; an own one brings its own.
+            if each.effect.kind not in catalogue() and name in taken:
+                raise InputError(
+                    f"{each.where} parameters: {name!r} is a parameter of {taken[name]} already; "
+                    f"choose another name."
+                )
+            taken[name] = each.effect.kind
+
+
+def _knobs(model: Model, stated: Sequence[Stated]) -> dict[str, dict[str, Knob]]:
+    """kind -> name -> knob, of the effects and all that they include."""
+    bare = model.bare or model
+    arm, found = bare.arm, {}
+    for one in with_included([each.effect for each in stated]):
+        arm = one.changed_arm(arm, {})
+        knobs = one.knobs(arm, bare.drive, typical(arm))
+        found[one.kind] = {knob.parameter.name: knob for knob in knobs}
+    return found
+
+
+def _all(knobs: Mapping[str, Mapping[str, Knob]]) -> dict[str, Knob]:
+    return {name: knob for mine in knobs.values() for name, knob in mine.items()}
+
+
+def _said(stated: Sequence[Stated]) -> dict[str, KnobSpec]:
+    """What all effects together say of parameters; InputError where two say it."""
+    said: dict[str, KnobSpec] = {}
+    for each in stated:
+        for name, knob in each.knobs.items():
+            if name in said:
+                raise InputError(f"{each.where}: {name!r} is given twice; give it once.")
+            said[name] = knob
+    return said
+
+
+def _starts(stated: Sequence[Stated]) -> dict[str, float]:
+    return {name: knob.start for name, knob in _said(stated).items() if knob.start is not None}
+
+
+def _check_values(
+    stated: Sequence[Stated], values: Mapping[str, float], knobs: Mapping[str, Mapping[str, Knob]]
+) -> None:
+    """Only parameters that the effects have, and with the signs that they can have."""
+    for each in stated:
+        kinds = [one.kind for one in with_included([each.effect])]
+        mine = {name: knob for kind in kinds for name, knob in knobs[kind].items()}
+        for name in each.knobs:
+            if name not in mine:
+                hint = did_you_mean(name, mine)
+                raise InputError(f"{each.where} has no parameter {name!r}; {hint}")
+            if name in values and mine[name].parameter.lower >= 0.0 > values[name]:
+                raise InputError(
+                    f"{each.where}: {name} is {values[name]:g}; it cannot be less than zero."
+                )
+
+
+def _check_present(
+    stated: Sequence[Stated], starts: Mapping[str, float], knobs: Mapping[str, Mapping[str, Knob]]
+) -> None:
+    """What is to be estimated must not start where the effect vanishes and is left out."""
+    for each in stated:
+        sizes = {n: k for n, k in knobs[each.effect.kind].items() if not k.secondary}
+        vanishes = all(starts.get(n, k.parameter.value) == k.neutral for n, k in sizes.items())
+        if sizes and vanishes and any(each.knobs.get(n, KnobSpec()).vary for n in sizes):
+            raise InputError(
+                f"{each.where} starts where it vanishes; start at least one of "
+                f"{', '.join(sizes)} elsewhere."
+            )
+
+
+def _number(value: object, what: str) -> float:
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    if not plain or not np.isfinite(float(value)):  # type: ignore[arg-type]
+        raise InputError(f"{what} is {quoted(value)}; it must be a number.")
+    return float(value)  # type: ignore[arg-type]

@@ -1,0 +1,245 @@
+"""Effects that a user states as a formula."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.effects import effect
+from core.effects.own import OwnEffect, own_effect, own_parameter, states, targets
+from core.errors import InputError
+from core.forces.compiled import compile_law
+from core.forces.element import linear_matrices
+from core.loading import load_recordings
+from core.model import Model
+from core.progress import Silent
+from core.recording.spec import SimulateSpec
+from core.scenario.read import parse_scenario
+from core.simulate.experiment import make_task
+from core.simulate.nonlinear import simulate
+from core.workbench import base_model
+from tests.helpers import PAPER, chain, jacobian, looped
+
+SAME = 1e-12
+"""rad or m: two integrations of one law that differ in nothing but rounding."""
+
+
+def own(target: str, formula: str, **starts: float) -> OwnEffect:
+    parameters = tuple(own_parameter(name, value) for name, value in starts.items())
+    return own_effect(PAPER, target, formula, parameters, "own_1")
+
+
+def motion(model: Model) -> np.ndarray:
+    task, _ = make_task(model, SimulateSpec(theta2=1.0, seconds=0.3), "r")
+    trajectory = simulate(model, model.numbers(), task).trajectory
+    return np.hstack([trajectory.q, trajectory.tip()[0]])
+
+
+def apart(one: Model, other: Model) -> float:
+    return float(np.abs(motion(one) - motion(other)).max())
+
+
+def test_viscous_friction_as_a_formula_is_viscous_friction():
+    stated = looped(PAPER).with_effects([own("joint1", "-a*dtheta1", a=7.0)])
+    listed = looped(PAPER).with_effects([effect("viscous_friction")], {"fv1": 7.0, "fv2": 0.0})
+    assert apart(stated, listed) < SAME
+
+
+def test_coulomb_friction_as_a_formula_is_coulomb_friction():
+    stated = looped(PAPER).with_effects([own("joint2", "-a*tanh(dtheta2/0.002)", a=0.5)])
+    listed = looped(PAPER).with_effects([effect("coulomb_friction")], {"fc1": 0.0, "fc2": 0.5})
+    assert apart(stated, listed) < SAME
+
+
+def test_air_drag_as_two_formulas_is_air_drag():
+    text = "-c*sqrt(dz1**2 + dz2**2 + 1e-12)*dz{}"
+    pair = [
+        own_effect(PAPER, f"tip{i}", text.format(i).replace("c*", f"c{i}*"),
+                   (own_parameter(f"c{i}", 30.0),), f"own_{i}")
+        for i in (1, 2)
+    ]  # fmt: skip
+    listed = looped(PAPER).with_effects([effect("air_drag")], {"cd": 30.0})
+    assert apart(looped(PAPER).with_effects(pair), listed) < SAME
+
+
+def test_a_formula_sees_other_joints_and_deflections():
+    one = own("joint1", "-a*dtheta2 - b*delta1 + a*ddelta2*theta2", a=2.0, b=3.0)
+    element = looped(PAPER).with_effects([one]).numbers().elements[0]
+    assert one.ports[0] == "theta1"
+    assert set(one.ports) == {"theta1", "theta2", "delta1", "delta2"}
+    x = {"theta1": 0.1, "theta2": 0.2, "delta1": 0.3, "delta2": 0.4}
+    v = {"theta1": 0.5, "theta2": 0.6, "delta1": 0.7, "delta2": 0.8}
+    out = compile_law(element.law)(
+        np.array([x[name] for name in one.ports]), np.array([v[name] for name in one.ports]),
+        np.zeros(0), np.array(element.values),
+    )  # fmt: skip
+    assert out[0] == pytest.approx(-2.0 * 0.6 - 3.0 * 0.3 + 2.0 * 0.8 * 0.2, rel=1e-12)
+    assert np.all(out[1:4] == 0.0)
+    directions = dict(zip(one.ports, element.directions, strict=True))
+    assert np.array_equal(directions["theta2"], [0.0, 1.0, 0.0, 0.0])
+    assert directions["delta2"] == pytest.approx([0.0, 0.0, 0.0, 0.25])  # l^2 v
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [
+        "-a*sign(dtheta1)*abs(theta1)",
+        "-a*min(theta1, dtheta1)*max(theta1, 0.5)",
+        "-a*atan2(dtheta1, 2 + theta1**2) + a*exp(-theta1**2)*log(2 + dtheta1**2)",
+        "-a*sqrt(1 + theta1**2)*sinh(theta1)/cosh(dtheta1)",
+        "-a*(1 + theta1**2)**1.5*tan(theta1)*acos(0.3*theta1)",
+    ],
+)
+def test_slopes_are_those_of_the_force(formula):
+    law = compile_law(own("joint1", formula, a=1.3).stated)
+    rng = np.random.default_rng(3)
+    for place, speed in rng.uniform(-1.0, 1.0, (5, 2)):
+
+        def force(s: np.ndarray) -> np.ndarray:
+            return law(s[:1], s[1:], np.zeros(0), np.array([1.3]))
+
+        found = force(np.array([place, speed]))
+        slopes = jacobian(force, np.array([place, speed]), 1e-4)[0]
+        assert found[1:] == pytest.approx(slopes, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("target", "formula", "starts", "linear"),
+    [
+        ("joint1", "-a*dtheta1 - b*theta2", {"a": 1.0, "b": 1.0}, True),
+        ("joint1", "-2*dtheta1", {}, True),
+        ("joint1", "-a*dtheta1**3", {"a": 1.0}, False),
+        ("joint1", "a", {"a": 1.0}, False),
+        ("joint2", "-a*abs(dtheta1)", {"a": 1.0}, False),
+        ("tip1", "-a*dz1", {"a": 1.0}, False),
+    ],
+)
+def test_a_linear_formula_stays_in_the_linear_model(target, formula, starts, linear):
+    one = own(target, formula, **starts)
+    assert one.linear == linear
+    level = looped(PAPER, level="lpv").with_effects([one]).level
+    assert level == ("lpv" if linear else "nonlinear")
+
+
+def test_a_linear_formula_has_its_slopes_in_the_linear_model():
+    model = looped(PAPER, level="lpv").with_effects(
+        [own("joint1", "-a*dtheta2 - b*theta1", a=4.0, b=2.0)]
+    )
+    K, D = linear_matrices(model.numbers().elements, np.zeros(4))
+    assert K[0, 0] == pytest.approx(2.0) and np.count_nonzero(K) == 1
+    assert D[0, 1] == pytest.approx(4.0) and np.count_nonzero(D) == 1
+
+
+@pytest.mark.parametrize(
+    ("formula", "starts", "sizes"),
+    [
+        ("-a*tanh(dtheta1/b)", {"a": 1.0, "b": 0.1}, {"a"}),
+        ("-a*dtheta1 - b*dtheta1**3", {"a": 1.0, "b": 1.0}, {"a", "b"}),
+        ("a*(exp(b*theta1) - 1)*dtheta1", {"a": 1.0, "b": 1.0}, {"a"}),
+        ("exp(b*theta1) - 1", {"b": 1.0}, {"b"}),
+        ("-a*sin(n*theta1 + p)", {"n": 7.0, "p": 0.0, "a": 1.0}, {"a"}),
+    ],
+)
+def test_the_size_of_an_effect_is_what_makes_it_vanish(formula, starts, sizes):
+    one = own("joint1", formula, **starts)
+    knobs = {k.parameter.name: k for k in one.own_knobs}
+    assert {name for name, k in knobs.items() if not k.secondary} == sizes
+    neutral = {name: 0.0 if name in sizes else value for name, value in starts.items()}
+    assert looped(PAPER).with_effects([one], neutral).effects == ()
+
+
+def test_own_effects_and_listed_ones_are_added():
+    one = own("joint1", "-a*dtheta1", a=3.0)
+    friction = effect("viscous_friction")
+    both = looped(PAPER).with_effects([one, friction], {"fv1": 4.0, "fv2": 0.0})
+    alone = looped(PAPER).with_effects([friction], {"fv1": 7.0, "fv2": 0.0})
+    assert apart(both, alone) < SAME
+
+
+def test_an_own_effect_survives_a_change_of_the_arm():
+    one = own("joint1", "-a*delta1", a=3.0)
+    model = looped(PAPER).with_effects([one, effect("extra_bending_mode")])
+    assert model.numbers().elements[0].directions[1].shape == (6,)
+
+
+def test_what_a_formula_may_name_depends_on_arm_and_target():
+    assert "delta2" not in states(chain(1, 0), "joint1")
+    assert "z1" not in states(PAPER, "joint1")
+    assert {"z1", "dz2"} <= set(states(PAPER, "tip2"))
+    assert set(targets(chain(1, 0, 0))) == {"joint1", "joint2", "joint3", "tip1", "tip2"}
+
+
+def test_a_formula_is_shown_as_it_is_written():
+    shown = own("joint1", "-a*dtheta1*delta2", a=1.0).formula
+    for part in (r"\tau_{1} =", r"\dot{\theta}_{1}", r"\delta_{2}"):
+        assert part in shown
+
+
+HEAD = 'title = "own"\n[arm]\npreset = "paper"\n[drive]\ngains = [60.0, 30.0]\n'
+
+
+def scenario(target: str, formula: str, parameters: str, more: str = "") -> str:
+    return (
+        f'{HEAD}[[model.own]]\ntarget = "{target}"\nformula = "{formula}"\n'
+        f"parameters = {{{parameters}}}\n{more}"
+    )
+
+
+@pytest.mark.parametrize(
+    ("target", "formula", "parameters", "words"),
+    [
+        ("torque1", "-a*dtheta1", "a = 1.0", "[[model.own]] 1 target 'torque1' is not known"),
+        ("joint3", "-a*dtheta1", "a = 1.0", "did you mean 'joint"),
+        ("joint1", "-a*dtheta3", "a = 1.0", "[[model.own]] 1 formula: the name 'dtheta3'"),
+        ("joint1", "-a*dz1", "a = 1.0", "the name 'dz1' is not known"),
+        ("joint1", "-a*b", "a = 1.0", "the name 'b' is not known"),
+        ("joint1", "-a*dtheta1", "a = 1.0, b = 2.0", "'b' does not occur in the formula"),
+        ("joint1", "-m1*dtheta1", "m1 = 1.0", "'m1' is a parameter of the arm or the drive"),
+        ("joint1", "-theta1*dtheta1", "theta1 = 1.0", "'theta1' is the name of a state"),
+        ("joint1", "-sin*dtheta1", "sin = 1.0", "'sin' is the name of a function"),
+        ("joint1", "-a*dtheta1", '"a b" = 1.0', "'a b' is no name"),
+        ("joint1", "-a*dtheta1", "a = {unit = 'N m'}", "parameters.a.start entry 1 is missing"),
+        ("joint1", "-a*dtheta1", "a = 0.0", "starts where it vanishes"),
+        ("joint1", "a - a", "a = 1.0", "always zero"),
+        ("joint1", "1 + a*theta1", "a = 1.0", "does not become zero when its parameters do"),
+        ("joint1", "a/theta1", "a = 1.0", "is not finite where the arm is stretched"),
+        ("tip1", "-a*sqrt(dz1**2 + dz2**2)*dz1", "a = 1.0", "is not smooth where the arm"),
+        ("joint1", "__import__", "a = 1.0", "cannot be used"),
+        ("joint1", "a*b*c*e*f*g*h", "a=1,b=1,c=1,e=1,f=1,g=1,h=1", "has 7 parameters"),
+    ],
+)
+def test_what_is_wrong_with_an_own_effect_is_told(target, formula, parameters, words):
+    with pytest.raises(InputError) as caught:
+        base_model(parse_scenario(scenario(target, formula, parameters), "case.toml"))
+    assert words in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ('id = "air_drag"', "'air_drag' is that of a listed effect"),
+        ('[[model.own]]\ntarget = "joint2"\nformula = "-a*theta2"\nparameters = {a = 1.0}',
+         "[[model.own]] 2 parameters: 'a' is a parameter of own_1 already"),
+        ('[[model.own]]\ntarget = "joint2"\nid = "own_1"\nformula = "-b*theta2"\n'
+         'parameters = {b = 1.0}', "lists 'own_1' twice"),
+    ],
+)  # fmt: skip
+def test_ids_and_names_are_given_once(more, words):
+    text = scenario("joint1", "-a*dtheta1", "a = 1.0", more)
+    with pytest.raises(InputError) as caught:
+        base_model(parse_scenario(text, "case.toml"))
+    assert words in str(caught.value)
+
+
+def test_an_own_effect_can_be_hidden_in_a_recording_with_another_size():
+    text = scenario("joint1", "-a*dtheta1", "a = 1.0") + (
+        '[[recordings]]\nname = "a"\nsimulate = {theta2 = 1.0, seconds = 0.2}\n'
+        'hidden = {own_1 = {a = 20.0}}\n[[recordings]]\nname = "b"\n'
+        'simulate = {theta2 = 1.0, seconds = 0.2}\n'
+    )  # fmt: skip
+    stated = parse_scenario(text, "case.toml")
+    model = base_model(stated)
+    assert model.effect_values == {"a": 1.0}
+    a, b = load_recordings(stated, model, None, None, Silent())  # type: ignore[arg-type]
+    assert np.abs(a["theta1"] - b["theta1"]).max() > 1e-4
