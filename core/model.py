@@ -155,17 +155,21 @@ class Model:
         bare, sizes = self.bare or self, sizes or typical(self.arm)
         model = bare
         given = {**self.effect_values, **(values or {})}
-        for one in with_included(effects):
-            model = model._with(one, bare, given, sizes)
+        whole = with_included(effects)
+        parts = {kind for one in whole for kind in one.includes}
+        for one in whole:
+            model = model._with(one, bare, given, sizes, part=one.kind in parts)
         return model
 
-    def _with(self, one: Effect, bare: Model, given: Mapping[str, float], sizes: Sizes) -> Model:
+    def _with(
+        self, one: Effect, bare: Model, given: Mapping[str, float], sizes: Sizes, part: bool
+    ) -> Model:
         arm = one.changed_arm(self.arm, given)
         knobs = one.knobs(arm, self.drive, sizes)
         names = [knob.parameter.name for knob in knobs]
         starts = {k.parameter.name: given.get(k.parameter.name, k.parameter.value) for k in knobs}
         neutral = {k.parameter.name: k.neutral for k in knobs if not k.secondary}
-        if names and all(starts[name] == value for name, value in neutral.items()):
+        if names and not part and all(starts[name] == value for name, value in neutral.items()):
             return self
         return replace(
             self,
@@ -175,6 +179,11 @@ class Model:
             effect_values={**self.effect_values, **starts},
             bare=bare,
         )
+
+    def steps(self, sample_time: float, fewest: int) -> int:
+        """Steps per sample: at least `fewest`, and none longer than the effects allow."""
+        longest = min((one.longest_step for one in self.effects), default=np.inf)
+        return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))
 
     def at_level(self, level: str) -> Model:
         return replace(self, level=level)

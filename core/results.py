@@ -154,6 +154,21 @@ class MissingTorque:
 
 
 @dataclass(frozen=True)
+class JointMotion:
+    """How the model moved at the times of the outputs: what an error may depend on.
+
+    All (M, joints); the units are those of the joint, rad or m, and per s and s².
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    deflection: np.ndarray
+    """m: of each segment's end beside its root's direction; zero for rigid segments."""
+    units: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class RecordingComparison:
     """All outputs of one recording, with the fit that the model's values come from."""
 
@@ -165,6 +180,9 @@ class RecordingComparison:
     note: str = ""
     tip_rms: float | None = None
     """Root mean square distance between measured and modelled tip in m; None without a camera."""
+    theta2: float | None = None
+    """rad, the working point; None where the recording is not made at one."""
+    motion: JointMotion | None = None
 
 
 @dataclass(frozen=True)
@@ -262,12 +280,27 @@ class RankedEffect:
 
 
 @dataclass(frozen=True)
+class PlannedExperiment:
+    """An experiment that was not made yet, and how well it would tell two effects apart."""
+
+    title: str
+    simulate: Mapping[str, object]
+    """Its settings, as `simulate` of a scenario's recording."""
+    score: float
+    """Expected rise of the squared error, in floors, when the wrong effect is refitted; the
+    smaller of the two ways round."""
+    sentence: str
+
+
+@dataclass(frozen=True)
 class DiagnosisRound:
     """One round: the ranking on the model so far, and what was added."""
 
     ranking: tuple[RankedEffect, ...]
     accepted: str | None
     sentence: str = ""
+    experiments: tuple[PlannedExperiment, ...] = ()
+    """Where two effects could not be told apart: what to do next, best first."""
 
 
 @dataclass(frozen=True)
@@ -294,6 +327,85 @@ class Diagnosis:
     def ranking(self) -> tuple[RankedEffect, ...]:
         """That of the first round."""
         return self.rounds[0].ranking if self.rounds else ()
+
+
+@dataclass(frozen=True)
+class ErrorMap:
+    """How large the error of one channel is, by recording and along time or frequency."""
+
+    channel: str
+    unit: str
+    axis: str
+    """'time' or 'frequency'"""
+    axis_unit: str
+    """s since the recording's start, or Hz"""
+    recordings: tuple[str, ...]
+    theta2: tuple[float | None, ...]
+    """rad, the working point of each recording where it has one."""
+    edges: np.ndarray
+    """(n + 1,) of the time windows or frequency bands."""
+    rms: np.ndarray
+    """(recordings, n) in `unit`; NaN where nothing was measured."""
+    floor: np.ndarray
+    """(recordings, n): the rms of an error that is at the floor."""
+
+    @property
+    def ratio(self) -> np.ndarray:
+        """(recordings, n): times the floor."""
+        return self.rms / self.floor
+
+
+@dataclass(frozen=True)
+class WorstCell:
+    """One place where the model fails."""
+
+    recording: str
+    channel: str
+    unit: str
+    axis: str
+    axis_unit: str
+    low: float
+    high: float
+    rms: float
+    ratio: float
+    """Times the floor."""
+
+
+@dataclass(frozen=True)
+class ErrorOver:
+    """The error of one channel against a quantity of the motion, split by direction."""
+
+    channel: str
+    unit: str
+    quantity: str
+    """'position', 'velocity', 'acceleration' or 'deflection'"""
+    joint: int
+    """Counted from 1; for a deflection the segment."""
+    quantity_unit: str
+    edges: np.ndarray
+    """(n + 1,)"""
+    mean: np.ndarray
+    """(2, n): forwards, backwards (the sign of the joint's velocity); NaN where too few."""
+    rms: np.ndarray
+    """(2, n)"""
+    count: np.ndarray
+    """(2, n) samples"""
+    floor: float
+    explained: float
+    """Share of the error's variance that lies between the bins of the quantity, both directions
+    together: 0 no pattern, 1 nothing but pattern."""
+
+
+@dataclass(frozen=True)
+class ErrorMaps:
+    """Where a model fails."""
+
+    by_time: tuple[ErrorMap, ...]
+    by_frequency: tuple[ErrorMap, ...]
+    over: tuple[ErrorOver, ...]
+    """Clearest pattern first."""
+    worst: tuple[WorstCell, ...]
+    """The ten worst cells of the maps, worst first."""
 
 
 @dataclass(frozen=True)

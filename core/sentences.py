@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any, get_args, get_origin
 
@@ -15,6 +15,19 @@ LONGEST_QUOTE = 60
 def one_line(text: str) -> str:
     """The text with every run of white space (also in quoted names) as one blank."""
     return " ".join(text.split())
+
+
+def first_sentence(text: str) -> str:
+    """Up to the first full stop that ends a sentence."""
+    head, stop, _ = one_line(text).partition(". ")
+    return head + stop.strip()
+
+
+def listed(parts: Sequence[str], last: str = "and") -> str:
+    """`a, b and c`"""
+    if len(parts) < 2:
+        return "".join(parts)
+    return f"{', '.join(parts[:-1])} {last} {parts[-1]}"
 
 
 def quoted(value: Any) -> str:

@@ -12,6 +12,8 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.arm.build import build_arm
+from core.diagnose.diagnose import Options, diagnose
+from core.diagnose.stated_noise import stated_noise
 from core.drives import build_drive
 from core.errors import InputError
 from core.identify.compare import compare, shared_values
@@ -23,7 +25,7 @@ from core.loading import load_recordings
 from core.model import Model
 from core.progress import Progress, Silent
 from core.recording.recording import Recording
-from core.results import Outcome, RecordingComparison, Variant
+from core.results import Diagnosis, Outcome, RecordingComparison, Variant
 from core.scenario.schema import CompareSpec, IdentifySpec, Scenario
 from core.scenario.stated_effects import (
     candidate_effects,
@@ -75,6 +77,10 @@ def run_scenario(
             _variant(scenario, i, variant, recordings, progress)
             for i, variant in enumerate(scenario.compare)
         )
+    diagnosis = None
+    if diagnosis_wanted(scenario) and not progress.stopped():
+        with clock.timed("diagnose"):
+            diagnosis = _diagnosis(scenario, setup, recordings, spec, progress)
     numbers = setup.model.steered_by(None).numbers(_shared(fits))
     return Outcome(
         title=scenario.title,
@@ -88,7 +94,31 @@ def run_scenario(
         seconds=clock.seconds,
         notes=(*setup.notes, *_error_notes(fits), *_warnings(recordings)),
         arm_table=_arm_table(model),
+        diagnosis=diagnosis,
     )
+
+
+def diagnosis_wanted(scenario: Scenario) -> bool:
+    """Whether a scenario has a table [diagnose]."""
+    return scenario.diagnose.max_effects > 0 or "diagnose" in scenario.model_fields_set
+
+
+def _diagnosis(
+    scenario: Scenario,
+    setup: Setup,
+    recordings: Sequence[Recording],
+    spec: IdentifySpec,
+    progress: Progress,
+) -> Diagnosis:
+    """What is missing; with no effects to add, a ranking only."""
+    asked = scenario.diagnose
+    options = Options(
+        max_effects=asked.max_effects,
+        candidates=asked.candidates or (),
+        fidelity=asked.fidelity,
+        stated_noise=stated_noise(scenario, setup, recordings),
+    )
+    return diagnose(setup, spec, recordings, options, progress)
 
 
 def base_model(scenario: Scenario) -> Model:

@@ -17,6 +17,7 @@ RANKS = {
     "core.files": 0.2,
     "core.units": 0.2,
     "core.validation": 0.2,
+    "core.written": 0.2,
     "core.plugins": 0.2,
     "core.parameters": 1,
     "core.recording": 1,

@@ -10,6 +10,7 @@ import numpy as np
 from core.arm import slots
 from core.arm.arm import Arm
 from core.arm.joints import joint
+from core.arm.segment import Segment
 from core.parameters import Parameter
 
 GRAVITY_BOUND = 20.0
@@ -21,6 +22,13 @@ RELATIVE_BOUND = 10.0
 
 COMPLIANCE_BOUND = 1e3
 """Springs of joints and bases differ by orders of magnitude between rigs."""
+
+LEAST_COMPLIANCE = 1e-9
+"""rad/(N m), m/N: as good as rigid; an infinite stiffness could not be simulated."""
+
+LEAST_MOTOR = 1e-2
+"""Of the stated hub inertia: the motor of an elastic joint moves by itself, so its inertia must
+not vanish."""
 
 
 @dataclass(frozen=True)
@@ -34,13 +42,24 @@ class _Direct:
 
 
 @dataclass(frozen=True)
+class _AtLeast:
+    """Writes one value, or the smallest that makes sense, into one place of p."""
+
+    place: int
+    least: float
+
+    def write(self, p: np.ndarray, section: np.ndarray, value: np.ndarray) -> None:
+        p[:, self.place] = np.maximum(value, self.least)
+
+
+@dataclass(frozen=True)
 class _Inverse:
     """Writes the stiffness of a stated compliance into one place of p."""
 
     place: int
 
     def write(self, p: np.ndarray, section: np.ndarray, value: np.ndarray) -> None:
-        p[:, self.place] = 1.0 / value
+        p[:, self.place] = 1.0 / np.maximum(value, LEAST_COMPLIANCE)
 
 
 @dataclass(frozen=True)
@@ -57,10 +76,13 @@ class _Section:
             p[:, slots.slot(k, slots.STIFFNESS)] = stiffness
 
 
+Writer = _Direct | _AtLeast | _Inverse | _Section
+
+
 @dataclass(frozen=True)
 class _Entry:
     parameter: Parameter
-    writer: _Direct | _Inverse | _Section
+    writer: Writer
 
 
 class ArmCatalogue:
@@ -115,9 +137,16 @@ class ArmCatalogue:
         place = (at(k, slots.TIP_INERTIA),)
         title = f"inertia at the tip of {n}"
         self._add_nonnegative(f"Jt{n}", s.tip_inertia, "kg m²", place, title, 0.01)
-        place = (at(k, slots.HUB_INERTIA),)
-        title = f"rotor and gear inertia of joint {n}"
-        self._add_nonnegative(f"Jh{n}", s.hub_inertia, kind.inertia_unit, place, title, 0.01)
+        self._add_hub(k, s, kind.inertia_unit)
+
+    def _add_hub(self, k: int, s: Segment, unit: str) -> None:
+        name, title = f"Jh{k + 1}", f"rotor and gear inertia of joint {k + 1}"
+        place = slots.slot(k, slots.HUB_INERTIA)
+        if s.joint_compliance is None:
+            self._add_nonnegative(name, s.hub_inertia, unit, (place,), title, 0.01)
+        else:
+            parameter = self._positive(name, s.hub_inertia, unit, title)
+            self._add(parameter, _AtLeast(place, LEAST_MOTOR * s.hub_inertia))
 
     def _add_compliances(self) -> None:
         """Of elastic joints and of an elastic base; a rigid one has none to estimate."""
@@ -155,7 +184,7 @@ class ArmCatalogue:
             self._add_section("epsilon", modulus, "Pa", 0, with_section, "Young modulus")
             self._add_section("d", width, "m", 1, with_section, "width of the square section")
 
-    def _add(self, parameter: Parameter, writer: _Direct | _Inverse | _Section) -> None:
+    def _add(self, parameter: Parameter, writer: Writer) -> None:
         self.entries[parameter.name] = _Entry(parameter, writer)
 
     def _positive(self, name: str, value: float, unit: str, title: str) -> Parameter:

@@ -73,9 +73,18 @@ def _key(structure: Structure) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:20]
 
 
+def _file(structure: Structure) -> Path:
+    return cache_folder() / f"arm_{_key(structure)}.py"
+
+
+def is_compiled(structure: Structure) -> bool:
+    """Whether this structure was met before on this machine, so that it is there at once."""
+    return _file(structure).exists()
+
+
 def _module_file(structure: Structure) -> Path:
     """The generated module's file; derived and written where it does not exist yet."""
-    file = cache_folder() / f"arm_{_key(structure)}.py"
+    file = _file(structure)
     if not file.exists():
         from core.arm.generate import ArmCode
         from core.arm.kinematics import Kinematics

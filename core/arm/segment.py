@@ -50,6 +50,15 @@ class Segment(BaseModel):
             raise ValueError("give either EI or width and young_modulus, not both")
         return self
 
+    @model_validator(mode="after")
+    def _check_motor(self) -> Segment:
+        if self.joint_compliance is not None and self.hub_inertia == 0.0:
+            raise ValueError(
+                "an elastic joint (joint_compliance) needs a hub_inertia above zero, since its "
+                "motor moves by itself"
+            )
+        return self
+
     @property
     def has_section(self) -> bool:
         """Whether EI follows from a square section."""

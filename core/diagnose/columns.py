@@ -15,6 +15,10 @@ SLOPE_SHARE = 0.1
 """Of a plausible size: small enough to be a slope, large enough to stand above rounding."""
 
 
+COARSE = 0.5
+"""Share of the steps per sample for columns: they need a direction, not the error's exactness."""
+
+
 @dataclass(frozen=True)
 class Column:
     """One direction in which an effect moves the outputs.
@@ -78,8 +82,8 @@ def _sizes(knob: Knob) -> tuple[float, ...]:
 
 
 def _resting(knob: Knob) -> float:
-    """The neutral value, or the bound next to it."""
-    return float(np.clip(knob.neutral, knob.parameter.lower, knob.parameter.upper))
+    """The neutral value, at which an effect leaves a joint out."""
+    return knob.neutral
 
 
 def _shapes(secondary: Sequence[Knob]) -> list[tuple[tuple[str, float], ...]]:
@@ -97,17 +101,23 @@ def _shapes(secondary: Sequence[Knob]) -> list[tuple[tuple[str, float], ...]]:
 
 
 def simulated(
-    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, zero: Sequence[np.ndarray]
+    data: Data,
+    base: Hypothesis,
+    accepted: Sequence[Effect],
+    trial: Trial,
+    zero: Sequence[np.ndarray],
 ) -> Column:
-    """The column of one trial; `zero` are the base's errors (M, k) per recording."""
+    """The column of one trial; `zero` are the base's errors (M, k) per recording, simulated with
+    COARSE of the steps, as the trial is."""
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
     changed = {name: v for name, v in trial.values.items()}
     kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
     values = {**base.model.effect_values, **base.values(), **changed}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in changed)
     tried = hypothesis(
-        replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept
-    )
+        replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept,
+        finer=COARSE,
+    )  # fmt: skip
     errors = tried.errors(tried.vector)
     blocks = tuple(_finite(a - b) for a, b in zip(zero, errors, strict=True))
     return Column(

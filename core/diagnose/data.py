@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -74,8 +75,28 @@ class Hypothesis:
         return self.residuals.blocks(vector)
 
     def slopes(self, vector: np.ndarray) -> list[np.ndarray]:
-        """Their derivatives (M, k, P) per recording."""
-        return self.residuals.sensitivities(vector, central=False)
+        """Their derivatives (M, k, P) per recording, with half the steps: a direction need not be
+        as exact as the error that it lowers."""
+        return self._coarse.sensitivities(vector, central=False)
+
+    def slopes_with(
+        self, vector: np.ndarray, known: Mapping[str, tuple[np.ndarray, ...]]
+    ) -> list[np.ndarray]:
+        """The same, with the columns (M, k) per recording of the unknowns in `known` as given."""
+        labels = self.unknowns.labels
+        fresh = [j for j, label in enumerate(labels) if label not in known]
+        found = self._coarse.sensitivities(vector, central=False, only=fresh)
+        for j, label in enumerate(labels):
+            for S, column in zip(found, known.get(label, ()), strict=False):
+                S[:, :, j] = column
+        return found
+
+    @cached_property
+    def _coarse(self) -> Residuals:
+        fine = self.residuals.predictor
+        if fine.steps is None:
+            return self.residuals
+        return replace(self.residuals, predictor=coarser(fine, max(fine.steps // 2, 1)))
 
     def values(self) -> dict[str, float]:
         """label -> value."""
@@ -92,7 +113,7 @@ def hypothesis(
     *,
     freed: Sequence[Unknown] | None = None,
     secondary: bool = True,
-    finer: int = 1,
+    finer: float = 1,
 ) -> Hypothesis:
     """The bare model with `effects`, its nuisance unknowns and the effects' parameters.
 
@@ -108,11 +129,18 @@ def hypothesis(
     items = tuple(_started(u, values) for u in (*nuisance, *own))
     unknowns = Unknowns(items)
     experiments = [moved(e, model) for e in data.experiments]
-    edges = max((e.edges for e in model.effects), default=1)
-    steps = None if data.steps is None else data.steps * edges * finer
+    steps = None
+    if data.steps is not None:
+        dt = max(e.recording.sample_time for e in data.experiments)
+        steps = max(int(model.steps(dt, data.steps) * finer), 1)
     predictor = Predictor(experiments, unknowns, data.fixed, steps=steps)
     residuals = Residuals(predictor, list(data.weights))
     return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector())
+
+
+def coarser(predictor: Predictor, steps: int) -> Predictor:
+    """The same with other steps per sample."""
+    return Predictor(predictor.experiments, predictor.unknowns, predictor.fixed, steps=steps)
 
 
 def moved(experiment: Prepared, model: Model) -> Prepared:

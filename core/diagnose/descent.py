@@ -29,6 +29,8 @@ class Descended:
     iterations: int
     blocks: tuple[np.ndarray, ...]
     """The weighted errors there."""
+    slopes: tuple[np.ndarray, ...]
+    """Their derivatives (M, k, P) where they were last taken: one step before."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +83,10 @@ def descend(
     x = np.clip(start, limits.lower, limits.upper)
     blocks = errors(x)
     cost, damping, gradient, done = cost_of(blocks), FIRST_DAMPING, np.nan, 0
-    while done < most and len(x) and np.isfinite(cost) and not stopped():
-        A, b = normal_equations(blocks, slopes(x))
+    S: Slopes = ()
+    while done < most and len(x) and np.isfinite(cost) and not (S and stopped()):
+        S = slopes(x)
+        A, b = normal_equations(blocks, S)
         done += 1
         free = _free(x, b, limits)
         gradient = _cosine(A, b * free, cost)
@@ -93,7 +97,8 @@ def descend(
         x, blocks, cost = x_new, blocks_new, cost_new
         if fall < good_enough:
             break
-    return Descended(x, cost, gradient, done, tuple(blocks))
+    S = S or [np.zeros((*b.shape, len(x))) for b in blocks]
+    return Descended(x, cost, gradient, done, tuple(blocks), tuple(S))
 
 
 def _free(x: np.ndarray, b: np.ndarray, limits: Limits) -> np.ndarray:

@@ -42,9 +42,7 @@ def _weighed(w: Weighed, found: Round, data: Data, above: float) -> RankedEffect
     s = w.screened
     model = w.refit.hypothesis.model
     names = {k.parameter.name for k in s.effect.knobs(model.arm, model.drive, data.sizes)}
-    predicted = tuple(
-        a - b for a, b in zip(found.before.errors, w.refit.errors, strict=True)
-    )
+    predicted = tuple(a - b for a, b in zip(found.before.errors, w.refit.errors, strict=True))
     return RankedEffect(
         effect=s.effect.kind,
         title=s.effect.title,

@@ -6,16 +6,19 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from core.diagnose.announce import round_title
 from core.diagnose.data import Data
+from core.diagnose.deciding import deciding
 from core.diagnose.describe import ranking_of
-from core.diagnose.ladder import Round, applicable, not_applicable, one_round
+from core.diagnose.facts import sizes_of, titles_of
+from core.diagnose.ladder import REFITTED, Round, applicable, not_applicable, one_round
 from core.diagnose.prune import without_needless
 from core.diagnose.refit import Refit
 from core.diagnose.screen import Screen
 from core.diagnose.start import Begun, begin
 from core.diagnose.steps import ladder_step
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, remains
-from core.diagnose.words import say
+from core.diagnose.words import Told, say
 from core.effects.effect import Effect
 from core.errors import InputError
 from core.identify.setup import Setup
@@ -75,7 +78,9 @@ def diagnose(
     state = _state(setup, spec, recordings, begun, options)
     fitted = time.perf_counter()
     last = _climb(state, options, progress, listen)
-    kept, removed = without_needless(state.data, state.refit, state.present, progress.stopped)
+    kept, removed = without_needless(
+        state.data, state.refit, state.present, setup.model.effects, progress.stopped
+    )
     if removed:
         state.refit, state.present = kept.refit, list(kept.effects)
         names = [e.title for e in removed]
@@ -86,12 +91,17 @@ def diagnose(
     verdict = MISSING if last.accepted or found else (UNLISTED if given.above else NOTHING)
     final = None if not options.max_effects else _final(last, left.above, len(found), options)
     applies = not_applicable(state.data, options.candidates)
+    told = Told(
+        verdict, final, state.rounds, state.steps, given, left, applies,
+        kept=[e.kind for e in found], limit=options.max_effects, titles=titles_of(state.refit),
+        sizes=sizes_of(found, state.refit, state.data), stopped=progress.stopped(),
+    )  # fmt: skip
     return Diagnosis(
         verdict=verdict,
         final_verdict=final,
         rounds=tuple(state.rounds),
         steps=tuple(state.steps),
-        words=say(verdict, final, state.rounds, state.steps, given, left, applies),
+        words=say(told),
         not_applicable=applies,
         effects=tuple(_settings(found, state.refit)),
         floors=state.data.floors,
@@ -141,27 +151,26 @@ def _state(
 def _step(state: _State, added: Effect | None, title: str) -> LadderStep:
     names: tuple[str, ...] = ()
     if added is not None:
-        own = added.knobs(
-            state.refit.hypothesis.model.arm, state.data.bare.drive, state.data.sizes
-        )
+        own = added.knobs(state.refit.hypothesis.model.arm, state.data.bare.drive, state.data.sizes)
         names = tuple(k.parameter.name for k in own) or ("",)
     kind = None if added is None else added.kind
     return ladder_step(state.data, state.validation, state.refit, kind, title, names)
 
 
-def _climb(
-    state: _State, options: Options, progress: Progress, listen: Listener
-) -> Round:
+def _climb(state: _State, options: Options, progress: Progress, listen: Listener) -> Round:
     """Rounds until nothing is accepted; the last one looked at, whether it found or not."""
     while True:
         candidates = applicable(state.data, state.present, options.candidates)
-        progress.stage(
-            f"Looking for what is missing, round {len(state.rounds) + 1}", 2 * len(candidates)
-        )
+        arm = state.refit.hypothesis.model.arm
+        title = round_title(len(state.rounds) + 1, arm, candidates)
+        progress.stage(title, len(candidates) + REFITTED)
         found = _round(state, candidates, progress, listen)
         accepted = found.accepted if len(state.steps) <= options.max_effects else None
-        title = None if accepted is None else accepted.screened.effect.kind
-        state.rounds.append(DiagnosisRound(ranking_of(found, state.data), title))
+        kind = None if accepted is None else accepted.screened.effect.kind
+        ranking = ranking_of(found, state.data)
+        planned = deciding(found, ranking, state.data, progress)
+        sentence = planned[0].sentence if planned else ""
+        state.rounds.append(DiagnosisRound(ranking, kind, sentence, planned))
         state.refit = found.after if accepted is not None else found.before
         if accepted is None:
             return replace(found, accepted=found.accepted)

@@ -24,6 +24,13 @@ PRICE = 0.05
 """In log(1 - fall) per parameter: the simpler of two effects that explain the same is preferred."""
 
 
+CLOSE = 0.3
+"""In merit: refits that leave nearly the same error are ranked by their whitened evidence."""
+
+ALL = 0.02
+"""Share of the error above the floor below which nothing is left to explain."""
+
+
 @dataclass(frozen=True)
 class Weighed:
     """One refitted candidate against the base."""
@@ -45,12 +52,10 @@ class Weighed:
     @property
     def merit(self) -> float:
         """log(1 - fall) with a price per parameter; the least is best."""
-        return float(np.log(max(1.0 - self.fall, 1e-6))) + PRICE * self.parameters
+        return float(np.log(max(1.0 - self.fall, ALL))) + PRICE * self.parameters
 
 
-def weigh(
-    screened: Screened, base: Refit, refit: Refit, count: int, tried: int
-) -> Weighed:
+def weigh(screened: Screened, base: Refit, refit: Refit, count: int, tried: int) -> Weighed:
     """`count` samples; `tried` candidates in the round (Bonferroni, an upper bound of Holm)."""
     own = len(refit.hypothesis.unknowns) - len(base.hypothesis.unknowns)
     own = max(own, screened.freedom)
@@ -82,5 +87,9 @@ def acceptable(w: Weighed) -> bool:
 
 
 def ranked(found: list[Weighed]) -> list[Weighed]:
-    """Best first."""
-    return sorted(found, key=lambda w: w.merit)
+    """Best first: by merit, and by the sharper whitened evidence among those that come close."""
+    best = min((w.merit for w in found), default=0.0)
+    close = [w for w in found if w.merit <= best + CLOSE]
+    rest = [w for w in found if w.merit > best + CLOSE]
+    by_evidence = sorted(close, key=lambda w: -w.delta_bic)
+    return by_evidence + sorted(rest, key=lambda w: w.merit)

@@ -32,8 +32,9 @@ def confused_with(
         if other is best or kind in included:
             continue
         alike = parallel(seen, best.screened, other.screened) > PARALLEL
-        if alike and best.delta_bic - other.delta_bic < TIE:
-            rivals.append((best.delta_bic - other.delta_bic, kind))
+        apart = abs(best.delta_bic - other.delta_bic)
+        if alike and apart < TIE:
+            rivals.append((apart, kind))
     return tuple(kind for _, kind in sorted(rivals)[: MOST_MEMBERS - 1])
 
 

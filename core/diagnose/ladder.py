@@ -15,7 +15,7 @@ from core.diagnose.screen import Screen, Screened, screen
 from core.effects import catalogue
 from core.effects.effect import Effect
 
-REFITTED = 6
+REFITTED = 5
 """Candidates of a round that are refitted fully: the best by score and by expected fall."""
 
 WORTH = 1e-3
@@ -91,7 +91,13 @@ def one_round(
         if stopped():
             break
         refit = refit_with(
-            data, before.hypothesis, [*present, s.effect], s.values, seen.whitener, stopped
+            data,
+            before.hypothesis,
+            [*present, s.effect],
+            s.values,
+            seen.whitener,
+            seen.slopes,
+            stopped,
         )
         if not np.isfinite(refit.cost):
             continue  # no simulation of it held together
@@ -119,21 +125,21 @@ def promising(seen: Screen, count: int) -> list[Screened]:
 FINER = (2, 4, 8)
 """Times as many steps per sample: until that lowers the error no more."""
 
-SAME = 0.01
-"""Of the squared error: by less than this finer steps change nothing."""
+SAME = 0.05
+"""In floors, rms: by less than this finer steps change nothing."""
 
 
 def polished(data: Data, refit: Refit, seen: Screen, stopped: Callable[[], bool]) -> Refit:
     """To convergence, with as many steps per sample as the fitted model needs."""
     h = refit.hypothesis
-    finer = 1
-    cost = refit.cost
+    finer, errors = 1, list(refit.errors)
     for more in FINER:
         tried = _with_steps(data, h, more)
-        found = cost_of(tried.errors(tried.vector))
-        if abs(found - cost) < SAME * max(found, data.count):
+        found = tried.errors(tried.vector)
+        moved = cost_of([a - b for a, b in zip(found, errors, strict=True)])
+        finer, errors = more, found
+        if moved < SAME**2 * data.count:
             break
-        finer, cost = more, found
     return fit(_with_steps(data, h, finer), seen.whitener, stopped, MOST_ITERATIONS)
 
 

@@ -22,25 +22,25 @@ class Kept:
 
 
 def without_needless(
-    data: Data, refit: Refit, present: Sequence[Effect], stopped: Callable[[], bool]
+    data: Data,
+    refit: Refit,
+    present: Sequence[Effect],
+    given: Sequence[Effect],
+    stopped: Callable[[], bool],
 ) -> tuple[Kept, tuple[Effect, ...]]:
-    """Takes out each effect, but the last added, without which the error hardly grows."""
+    """Takes out each effect, but the last added, without which the error hardly grows.
+
+    `given`: what the user put into the model stays.
+    """
     effects, removed = list(present), []
     for one in list(present)[:-1]:
         if stopped():
             break
         others = [e for e in effects if e is not one]
-        if any(one.kind in e.includes for e in others) or not _in_ladder(one, data):
+        if any(one.kind in e.includes for e in others) or one in given:
             continue
-        tried = fit(
-            hypothesis(data, others, refit.hypothesis.values()), None, stopped, ITERATIONS
-        )
+        tried = fit(hypothesis(data, others, refit.hypothesis.values()), None, stopped, ITERATIONS)
         if tried.cost - refit.cost < RELEVANT * data.count:
             effects, refit = others, tried
             removed.append(one)
     return Kept(refit, tuple(effects)), tuple(removed)
-
-
-def _in_ladder(one: Effect, data: Data) -> bool:
-    """What the user put into the model stays."""
-    return one not in data.bare.effects

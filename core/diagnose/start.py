@@ -122,14 +122,14 @@ def begin(
     return Begun(data, base)
 
 
-CLOSE = 0.3
+CLOSE = 0.15
 """In floors, rms: what a simulation may be wrong by while candidates are compared."""
 
 MOST_STEPS = 64
 
 
 def enough_steps(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> int | None:
-    """Steps per sample from which on halving them moves the outputs by less than CLOSE."""
+    """Steps per sample such that twice as many move the outputs by less than CLOSE."""
     if data.bare.level == "lpv" and not effects:
         return 2  # exact, whatever the steps; candidates that need them are non-linear
     steps = 1
@@ -138,15 +138,13 @@ def enough_steps(data: Data, effects: Sequence[Effect], values: Mapping[str, flo
         fine = _errors(replace(data, steps=2 * steps), effects, values)
         apart = [a - b for a, b in zip(coarse, fine, strict=True)]
         moved = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in apart]) ** 2)))
-        steps, coarse = 2 * steps, fine
         if moved < CLOSE:
             break
+        steps, coarse = 2 * steps, fine
     return steps
 
 
-def _errors(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float]
-) -> list[np.ndarray]:
+def _errors(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> list[np.ndarray]:
     h = hypothesis(data, effects, values)
     return h.errors(h.vector)
 

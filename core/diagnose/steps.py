@@ -49,9 +49,7 @@ def _tip(errors: Mapping[str, tuple[str, float, float]]) -> float | None:
     return float(np.hypot(errors["z1"][1], errors["z2"][1]))
 
 
-def _by_channel(
-    data: Data, errors: Sequence[np.ndarray]
-) -> dict[str, tuple[str, float, float]]:
+def _by_channel(data: Data, errors: Sequence[np.ndarray]) -> dict[str, tuple[str, float, float]]:
     """channel -> (unit, rms of the error in SI, FIT in per cent)."""
     found: dict[str, list[tuple[Prepared, int, np.ndarray]]] = {}
     for e, r, w in zip(data.experiments, errors, data.weights, strict=True):

@@ -11,7 +11,7 @@ from core.parameters import Parameter
 START_HZ = 15.0
 """The arm as a dead mass on its base: a table that one sees shake."""
 
-GRID_HZ = (60.0, 30.0, 15.0, 7.5)
+GRID_HZ = (240.0, 120.0, 60.0, 30.0, 15.0, 7.5)
 
 RANGE = 1e3
 """Times the start, up and down: bases differ by orders of magnitude."""
@@ -40,6 +40,7 @@ class BaseCompliance(Effect):
         "depends little on the elbow."
     )
     formula = r"V \leftarrow V + \tfrac{1}{2 c_b} \left( b_1^2 + b_2^2 \right)"
+    longest_step = 2.5e-4
     acts_at = "base"
 
     def not_applicable(self, rig: Rig) -> str:

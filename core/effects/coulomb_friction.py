@@ -6,6 +6,7 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
+from core.effects.edge import edge
 from core.effects.effect import Effect, Knob, Values
 from core.effects.per_joint import each_joint, joint_elements, sized
 from core.effects.sizes import Sizes
@@ -18,13 +19,9 @@ LAW = joint_law(-_FC * sp.tanh(V / _VE), (_FC, _VE))
 SHARE = 0.1
 """Of the typical torque: a size to begin with."""
 
-EDGE = 2e-3
-"""rad/s (m/s): the speed over which the sign of the velocity changes. Far below the speeds of an
-experiment, and the friction of a joint at rest is what a creep of this size makes of it."""
-
 
 class CoulombFriction(Effect):
-    """-f_c sign(theta') at every joint, the sign smoothed over EDGE."""
+    """-f_c sign(theta') at every joint, the sign smoothed over `edge`."""
 
     kind = "coulomb_friction"
     room = "joint"
@@ -36,7 +33,7 @@ class CoulombFriction(Effect):
     )
     formula = r"\tau = -f_c \, \mathrm{sign}(\dot\theta)"
     dissipative = True
-    edges = 2
+    longest_step = 1.25e-4
     acts_at = "joints"
 
     def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
@@ -50,4 +47,4 @@ class CoulombFriction(Effect):
         return each_joint(arm, make)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
-        return joint_elements(arm, LAW, ("fc",), values, (EDGE,))
+        return joint_elements(arm, LAW, ("fc",), values, edge)

@@ -33,7 +33,7 @@ class DriveSaturation(Effect):
         "in bursts, right after large steps of the reference, and small motions show nothing."
     )
     formula = r"u = \max(-u_l, \min(u_l, u^*))"
-    edges = 4
+    longest_step = 6.25e-5
     acts_at = "drive"
 
     def not_applicable(self, rig: Rig) -> str:

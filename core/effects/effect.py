@@ -77,8 +77,9 @@ class Effect(ABC):
     """Whether it can be in a model more than once, each time on top of the last."""
     dissipative: bool = False
     """Whether it can only take energy away."""
-    edges: int = 1
-    """Times as many steps per sample as the bare model needs: forces that switch have edges."""
+    longest_step: float = float("inf")
+    """s: what a simulation with the effect may step at most; forces that switch have edges, and
+    stiff parts bend within a millisecond."""
     acts_at: str = ""
     """Where it is drawn on the arm: joints, tip, segments, base, camera or drive."""
 

@@ -37,7 +37,7 @@ class FrictionAsymmetry(Effect):
         "offset instead; only slow and fast motion together tell the two apart."
     )
     formula = r"\tau = -f_a \, |\dot\theta|"
-    edges = 2
+    longest_step = 2.5e-4
     acts_at = "joints"
 
     def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:

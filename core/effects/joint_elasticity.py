@@ -33,9 +33,10 @@ class JointElasticity(Effect):
         "arm swings more slowly than its beams alone would. A softer beam looks much alike; "
         "several postures tell the two apart."
     )
-    formula = r"\varphi_j = c \, \tau, \qquad \theta_{arm} = \theta + \varphi_j"
+    formula = r"\theta_{arm} = \theta + \varphi_j, \qquad \varphi_j = -c \, \tau"
     includes = ("rotor_inertia",)
     linear = True
+    longest_step = 2.5e-4
     acts_at = "joints"
 
     def changed_arm(self, arm: Arm, values: Values) -> Arm:

@@ -6,7 +6,7 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
-from core.effects.coulomb_friction import EDGE
+from core.effects.edge import edge
 from core.effects.effect import Effect, Knob, Values
 from core.effects.per_joint import each_joint, joint_direction
 from core.effects.positive import positive
@@ -49,7 +49,7 @@ class PreslidingFriction(Effect):
     )
     includes = ("coulomb_friction",)
     dissipative = True
-    edges = 2
+    longest_step = 1.25e-4
     acts_at = "joints"
 
     def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
@@ -71,7 +71,7 @@ class PreslidingFriction(Effect):
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         sizes = [(values[f"fc{k + 1}"], values[f"zs{k + 1}"]) for k in range(arm.joints)]
         return tuple(
-            Element(LAW, (joint_direction(arm, k),), (level, way, EDGE))
+            Element(LAW, (joint_direction(arm, k),), (level, way, edge(arm.segments[k])))
             for k, (level, way) in enumerate(sizes)
             if way > 0.0
         )

@@ -6,7 +6,7 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
-from core.effects.coulomb_friction import EDGE
+from core.effects.edge import edge
 from core.effects.effect import Effect, Knob, Values
 from core.effects.per_joint import each_joint, joint_elements, sized
 from core.effects.positive import positive
@@ -49,7 +49,7 @@ class StribeckFriction(Effect):
     )
     includes = ("coulomb_friction",)
     dissipative = True
-    edges = 2
+    longest_step = 1.25e-4
     acts_at = "joints"
 
     def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
@@ -61,7 +61,7 @@ class StribeckFriction(Effect):
 
         def width(k: int) -> Knob:
             unit = f"{joint(arm.segments[k].joint).coordinate_unit}/s"
-            narrowest = NARROWEST * EDGE
+            narrowest = NARROWEST * edge(arm.segments[k])
             grid = [max(share * float(sizes.speed[k]), narrowest) for share in SPEEDS]
             title = f"Stribeck speed of joint {k + 1}"
             return positive(
@@ -72,4 +72,4 @@ class StribeckFriction(Effect):
         return each_joint(arm, extra) + each_joint(arm, width)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
-        return joint_elements(arm, LAW, ("fb", "vs"), values, (EDGE,))
+        return joint_elements(arm, LAW, ("fb", "vs"), values, edge)

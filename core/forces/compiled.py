@@ -33,7 +33,7 @@ class CompiledLaw:
         self, x: np.ndarray, v: np.ndarray, w: np.ndarray, values: np.ndarray
     ) -> np.ndarray:
         """The outputs of `ForceLaw.outputs` as numbers."""
-        out = np.zeros(len(self.law.outputs()))
+        out = np.zeros(self.law.size)
         arrays = [np.ascontiguousarray(a, dtype=float) for a in (x, v, w, values)]
         pointers = [a.ctypes.data_as(_pointer_type()) for a in (*arrays, out)]
         self._function.ctypes(*pointers)  # type: ignore[attr-defined]

@@ -22,6 +22,16 @@ class ForceLaw:
     states: tuple[sp.Symbol, ...] = ()
     rates: tuple[sp.Expr, ...] = ()
 
+    def __post_init__(self) -> None:
+        symbols = (*self.x, *self.v, *self.states, *self.parameters)
+        if len(set(symbols)) < len(symbols):
+            raise ValueError(f"one symbol stands for two things among {symbols}")
+
+    @property
+    def size(self) -> int:
+        """How many outputs there are."""
+        return 3 * len(self.x) + 4 * len(self.states)
+
     def outputs(self) -> tuple[sp.Expr, ...]:
         """[F, dF/dx, dF/dv, rate, dF/dw, drate/dv, drate/dw]; see core.simulate.elements."""
         carried = list(zip(self.states, self.rates, strict=True))

@@ -8,14 +8,16 @@ import numpy as np
 
 from core.arm.joints import joint
 from core.drives.servo import FollowingServo
+from core.effects.sizes import deflection_rows
 from core.errors import InputError
 from core.identify.predictor import Predictor
 from core.identify.prepared import Prepared, Processing, prepare
 from core.identify.unknowns import Unknown, Unknowns
 from core.model import Model
 from core.recording.recording import Recording
-from core.results import ChannelComparison, MissingTorque, RecordingComparison
+from core.results import ChannelComparison, JointMotion, MissingTorque, RecordingComparison
 from core.sensors import Sensor, sensors
+from core.trajectory import Trajectory
 
 
 def visible_outputs(model: Model, recording: Recording, fitted: Sequence[Sensor]) -> list[Sensor]:
@@ -60,6 +62,7 @@ def compare(
         )
         for k, (name, unit) in enumerate(experiment.channels)
     ]
+    trajectory = predictor.trajectories([(np.zeros(0), [0])])[0][0][0]
     error = predictor.errors.get(recording.name)
     return RecordingComparison(
         recording=recording.name,
@@ -69,6 +72,23 @@ def compare(
         missing_torque=_missing(experiment, channels),
         note="" if error is None else f"Simulation error below {error:.1e} m or rad.",
         tip_rms=_tip_rms(channels),
+        theta2=recording.theta2,
+        motion=_motion(experiment, trajectory),
+    )
+
+
+def _motion(experiment: Prepared, trajectory: Trajectory) -> JointMotion:
+    """At the outputs' times; accelerations by differences of the simulated rates."""
+    arm, keep = trajectory.arm, slice(None, None, experiment.processing.decimate)
+    rates = trajectory.v[:, : arm.joints]
+    acceleration = np.gradient(rates, experiment.recording.sample_time, axis=0)
+    bent = trajectory.q @ deflection_rows(arm, trajectory.p).T
+    return JointMotion(
+        position=trajectory.joint_positions[keep],
+        velocity=rates[keep],
+        acceleration=acceleration[keep],
+        deflection=bent[keep],
+        units=tuple(joint(s.joint).coordinate_unit for s in arm.segments),
     )
 
 

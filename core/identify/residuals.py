@@ -94,12 +94,16 @@ class Residuals:
     def count(self) -> int:
         return int(sum(e.counted.sum() for e in self.experiments))
 
-    def sensitivities(self, vector: np.ndarray, central: bool = True) -> list[np.ndarray]:
-        """d(residual)/d(vector) per recording, (M_i, k, P), by differences."""
+    def sensitivities(
+        self, vector: np.ndarray, central: bool = True, only: Sequence[int] | None = None
+    ) -> list[np.ndarray]:
+        """d(residual)/d(vector) per recording, (M_i, k, P), by differences; zero for entries
+        that are not among `only`, where that is given."""
         shapes = [e.measured.shape for e in self.experiments]
         found = [np.zeros((*shape, len(vector))) for shape in shapes]
         sides = [self._sides(vector, j, central) for j in range(len(vector))]
-        which = [self._concerned(j) for j in range(len(vector))]
+        asked = range(len(vector)) if only is None else only
+        which = [self._concerned(j) if j in asked else [] for j in range(len(vector))]
         high = self._blocks([(up, w) for (up, _), w in zip(sides, which, strict=True)])
         low = self._blocks([(down, w) for (_, down), w in zip(sides, which, strict=True)])
         for j, (up, down) in enumerate(sides):

@@ -230,6 +230,8 @@ class DiagnoseSpec(Settings):
     """0: none."""
     candidates: tuple[Words, ...] | None = None
     """Ids of effects; None: all that the rig can show."""
+    fidelity: NonNegative = 0.001
+    """Share of a channel's spread that no model is asked to explain."""
 
 
 class CompareSpec(Settings):

@@ -22,6 +22,7 @@ from core.arm.straight import StraightArm
 from core.arm.symbols import Structure
 from core.model import Model
 from core.results import Equation
+from core.sentences import first_sentence
 
 LARGEST_MATRIX = 6
 """Coordinates up to which the terms of M are shown; larger ones fill pages."""
@@ -36,6 +37,7 @@ def equations(model: Model) -> tuple[Equation, ...]:
         *_kinematics(kinematics, absent),
         *_energies(kinematics, model, absent),
         *_dynamics(model),
+        *_effects(model),
         *_straight(kinematics, model, absent),
     )
 
@@ -141,6 +143,15 @@ def _dynamics(model: Model) -> list[Equation]:
         )
     ]
     return [*found, Equation("Drive", model.drive.latex())] if model.drive.latex() else found
+
+
+def _effects(model: Model) -> list[Equation]:
+    """What each effect of the model adds, in the order in which they enter."""
+    return [
+        Equation(f"Effect: {one.title}", one.formula, first_sentence(one.story))
+        for one in model.effects
+        if one.formula
+    ]
 
 
 def _straight(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]) -> list[Equation]:

@@ -93,10 +93,10 @@ def add_torque(f, u):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def without_feedback(u, limit, M, A0, B0, B, T2, whole_T, W, both, T):  # type: ignore[no-untyped-def]
+def without_feedback(cuts, M, A0, B0, B, T2, whole_T, W, both, T):  # type: ignore[no-untyped-def]
     """A drive at its limit does not react: its rows of the step's matrices are the arm's own."""
-    for i in range(u.size):
-        cut = abs(u[i]) >= limit[i]
+    for i in range(cuts.size):
+        cut = cuts[i] != 0.0
         for j in range(M.shape[0]):
             if cut:
                 W[i, j] = M[i, j] + A0[i, j]
@@ -172,6 +172,7 @@ def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, subst
     kq1, kv1, ks1 = np.empty(n), np.empty(n), np.empty(ns)
     kq2, kv2, ks2 = np.empty(n), np.empty(n), np.empty(ns)
     pivots = np.empty(n, dtype=np.int64)
+    cuts, f0, c0 = np.zeros(joints), np.empty(n), np.empty(ns)
     r1, r2, slope = np.empty(r.shape[1]), np.empty(r.shape[1]), np.zeros(r.shape[1])
     for k in range(N):
         write_row(states, k, 0, q)
@@ -193,26 +194,44 @@ def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, subst
             drive_torque(R, P, V, S, limit, r1, q, v, s, u)
             drive_rate(Fs, Fq, Fv, Fr, r1, q, v, s, c)
             add_torque(f, u)
-            add_matrices(W, M, A)
-            if limited:
-                without_feedback(u, limit, M, A0, B0, B, T2, whole_T, W, both, T)
+            for i in range(joints):
+                cuts[i] = 0.0
+                if u[i] >= limit[i]:
+                    cuts[i] = 1.0
+                elif u[i] <= -limit[i]:
+                    cuts[i] = -1.0
             if K > 0:
                 see(tip, elements, q, v, p, x, xd, z, J)
-                push_implicitly(
-                    elements, x, xd, w, out, f, cw, g, W, slopes[0], slopes[1], slopes[2],
-                    slopes[3],
+            combine(f0, f, 0.0, f)
+            combine(c0, c, 0.0, c)
+            again = True
+            while again:
+                again = False
+                combine(f, f0, 0.0, f0)
+                combine(c, c0, 0.0, c0)
+                add_matrices(W, M, A)
+                if limited:
+                    without_feedback(cuts, M, A0, B0, B, T2, whole_T, W, both, T)
+                if K > 0:
+                    push_implicitly(
+                        elements, x, xd, w, out, f, cw, g, W, slopes[0], slopes[1], slopes[2],
+                        slopes[3],
+                    )  # fmt: skip
+                factor(W, pivots)
+                solve_stage(
+                    W, pivots, both, T, inverse, Fq, Fv, g, elements, slopes, v, f, c, cw,
+                    kq1, kv1, ks1, kw1,
                 )  # fmt: skip
-            factor(W, pivots)
-            solve_stage(
-                W, pivots, both, T, inverse, Fq, Fv, g, elements, slopes, v, f, c, cw,
-                kq1, kv1, ks1, kw1,
-            )  # fmt: skip
-            combine(q2, q, h, kq1)
-            combine(v2, v, h, kv1)
-            combine(s2, s, h, ks1)
-            combine(w2, w, h, kw1)
+                combine(q2, q, h, kq1)
+                combine(v2, v, h, kv1)
+                combine(s2, s, h, ks1)
+                combine(w2, w, h, kw1)
+                drive_torque(R, P, V, S, limit, r2, q2, v2, s2, u)
+                for i in range(joints):
+                    if cuts[i] * u[i] < limit[i] and cuts[i] != 0.0:
+                        cuts[i] = 0.0
+                        again = True
             dynamics(q2, v2, p, M2, f)
-            drive_torque(R, P, V, S, limit, r2, q2, v2, s2, u)
             drive_rate(Fs, Fq, Fv, Fr, r2, q2, v2, s2, c)
             add_torque(f, u)
             if K > 0:

@@ -62,9 +62,7 @@ def _possible_ports(element: Element, arm: Arm) -> list[tuple[np.ndarray, ...]]:
     return list(itertools.product(*choices))
 
 
-def _fits(
-    element: Element, ports: Sequence[np.ndarray], known: Sequence[str | None]
-) -> bool:
+def _fits(element: Element, ports: Sequence[np.ndarray], known: Sequence[str | None]) -> bool:
     law = element.law
     speeds = [x + PER_TIME for x in ports]
     dims = {**dict(zip(law.x, ports, strict=True)), **dict(zip(law.v, speeds, strict=True))}

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from core.drives.velocity_loop import VelocityLoop
 from core.effects import effect
 from core.forces.compiled import compile_law
 from core.forces.element import Element
@@ -22,9 +21,6 @@ from tests.effects.helpers import (
     base_for,
     experiment,
     knobs_of,
-    moved,
-    readings,
-    starts,
     with_effect,
 )
 from tests.helpers import PAPER, looped, task_from
@@ -68,7 +64,9 @@ def test_a_wrong_unit_is_noticed() -> None:
 
 
 sizes_of_all_magnitudes = st.floats(-4.0, 0.5).map(lambda e: 10.0**e)
-numbers = st.builds(lambda sign, size: sign * size, st.sampled_from([-1.0, 1.0]), sizes_of_all_magnitudes)
+numbers = st.builds(
+    lambda sign, size: sign * size, st.sampled_from([-1.0, 1.0]), sizes_of_all_magnitudes
+)
 
 
 @pytest.mark.parametrize("kind", FORCED)

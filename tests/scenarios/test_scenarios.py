@@ -65,16 +65,34 @@ def check_report(found: dict[str, Any], out: Path, path: Path) -> None:
     for p in found["parameters"]:
         assert {"name", "value", "std", "unit", "identifiable"} <= p.keys()
         assert p["identifiable"] is True or p["std"] is None
-    (step,) = found["steps"]
-    assert step["added"] is None
-    assert {"tip_rms_m", "fit_percent", "validation_fit_percent", "errors"} <= step.keys()
-    assert all(e["rms"] >= 0.0 for e in step["errors"])
+    assert found["steps"][0]["added"] is None
+    for step in found["steps"]:
+        assert {"tip_rms_m", "fit_percent", "validation_fit_percent", "errors"} <= step.keys()
+        assert all(e["rms"] >= 0.0 for e in step["errors"])
+    check_diagnosis(found, read_scenario(path).diagnose.max_effects)
     assert found["seconds"]["identify"] > 0.0
     listed = sorted(found["files"])
     assert listed == sorted(p.relative_to(out).as_posix() for p in out.rglob("*") if p.is_file())
     report = (out / "report.html").read_text(encoding="utf-8")
     assert "</html>" in report
     assert not re.search(r'<(script|link|img|iframe)\b[^>]*\b(src|href)="https?:', report)
+
+
+def check_diagnosis(found: dict[str, Any], most: int) -> None:
+    """Verdicts, ladder and ranking where the scenario asks for them; null where it does not."""
+    verdicts = {"missing", "nothing_missing", "unlisted"}
+    if not most:
+        assert (found["verdict"], found["final_verdict"], found["ranking"]) == (None, None, [])
+        assert len(found["steps"]) == 1
+        return
+    assert {found["verdict"], found["final_verdict"]} <= verdicts
+    assert len([s for s in found["steps"] if s["added"]]) <= most
+    assert all(e["floor"] > 0.0 for s in found["steps"] for e in s["errors"])
+    keys = {"effect", "score", "p_value", "expected_drop_percent", "refit_drop_percent",
+            "delta_bic", "confused_with"}  # fmt: skip
+    assert found["ranking"]
+    assert all(keys <= r.keys() for r in found["ranking"])
+    assert found["seconds"]["diagnose"] > 0.0
 
 
 def test_there_are_scenarios_to_run() -> None:
@@ -112,3 +130,19 @@ def test_the_papers_study_finds_the_product(method: str, tmp_path: Path) -> None
     roles = [r["role"] for r in found["recordings"]]
     assert roles.count("estimate") == 7
     assert roles.count("validate") == 2
+
+
+SIZE = 0.02
+"""Relative: the friction's size from half a second per recording."""
+
+
+def test_the_hidden_friction_is_named_with_its_size(tmp_path: Path) -> None:
+    made = quick(FOLDER / "hidden_friction.toml", tmp_path)
+    found = exported(made, tmp_path / "out")
+    assert (found["verdict"], found["final_verdict"]) == ("missing", "nothing_missing")
+    assert [s["added"] for s in found["steps"]] == [None, "coulomb_friction"]
+    assert found["ranking"][0]["effect"] == "coulomb_friction"
+    sizes = {p["name"]: p["value"] for p in found["steps"][1]["parameters"]}
+    assert sizes["fc1"] == pytest.approx(1.2, rel=SIZE)
+    assert sizes["fc2"] == pytest.approx(0.5, rel=SIZE)
+    assert all(e["rms"] < 1.1 * e["floor"] for e in found["steps"][1]["errors"])

@@ -1,0 +1,125 @@
+"""The experiment that tells two effects apart, chosen before it is made.
+
+Both fitted models are simulated on an experiment that was not made yet. Were one of them true,
+the other would be refitted to it: what it can make good by its own parameters, by the nuisance
+and without spoiling its fit to the recordings there are is projected out. The expected score is
+what is left, LM = |(I - P)(y_A - y_B)|^2 / floor^2, the rise of the wrong one's squared error.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.descent import normal_equations
+from core.diagnose.groups import TIE
+from core.diagnose.planned import described, planned_data
+from core.recording.spec import SimulateSpec
+from core.results import PlannedExperiment
+from core.sentences import listed
+from core.written import format_number
+
+Known = Mapping[tuple[str, str], float]
+"""(label, label) -> entry of J'J"""
+
+RCOND = 1e-10
+"""Relative eigenvalue of the normal equations below which a direction is not there."""
+
+
+def next_experiments(
+    data: Data,
+    first: Hypothesis,
+    second: Hypothesis,
+    titles: Sequence[str],
+    candidates: Sequence[SimulateSpec],
+    stopped: Callable[[], bool] = lambda: False,
+) -> tuple[PlannedExperiment, ...]:
+    """The candidates, best first; `first` and `second` stand at their fitted vectors."""
+    known = [information(h) for h in (first, second)]
+    found = []
+    for spec in candidates:
+        if stopped():
+            break
+        score = expected_score(data, first, second, spec, known)
+        text = described(spec, data)
+        found.append(
+            PlannedExperiment(
+                text, spec.model_dump(exclude_defaults=True), score, _sentence(text, score, titles)
+            )
+        )
+    return tuple(sorted(found, key=lambda e: -e.score))
+
+
+def expected_score(
+    data: Data,
+    first: Hypothesis,
+    second: Hypothesis,
+    spec: SimulateSpec,
+    known: Sequence[Known] = ({}, {}),
+) -> float:
+    """The score on one experiment, in floors squared; the smaller of the two ways round.
+
+    `known` holds what the recordings there are say about each one's parameters.
+    """
+    there = planned_data(data, spec)
+    pair = [_on(there, h) for h in (first, second)]
+    outputs = [h.residuals.predictor.predict(h.vector)[0] for h in pair]
+    if not all(np.all(np.isfinite(y)) for y in outputs):
+        return 0.0  # a model that does not hold together there decides nothing
+    prepared, weights = there.experiments[0], there.weights[0]
+    apart = np.where(prepared.counted, outputs[0] - outputs[1], 0.0) * weights
+    return min(_left(h, apart, i) for h, i in zip(pair, known, strict=True))
+
+
+def information(h: Hypothesis) -> Known:
+    """J'J of the recordings there are, for the parameters that a new one shares with them."""
+    A, _ = normal_equations(h.errors(h.vector), h.slopes(h.vector))
+    # What belongs to one recording is free to follow: it is eliminated, not held.
+    own = [i for i, u in enumerate(h.unknowns.items) if u.recording is not None]
+    shared = [i for i, u in enumerate(h.unknowns.items) if u.recording is None]
+    B = A[np.ix_(shared, own)]
+    kept = A[np.ix_(shared, shared)] - B @ _solve(A[np.ix_(own, own)], B.T)
+    labels = [h.unknowns.labels[i] for i in shared]
+    return {(a, b): float(kept[i, j]) for i, a in enumerate(labels) for j, b in enumerate(labels)}
+
+
+def _on(there: Data, h: Hypothesis) -> Hypothesis:
+    """A fitted model on another experiment."""
+    own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
+    shared = {k: v for k, v in h.values().items() if "@" not in k}
+    return hypothesis(there, h.model.effects, {**h.model.effect_values, **shared}, freed=own)
+
+
+def _left(h: Hypothesis, apart: np.ndarray, known: Known) -> float:
+    """Squared error that a refit of `h` to the other's outputs leaves."""
+    if not len(h.vector):
+        return float(np.sum(apart**2))
+    A, b = normal_equations([apart], h.slopes(h.vector))
+    labels = h.unknowns.labels
+    A += np.array([[known.get((i, j), 0.0) for j in labels] for i in labels])
+    return max(float(np.sum(apart**2) - b @ _solve(A, b)), 0.0)
+
+
+def _solve(A: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """A^+ b, of a scaled symmetric A."""
+    if not len(A):
+        return np.zeros_like(b)
+    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    inverse = np.linalg.pinv(A / np.outer(d, d), rcond=RCOND, hermitian=True)
+    return np.asarray((inverse / np.outer(d, d)) @ b)
+
+
+def _sentence(text: str, score: float, titles: Sequence[str]) -> str:
+    names = listed(list(titles))
+    if score < TIE:
+        return f"{text} would not tell {names} apart (expected score {_number(score)})."
+    return (
+        f"To tell {names} apart, record {text}: the wrong one would then be worse by an expected "
+        f"score of {_number(score)}, where above {TIE:g} decides."
+    )
+
+
+def _number(score: float) -> str:
+    return format_number(score, 2)

@@ -1,0 +1,143 @@
+"""Figures of a diagnosis in plain words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from core.diagnose.verdict import ABOVE, Remains
+from core.results import ChannelError, Estimate, LadderStep, RankedEffect
+from core.sentences import listed
+from core.written import channel_symbol, format_number, quantity, uncertain
+
+VERY_STRONG, STRONG, POSITIVE = 10.0, 6.0, 2.0
+"""Differences of BIC and what they are called (Kass & Raftery 1995)."""
+
+ENDLESS = 1000.0
+"""A difference of BIC above this is only said to be above it."""
+
+CERTAIN = 1e-9
+"""A chance below this is only said to be below it."""
+
+
+def times(ratio: float) -> str:
+    """'18 times'; two digits say enough."""
+    return f"{format_number(ratio, 2, keep_zeros=True)} times"
+
+
+def percent(share: float) -> str:
+    """'46 %', 'more than 99.9 %'; never more than was found."""
+    if share > 99.9:
+        return "more than 99.9 %"
+    if share < 1.0:
+        return "less than 1 %"
+    return f"{share:.1f} %" if share > 99.0 else f"{share:.0f} %"
+
+
+def strength(delta_bic: float) -> str:
+    """The grade of an evidence."""
+    if delta_bic > VERY_STRONG:
+        return "very strong"
+    if delta_bic > STRONG:
+        return "strong"
+    return "positive" if delta_bic > POSITIVE else "weak"
+
+
+def evidence(delta_bic: float) -> str:
+    """A difference of BIC; nobody needs to know how far above a thousand it is."""
+    return f"over {ENDLESS:g}" if delta_bic > ENDLESS else format_number(delta_bic, 2)
+
+
+def chance(p_value: float) -> str:
+    """'less than one in a billion', 'about 1 in 300'."""
+    if p_value < CERTAIN:
+        return "less than one in a billion"
+    if p_value >= 0.5:
+        return "more than one in two"
+    return f"about 1 in {format_number(1.0 / p_value, 2)}"
+
+
+def how_sure(found: RankedEffect) -> str:
+    """Chance and evidence of one effect."""
+    text = (
+        f"The chance that noise alone looks like this is {chance(found.p_value)}, after allowing "
+        f"for everything that was tried"
+    )
+    if found.delta_bic is None:
+        return f"{text}."
+    return (
+        f"{text}; the evidence, which charges for every parameter, is {strength(found.delta_bic)} "
+        f"(ΔBIC {evidence(found.delta_bic)}, where above {VERY_STRONG:g} counts as very strong)."
+    )
+
+
+def size(estimate: Estimate, titles: dict[str, str]) -> str:
+    """'Coulomb friction of joint 1 is 1.201 ± 0.001 N m'."""
+    title = titles.get(estimate.name, estimate.name)
+    text = f"{title} is {uncertain(estimate.value, estimate.std, estimate.unit)}"
+    return f"{text} (at the bound of what is allowed)" if estimate.at_bound else text
+
+
+def how_big(sizes: Sequence[Estimate], titles: dict[str, str]) -> str:
+    """All sizes of one effect with their standard deviations."""
+    if not sizes:
+        return "It has no size: it is in the model or it is not."
+    text = listed([size(e, titles) for e in sizes])
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def explained(found: RankedEffect, before: LadderStep, after: LadderStep | None) -> str:
+    """The share of the error that one effect explains; of an error at the floor no share is."""
+    if found.refit_drop_percent is None:
+        return ""
+    if after is not None and math.sqrt(before.cost_per_sample) < ABOVE:
+        return f"It is a small effect, seen in many samples: {fell(before, after)}."
+    text = f"It explains {percent(found.refit_drop_percent)} of the error above the floor"
+    return f"{text}." if after is None else f"{text}: {fell(before, after)}."
+
+
+def fell(before: LadderStep, after: LadderStep) -> str:
+    """How the error fell from one step to the next."""
+    text = (
+        f"the error falls from {times(math.sqrt(before.cost_per_sample))} its floor to "
+        f"{times(math.sqrt(after.cost_per_sample))}"
+    )
+    if before.tip_rms is None or after.tip_rms is None:
+        return text
+    tips = [quantity(tip, "m", 2) for tip in (before.tip_rms, after.tip_rms)]
+    if tips[0] == tips[1]:
+        return text
+    return f"{text}, and that of the tip from {tips[0]} to {tips[1]} rms"
+
+
+def by_channel(left: Remains, step: LadderStep) -> str:
+    """'θ₁ 1.0, z₁ 0.98 times the floor, and the tip is missed by 0.043 mm rms'."""
+    parts = [
+        f"{channel_symbol(name)} {format_number(ratio, 2, keep_zeros=True)}"
+        for name, ratio in left.by_channel.items()
+    ]
+    text = f"{listed(parts)} times the floor"
+    if step.tip_rms is None:
+        return text
+    return f"{text}, and the tip is missed by {quantity(step.tip_rms, 'm', 2)} rms"
+
+
+def on_validation(errors: Sequence[ChannelError]) -> str:
+    """The error on recordings that no fit saw; empty where there are none."""
+    known = [e.validation_rms / e.floor for e in errors if math.isfinite(e.validation_rms)]
+    if not known:
+        return ""
+    rms = math.sqrt(sum(x * x for x in known) / len(known))
+    return f"On recordings that no fit has seen the error is {times(rms)} the floor."
+
+
+def vibration(left: Remains) -> str:
+    """A spectral line that stands out of what is left; empty where there is none."""
+    if left.line is None:
+        return ""
+    channel, hz = left.line
+    return (
+        f"The error of {channel_symbol(channel)} holds a vibration of {format_number(hz, 3)} Hz "
+        f"that stands far out of everything beside it: look for a machine that shakes the arm or "
+        f"a part that swings by itself."
+    )

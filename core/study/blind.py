@@ -1,0 +1,78 @@
+"""The blind matrix: `python -m core.study.blind`, resumable, and its tables.
+
+Every applicable effect is hidden at two sizes under white and coloured noise, then pairs, nothing,
+and disturbances that no effect describes; the diagnosis knows nothing of it. The results stand in
+one file, a line per case: the same command goes on where it was stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from core.effects import catalogue
+from core.errors import InputError
+from core.sentences import did_you_mean
+from core.study.blind_case import run_case
+from core.study.blind_tables import tables
+from core.study.cases import PARTS, Choice
+from core.study.noise import COLOURS
+from core.study.outside import OUTSIDE
+from core.study.runner import PROCESSES, finished, run_all
+
+OUT = Path("reports/blind.jsonl")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs what is asked for and prints the tables; 2 for bad input."""
+    asked = _parser().parse_args(arguments)
+    try:
+        choice = Choice(
+            parts=_listed(asked.part, PARTS, "--part") or PARTS,
+            effects=_listed(asked.effects, (*catalogue(), *OUTSIDE), "--effects"),
+            seeds=asked.seeds,
+            noises=_listed(asked.noise, COLOURS, "--noise") or tuple(COLOURS),
+            levels=tuple(asked.level.split(",")) if asked.level else (),
+        )
+        cases = choice.cases()
+        if asked.tables:
+            have = finished(asked.out)
+            records = {c.key: have[c.key] for c in cases if c.key in have}
+        else:
+            records = run_all(cases, run_case, asked.out, _say, asked.processes)
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    _say(tables(list(records.values())))
+    return 0
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)
+
+
+def _listed(text: str | None, known: Iterable[str], option: str) -> tuple[str, ...]:
+    names = tuple(name for name in (text or "").split(",") if name)
+    for name in names:
+        if name not in known:
+            raise InputError(f"{option}: {name!r} is not known; {did_you_mean(name, known)}")
+    return names
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m core.study.blind", description=__doc__)
+    parser.add_argument("--part", help=f"some of {', '.join(PARTS)}; all by default")
+    parser.add_argument("--effects", help="ids of effects or disturbances; all by default")
+    parser.add_argument("--seeds", type=int, help="fewer or more seeds (pairs, nulls) than planned")
+    parser.add_argument("--noise", help=f"some of {', '.join(COLOURS)}; all by default")
+    parser.add_argument("--level", help="weak, strong or switched; all by default")
+    parser.add_argument("--out", type=Path, default=OUT, help=f"results; {OUT} by default")
+    parser.add_argument("--processes", type=int, default=PROCESSES)
+    parser.add_argument("--tables", action="store_true", help="only print what is there")
+    return parser
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

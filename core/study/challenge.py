@@ -1,0 +1,270 @@
+"""A challenge: recordings of an arm with hidden effects, the truth sealed beside them."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from core.drives.velocity_loop import VelocityLoop
+from core.effects import effect, with_included
+from core.effects.sizes import typical
+from core.errors import InputError
+from core.files import replacing
+from core.model import Model
+from core.parameters import Parameter
+from core.recording.recording import Recording
+from core.recording.save import save_recording
+from core.recording.spec import SimulateSpec
+from core.scenario.schema import Scenario
+from core.scenario.write import scenario_toml
+from core.sentences import did_you_mean
+from core.study.cases import candidates
+from core.study.crossing import UnreachableError
+from core.study.hidden import Hidden, added, hidden, known_before
+from core.study.rig import (
+    CHANNELS,
+    GAINS,
+    STDS,
+    Experiment,
+    bare_model,
+    exactly,
+    noisy,
+    readings,
+    recording,
+)  # fmt: skip
+from core.study.seal import opened, seal
+
+SCENARIO, SEALED = "scenario.toml", "truth.sealed"
+
+SECONDS, SWEEP_SECONDS = 2.0, 5.0
+
+LEVELS: Mapping[str, tuple[int, float, float]] = {"easy": (1, 3.0, 10.0), "hard": (2, 0.7, 4.0)}
+"""level -> how many hidden effects, and between what sizes in noise rms per sample."""
+
+STIFFNESS = 0.05
+"""Share by which the beams' true stiffness may differ from the nominal one."""
+
+RESOLUTION = 8
+"""Digits after the point, in SI: of a good sensor, and the files stay small."""
+
+ATTEMPTS = 20
+
+
+@dataclass(frozen=True)
+class Challenge:
+    """What somebody gets: a scenario whose files are the recordings, and the sealed truth."""
+
+    scenario: Scenario
+    recordings: tuple[Recording, ...]
+    """In the scenario's order."""
+    sealed: str
+
+
+def make_challenge(seed: int, level: str = "easy") -> Challenge:
+    """One hidden effect (easy) or two (hard) of random kinds and sizes; same seed, same data."""
+    if level not in LEVELS:
+        raise InputError(f"--level {level!r} is not known; {did_you_mean(level, LEVELS)}")
+    if not 0 <= seed < 2**32:
+        raise InputError(f"--seed {seed} is not possible; give a whole number below 2^32.")
+    rng = np.random.default_rng([seed, *map(ord, level)])
+    experiments = _experiments(rng)
+    bare = _as_built(rng)
+    truth = _truth(level, bare, experiments, rng)
+    clean = [_recorded(e, truth.model) for e in experiments]
+    recordings = [_rounded(r) for r in noisy(clean, "white", [seed, len(level)])[0]]
+    text = json.dumps({"seed": seed, "level": level, **truth.record}, sort_keys=True)
+    return Challenge(_scenario(seed, recordings), tuple(recordings), seal(text, f"{seed} {level}"))
+
+
+@dataclass(frozen=True)
+class _Truth:
+    model: Model
+    record: dict[str, Any]
+
+
+def _experiments(rng: np.random.Generator) -> list[Experiment]:
+    """Seven working points to estimate on, a sweep through all of them to validate."""
+    seeds = rng.integers(1, 2**31, 8)
+    found = [
+        Experiment(
+            f"th{k}",
+            SimulateSpec(theta2=float(k * np.pi / 8), seconds=SECONDS, seed=int(seeds[k - 1])),
+        )
+        for k in range(1, 8)
+    ]
+    ends = (float(np.pi / 8), float(7 * np.pi / 8))
+    sweep = SimulateSpec(sweep=ends, seconds=SWEEP_SECONDS, excitation="prbs", seed=int(seeds[7]))
+    return [*found, Experiment("sweep", sweep)]
+
+
+def _as_built(rng: np.random.Generator) -> Model:
+    """No beam is exactly as stiff as its drawing says."""
+    nominal = bare_model()
+    factor = 1.0 + STIFFNESS * rng.uniform(-1.0, 1.0)
+    segments = tuple(
+        s.model_copy(update={"young_modulus": (s.young_modulus or 0.0) * factor})
+        for s in nominal.arm.segments
+    )
+    return replace(nominal, arm=nominal.arm.model_copy(update={"segments": segments}))
+
+
+def _truth(
+    level: str, bare: Model, experiments: Sequence[Experiment], rng: np.random.Generator
+) -> _Truth:
+    """Draws effects until their sizes can be reached."""
+    count, low, high = LEVELS[level]
+    seen = [e for e in experiments if e.spec.sweep is None][::3]
+    for _ in range(ATTEMPTS):
+        kinds = _kinds(count, rng)
+        sizes = [float(np.exp(rng.uniform(np.log(low), np.log(high)))) for _ in kinds]
+        try:
+            found = [
+                hidden(effect(kind), bare, seen, size, rng)
+                for kind, size in zip(kinds, sizes, strict=True)
+            ]
+        except UnreachableError:
+            continue
+        return _together(bare, found)
+    raise InputError("No challenge could be made of this seed; take another.")
+
+
+def _kinds(count: int, rng: np.random.Generator) -> list[str]:
+    """Kinds whose parts are as many as asked for; two of them from different rooms."""
+    able = sorted(k for k, e in candidates().items() if e.kind != "large_motion")
+    parts = {kind: 1 + len(known_before(effect(kind))) for kind in able}
+    fitting = [kind for kind in able if parts[kind] <= count]
+    chosen = [str(rng.choice(fitting))]
+    if parts[chosen[0]] < count:
+        room = effect(chosen[0]).room
+        others = [k for k in fitting if parts[k] == 1 and effect(k).room != room]
+        chosen.append(str(rng.choice(others)))
+    return chosen
+
+
+def _together(bare: Model, found: Sequence[Hidden]) -> _Truth:
+    values: dict[str, float] = {}
+    for h in found:
+        values |= {**h.base.effect_values, **h.values}
+    kinds = [e for h in found for e in h.base.effects] + [effect(h.kind) for h in found]
+    model = added(bare, with_included(kinds), values, found[0].sizes)
+    record = {
+        "effects": [e.kind for e in model.effects],
+        "values": {name: float(model.effect_values[name]) for name in sorted(model.effect_values)},
+        "shown": {h.kind: h.level for h in found},
+        "EI": float(bare.parameters["EI"].value),
+    }
+    return _Truth(model, record)
+
+
+def _recorded(experiment: Experiment, model: Model) -> Recording:
+    task = experiment.task(model)
+    role = "estimate" if experiment.spec.sweep is None else "validate"
+    return recording(experiment, task, model, readings(model, exactly(model, task)), role)
+
+
+def _rounded(r: Recording) -> Recording:
+    channels = {
+        name: np.round(x, RESOLUTION) if name in CHANNELS else x for name, x in r.channels.items()
+    }
+    return replace(r, time=np.round(r.time, RESOLUTION), channels=channels)
+
+
+def _scenario(seed: int, recordings: Sequence[Recording]) -> Scenario:
+    """The scenario that a person begins with: the nominal arm, nothing in it."""
+    stated = [
+        {"file": f"{r.name}.csv", "role": r.role}
+        | ({} if r.theta2 is None else {"theta2": float(r.theta2)})
+        for r in recordings
+    ]
+    return Scenario.model_validate({
+        "title": f"Challenge {seed}: what is missing?",
+        "arm": {"preset": "paper"},
+        "drive": {"kind": VelocityLoop.kind, "gains": list(GAINS)},
+        "model": {"level": "nonlinear"},
+        "sensors": {"camera_noise": STDS["z1"], "encoder_noise": STDS["theta1"]},
+        "identify": {"parameters": ["EI"], "output": ["z"], "generations": 0},
+        "diagnose": {"max_effects": 3},
+        "recordings": stated,
+    })  # fmt: skip
+
+
+def write_challenge(challenge: Challenge, out: Path) -> None:
+    """Into the folder `out`, or into one file where its name ends in .zip."""
+    if out.suffix.lower() == ".zip":
+        _write_zip(challenge, out)
+        return
+    for r in challenge.recordings:
+        save_recording(r, out / f"{r.name}.csv")
+    for name, text in _texts(challenge).items():
+        with replacing(out / name) as temporary:
+            temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _texts(challenge: Challenge) -> dict[str, str]:
+    return {SCENARIO: scenario_toml(challenge.scenario), SEALED: challenge.sealed}
+
+
+def _write_zip(challenge: Challenge, out: Path) -> None:
+    from tempfile import TemporaryDirectory
+
+    with TemporaryDirectory() as folder, replacing(out) as temporary:
+        write_challenge(challenge, Path(folder))
+        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path in sorted(Path(folder).iterdir()):
+                # No date inside: same data, same bytes.
+                entry = zipfile.ZipInfo(path.name)
+                archive.writestr(entry, path.read_bytes(), zipfile.ZIP_DEFLATED)
+
+
+def reveal(place: Path) -> str:
+    """The truth in words; InputError where there is none or its seal is broken.
+
+    `place` is a challenge's folder, its zip, or the sealed file itself.
+    """
+    return truth_in_words(opened(_sealed(place), SEALED))
+
+
+def _sealed(place: Path) -> str:
+    path = place / SEALED if place.is_dir() else place
+    try:
+        if path.suffix.lower() == ".zip":
+            with zipfile.ZipFile(path) as archive:
+                return archive.read(SEALED).decode("utf-8", "replace")
+        return path.read_text(encoding="utf-8", errors="replace")
+    except (OSError, KeyError, zipfile.BadZipFile) as error:
+        raise InputError(
+            f"{place} holds no challenge; give what `flexgui challenge` wrote, a folder or a zip."
+        ) from error
+
+
+def truth_in_words(text: str) -> str:
+    """What a seal held, for a person: the effects, their sizes, how well they show."""
+    truth = json.loads(text)
+    values, shown = truth["values"], truth["shown"]
+    kinds = [effect(kind) for kind in truth["effects"]]
+    model = bare_model().with_effects(kinds, values)
+    nominal = bare_model().parameters["EI"].value
+    lines = [f"Challenge {truth['seed']} ({truth['level']}). Hidden:"]
+    for one in model.effects:
+        knobs = one.knobs(model.arm, model.drive, typical(model.arm))
+        sizes = [_size(knob.parameter, values[knob.parameter.name]) for knob in knobs]
+        lines.append(f"- {one.title} ({one.kind}){': ' if sizes else ''}{'; '.join(sizes)}.")
+        if one.kind in shown:
+            lines.append(
+                f"  Beyond what nominal parameters can absorb it shows {shown[one.kind]:.1f} times "
+                f"the noise."
+            )
+    lines.append(
+        f"The true bending stiffness is EI = {truth['EI']:.2f} N m² (nominal {nominal:.2f} N m²)."
+    )
+    return "\n".join(lines)
+
+
+def _size(p: Parameter, value: float) -> str:
+    return f"{p.title} {p.name} = {value:.4g} {p.unit}".strip()

@@ -1,0 +1,215 @@
+"""Hidden effects of a chosen size.
+
+Weak effects show half the noise, strong ones three times the noise (core.study.sight says what
+showing means); each joint or segment has a random share of the size, and a random sign where signs
+are free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.effects import effect, with_included
+from core.effects.effect import Effect, Knob
+from core.effects.sizes import Sizes, typical
+from core.model import Model
+from core.study.crossing import crossing
+from core.study.rig import Experiment
+from core.study.sight import Sight
+
+WEAK, STRONG = 0.5, 3.0
+"""Noise rms per sample."""
+
+LEVELS = {"weak": WEAK, "strong": STRONG}
+
+SPLIT = (0.5, 1.5)
+"""Each joint's or segment's share of the common size."""
+
+FAR = 1e3
+"""Times the plausible size: from there on a neutral value is no end of a straight line."""
+
+BEFORE = {"backlash": ("joint_elasticity",)}
+"""kind -> what must be known beside what the effect includes. Teeth with play are elastic teeth: on
+a rigid joint their compliance and the motor's own inertia would be the larger surprise, some five
+times the noise however small the play."""
+
+
+def known_before(one: Effect) -> tuple[Effect, ...]:
+    """What must be in a model before `one` is a question of its own, simpler ones first.
+
+    Above all what it includes: Stribeck's bulge stands on Coulomb's level, and on a bare model
+    that level would be the larger surprise.
+    """
+    kinds = (*one.includes, *BEFORE.get(one.kind, ()))
+    return with_included([effect(kind) for kind in kinds])
+
+
+def knobs_on(one: Effect, model: Model, sizes: Sizes | None = None) -> tuple[Knob, ...]:
+    """The effect's knobs on the arm that it makes of the model's."""
+    arm = one.changed_arm(model.arm, {})
+    return one.knobs(arm, model.drive, sizes or typical(arm))
+
+
+@dataclass(frozen=True)
+class Direction:
+    """In which proportions and with which signs an effect's sizes grow together."""
+
+    effect: Effect
+    knobs: tuple[Knob, ...]
+    shares: Mapping[str, float]
+    """name of a size -> share with sign."""
+    fixed: Mapping[str, float]
+    """Values of what shapes the effect."""
+
+    def values(self, m: float) -> dict[str, float]:
+        """The values at the common multiplier m of the plausible sizes; neutral towards zero."""
+        found = dict(self.fixed)
+        for knob in self.knobs:
+            p, share = knob.parameter, self.shares[knob.parameter.name]
+            if abs(knob.neutral) > FAR * abs(p.value):
+                found[p.name] = min(p.value * abs(share) / m, knob.neutral)
+            else:
+                found[p.name] = knob.neutral + m * share * (p.value - knob.neutral)
+        return found
+
+    def within(self, m: float) -> bool:
+        """Whether all sizes stay within what a fit believes."""
+        values = self.values(m)
+        return all(
+            k.parameter.lower <= values[k.parameter.name] <= k.parameter.upper
+            or values[k.parameter.name] == k.neutral
+            for k in self.knobs
+        )
+
+
+def direction(one: Effect, model: Model, sizes: Sizes, rng: np.random.Generator) -> Direction:
+    """A random one: shares within SPLIT, signs where they are free, plausible shapes.
+
+    What shapes it and is in the model already stays as it is there.
+    """
+    knobs = knobs_on(one, model, sizes)
+    primary = tuple(k for k in knobs if not k.secondary)
+    shares = {}
+    for knob in primary:
+        signed = knob.parameter.lower < knob.neutral < knob.parameter.upper
+        sign = rng.choice([-1.0, 1.0]) if signed else 1.0
+        shares[knob.parameter.name] = float(sign * rng.uniform(*SPLIT))
+    fixed = {k.parameter.name: _shape(k, rng) for k in knobs if k.secondary}
+    fixed = {name: model.effect_values.get(name, value) for name, value in fixed.items()}
+    return Direction(one, primary, shares, fixed)
+
+
+def _shape(knob: Knob, rng: np.random.Generator) -> float:
+    """Somewhere on the knob's grid, else near its plausible value."""
+    if knob.grid:
+        low, high = np.log(min(knob.grid)), np.log(max(knob.grid))
+        return float(np.exp(rng.uniform(low, high)))
+    return float(knob.parameter.value * rng.uniform(*SPLIT))
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """An effect at a size, on top of a model that lacks it."""
+
+    kind: str
+    base: Model
+    """With what is known before, at its true values."""
+    values: Mapping[str, float]
+    level: float
+    """What it shows, in noise rms per sample."""
+    sizes: Sizes
+
+    @property
+    def truth(self) -> Model:
+        return added(self.base, [effect(self.kind)], self.values, self.sizes)
+
+
+def hidden(
+    one: Effect,
+    bare: Model,
+    experiments: Sequence[Experiment],
+    level: float,
+    rng: np.random.Generator,
+) -> Hidden:
+    """The effect at the size that shows `level` in the experiments; as it is if it has no size.
+
+    Unreachable where no size shows that.
+    """
+    known, sight = known_before(one), Sight(bare, experiments)
+    sizes = sight.sizes
+    if not knobs_on(one, bare, sizes):
+        return Hidden(one.kind, bare, {}, sight.of(added(bare, [one], {}, sizes)), sizes)
+    carriers = _directions(known, bare, sizes, rng)
+    if known and _is_carried(one, carriers, sight):
+        return _carried(one, carriers, sight, level, rng)
+    base = _with_known(bare, carriers, KNOWN, sizes)
+    sight = Sight(base, experiments) if known else sight
+    towards = direction(one, base, sizes, rng)
+
+    def shown(m: float) -> float:
+        return sight.of(added(base, [one], towards.values(m), sizes))
+
+    m, found = crossing(shown, level)
+    return Hidden(one.kind, base, towards.values(m), found, sizes)
+
+
+def _directions(
+    effects: Sequence[Effect], bare: Model, sizes: Sizes, rng: np.random.Generator
+) -> list[Direction]:
+    """One after the other, so that what shapes two of them is the same in both."""
+    found: list[Direction] = []
+    for each in effects:
+        found.append(direction(each, _with_known(bare, found, KNOWN, sizes), sizes, rng))
+    return found
+
+
+def _with_known(bare: Model, carriers: Sequence[Direction], m: float, sizes: Sizes) -> Model:
+    values = {name: x for each in carriers for name, x in each.values(m).items()}
+    return bare.with_effects([each.effect for each in carriers], values, sizes)
+
+
+NEARLY = 1e-6
+"""Of a plausible size: as good as neutral."""
+
+UNSEEN = 0.02
+"""In noise rms: what two simulations with different steps differ by."""
+
+KNOWN = 0.3
+"""Of the plausible size: of what is known before, so that it does not drown what is sought."""
+
+
+def _is_carried(one: Effect, carriers: Sequence[Direction], sight: Sight) -> bool:
+    """Whether the effect vanishes with what it includes: presliding has no force of its own."""
+    base = _with_known(sight.base, carriers, NEARLY, sight.sizes)
+    plausible = {k.parameter.name: k.parameter.value for k in knobs_on(one, base, sight.sizes)}
+    return sight.of(added(base, [one], plausible, sight.sizes)) < UNSEEN
+
+
+def _carried(
+    one: Effect,
+    carriers: Sequence[Direction],
+    sight: Sight,
+    level: float,
+    rng: np.random.Generator,
+) -> Hidden:
+    """Sized by what it includes; its own parameters lie anywhere on their grids."""
+    bare, sizes = sight.base, sight.sizes
+    values = {k.parameter.name: _shape(k, rng) for k in knobs_on(one, bare, sizes)}
+
+    def shown(m: float) -> float:
+        base = _with_known(bare, carriers, m, sizes)
+        own = Sight(base, sight.experiments)
+        return own.of(added(base, [one], values, sizes))
+
+    m, found = crossing(shown, level)
+    return Hidden(one.kind, _with_known(bare, carriers, m, sizes), values, found, sizes)
+
+
+def added(
+    base: Model, effects: Sequence[Effect], values: Mapping[str, float], sizes: Sizes
+) -> Model:
+    """The base with more effects on top of those that it has."""
+    return base.with_effects([*base.effects, *effects], values, sizes)

@@ -1,0 +1,111 @@
+"""The rig of the studies: the paper's arm in its velocity loop, seen by encoders and camera."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from core.arm.presets import presets
+from core.drives.velocity_loop import VelocityLoop
+from core.model import Model
+from core.recording.recording import Recording
+from core.recording.spec import SimulateSpec
+from core.scenario.schema import IdentifySpec
+from core.sensors import sensor
+from core.simulate.experiment import make_task
+from core.simulate.linear import respond
+from core.simulate.motion import Task
+from core.simulate.nonlinear import run, simulate
+from core.study.noise import COLOURS, noise
+from core.trajectory import Trajectory
+
+GAINS = (60.0, 30.0)
+"""N m s/rad, design section 2."""
+
+STDS = {"z1": 3e-5, "z2": 3e-5, "theta1": 1e-5, "theta2": 1e-5}
+"""channel -> standard deviation of its noise, m and rad."""
+
+KINDS = ("z", "encoder")
+CHANNELS = tuple(STDS)
+
+IDENTIFY = IdentifySpec(parameters=("EI",), output=("z",))
+"""The nominal parameter; a diagnosis adds the starts of each recording."""
+
+STEPS = 8
+"""Per sample, where only the size of an effect is sought; times the effect's edges."""
+
+
+@cache
+def bare_model(level: str = "nonlinear", modes: int = 1) -> Model:
+    """The paper's arm with nothing hidden."""
+    arm = presets()["paper"]
+    segments = tuple(s.model_copy(update={"modes": modes}) for s in arm.segments)
+    return Model(arm.model_copy(update={"segments": segments}), VelocityLoop(gains=GAINS), level)
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What one recording's references do."""
+
+    name: str
+    spec: SimulateSpec
+
+    def task(self, model: Model) -> Task:
+        return make_task(model, self.spec, self.name)[0]
+
+
+def readings(model: Model, motion: Trajectory) -> np.ndarray:
+    """(N, 4): what camera and encoders read along a motion, without noise, as CHANNELS."""
+    dt = float(motion.time[1] - motion.time[0])
+    return np.hstack([model.sensed(k, np.array(sensor(k).measure(motion)), dt, {}) for k in KINDS])
+
+
+def roughly(model: Model, task: Task) -> Trajectory:
+    """The motion with a fixed number of steps, or by the linear model where it is one."""
+    numbers = model.numbers()
+    if model.level == "lpv":
+        return respond(model, [numbers], [task])[0]
+    return run(model, numbers, task, model.steps(task.sample_time, STEPS))
+
+
+def exactly(model: Model, task: Task) -> Trajectory:
+    """The motion with a controlled error, as a recording needs it."""
+    if model.level == "lpv":
+        return roughly(model, task)
+    return simulate(model, model.numbers(), task).trajectory
+
+
+def recording(
+    experiment: Experiment, task: Task, model: Model, clean: np.ndarray, role: str = "estimate"
+) -> Recording:
+    """A recording of the channels CHANNELS (N, 4) and of the references."""
+    names = model.drive.reference_channels(model.arm)
+    channels = {name: task.references[:, k] for k, name in enumerate(names)}
+    channels |= {name: clean[:, k] for k, name in enumerate(CHANNELS)}
+    moving = experiment.spec.sweep is not None
+    theta2 = None if moving else experiment.spec.theta2
+    return Recording(experiment.name, task.time, channels, role, source="study", theta2=theta2)
+
+
+def noisy(
+    recordings: Sequence[Recording], kind: str, seed: Sequence[int]
+) -> tuple[list[Recording], float]:
+    """The recordings with noise, and its mean square in units of the stated deviations."""
+    rng = np.random.default_rng([*seed, sum(map(ord, kind))])
+    found, squares = [], []
+    for r in recordings:
+        draws = {
+            name: noise(rng, len(r.time), std, COLOURS[kind], r.sample_time)
+            for name, std in STDS.items()
+        }
+        found.append(_with(r, {name: r[name] + x for name, x in draws.items()}))
+        squares += [np.mean((x / STDS[name]) ** 2) for name, x in draws.items()]
+    return found, float(np.mean(squares))
+
+
+def _with(r: Recording, channels: Mapping[str, np.ndarray]) -> Recording:
+    both = {**r.channels, **channels}
+    return Recording(r.name, r.time, both, r.role, source=r.source, theta2=r.theta2)

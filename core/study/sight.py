@@ -1,0 +1,71 @@
+"""What a set of experiments shows of whatever is added to a model.
+
+The measure is |G_perp delta|: the part of a change of the outputs that the nominal parameters
+cannot absorb, per sample and in standard deviations of the noise (root mean square).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from core.diagnose.start import nuisance_of
+from core.effects.sizes import sizes_of
+from core.identify.predictor import Predictor
+from core.identify.prepared import Processing, prepare
+from core.identify.residuals import Residuals
+from core.identify.unknowns import Unknown, Unknowns
+from core.model import Model
+from core.recording.recording import Recording
+from core.sensors import sensor
+from core.study.rig import IDENTIFY, KINDS, STDS, STEPS, Experiment, readings, recording, roughly
+
+RANK = 1e-10
+"""Relative singular value below which a direction of the nuisance is not there."""
+
+
+class Sight:
+    """What a set of experiments shows of whatever is added to a base model."""
+
+    def __init__(self, base: Model, experiments: Sequence[Experiment]) -> None:
+        self.base, self.experiments = base, tuple(experiments)
+        self.tasks = [e.task(base) for e in experiments]
+        motions = [roughly(base, t) for t in self.tasks]
+        self.sizes = sizes_of(motions)
+        self.plain = [readings(base, m) for m in motions]
+        pairs = zip(self.experiments, self.tasks, self.plain, strict=True)
+        self.recordings: list[Recording] = [recording(e, t, base, y) for e, t, y in pairs]
+
+    @cached_property
+    def nuisance(self) -> np.ndarray:
+        """(K, P) orthonormal: what nominal parameters, starts and known effects can absorb."""
+        outputs = [sensor(kind) for kind in KINDS]
+        bare = self.base.bare or self.base
+        items = list(nuisance_of(bare, IDENTIFY, self.recordings))
+        taken = {u.parameter.name for u in items}
+        items += [Unknown(p) for n, p in self.base.effect_parameters.items() if n not in taken]
+        unknowns = Unknowns(tuple(items))
+        steps = self.base.steps(self.recordings[0].sample_time, STEPS)
+        prepared = [prepare(self.base, r, outputs, Processing()) for r in self.recordings]
+        weights = [np.array([1.0 / STDS[n] for n, _ in e.channels]) for e in prepared]
+        residuals = Residuals(Predictor(prepared, unknowns, {}, steps=steps), weights)
+        slopes = residuals.sensitivities(unknowns.parameters.vector())
+        S = np.concatenate([s.reshape(-1, s.shape[-1]) for s in slopes])
+        S = S / np.maximum(np.linalg.norm(S, axis=0), 1e-300)
+        U, s, _ = np.linalg.svd(S, full_matrices=False)
+        return np.asarray(U[:, s > RANK * s[0]])
+
+    def seen(self, shown: Sequence[np.ndarray]) -> float:
+        """The size of a change from the base's outputs to `shown` (N, 4) per recording."""
+        weights = 1.0 / np.array(list(STDS.values()))
+        apart = [(a - b) * weights for a, b in zip(shown, self.plain, strict=True)]
+        d = np.concatenate([x.ravel() for x in apart])
+        Q = self.nuisance
+        return float(np.sqrt(np.mean((d - Q @ (Q.T @ d)) ** 2)))
+
+    def of(self, model: Model) -> float:
+        """The size of what tells `model` from the base."""
+        motions = [roughly(model, e.task(model)) for e in self.experiments]
+        return self.seen([readings(model, m) for m in motions])

@@ -1,0 +1,152 @@
+"""A scenario with [diagnose], from its file to what the run hands on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.diagnose.stated_noise import noise_gain, stated_noise
+from core.identify.prepared import Processing
+from core.identify.setup import make_setup
+from core.loading import load_recordings
+from core.model import Model
+from core.progress import Silent
+from core.recording.recording import Recording
+from core.recording.velocity import ZeroPhaseLowPass
+from core.results import Outcome
+from core.scenario.read import parse_scenario
+from core.scenario.schema import Scenario
+from core.workbench import base_model, run_scenario
+
+HIDDEN = "hidden = { coulomb_friction = { fc1 = 1.2, fc2 = 0.5 } }"
+
+FILTERED = 0.02
+"""Relative: rms of 200 000 filtered samples of white noise against the filter's gain."""
+
+
+def text(diagnose: str = "", sensors: str = "", more: str = "", model: str = "") -> str:
+    return f"""
+title = "x"
+[arm]
+preset = "paper"
+[drive]
+kind = "velocity_loop"
+gains = [60.0, 30.0]
+[model]
+level = "nonlinear"
+{model}
+[sensors]
+camera_noise = 3e-5
+encoder_noise = 1e-5
+{sensors}
+[identify]
+parameters = ["EI1", "EI2"]
+output = ["z", "encoder"]
+generations = 0
+{diagnose}
+[[recordings]]
+simulate = {{ theta2 = 1.2, seconds = 0.4, {more} {HIDDEN} }}
+"""
+
+
+def scenario(**parts: str) -> Scenario:
+    return parse_scenario(text(**parts), "x")
+
+
+def ran(progress: Silent | None = None, **parts: str) -> Outcome:
+    return run_scenario(scenario(**parts), progress=progress)
+
+
+FEW = '[diagnose]\ncandidates = ["coulomb_friction", "camera_delay"]\n'
+
+
+def test_without_a_table_nothing_is_diagnosed() -> None:
+    outcome = ran()
+    assert outcome.diagnosis is None
+    assert "diagnose" not in outcome.seconds
+
+
+def test_a_table_without_effects_to_add_gives_a_ranking_and_no_final_verdict() -> None:
+    found = ran(diagnose=FEW).diagnosis
+    assert found is not None
+    assert (found.verdict, found.final_verdict) == ("missing", None)
+    assert found.ranking[0].effect == "coulomb_friction"
+    assert len(found.steps) == 1
+
+
+def test_what_was_added_is_a_model_of_the_same_scenario() -> None:
+    """The accepted effects, put into [model], leave nothing to find."""
+    found = ran(diagnose=FEW + "max_effects = 1").diagnosis
+    assert found is not None
+    (entry,) = found.effects
+    sizes = {k: v["start"] for k, v in entry.items() if isinstance(v, dict)}
+    stated = ", ".join(f"{k} = {v}" for k, v in sizes.items())
+    model = f'effects = [{{ id = "{entry["id"]}", {stated} }}]'
+    again = ran(diagnose=FEW + "max_effects = 1", model=model)
+    assert again.diagnosis is not None
+    assert again.diagnosis.verdict == "nothing_missing"
+    titles = [e.title for e in again.equations]
+    assert "Effect: Coulomb friction" in titles
+    assert r"f_c" in next(e.latex for e in again.equations if e.title.startswith("Effect"))
+
+
+def test_the_fidelity_adds_to_the_floor_as_an_independent_error() -> None:
+    floors = []
+    for share in (0.0, 0.05, 0.1):
+        found = ran(diagnose=f"{FEW}fidelity = {share}").diagnosis
+        assert found is not None
+        floors.append(found.floors["z1"])
+    assert floors[0] == pytest.approx(3e-5, rel=1e-6)
+    added = np.square(floors) - floors[0] ** 2
+    assert added[2] == pytest.approx(4.0 * added[1], rel=1e-6)
+    assert added[1] > 0.0
+
+
+class StopsAt(Silent):
+    """Asks to stop once a progress text was seen."""
+
+    def __init__(self, text: str) -> None:
+        self.awaited, self.seen = text, False
+
+    def advance(self, n: int = 1, text: str = "") -> None:
+        self.seen = self.seen or text == self.awaited
+
+    def stopped(self) -> bool:
+        return self.seen
+
+
+def test_a_stopped_diagnosis_says_so_and_leaves_the_fit() -> None:
+    outcome = ran(StopsAt("Camera delay"), diagnose=FEW + "max_effects = 1")
+    assert outcome.fits
+    assert outcome.diagnosis is not None
+    assert "stopped" in outcome.diagnosis.words[-1]
+    assert outcome.diagnosis.effects == ()
+
+
+def stated(**parts: str) -> dict[str, float]:
+    given = scenario(**parts)
+    model: Model = base_model(given)
+    recordings: list[Recording] = load_recordings(given, model, Path(), None, Silent())
+    return stated_noise(given, make_setup(model, given.identify, recordings), recordings)
+
+
+def test_stated_noise_belongs_to_the_channels_of_its_sensor() -> None:
+    found = stated(sensors="torque_noise = 0.2\ndeflection_noise = 1e-4")
+    assert found == {"z1": 3e-5, "z2": 3e-5, "theta1": 1e-5, "theta2": 1e-5, "u1": 0.2, "u2": 0.2,
+                     "deflection1": 1e-4, "deflection2": 1e-4}  # fmt: skip
+
+
+def test_noise_with_a_stated_ratio_has_no_stated_level() -> None:
+    found = stated(more="snr_db = 20.0,")
+    assert "z1" not in found
+    assert found["theta1"] == 1e-5
+
+
+def test_a_filter_takes_its_share_of_the_noise() -> None:
+    processing = Processing(ZeroPhaseLowPass(cutoff_hz=40.0, order=4), 5)
+    noise = np.random.default_rng(1).standard_normal(200_000)
+    filtered = processing.apply(noise[:, None], 1e-3)
+    assert noise_gain(processing, 1e-3) == pytest.approx(filtered.std(), rel=FILTERED)
+    assert noise_gain(Processing(), 1e-3) == 1.0

@@ -1,0 +1,229 @@
+"""What report, result and tables say about a diagnosis, and its figures."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from core.diagnose.maps import error_maps
+from core.results import (
+    ChannelError,
+    Diagnosis,
+    DiagnosisRound,
+    Estimate,
+    JointMotion,
+    LadderStep,
+    Outcome,
+    PlannedExperiment,
+    RankedEffect,
+)
+from flexgui.export.outcome import export_outcome
+from flexgui.views.error_map import cell_labels, error_map, place, row_labels, worst_table
+from flexgui.views.ladder import ladder, ladder_table, step_labels
+from flexgui.views.ranking import ranking, ranking_table
+from flexgui.views.residual_over import residual_over
+
+FLOORS = {"ydot1": 2.4e-3, "ydot2": 2.5e-3}
+NASTY = "<script>alert(1)</script> the friction"
+
+
+def ranked(kind: str, title: str, fall: float | None, *confused: str) -> RankedEffect:
+    size = Estimate("fc1", 1.2, 0.01, "N m", True, "f_{c1}")
+    bic = None if fall is None else 40.0 * fall
+    sizes = () if fall is None else (size,)
+    return RankedEffect(kind, title, 90.0, 0.0, 60.0, fall, bic, confused, sizes)
+
+
+def step(added: str | None, title: str, cost: float, validation: float) -> LadderStep:
+    root = np.sqrt(cost)
+    errors = tuple(ChannelError(n, "rad/s", root * f, f, validation * f) for n, f in FLOORS.items())
+    return LadderStep(added, title, (), errors, 2e-4 * root, cost, (90.0, 91.0), (88.0, 87.0))
+
+
+RANKING = (
+    ranked("coulomb_friction", "Coulomb friction", 97.0, "viscous_friction"),
+    ranked("viscous_friction", "Viscous joint friction", 95.0),
+    ranked("tip_payload", "Tip payload", None),
+)
+PLANNED = PlannedExperiment("3 s at 90°", {"theta2": 1.57}, 123.0, "To tell them apart, record it.")
+
+FOUND = Diagnosis(
+    verdict="missing",
+    final_verdict="nothing_missing",
+    rounds=(
+        DiagnosisRound(RANKING, "coulomb_friction", PLANNED.sentence, (PLANNED,)),
+        DiagnosisRound(RANKING[1:], None),
+    ),
+    steps=(
+        step(None, "The model as given", 81.0, 9.5),
+        step("coulomb_friction", "Coulomb friction", 1.0, 1.1),
+    ),
+    words=(NASTY, "What remains: nothing."),
+    not_applicable={"large_motion": "The model is non-linear already."},
+    effects=({"id": "coulomb_friction", "fc1": {"start": 1.2, "vary": True}},),
+    floors=FLOORS,
+    seconds={"base": 1.0, "diagnose": 2.0},
+)
+
+
+def motion(samples: int) -> JointMotion:
+    """The error of the made-up recordings follows sin 40 t; so does the deflection here."""
+    t = np.linspace(0.0, 3.0, samples)
+    place = np.column_stack([np.sin(5 * t), np.cos(4 * t)])
+    rate = np.gradient(place, t, axis=0)
+    bent = 0.001 * np.column_stack([np.sin(40 * t), np.cos(40 * t)])
+    return JointMotion(place, rate, np.gradient(rate, t, axis=0), bent, ("rad", "rad"))
+
+
+@pytest.fixture(scope="module")
+def diagnosed(glocal: Outcome) -> Outcome:
+    moved = tuple(
+        replace(r, motion=motion(len(r.channels[0].time)), theta2=0.4) for r in glocal.comparisons
+    )
+    seconds = {**glocal.seconds, "diagnose": 3.0}
+    return replace(glocal, comparisons=moved, diagnosis=FOUND, seconds=seconds)
+
+
+@pytest.fixture(scope="module")
+def out(diagnosed: Outcome, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("diagnosed")
+    export_outcome(diagnosed, "title = 'x'", folder)
+    return folder
+
+
+def test_the_result_keeps_the_contract(out: Path) -> None:
+    result = json.loads((out / "result.json").read_text("utf-8"))
+    assert (result["verdict"], result["final_verdict"]) == ("missing", "nothing_missing")
+    assert [s["added"] for s in result["steps"]] == [None, "coulomb_friction"]
+    for one in result["steps"]:
+        assert {"tip_rms_m", "fit_percent", "validation_fit_percent", "parameters"} <= set(one)
+        for error in one["errors"]:
+            assert {"channel", "unit", "rms", "floor", "validation_rms"} <= set(error)
+    assert [r["effect"] for r in result["ranking"]] == [r.effect for r in RANKING]
+    assert set(result["ranking"][0]) >= {
+        "effect", "score", "p_value", "expected_drop_percent", "refit_drop_percent", "delta_bic",
+        "confused_with",
+    }  # fmt: skip
+    assert result["ranking"][2]["refit_drop_percent"] is None
+    assert result["seconds"]["diagnose"] == 3.0
+
+
+def test_the_result_holds_the_words_and_the_worst_places(out: Path) -> None:
+    diagnosis = json.loads((out / "result.json").read_text("utf-8"))["diagnosis"]
+    assert diagnosis["words"] == list(FOUND.words)
+    assert len(diagnosis["worst"]) == 10
+    assert diagnosis["rounds"][0]["next_experiments"][0]["simulate"] == {"theta2": 1.57}
+    assert "seconds" not in diagnosis
+
+
+def test_the_report_tells_verdict_ladder_ranking_and_maps(out: Path) -> None:
+    text = (out / "report.html").read_text("utf-8")
+    section = text.split('<section id="diagnosis">')[1].split("</section>")[0]
+    assert "What remains: nothing." in section
+    for heading in ("How the error falls", "What it could be", "Where the model as given fails"):
+        assert f"<h3>{heading}</h3>" in section
+    for figure in ("Error after each step", "Candidates and what they explain",
+                   "Error by recording and frequency", "Error by recording and time",
+                   "Error over the motion"):  # fmt: skip
+        assert f'aria-label="{figure}' in section
+    assert "To tell them apart" in section
+    assert "non-linear already" in section
+    assert section.index("What remains") < section.index("How the error falls")
+
+
+def test_words_are_text_and_never_markup(out: Path) -> None:
+    text = (out / "report.html").read_text("utf-8")
+    assert "<script>alert" not in text
+    assert "&lt;script&gt;alert(1)&lt;/script&gt; the friction" in text
+
+
+def test_the_tables_hold_ladder_ranking_and_map(out: Path) -> None:
+    ladder_rows = pd.read_csv(out / "tables" / "ladder.csv")
+    assert list(ladder_rows["step"]) == [0, 0, 1, 1]
+    ranks = pd.read_csv(out / "tables" / "ranking.csv")
+    assert ranks[ranks["accepted"]]["effect"].tolist() == ["coulomb_friction"]
+    cells = pd.read_csv(out / "tables" / "error_map.csv")
+    assert set(cells["axis"]) == {"time", "frequency"}
+    assert set(cells["channel"]) == set(FLOORS)
+
+
+def test_without_a_diagnosis_nothing_is_said_of_it(glocal: Outcome, tmp_path: Path) -> None:
+    export_outcome(glocal, "", tmp_path)
+    result = json.loads((tmp_path / "result.json").read_text("utf-8"))
+    assert (result["verdict"], result["diagnosis"], result["ranking"]) == (None, None, [])
+    assert '<section id="diagnosis">' not in (tmp_path / "report.html").read_text("utf-8")
+    assert not (tmp_path / "tables" / "ladder.csv").exists()
+
+
+def test_bars_stand_on_the_floor_and_end_at_the_error() -> None:
+    figure = ladder(FOUND.steps)
+    assert figure is not None
+    estimation, validation = figure.data
+    tops = [b + y for b, y in zip([estimation.base] * 2, estimation.y, strict=True)]
+    assert tops == pytest.approx([9.0, 1.0])
+    assert estimation.base == validation.base == 1.0
+    assert [1.0 + y for y in validation.y] == pytest.approx([9.5, 1.1])
+    assert figure.layout.yaxis.type == "log"
+
+
+def test_without_validation_there_is_one_set_of_bars() -> None:
+    alone = [
+        replace(s, errors=tuple(replace(e, validation_rms=float("nan")) for e in s.errors))
+        for s in FOUND.steps
+    ]
+    figure = ladder(alone)
+    assert figure is not None
+    assert len(figure.data) == 1
+    assert ladder(()) is None
+
+
+def test_steps_with_the_same_effect_have_labels_of_their_own() -> None:
+    twice = [step("a", "Extra mode", 1.0, 1.0)] * 2
+    labels = step_labels([FOUND.steps[0], *twice])
+    assert labels == ["as given", "+ Extra mode", "+ Extra mode (2)"]
+
+
+def test_the_ladders_table_has_a_row_per_step_and_output() -> None:
+    table = ladder_table(FOUND)
+    assert len(table.rows) == 2 * (len(FLOORS) + 1)
+    assert [r.cells[0] for r in table.rows if r.cells[0]] == ["as given", "+ Coulomb friction"]
+
+
+def test_the_ranking_marks_what_was_added_and_names_its_rivals() -> None:
+    table = ranking_table(RANKING, "coulomb_friction")
+    assert [r.strong for r in table.rows] == [True, False, False]
+    assert "Viscous joint friction" in table.rows[0].cells
+    figure = ranking(RANKING, "coulomb_friction")
+    assert figure is not None
+    assert list(figure.data[1].x) == [97.0, 95.0, None]
+    assert ranking(()) is None
+
+
+def test_maps_share_their_colours_and_show_every_recording(diagnosed: Outcome) -> None:
+    maps = error_maps(diagnosed.comparisons, FLOORS)
+    for shown in (maps.by_frequency, maps.by_time):
+        figure = error_map(shown)
+        assert figure is not None
+        assert len(figure.data) == len(FLOORS)
+        assert len({(h.zmin, h.zmax) for h in figure.data}) == 1
+        assert figure.data[0].z.shape == shown[0].rms.shape
+    assert error_map(()) is None
+    assert row_labels(maps.by_time[0])[0] == "th1 (θ₂ 23°)"
+    assert len(worst_table(maps.worst).rows) == 10
+    assert re.fullmatch(r"[\d.]+ to [\d.]+ (s|Hz)", place(maps.worst[0]))
+    assert cell_labels(np.array([0.0, 3.90625, 7.8125])) == ["0–3.9", "3.9–7.8"]
+
+
+def test_patterns_are_drawn_for_both_directions(diagnosed: Outcome) -> None:
+    maps = error_maps(diagnosed.comparisons, FLOORS)
+    figure = residual_over(maps.over[:2])
+    assert figure is not None
+    lines = [t for t in figure.data if t.mode == "lines+markers"]
+    assert [t.name for t in lines] == ["forwards", "backwards"] * 2
+    assert residual_over(()) is None

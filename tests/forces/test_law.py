@@ -1,0 +1,100 @@
+"""What is stated in symbols is what is compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import sympy as sp
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from core.arm.cache import cache_folder
+from core.forces.compiled import compile_law
+from core.forces.generate import module_text
+from core.forces.law import ForceLaw, V, W, X, joint_law
+
+ROUNDING = 1e-12
+"""Relative to the terms of the sum; printing must not change a number."""
+
+A, B = sp.symbols("a b", positive=True)
+
+LAWS = {
+    "spring and damper": joint_law(-A * X - B * V, (A, B)),
+    "dry friction": joint_law(-A * sp.tanh(V / B), (A, B)),
+    "corner": joint_law(-A * sp.Abs(V) - B * sp.sign(X), (A, B)),
+    "dead zone": joint_law(-A * (X - sp.Max(-B, sp.Min(X, B))), (A, B)),
+    "pieces": joint_law(sp.Piecewise((-A * X, X > 0), (B * X**2, True)), (A, B)),
+    "fractions": joint_law(sp.Rational(1, 3) * A * X ** sp.Rational(2, 1) + sp.sqrt(B), (A, B)),
+    "functions": joint_law(sp.exp(-A * X**2) * sp.cos(B * X) + sp.atan2(V, A), (A, B)),
+    "bristles": joint_law(-A * W / B, (A, B), rate=V - sp.Abs(V) * W / B),
+    "step": joint_law(A * sp.Heaviside(X - B, 0), (A, B)),
+}
+
+TWO_PORTS = ForceLaw(
+    (X, sp.Symbol("x2", real=True)),
+    (V, sp.Symbol("v2", real=True)),
+    (-A * X, -B * sp.Symbol("v2", real=True) * sp.sqrt(V**2 + A)),
+    (A, B),
+    (W,),
+    (V - A * W,),
+)
+
+number = st.floats(-2.0, 2.0).filter(lambda x: abs(x) > 1e-3)
+
+
+def evaluated(law: ForceLaw, x, v, w, e) -> np.ndarray:  # type: ignore[no-untyped-def]
+    """The law's outputs by SymPy's own substitution."""
+    names = (*law.x, *law.v, *law.states, *law.parameters)
+    numbers = dict(zip(names, (*x, *v, *w, *e), strict=True))
+    found = [
+        output.subs(numbers).replace(sp.DiracDelta, lambda *_: sp.Integer(0)).evalf(17)
+        for output in law.outputs()
+    ]
+    return np.array(found, dtype=float)
+
+
+@pytest.mark.parametrize("name", LAWS)
+@given(x=number, v=number, w=number, a=st.floats(0.1, 3.0), b=st.floats(0.1, 3.0))
+def test_compiled_numbers_are_those_of_the_symbols(name, x, v, w, a, b) -> None:  # type: ignore[no-untyped-def]
+    law = LAWS[name]
+    states = [w][: len(law.states)]
+    assume(abs(x) != b)  # in a corner a slope is what one chooses it to be
+    out = compile_law(law)(np.array([x]), np.array([v]), np.array(states), np.array([a, b]))
+    expected = evaluated(law, [x], [v], states, [a, b])
+    assert np.abs(out - expected).max() <= ROUNDING * (1.0 + np.abs(expected).max())
+
+
+@pytest.mark.parametrize("law", [*LAWS.values(), TWO_PORTS], ids=[*LAWS, "two ports"])
+def test_the_number_of_outputs_is_known_beforehand(law: ForceLaw) -> None:
+    assert law.size == len(law.outputs())
+
+
+def test_two_ports_and_a_state_keep_their_order() -> None:
+    out = compile_law(TWO_PORTS)(
+        np.array([0.5, 0.0]), np.array([3.0, 2.0]), np.array([0.1]), np.array([4.0, 7.0])
+    )
+    root = np.sqrt(9.0 + 4.0)
+    expected = [-2.0, -14.0 * root, -4.0, 0.0, 0.0, -7.0 * root, 2.6, 0.0, 1.0, -4.0]
+    assert np.allclose(out, expected, rtol=ROUNDING)
+
+
+@pytest.mark.parametrize("name", ["x", "out", "lambda", "e", "c0", "s1", "__import__"])
+def test_any_name_of_a_parameter_is_harmless(name: str) -> None:
+    """Symbols are renamed: the text of a law never holds a name that someone chose."""
+    own = sp.Symbol(name, positive=True)
+    law = joint_law(-own * X + sp.cos(own * V) * sp.cos(own * V), (own,))
+    out = compile_law(law)(np.array([2.0]), np.array([0.5]), np.zeros(0), np.array([3.0]))
+    assert out[0] == pytest.approx(-6.0 + np.cos(1.5) ** 2, rel=ROUNDING)
+    assert name in ("x", "out", "e", "c0", "s1") or name not in module_text(law)
+
+
+def test_a_parameter_that_is_a_port_too_is_refused() -> None:
+    with pytest.raises(ValueError, match="one symbol stands for two things"):
+        joint_law(-sp.Symbol("x", real=True) * V, (X,))
+
+
+def test_a_law_is_compiled_once_and_kept_as_a_file() -> None:
+    first = compile_law(LAWS["dry friction"])
+    assert compile_law(joint_law(-A * sp.tanh(V / B), (A, B))) is first
+    assert list(cache_folder().glob("force_*.py"))
+    assert not list(cache_folder().glob("force_*.tmp"))

@@ -1,0 +1,113 @@
+"""Recordings, the truth and the scenarios as files; the same data give the same bytes."""
+
+from __future__ import annotations
+
+import gzip
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from tests.mujoco.cases import EXPERIMENTS, Case
+from tests.mujoco.excitation import RATE_DECIMALS, SAMPLE
+from tests.mujoco.simulate import Motion
+
+CAMERA_NOISE = 3e-5
+"""m, standard deviation per axis."""
+ENCODER_NOISE = 1e-5
+"""rad, standard deviation per joint."""
+
+COLUMNS = ("t", "dtheta1_ref", "dtheta2_ref", "theta1", "theta2", "z1", "z2")
+DECIMALS = (6, RATE_DECIMALS, RATE_DECIMALS, 7, 7, 6, 6)
+"""A hundredth of the encoder's noise, a thirtieth of the camera's: below both, and small files."""
+
+SCENARIO = """\
+# Recorded by an independent engine; what is hidden in it stands in truth.toml.
+title = "Recordings of a chain of rigid bodies: {title}"
+
+[arm]
+preset = "paper"
+modes = [3, 3]
+
+[drive]
+kind = "velocity_loop"
+gains = [60.0, 30.0]        # N m s/rad
+
+[model]
+level = "nonlinear"
+
+[sensors]
+camera_noise = {camera!r}        # m
+encoder_noise = {encoder!r}       # rad
+
+[identify]
+parameters = ["EI1", "EI2"]
+output = ["z", "encoder"]
+generations = 0
+
+[diagnose]
+max_effects = 3
+"""
+
+
+def table(case: str, experiment: str, motion: Motion) -> np.ndarray:
+    """(samples, 7) by COLUMNS: the motion as the instruments report it, rounded.
+
+    The noise belongs to the case and the experiment, not to the order in which they are made,
+    and that of the first rows does not depend on how many follow.
+    """
+    rng = np.random.default_rng([*f"{case}/{experiment}".encode()])
+    noise = rng.standard_normal((len(motion.tip), 4))
+    measured = np.hstack([
+        SAMPLE * np.arange(len(motion.tip))[:, None],
+        motion.reference,
+        motion.angles + ENCODER_NOISE * noise[:, :2],
+        motion.tip + CAMERA_NOISE * noise[:, 2:],
+    ])  # fmt: skip
+    return np.column_stack([np.round(c, d) for c, d in zip(measured.T, DECIMALS, strict=True)])
+
+
+def write_table(rows: np.ndarray, path: Path) -> None:
+    """As .csv.gz."""
+    lines = [",".join(COLUMNS)]
+    lines += [",".join(map(_number, row, DECIMALS)) for row in rows.tolist()]
+    text = "\n".join(lines) + "\n"
+    # No date inside: a recording made again is the same file.
+    _replace(path, gzip.compress(text.encode(), compresslevel=9, mtime=0))
+
+
+def _number(value: float, decimals: int) -> str:
+    """1.25 and 0, not 1.250000 and -0.000000."""
+    return f"{value + 0.0:.{decimals}f}".rstrip("0").rstrip(".")  # + 0.0: no minus zero
+
+
+def write_scenario(case: Case, folder: Path) -> None:
+    """`<case>.toml` beside the case's folder; a file that is there stays as it is."""
+    path = folder / f"{case.name}.toml"
+    if path.exists():
+        return
+    title = case.name.replace("-", " and ").replace("_", " ")
+    text = SCENARIO.format(title=title, camera=CAMERA_NOISE, encoder=ENCODER_NOISE)
+    for e in EXPERIMENTS:
+        text += f'\n[[recordings]]\nname = "{e.name}"\nfile = "{case.name}/{e.name}.csv.gz"\n'
+        text += f'role = "{e.role}"\n'
+    _replace(path, text.encode())
+
+
+def write_truth(cases: Iterable[Case], path: Path) -> None:
+    """`[case.effect]` tables of parameters in SI units; an empty `[case]` hides nothing."""
+    text = "# What is hidden in the recordings of each folder. SI units.\n"
+    for case in cases:
+        text += f"\n[{case.name}]\n"
+        for effect, parameters in case.effects.items():
+            text += f"[{case.name}.{effect}]\n"
+            text += "".join(f"{name} = {value!r}\n" for name, value in parameters.items())
+    _replace(path, text.encode())
+
+
+def _replace(path: Path, content: bytes) -> None:
+    """So that a run that is stopped leaves no half of a file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.part")
+    temporary.write_bytes(content)
+    temporary.replace(path)

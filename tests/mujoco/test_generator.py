@@ -1,0 +1,250 @@
+"""The generator against the beam's textbook, Newton's law and itself with half the step."""
+
+from __future__ import annotations
+
+import gzip
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install '.[test]'")
+
+from tests.mujoco.cases import CASES, EXPERIMENTS, Case, Experiment  # noqa: E402
+from tests.mujoco.chain import PAPER, Beam, Motor, Plant, clamped, mjcf  # noqa: E402
+from tests.mujoco.excitation import AMPLITUDE, SAMPLE, prbs  # noqa: E402
+from tests.mujoco.files import (  # noqa: E402
+    CAMERA_NOISE,
+    COLUMNS,
+    DECIMALS,
+    ENCODER_NOISE,
+    table,
+    write_table,
+)
+from tests.mujoco.generate import FOLDER  # noqa: E402
+from tests.mujoco.simulate import delayed, run  # noqa: E402
+
+BEAM_TOLERANCE = 0.005
+"""The chain stands for the beam within this; its own error is about 1/(4 N²), 0.06 %."""
+FREQUENCIES = (1.8751041, 4.6940911)
+"""Roots of cos(x) cosh(x) = -1: a clamped beam turns with x² sqrt(EI / (μ l⁴)) rad/s."""
+SMALL = 1e-4
+"""m of deflection: large for the engine's digits, small for its geometry (2e-4 of the length)."""
+SMOOTH_HALVING = 0.1 * CAMERA_NOISE
+"""m. What the camera could see is its noise; a tenth of it also stays below the encoder's."""
+HARD_HALVING = 0.1 * CAMERA_NOISE
+"""m, for friction and a torque limit: the same promise at their finer steps."""
+STICKING = 1e-5
+"""rad in 0.1 s, the encoder's noise: a stuck joint of a soft constraint still creeps a little."""
+NEWTON = 1e-3
+"""Share of the torque that changes the momentum; friction is softened over some 1e-5 rad/s."""
+LEAST_CORRELATION = 2 / 50 + 1e-9
+"""50 balanced pairs cannot have less, if their number is no multiple of four."""
+LAST_DIGIT = 1.5 * 10.0 ** -np.array(DECIMALS)
+"""Another processor may round the last digit the other way."""
+
+CASE = {case.name: case for case in CASES}
+
+
+def _tip(data: mujoco.MjData) -> np.ndarray:
+    return np.array(data.site("tip").xpos[:2])
+
+
+def _masses(model: mujoco.MjModel, data: mujoco.MjData) -> np.ndarray:
+    """M (nv, nv) of the engine, row by row: what turns a unit acceleration into forces."""
+    columns = np.empty((model.nv, model.nv))
+    for i, unit in enumerate(np.eye(model.nv)):
+        mujoco.mj_mulM(model, data, columns[i], unit)
+    return columns
+
+
+@pytest.mark.parametrize("beam", PAPER, ids=["segment 1", "segment 2"])
+def test_a_tip_force_bends_the_chain_as_the_beam(beam: Beam) -> None:
+    model = mujoco.MjModel.from_xml_string(clamped(beam, 1e-5))
+    data = mujoco.MjData(model)
+    force = SMALL * 3 * beam.EI / beam.length**3
+    for _ in range(20):  # hinge by hinge: geometry couples them by no more than the deflection
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        data.qfrc_applied[:] = 0.0
+        place = np.array(data.site("tip").xpos)
+        push = np.array([0.0, force, 0.0])
+        mujoco.mj_applyFT(model, data, push, np.zeros(3), place, model.nbody - 1, data.qfrc_applied)
+        missing = data.qfrc_applied + data.qfrc_passive
+        data.qpos += missing / model.jnt_stiffness
+    assert np.abs(missing).max() < 1e-9 * force
+    compliance = _tip(data)[1] / force
+    assert compliance == pytest.approx(beam.length**3 / (3 * beam.EI), rel=BEAM_TOLERANCE)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("beam", PAPER, ids=["segment 1", "segment 2"])
+def test_the_clamped_chain_swings_as_the_beam(beam: Beam, number: int) -> None:
+    step = 1e-5
+    model = mujoco.MjModel.from_xml_string(clamped(beam, step))
+    data = mujoco.MjData(model)
+    data.qpos[:] = _shape(model, data, number - 1)
+    expected = FREQUENCIES[number - 1] ** 2 * np.sqrt(beam.EI / (beam.mass * beam.length**3))
+    sideways = []
+    for _ in range(round(3.2 * 2 * np.pi / expected / step)):
+        mujoco.mj_step(model, data)
+        sideways.append(_tip(data)[1])
+    crossings = np.flatnonzero(np.diff(np.sign(sideways)))
+    y = np.array(sideways)
+    times = step * (crossings + y[crossings] / (y[crossings] - y[crossings + 1]))
+    measured = np.pi * (len(times) - 1) / (times[-1] - times[0])
+    assert measured == pytest.approx(expected, rel=BEAM_TOLERANCE)
+
+
+def _shape(model: mujoco.MjModel, data: mujoco.MjData, number: int) -> np.ndarray:
+    """Hinge angles (nv,) in rad of one mode, the tip SMALL m off: where free motion starts."""
+    mujoco.mj_forward(model, data)
+    root = np.sqrt(model.jnt_stiffness)
+    slowest = np.linalg.eigh(np.linalg.inv(_masses(model, data) / np.outer(root, root)))
+    shape = slowest.eigenvectors[:, number] / root
+    data.qpos[:] = 1e-6 * shape
+    mujoco.mj_kinematics(model, data)
+    return 1e-6 * shape * SMALL / _tip(data)[1]
+
+
+def _halving(case: Case, seconds: float) -> float:
+    """m: how far the tip moves at most when the case's step is halved."""
+    reference = EXPERIMENTS[2].reference[: round(seconds / SAMPLE) + 1]
+    coarse = run(case.plant, EXPERIMENTS[2].theta2, reference, case.step)
+    fine = run(case.plant, EXPERIMENTS[2].theta2, reference, case.step / 2)
+    return float(np.linalg.norm(coarse.tip - fine.tip, axis=1).max())
+
+
+@pytest.mark.parametrize("name", ["nothing", "joint_elasticity", "structural_damping"])
+def test_half_the_step_gives_the_same_smooth_motion(name: str) -> None:
+    assert _halving(CASE[name], seconds=0.2) < SMOOTH_HALVING
+
+
+@pytest.mark.parametrize("name", ["coulomb_friction", "drive_saturation"])
+def test_half_the_step_gives_the_same_motion_with_corners(name: str) -> None:
+    assert _halving(CASE[name], seconds=0.06) < HARD_HALVING
+
+
+def test_the_torque_limit_is_reached_and_never_passed() -> None:
+    case = CASE["drive_saturation"]
+    limits = np.array([motor.limit for motor in case.plant.motors])
+    motion = run(case.plant, EXPERIMENTS[2].theta2, EXPERIMENTS[2].reference[:21], case.step)
+    largest = np.abs(motion.torque).max(axis=0)
+    assert largest == pytest.approx(limits, rel=1e-12)
+
+
+def _loose(level: float) -> Plant:
+    """No drive; Coulomb friction of `level` N m in joint 1, none in joint 2."""
+    return Plant(motors=(Motor(0.0, coulomb=level), Motor(0.0)))
+
+
+def _pushed(level: float, torque: float, rate: float) -> tuple[float, float]:
+    """Joint 1 under a constant torque in N m for 0.1 s, the arm turning at `rate` in rad/s.
+
+    Returns the angle in rad that it turned and the change of the angular momentum about it,
+    in N m s, which is the time integral of the torques on it whatever the arm behind it does.
+    """
+    model = mujoco.MjModel.from_xml_string(mjcf(_loose(level), CASE["coulomb_friction"].step))
+    data = mujoco.MjData(model)
+    data.qvel[0] = rate
+    mujoco.mj_forward(model, data)
+    before = float(_masses(model, data)[0] @ data.qvel)
+    data.qfrc_applied[0] = torque
+    mujoco.mj_step(model, data, round(0.1 / model.opt.timestep))
+    mujoco.mj_forward(model, data)
+    return float(data.qpos[0]), float(_masses(model, data)[0] @ data.qvel) - before
+
+
+def test_a_joint_sticks_below_its_friction() -> None:
+    angle, _ = _pushed(level=1.5, torque=1.4, rate=0.0)
+    assert abs(angle) < STICKING
+
+
+def test_a_joint_without_friction_does_not_stick() -> None:
+    angle, _ = _pushed(level=0.0, torque=1.4, rate=0.0)
+    assert angle > 100 * STICKING
+
+
+def test_a_pushed_joint_accelerates_by_what_friction_leaves() -> None:
+    # Turning already: from rest the link swings back and stops the joint now and then.
+    _, gained = _pushed(level=1.5, torque=3.0, rate=0.5)
+    assert gained == pytest.approx((3.0 - 1.5) * 0.1, rel=NEWTON)
+
+
+def test_a_coasting_joint_is_slowed_by_its_friction() -> None:
+    _, gained = _pushed(level=1.5, torque=0.0, rate=0.5)
+    assert gained == pytest.approx(-1.5 * 0.1, rel=NEWTON)
+
+
+def test_an_unstable_step_is_no_recording() -> None:
+    with pytest.raises(ArithmeticError, match="finer step"):
+        run(Plant(), 1.0, prbs(0.2, seed=1), step=5e-5)
+
+
+@pytest.mark.parametrize("experiment", EXPERIMENTS[:-1], ids=lambda e: e.name)
+def test_the_references_are_balanced_and_uncorrelated(experiment: Experiment) -> None:
+    moving = experiment.reference[:-1]
+    assert np.all(np.abs(moving) == AMPLITUDE)
+    assert np.all(np.abs(moving.sum(axis=0)) < 1e-9)
+    assert abs(np.corrcoef(moving.T)[0, 1]) < LEAST_CORRELATION
+
+
+def test_every_recording_has_references_of_its_own() -> None:
+    assert len({e.reference[:1000].tobytes() for e in EXPERIMENTS}) == len(EXPERIMENTS) == 8
+
+
+def test_a_late_camera_shows_the_past() -> None:
+    tip = np.arange(10.0).reshape(5, 2)
+    assert delayed(tip, 2 * SAMPLE).tolist() == tip[[0, 0, 0, 1, 2]].tolist()
+    with pytest.raises(ValueError, match="whole number"):
+        delayed(tip, 0.3 * SAMPLE)
+
+
+def test_the_instruments_add_their_noise_and_nothing_else() -> None:
+    reference = np.zeros((1001, 2))
+    rows = table("any", "any", run(Plant(), 1.0, reference, 1e-5))
+    assert rows[:, 3:5].std(axis=0) == pytest.approx([ENCODER_NOISE] * 2, rel=0.1)
+    assert rows[:, 5:7].std(axis=0) == pytest.approx([CAMERA_NOISE] * 2, rel=0.1)
+    straight = 0.5 * np.array([1 + np.cos(1.0), np.sin(1.0)])
+    assert rows[:, 3:].mean(axis=0) == pytest.approx([0.0, 1.0, *straight], abs=5e-6)
+
+
+def _read(path: Path) -> tuple[list[str], np.ndarray]:
+    header, *lines = gzip.decompress(path.read_bytes()).decode().splitlines()
+    return header.split(","), np.array([[float(c) for c in line.split(",")] for line in lines])
+
+
+def test_what_is_written_reads_back(tmp_path: Path) -> None:
+    motion = run(Plant(), 1.0, EXPERIMENTS[0].reference[:6], 1e-5)
+    rows = table("any", "any", motion)
+    for name in ("once.csv.gz", "again.csv.gz"):
+        write_table(rows, tmp_path / name)
+    header, read = _read(tmp_path / "once.csv.gz")
+    assert tuple(header) == COLUMNS
+    assert np.array_equal(read, rows)
+    assert (tmp_path / "once.csv.gz").read_bytes() == (tmp_path / "again.csv.gz").read_bytes()
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda c: c.name)
+def test_the_stored_recordings_are_whole(case: Case) -> None:
+    for experiment in EXPERIMENTS:
+        header, rows = _read(FOLDER / case.name / f"{experiment.name}.csv.gz")
+        assert tuple(header) == COLUMNS
+        assert rows.shape == (len(experiment.reference), len(COLUMNS))
+        assert np.array_equal(rows[:, 1:3], experiment.reference)
+        assert rows[:, 0] == pytest.approx(SAMPLE * np.arange(len(rows)), abs=1e-9)
+
+
+def test_the_stored_truth_is_that_of_the_cases() -> None:
+    stored = tomllib.loads((FOLDER / "truth.toml").read_text(encoding="utf-8"))
+    assert stored == {case.name: case.effects for case in CASES}
+
+
+@pytest.mark.parametrize("name", ["nothing", "structural_damping-camera_delay"])
+def test_a_stored_recording_can_be_made_again(name: str) -> None:
+    case, experiment = CASE[name], EXPERIMENTS[4]
+    reference = experiment.reference[:101]
+    again = table(name, experiment.name, run(case.plant, experiment.theta2, reference, case.step))
+    _, stored = _read(FOLDER / name / f"{experiment.name}.csv.gz")
+    assert np.all(np.abs(again - stored[:101]) < LAST_DIGIT)
