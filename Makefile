@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report test long load bench lint format clean chromium
+.PHONY: help run report test long load bench blind lint format clean chromium
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -17,6 +17,7 @@ help:
 	@echo "make long    the studies that take minutes: many seeds, whole recordings of real rigs"
 	@echo "make load    thirty sessions for three minutes, and the delay of a slider"
 	@echo "make bench   how fast and how exact it is on this machine"
+	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
 	@echo "make lint    ruff and mypy only"
 	@echo "make format  let ruff put the code in order"
 	@echo "make clean   remove what was made, the virtual environment too"
@@ -30,6 +31,9 @@ report: $(VENV)/.installed
 
 bench: $(VENV)/.installed-test
 	@$(BIN)/flexgui bench
+
+blind: $(VENV)/.installed-test
+	@$(BIN)/python -m core.study.blind
 
 test: lint chromium
 	@$(BIN)/python -m pytest -n 2

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexgui import __version__
+from flexgui import __version__, challenge
 
 if TYPE_CHECKING:
     from core.progress import Progress
@@ -142,3 +142,6 @@ def _progress(quiet: bool) -> Iterator[Progress]:
 
     with TerminalProgress() as bars:
         yield bars
+
+
+challenge.add_to(app, _plain_words)

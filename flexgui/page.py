@@ -14,6 +14,7 @@ from flexgui.panels.panel import Panel
 from flexgui.panels.scene import Scene
 from flexgui.panels.stagebar import StageBar
 from flexgui.panels.timeline import TimeLine
+from flexgui.panels.widgets import grey
 from flexgui.session import Services, Session, Topic
 from flexgui.session.state import STAGES
 
@@ -42,6 +43,7 @@ class Page:
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
         gui = desk.gui
+        others = set(gui._gui_input_handle_from_uuid)
         gui.set_panel_label("FlexGUI")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(RIGHT)
@@ -56,6 +58,8 @@ class Page:
         self._left.set_width(LEFT)
         self._scene = Scene(desk)
         self._timeline = TimeLine(desk)
+        if desk.read_only:
+            grey(gui, others)
         self._painter = Painter(self._draw)
         self._end = desk.session.subscribe(self._painter.mark)
         for topic in Topic:

@@ -50,6 +50,7 @@ RANKS = {
     "flexgui.page": 17,
     "flexgui.server": 17.5,
     "flexgui.bench": 17.5,
+    "flexgui.challenge": 17.5,
     "flexgui.cli": 18,
     "flexgui.__main__": 19,
 }

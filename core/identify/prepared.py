@@ -27,16 +27,21 @@ class Processing:
 
     filter: ZeroPhaseLowPass | None = None
     decimate: int = 1
+    output_filter: ZeroPhaseLowPass | None = None
+    """A further low-pass of the outputs alone: a torque may need a narrower band than the motion
+    from which it is computed."""
 
     def apply(self, y: np.ndarray, dt: float) -> np.ndarray:
         """(N, k) -> (ceil(N / decimate), k)"""
         if self.filter is not None:
             y = np.column_stack([self.filter.apply(column, dt) for column in y.T])
+        if self.output_filter is not None:
+            y = np.column_stack([self.output_filter.apply(column, dt) for column in y.T])
         return y[:: self.decimate]
 
     @property
     def nothing(self) -> bool:
-        return self.filter is None and self.decimate == 1
+        return self.filter is None and self.output_filter is None and self.decimate == 1
 
 
 @dataclass(frozen=True)

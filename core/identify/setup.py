@@ -35,7 +35,7 @@ def make_setup(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
     """The setup for the estimation recordings; InputError where they lack what is compared."""
     chosen = [r for r in recordings if r.role == "estimate"]
     outputs = _outputs(model, spec, chosen)
-    processing = Processing(spec.filter, spec.decimate)
+    processing = Processing(spec.filter, spec.decimate, spec.output_filter)
     servo = None
     if spec.servo_hz is not None or any(s.kind == TORQUE for s in outputs):
         servo = _servo(model, spec, chosen)
@@ -100,6 +100,10 @@ def _notes(
         )
     if spec.filter is not None:
         said.append(f"Measurement and model passed the same filter. {spec.filter.sentence()}")
+    if spec.output_filter is not None:
+        said.append(
+            f"The compared outputs passed a further filter. {spec.output_filter.sentence()}"
+        )
     if spec.decimate > 1:
         said.append(f"Every sample number {spec.decimate} was kept after filtering.")
     if servo is not None:

@@ -178,6 +178,8 @@ class IdentifySpec(Settings):
     parameters: tuple[Words, ...] = ()
     output: Annotated[tuple[Output, ...] | None, BeforeValidator(_one_as_list)] = None
     filter: ZeroPhaseLowPass | None = None
+    output_filter: ZeroPhaseLowPass | None = None
+    """A further low-pass of the compared outputs, measured and modelled alike."""
     decimate: Annotated[Whole, Field(ge=1)] = 1
     bounds: dict[str, Interval] = Field(default_factory=dict)
     prior: dict[str, Prior] = Field(default_factory=dict)

@@ -65,14 +65,13 @@ def run_all(
     """
     have = finished(path)
     open_cases = [case for case in cases if case.key not in have]
+    results = _results(open_cases, work, processes, told, begin or single_threaded)
     told(f"{len(cases)} cases, {len(cases) - len(open_cases)} of them finished before.")
     path.parent.mkdir(parents=True, exist_ok=True)
     begun = time.monotonic()
     with path.open("a", encoding="utf-8") as file:
         _begin_line(path, file)
-        for number, record in enumerate(
-            _results(open_cases, work, processes, told, begin or single_threaded), start=1
-        ):
+        for number, record in enumerate(results, start=1):
             have[record["key"]] = record
             file.write(json.dumps(record) + "\n")
             file.flush()

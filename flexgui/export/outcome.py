@@ -13,6 +13,7 @@ from core.errors import InputError
 from core.results import Outcome
 from flexgui.export.folder import INDEX, swap_in, workroom
 from flexgui.export.model_files import as_json, write_mat
+from flexgui.export.motion import Motion
 from flexgui.export.report import report_html
 from flexgui.export.result import result
 from flexgui.export.strict_json import dumps
@@ -22,11 +23,13 @@ DIGITS = 10
 """More than any sensor resolves, at two thirds of the size of all 17."""
 
 
-def export_outcome(outcome: Outcome, scenario_text: str, out: Path) -> None:
+def export_outcome(
+    outcome: Outcome, scenario_text: str, out: Path, motion: Motion | None = None
+) -> None:
     """Write the export into the folder `out`; where that fails an older one stays as it was."""
     try:
         with workroom(out) as room:
-            _write(outcome, scenario_text, room)
+            _write(outcome, scenario_text, room, motion)
             swap_in(room, out)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
@@ -52,14 +55,14 @@ def _rounded(values: np.ndarray) -> np.ndarray:
     return np.asarray(np.round(values * factor) / factor)
 
 
-def _write(outcome: Outcome, scenario_text: str, room: Path) -> None:
+def _write(outcome: Outcome, scenario_text: str, room: Path, motion: Motion | None) -> None:
     (room / "tables").mkdir()
     for name, table in tables(outcome).items():
         _csv(table, room / "tables" / f"{name}.csv")
     write_mat(outcome.model, room / "model.mat")
     _text(room / "model.json", dumps(as_json(outcome.model)))
     _text(room / "scenario.toml", scenario_text)
-    _text(room / "report.html", report_html(outcome, scenario_text))
+    _text(room / "report.html", report_html(outcome, scenario_text, motion))
     written = [path for path in room.rglob("*") if path.is_file()]
     files = sorted([path.relative_to(room).as_posix() for path in written] + [INDEX])
     _text(room / INDEX, dumps(result(outcome, files)))

@@ -6,20 +6,21 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-import plotly.graph_objects as go
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from core.results import MissingTorque, Outcome, RecordingComparison
 from flexgui import __version__
+from flexgui.export.diagnosis_report import diagnosis_block
+from flexgui.export.motion import Motion
+from flexgui.export.plot import Plot, plot
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.correlation import correlation
 from flexgui.views.equations import mathml
 from flexgui.views.fit_bars import bar_label, fit_bars
 from flexgui.views.fit_table import ROLES, fit_table, in_unit
-from flexgui.views.layout import caption
 from flexgui.views.matrices import affine, matrices
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.numbers import format_number, with_unit
@@ -35,15 +36,6 @@ OPEN = 3
 
 
 @dataclass(frozen=True)
-class Plot:
-    """A figure as the template needs it."""
-
-    json: Markup
-    height: int
-    caption: str
-
-
-@dataclass(frozen=True)
 class RecordingBlock:
     """One recording's plots; `others` holds the outputs that were not fitted."""
 
@@ -54,7 +46,7 @@ class RecordingBlock:
     others: Plot | None
 
 
-def report_html(outcome: Outcome, scenario_text: str) -> str:
+def report_html(outcome: Outcome, scenario_text: str, motion: Motion | None = None) -> str:
     """The whole page as text."""
     return (
         _environment()
@@ -63,6 +55,7 @@ def report_html(outcome: Outcome, scenario_text: str) -> str:
             plotly_js=Markup(get_plotlyjs()),
             version=__version__,
             scenario_text=scenario_text,
+            motion=motion,
             **_content(outcome),
         )
     )
@@ -83,6 +76,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
     return {
         "title": outcome.title,
         "summary": summary(outcome),
+        "diagnosis": diagnosis_block(outcome),
         "parameters": parameters(outcome.fits) if outcome.fits else None,
         "sentences": _sentences(outcome),
         "valley": plot(valley(outcome.fits)),
@@ -99,14 +93,6 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "arm": _arm(outcome),
         "notes": (*outcome.notes, *_messages(outcome)),
     }
-
-
-def plot(figure: go.Figure | None) -> Plot | None:
-    """A figure as JSON that is safe inside a script element."""
-    if figure is None:
-        return None
-    text = figure.to_json().replace("<", "\\u003c").replace("\u2028", "\\u2028")
-    return Plot(Markup(text), int(figure.layout.height), caption(figure))
 
 
 def _recordings(comparisons: tuple[RecordingComparison, ...]) -> list[RecordingBlock]:

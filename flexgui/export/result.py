@@ -14,6 +14,7 @@ from core.results import (
     RecordingComparison,
     Variant,
 )
+from flexgui.export.diagnosis_result import diagnosis, steps, verdicts
 from flexgui.views.pooled import (
     ESTIMATE,
     VALIDATE,
@@ -30,24 +31,24 @@ SCHEMA = 1
 def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
     """The content of result.json; `files` are all files of the export.
 
-    Nothing judges the model yet, so both verdicts and the floors are null and the ranking is
-    empty. For local fits `parameters` holds the means; each fit's own stand under `fits`.
+    Without a diagnosis both verdicts and the floors are null and the ranking is empty, and the
+    one step is the fit as the comparison shows it. For local fits `parameters` holds the means;
+    each fit's own stand under `fits`.
     """
     derived = derived_names(outcome.fits)
     return {
         "schema": SCHEMA,
         "title": outcome.title,
-        "verdict": None,
-        "final_verdict": None,
+        **verdicts(outcome.diagnosis, _parameter),
         "parameters": [_parameter(e, derived) for e in overall_estimates(outcome.fits)],
-        "steps": [{"added": None, **_step(outcome.comparisons)}],
-        "ranking": [],
+        "steps": _steps(outcome),
         "seconds": {"identify": None, "diagnose": 0.0, **outcome.seconds},
         "method": outcome.method,
         "level": outcome.level,
         "fits": [_fit(fit) for fit in outcome.fits],
         "recordings": [_recording(comparison) for comparison in outcome.comparisons],
         "variants": [_variant(variant) for variant in outcome.variants],
+        "diagnosis": diagnosis(outcome, _parameter),
         "arm": [
             {"name": name, "title": title, "value": value, "unit": unit}
             for name, title, value, unit in outcome.arm_table
@@ -55,6 +56,12 @@ def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
         "notes": outcome.notes,
         "files": list(files),
     }
+
+
+def _steps(outcome: Outcome) -> list[dict[str, Any]]:
+    if outcome.diagnosis is not None:
+        return steps(outcome.diagnosis, _parameter)
+    return [{"added": None, **_step(outcome.comparisons)}]
 
 
 def _step(comparisons: Sequence[RecordingComparison]) -> dict[str, Any]:

@@ -24,7 +24,9 @@ def export_scenario(path: Path, out: Path, data: Path | None, progress: Progress
 
     outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)
 
+    from flexgui.export.motion import report_motion
     from flexgui.export.outcome import export_outcome
 
     progress.stage("Writing the report")
-    export_outcome(outcome, text, out)
+    motion = report_motion(scenario, outcome, path.parent, data)
+    export_outcome(outcome, text, out, motion)

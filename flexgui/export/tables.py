@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable
 import pandas as pd
 
 from core.results import ChannelComparison, Estimate, Fit, Outcome, RecordingComparison
+from flexgui.export.diagnosis_tables import diagnosis_tables
 from flexgui.export.filenames import unique_slugs
 from flexgui.views.fit_bars import bar_label
 
@@ -21,7 +22,8 @@ def tables(outcome: Outcome) -> Tables:
         "correlation": correlation_table,
         "convergence": convergence_table,
     }
-    return {name: make(outcome) for name, make in named.items()} | recording_tables(outcome)
+    made = {name: make(outcome) for name, make in named.items()}
+    return made | diagnosis_tables(outcome) | recording_tables(outcome)
 
 
 def parameter_table(outcome: Outcome) -> pd.DataFrame:

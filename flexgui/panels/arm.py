@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from markupsafe import Markup
+
+from core.results import DescriptorModel
 from flexgui.panels import widgets
 from flexgui.panels.arm_sliders import ArmSliders
 from flexgui.panels.panel import Panel
@@ -35,6 +38,7 @@ class ArmPanel(Panel):
         desk, session = self.desk, self.desk.session
         self._title = Words(desk.gui)
         self._shown_equations: object = None
+        self._shown_descriptor: object = None
         self._is_dark = False
         first = desk.gui.add_folder(None)
         widgets.slider(
@@ -100,11 +104,16 @@ class ArmPanel(Panel):
         self._response.show(frequency_response(view.frequency))
         self._poles.show(poles(view.at.poles, view.modes, view.clamped))
         self._modes.show(html_table(mode_table(view.modes)))
-        described = view.descriptor
         if view.equations is not self._shown_equations:
             self._shown_equations = view.equations
             self._equations.show(html_equations(view.equations))
-        sums = joined(
-            paragraph(affine("E", described.basis)), paragraph(affine("A", described.A_basis))
-        )
-        self._matrices.show(joined(sums, html_matrices(matrices(described))))
+        if view.descriptor is not self._shown_descriptor:
+            self._shown_descriptor = view.descriptor
+            self._matrices.show(_all_matrices(view.descriptor))
+
+
+def _all_matrices(described: DescriptorModel) -> Markup:
+    sums = joined(
+        paragraph(affine("E", described.basis)), paragraph(affine("A", described.A_basis))
+    )
+    return joined(sums, html_matrices(matrices(described)))

@@ -28,6 +28,7 @@ class ArmSliders:
 
     def __init__(self, desk: Desk, first: Any, more: Any) -> None:
         self._desk = desk
+        self._scenario, self._built = desk.session.scenario, build_arm(desk.session.scenario.arm)
         self._first, self._more = Rebuilt(desk, first), Rebuilt(desk, more)
         self.refresh()
 
@@ -41,7 +42,11 @@ class ArmSliders:
 
     @property
     def _arm(self) -> Arm:
-        return build_arm(self._desk.session.scenario.arm)
+        """Built once per scenario: every slider asks for it after every change."""
+        scenario = self._desk.session.scenario
+        if scenario is not self._scenario:
+            self._scenario, self._built = scenario, build_arm(scenario.arm)
+        return self._built
 
     @property
     def _gains(self) -> list[float]:

@@ -11,6 +11,7 @@ from core.excitation.excitation import Excitation
 from core.plugins import classes_of
 from core.scenario.schema import Scenario
 from flexgui.panels import widgets
+from flexgui.panels.columns import ColumnChoice
 from flexgui.panels.one_recording import OneRecording
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
@@ -49,6 +50,7 @@ class DataPanel(Panel):
             desk, "Recording", self._names(), self._name, self._chosen, "Which one is shown."
         )
         self._one = OneRecording(desk)
+        self._columns = ColumnChoice(desk)
         with gui.add_folder("Simulate experiments"):
             self._simulate_controls()
         with gui.add_folder("Bring your own"):
@@ -155,6 +157,7 @@ class DataPanel(Panel):
         self._said.show(paragraph(f"{fitted} to fit, {len(specs) - fitted} to validate.", "lead"))
         self._list.show(html_table(listed(session.scenario)))
         self._one.refresh()
+        self._columns.refresh()
         recording = session.recording
         if recording is None or names == (NONE,):
             self._about.show(paragraph(EMPTY, "soft"))

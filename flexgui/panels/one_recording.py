@@ -59,6 +59,9 @@ class OneRecording:
             desk, "Camera scale", lambda: self._spec.camera.scale,
             lambda v: self._put(float(v), "camera", "scale"), 1e-6, 1e6, 0.001,
         )  # fmt: skip
+        widgets.button(
+            desk, "Choose its columns …", lambda: desk.session.choose_columns(self._spec.name)
+        )
         self._gained = gui.add_dropdown("Column", ("z1",))
         self._gain = gui.add_number("Gain", 1.0, step=0.01)
         self._negative = gui.add_checkbox("Turn its sign", False)

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from collections.abc import Callable
 
 from flexgui.session import Topic
+from flexgui.session.turn import TURN
 
 log = logging.getLogger(__name__)
+
+
+STREAMED = frozenset({Topic.RUN})
+INTERVAL = 0.25
+"""s between two drawings of what streams: a browser that draws without a pause hears no click."""
 
 
 class Painter:
@@ -19,6 +26,8 @@ class Painter:
         self._news = threading.Condition()
         self._dirty: set[Topic] = set()
         self._closed = False
+        self._streamed = 0.0
+        """When what streams was drawn last."""
         self._thread = threading.Thread(target=self._run, name="painter", daemon=True)
         self._thread.start()
 
@@ -37,12 +46,24 @@ class Painter:
     def _run(self) -> None:
         while True:
             with self._news:
-                self._news.wait_for(lambda: bool(self._dirty) or self._closed)
+                while not self._closed and (pause := self._pause()) != 0.0:
+                    self._news.wait(pause)
                 if self._closed:
                     return
                 dirty, self._dirty = frozenset(self._dirty), set()
+            if dirty & STREAMED:
+                self._streamed = time.monotonic()
             try:
-                self._draw(dirty)
+                with TURN:
+                    self._draw(dirty)
             except Exception:
                 if not self._closed:
                     log.exception("Drawing %s failed", sorted(topic.value for topic in dirty))
+
+    def _pause(self) -> float | None:
+        """s until something is to be drawn; None where nothing has changed."""
+        if not self._dirty:
+            return None
+        if self._dirty - STREAMED:
+            return 0.0
+        return max(self._streamed + INTERVAL - time.monotonic(), 0.0)

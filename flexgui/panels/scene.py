@@ -11,7 +11,7 @@ from core.arm.arm import Arm
 from flexgui.panels.desk import Desk
 from flexgui.session import Topic
 from flexgui.session.live import LiveModel
-from flexgui.session.playback import Playback
+from flexgui.stage.recorded import Playback
 from flexgui.stage.scene import Stage
 
 ASPECT = 0.68
@@ -20,8 +20,9 @@ ASPECT = 0.68
 DOWN = 1.2
 """Of the arm's reach."""
 
-NARROW = 700
-"""px: on a phone the panels lie over the arm and leave it the whole width."""
+NARROW = 0.5
+"""Width over height: on a phone the panels lie over the arm and leave it the whole screen. Not in
+px: beside docked panels the arm of a wide screen has 640 of them, before they are docked 1600."""
 
 SWINGS_PER_SECOND = 0.6
 """A mode is played so slowly that the eye follows; its true frequency stands beside it."""
@@ -72,7 +73,7 @@ class Scene:
         """Looks at the whole arm; what a person turns stays so until another arm comes."""
         self._reach = stage.body.reach
         camera = self._desk.client.camera
-        narrow = camera.image_width < NARROW
+        narrow = camera.aspect < NARROW
         eye = stage.view(camera.aspect if narrow else ASPECT)
         # On a phone the panels cover the lower part: the arm goes up, the aim down.
         down = np.array([0.0, -DOWN if narrow else 0.0, 0.0]) * self._reach

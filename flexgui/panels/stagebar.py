@@ -5,7 +5,7 @@ from __future__ import annotations
 from markupsafe import Markup
 
 from flexgui.panels.desk import Desk
-from flexgui.panels.style import STYLE, bar_style
+from flexgui.panels.style import FOLLOWER, STYLE, bar_style
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.state import STAGES
 
@@ -31,4 +31,5 @@ class StageBar:
         self._message.show(paragraph(message.text, kind) if message.text else "")
 
     def _style(self) -> Markup:
-        return joined(STYLE, bar_style(STAGES.index(self._desk.session.stage)), BAR)
+        follows = FOLLOWER if self._desk.read_only else Markup("")
+        return joined(STYLE, follows, bar_style(STAGES.index(self._desk.session.stage)), BAR)

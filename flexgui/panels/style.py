@@ -4,7 +4,7 @@ from markupsafe import Markup
 
 STYLE = Markup("""<style>
 .fx { padding: 0 .75em .35em; font-size: .875em; line-height: 1.4; color: var(--mantine-color-text);
-  overflow-wrap: anywhere; }
+  overflow-wrap: anywhere; max-width: 100%; box-sizing: border-box; }
 .fx p { margin: .25em 0; } .fx h4 { margin: .9em 0 .25em; font-size: .95em; }
 .fx .soft { color: var(--mantine-color-dimmed); font-size: .93em; }
 .fx .lead { font-size: 1.05em; font-weight: 600; }
@@ -22,12 +22,13 @@ STYLE = Markup("""<style>
 .fx table.matrix { font-size: .8em; }
 .fx table.matrix td, .fx table.matrix th { text-align: right; }
 .fx .formula { overflow-x: auto; padding: .2em 0; }
-.fx math { font-size: 1.12rem; font-family: "Latin Modern Math", "STIX Two Math",
+.fx math { font-size: .95rem; font-family: "Latin Modern Math", "STIX Two Math",
   "Cambria Math", math, serif; }
 .fx .formula math { display: inline math; }
 .fx mtable { margin: 0 .2em; padding: 0 .25em; }
 .fx mtable.square, .fx mtable.bars, .fx mtable.round { border-left: 1.5px solid;
   border-right: 1.5px solid; }
+.fx mtable:not(.square, .bars, .round) > mtr > mtd:last-child { text-align: left; }
 .fx mtable.round { border-radius: .7em; }
 .fx mtable.square { background:
     linear-gradient(currentColor, currentColor) top left / .35em 1.5px,
@@ -37,10 +38,17 @@ STYLE = Markup("""<style>
   background-repeat: no-repeat; }
 .fx .key { display: inline-block; width: .8em; height: .8em; border-radius: 2px;
   margin: 0 .35em 0 .7em; vertical-align: -.05em; }
+.mantine-Slider-root:has([data-disabled]) ~ div input { opacity: .5; pointer-events: none; }
 div:has(> .fx > .fx-bar) + div > div > div:first-child { display: none; }
 div:has(> .fx > .fx-bar) + div button { height: 2.1em; font-size: .85em; padding: 0 .5em; }
 </style>""")
 """`:has` finds the row of buttons after the mark `fx-bar`; a browser without it shows a label."""
+
+
+FOLLOWER = Markup("""<style>
+div:has(> .fx > .fx-bar) + div button { opacity: .6; cursor: not-allowed; }
+</style>""")
+"""The stages are the teacher's choice."""
 
 
 def bar_style(active: int) -> Markup:

@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import viser
+
 from flexgui.panels.desk import Desk
 
 HANDS_OFF = 0.6
@@ -35,6 +37,14 @@ def bind(desk: Desk, handle: Any, get: Callable[[], Any], put: Callable[[Any], o
 
     desk.syncs.append(sync)
     return handle
+
+
+def grey(gui: viser.GuiApi, but: set[str]) -> None:
+    """Disables all inputs but those with the uuids given: a follower only looks."""
+    for uuid, handle in tuple(gui._gui_input_handle_from_uuid.items()):
+        group = isinstance(handle, viser.GuiButtonGroupHandle)  # cannot be disabled
+        if uuid not in but and not group and hasattr(handle, "disabled"):
+            handle.disabled = True
 
 
 def slider(

@@ -24,7 +24,7 @@ from flexgui.server.door import Door
 from flexgui.server.entry import Word
 from flexgui.server.errors import Reports
 from flexgui.server.folders import new_root
-from flexgui.server.guarded import connection_of, guarded_viser, stop
+from flexgui.server.guarded import connection_of, guarded_viser, stop, tolerate_leaving
 from flexgui.server.limits import Limits
 from flexgui.server.origins import loopback_origins
 from flexgui.server.services import FOLLOWER, Services
@@ -47,6 +47,8 @@ class Settings(Generic[S]):
     build_page: Callable[[viser.ClientHandle, S, Services, bool], Any]
     """The last argument: whether the page is to be looked at only."""
     services: Services
+    welcome: Callable[[viser.ClientHandle], None] = lambda client: None
+    """What every browser gets at once, while its session and page are made."""
     stop_jobs: Callable[[S], None] = lambda session: None
     copy_session: Callable[[S, S], None] | None = None
     """Fills a follower's own session from the teacher's; given where there is a demo."""
@@ -131,6 +133,7 @@ class PageServer(Generic[S]):
         # Coroutines, so that they neither wait for nor take one of the callbacks' threads.
         @self.viser.on_client_connect
         async def _(client: viser.ClientHandle) -> None:
+            tolerate_leaving(client)
             visit = self._visits[client.client_id] = Visit[S](client)
             self._doormen.submit(self._careful, self._arrive, visit)
 
@@ -142,6 +145,7 @@ class PageServer(Generic[S]):
 
     def _arrive(self, visit: Visit[S]) -> None:
         client = visit.client
+        self._settings.welcome(client)
         key = stored_key(client, self.limits.key_wait)
         try:
             if self.demo is not None:

@@ -70,6 +70,11 @@ def connection_of(server: viser.ViserServer, client_id: int) -> GuardedConnectio
     return found if isinstance(found, GuardedConnection) else None
 
 
+def tolerate_leaving(client: viser.ClientHandle) -> None:
+    """A browser may go while its page is drawn: viser's warning of that is no news."""
+    client._websock_connection.get_message_buffer()._sanctioned_dead_writes += 1
+
+
 @contextlib.contextmanager
 def _served_with(options: dict[str, Any]) -> Iterator[list[bool]]:
     """viser starts its websocket server inside its constructor, by `serve`; options win."""

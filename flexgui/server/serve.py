@@ -1,4 +1,8 @@
-"""`flexgui serve`: everything put together, until Ctrl-C."""
+"""`flexgui serve`: everything put together, until Ctrl-C.
+
+What is heavy to import is imported by the functions that need it: the address stands in the
+terminal a second earlier, and the browser loads meanwhile.
+"""
 
 from __future__ import annotations
 
@@ -7,17 +11,14 @@ import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import viser
 
-from core.scenario.read import read_scenario
 from flexgui.jobs import JobPool
-from flexgui.page import Page, build_page
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.binding import bind, port_of
 from flexgui.server.browser import can_open, open_soon
-from flexgui.server.copying import copy_session
 from flexgui.server.ending import end_in_any_case, until_asked, wait
 from flexgui.server.entry import Word
 from flexgui.server.greeting import Say, greet_alone, greet_class, teacher_address
@@ -25,8 +26,11 @@ from flexgui.server.limits import Limits
 from flexgui.server.options import ServeOptions
 from flexgui.server.plotly_script import send_plotly
 from flexgui.server.services import Services
-from flexgui.session import Session
-from flexgui.session.uploads import fetch_files
+from flexgui.server.warming import warm_up
+
+if TYPE_CHECKING:
+    from flexgui.page import Page
+    from flexgui.session import Session
 
 
 def serve(options: ServeOptions, say: Say) -> None:
@@ -44,9 +48,10 @@ def serve(options: ServeOptions, say: Say) -> None:
     settings = Settings(
         make_session=make_session,
         build_page=_build_page,
+        welcome=send_plotly,
         services=Services(JobPool(options.workers), options.data, limits.upload_bytes, log=log),
         stop_jobs=_leave_alone,
-        copy_session=copy_session if options.demo else None,
+        copy_session=_copy_session if options.demo else None,
         origins=more,
         join=join,
         teacher=teacher,
@@ -55,7 +60,7 @@ def serve(options: ServeOptions, say: Say) -> None:
     with until_asked() as asked:
         server = PageServer(listener, settings)
         try:
-            settings.services.pool.start()
+            warm_up(settings.services.pool, log)
             _greet(server, more, (join, teacher), say)
             if options.browser and can_open():
                 open_soon(teacher_address(server.address, join, teacher))
@@ -69,8 +74,15 @@ def serve(options: ServeOptions, say: Say) -> None:
 def _build_page(
     client: viser.ClientHandle, session: Session, services: Services, read_only: bool
 ) -> Page:
-    send_plotly(client)
+    from flexgui.page import build_page
+
     return build_page(client, session, services, read_only)
+
+
+def _copy_session(teacher: Session, own: Session) -> None:
+    from flexgui.server.copying import copy_session
+
+    copy_session(teacher, own)
 
 
 def _close(server: PageServer[Any], pool: JobPool) -> None:
@@ -101,7 +113,11 @@ def _leave_alone(session: Session) -> None:
 def _session_maker(scenario: Path | None, data: Path | None) -> Callable[[str, Path], Session]:
     """The scenario is read before anything is opened, so that its errors end the command."""
     if scenario is None:
-        return Session
+        return _demo_session
+    from core.scenario.read import read_scenario
+    from flexgui.session import Session
+    from flexgui.session.uploads import fetch_files
+
     given, beside = read_scenario(scenario), scenario.resolve().parent
 
     def make(key: str, folder: Path) -> Session:
@@ -111,6 +127,12 @@ def _session_maker(scenario: Path | None, data: Path | None) -> Callable[[str, P
         return session
 
     return make
+
+
+def _demo_session(key: str, folder: Path) -> Session:
+    from flexgui.session import Session
+
+    return Session(key, folder)
 
 
 def _quiet_log() -> logging.Logger:

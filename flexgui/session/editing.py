@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from dataclasses import replace
 from typing import Any
 
+from core.arm.build import build_arm
 from core.errors import InputError
 from core.scenario.schema import Scenario
 from core.workbench import base_model
@@ -13,9 +14,12 @@ from flexgui.session.demo import demo_scenario
 from flexgui.session.edit import Edit, edited, noise_of_simulations
 from flexgui.session.latest import LatestWins
 from flexgui.session.listened import Listened
-from flexgui.session.live import LiveModel, live_model
+from flexgui.session.live import LiveModel, is_new, live_model, prepare
 from flexgui.session.state import STAGES, Live
 from flexgui.session.topics import Topic
+from flexgui.session.turn import TURN
+
+COMPILING = "Another kind of arm: its equations are derived and compiled, which takes seconds."
 
 
 class Editing(Listened, ABC):
@@ -72,10 +76,17 @@ class Editing(Listened, ABC):
         with self._lock:
             scenario, live, before = self.scenario, self.live, self.view
         try:
-            view = live_model(scenario, live, before)
+            waits = before is not None and is_new(build_arm(scenario.arm), before)
+            if waits:
+                self.say(COMPILING)
+            known = prepare(scenario, before)
+            with TURN:
+                view = live_model(known, live)
         except InputError as error:
             self.say(str(error), bad=True)
             return
+        if waits and self.message.text == COMPILING:
+            self.say("")
         with self._lock:
             self.view = view
         self.tell(Topic.LIVE)

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
+from core.arm.arm import Arm
+from core.arm.compiled import compile_arm
+from core.arm.symbols import Structure
 from core.model import Model, Numbers
 from core.results import DescriptorModel, Equation
 from core.scenario.schema import Scenario
@@ -20,6 +24,7 @@ from core.simulate.response import (
     step_response,
 )
 from core.workbench import base_model
+from flexgui.session.demo import demo_scenario
 from flexgui.session.state import Live
 
 STEP_SIZE = 0.3
@@ -28,12 +33,20 @@ as a step of that size of all references at once bends it."""
 
 
 @dataclass(frozen=True)
-class LiveModel:
-    """What the sliders' model does at the working point."""
+class Prepared:
+    """What a scenario's model needs before anything of it can be drawn."""
 
     scenario: Scenario
-    live: Live
     model: Model
+    descriptor: DescriptorModel
+    equations: tuple[Equation, ...]
+
+
+@dataclass(frozen=True)
+class LiveModel(Prepared):
+    """What the sliders' model does at the working point."""
+
+    live: Live
     numbers: Numbers
     at: Posture
     q: np.ndarray
@@ -44,22 +57,49 @@ class LiveModel:
     noise: np.ndarray
     """(N, ny, nr): what the stated signal-to-noise ratio adds to the step response."""
     frequency: FrequencyResponse
-    descriptor: DescriptorModel
-    equations: tuple[Equation, ...]
 
 
-def live_model(scenario: Scenario, live: Live, before: LiveModel | None) -> LiveModel:
-    """Computed in some milliseconds; what does not depend on the change is taken from `before`."""
-    same = before is not None and before.scenario == scenario
-    model = before.model if before is not None and same else base_model(scenario)
+def prepare(scenario: Scenario, before: Prepared | None) -> Prepared:
+    """Seconds for a structure that is new, since it is compiled; what is known is kept."""
+    if before is not None and before.scenario == scenario:
+        return before
+    if scenario is demo_scenario():
+        return _demo()
+    return _prepared(scenario, before)
+
+
+@cache
+def _demo() -> Prepared:
+    """Most sessions begin with it."""
+    return _prepared(demo_scenario(), None)
+
+
+def _prepared(scenario: Scenario, before: Prepared | None) -> Prepared:
+    model = base_model(scenario)
+    # Not by `model.compiled`: its lock is one for all models, and others must not wait.
+    compile_arm(Structure.of(model.arm))
+    descriptor = quick_descriptor(model, model.numbers())
+    return Prepared(scenario, model, descriptor, _equations(model, before))
+
+
+def is_new(arm: Arm, before: Prepared | None) -> bool:
+    """Whether the arm's structure differs from that of `before`: it may have to be compiled."""
+    return before is None or Structure.of(arm) != Structure.of(before.model.arm)
+
+
+def live_model(known: Prepared, live: Live) -> LiveModel:
+    """Computed in some milliseconds."""
+    model = known.model
     numbers = model.numbers()
     at = posture(model, _joints(model, live), numbers)
     modes = vibration_modes(at)
     step = step_response(at)
     return LiveModel(
-        scenario=scenario,
-        live=live,
+        scenario=known.scenario,
         model=model,
+        descriptor=known.descriptor,
+        equations=known.equations,
+        live=live,
         numbers=numbers,
         at=at,
         q=_bent(at),
@@ -68,14 +108,10 @@ def live_model(scenario: Scenario, live: Live, before: LiveModel | None) -> Live
         step=step,
         noise=_noise(step.values, live.snr_db),
         frequency=frequency_response(at),
-        descriptor=before.descriptor
-        if before is not None and same
-        else quick_descriptor(model, numbers),
-        equations=_equations(model, before),
     )
 
 
-def _equations(model: Model, before: LiveModel | None) -> tuple[Equation, ...]:
+def _equations(model: Model, before: Prepared | None) -> tuple[Equation, ...]:
     """They are slow to derive, and depend on the structure and the rigid arm's lengths only."""
     if before is not None and _structure(before.model) == _structure(model):
         return before.equations
@@ -85,7 +121,8 @@ def _equations(model: Model, before: LiveModel | None) -> tuple[Equation, ...]:
 def _structure(model: Model) -> tuple[object, ...]:
     p = model.numbers().p
     lengths = tuple(s.length for s in model.arm.segments)
-    return (model.compiled.structure, type(model.drive), tuple(p != 0.0), lengths)
+    effects = tuple(repr(effect) for effect in model.effects)
+    return (Structure.of(model.arm), type(model.drive), tuple(p != 0.0), lengths, effects)
 
 
 def _joints(model: Model, live: Live) -> np.ndarray:

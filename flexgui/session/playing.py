@@ -13,10 +13,10 @@ from core.results import Outcome
 from core.scenario.schema import Scenario
 from flexgui.session.editing import Editing
 from flexgui.session.latest import LatestWins
-from flexgui.session.playback import Playback, playback, read_one
 from flexgui.session.player import Player
 from flexgui.session.state import STAGES, Cursor
 from flexgui.session.topics import Topic
+from flexgui.stage.recorded import Playback, playback, read_one
 
 
 class Playing(Editing, ABC):

@@ -44,7 +44,7 @@ class Run:
     sentence: str = ""
     """Why it failed."""
     history: Mapping[str, tuple[Generation, ...]] = field(default_factory=dict)
-    """The generations of each fit as far as they were told."""
+    """The generations of each fit as far as they were told; the newest with its population."""
 
     @property
     def busy(self) -> bool:
@@ -62,8 +62,10 @@ class Run:
 
 
 def _generation(run: Run, event: Any) -> Run:
+    """Of the populations only the newest is drawn; thousands of them would stay in memory."""
     told = run.history.get(event.label, ())
-    return replace(run, history={**run.history, event.label: (*told, event.generation)})
+    before = (*told[:-1], *(replace(last, population=None) for last in told[-1:]))
+    return replace(run, history={**run.history, event.label: (*before, event.generation)})
 
 
 def _phase(phase: str) -> Callable[[Run, Any], Run]:

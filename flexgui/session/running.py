@@ -59,7 +59,8 @@ class Running(Playing, ABC):
             return False
         out = self.folder / "export"
         text = scenario_toml(scenario)
-        task = Task.of(export, "The report", outcome=outcome, scenario_toml=text, out=str(out))
+        where = {"folder": str(self.folder), "out": str(out)}
+        task = Task.of(export, "The report", outcome=outcome, scenario_toml=text, **where)
 
         def told(event: Event) -> None:
             if isinstance(event, Finished):

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import shutil
-from pathlib import Path
 from typing import final
 
 from core.errors import InputError
-from core.recording.load import load_recording
-from core.recording.spec import RecordingSpec
-from core.scenario.read import parse_scenario, read_scenario
+from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
 from flexgui.session.demo import demo_scenario, scenario_choices
-from flexgui.session.running import Running
 from flexgui.session.services import Services
 from flexgui.session.state import Cursor
 from flexgui.session.topics import Topic
-from flexgui.session.uploads import fetch_files, keep_upload, unpacked
+from flexgui.session.uploading import Uploading
+from flexgui.session.uploads import fetch_files
 
 
 @final
-class Session(Running):
+class Session(Uploading):
     """State and what may be done with it; subscribers hear which part changed, then read it.
 
-    Its parts stand in files of their own: listened -> editing -> playing -> running -> here.
+    Its parts stand in files of their own: listened -> editing -> playing -> running ->
+    uploading -> here.
     """
 
     def choose(self, name: str, services: Services) -> bool:
@@ -33,6 +31,7 @@ class Session(Running):
         try:
             if name not in choices:
                 raise InputError(f"There is no scenario {name}; choose one of the list.")
+            self.leave_waiting()
             path = choices[name]
             scenario = demo_scenario() if path is None else read_scenario(path)
             if path is not None:
@@ -50,6 +49,7 @@ class Session(Running):
             self.say(str(error), bad=True)
             return False
         self.forget_job()
+        self.leave_waiting()
         with self._lock:
             self.scenario, self.recording, self.playback = scenario, None, None
             self.outcome, self.outcome_of = None, None
@@ -58,36 +58,6 @@ class Session(Running):
         self.refresh_live()
         self.refresh_playback()
         return True
-
-    def upload(self, name: str, content: bytes, services: Services) -> bool:
-        """Keeps a file and adds it to the scenario; a scenario file is opened instead."""
-        try:
-            path = keep_upload(self.folder, name, content, services.upload_limit_bytes)
-            try:
-                self._take_in(path, services.upload_limit_bytes)
-            except InputError:
-                path.unlink(missing_ok=True)
-                raise
-        except InputError as error:
-            self.say(str(error), bad=True)
-            return False
-        return True
-
-    def _take_in(self, path: Path, limit: int) -> None:
-        if path.suffix.lower() == ".zip":
-            path = unpacked(path, self.folder, limit)
-        if path.suffix.lower() == ".toml":
-            self.open(parse_scenario(path.read_text("utf-8", "replace"), path.name))
-            return
-        with self._lock:
-            model = base_model(self.scenario)
-        required = model.drive.reference_channels(model.arm)
-        found = load_recording(path, RecordingSpec(file=path.name), required)
-        entry = {"file": path.name}
-        if self.change(lambda d: d.setdefault("recordings", []).append(entry)):
-            rate = 1.0 / found.sample_time
-            self.say(f"{path.name}: {len(found.time)} samples at {rate:.4g} Hz.")
-            self.set_cursor(recording=self.scenario.recordings[-1].name, time=0.0, playing=False)
 
     def wait_idle(self, timeout: float = 10.0) -> bool:
         """Whether the session's own threads are at rest; for tests and scripts."""

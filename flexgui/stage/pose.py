@@ -68,7 +68,7 @@ class Body:
     """An arm as it is drawn: its geometry with the sections that are seen."""
 
     def __init__(self, arm: Arm, p: np.ndarray) -> None:
-        self.arm = arm
+        self.arm, self.p = arm, np.array(p, dtype=float)
         self.geometry = ArmGeometry(arm, p)
         lengths = self.geometry.lengths
         self.sections: tuple[Section, ...] = tuple(

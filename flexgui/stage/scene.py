@@ -113,6 +113,12 @@ class Stage:
         """Another arm or other numbers; nodes are made anew only for another kind of arm."""
         with self._lock, self._owner.atomic():
             posture = self._fitting(arm, q)
+            # The same arm at another posture, as a slider of a joint asks for all the time.
+            if self._same_arm(arm, p):
+                self._q = posture
+                self._show_model()
+                self._show_ghost()
+                return
             if self._same_nodes(arm):
                 self.body = Body(arm, p)
                 self._q = posture
@@ -205,6 +211,9 @@ class Stage:
             cell_color=lines[0], section_color=lines[1], shadow_opacity=0.14,
             fade_distance=5.0 * r, position=(0.0, 0.0, -FLOOR_DEPTH * r),
         )  # fmt: skip
+
+    def _same_arm(self, arm: Arm, p: np.ndarray) -> bool:
+        return self.body.arm is arm and np.array_equal(self.body.p, p)
 
     def _same_nodes(self, arm: Arm) -> bool:
         now = [(s.joint, s.mount) for s in self.body.arm.segments]

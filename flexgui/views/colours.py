@@ -26,6 +26,9 @@ HOVER_TEXT = "#f4f6f8"
 DIVERGING = ((0.0, "#3d7fd1"), (0.5, "#eceff2"), (1.0, "#d9730d"))
 """From -1 over 0 to +1."""
 
+RISING = ((0.0, "#e9edf1"), (0.35, "#e3a9c9"), (0.7, "#c44a8f"), (1.0, "#6d1b4f"))
+"""From the floor up to the worst error."""
+
 
 def faded(colour: str, alpha: float) -> str:
     """The colour '#rrggbb' as 'rgba(...)' with an opacity between 0 and 1."""

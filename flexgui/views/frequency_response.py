@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import plotly.graph_objects as go
 
 from core.simulate.response import FrequencyResponse
+from flexgui.views.live import Figure
 from flexgui.views.names import channel_symbol
 from flexgui.views.pairs import pair_lines, per_reference
 from flexgui.views.small import small_axis, small_figure
@@ -15,7 +15,7 @@ DECADES = 4.0
 """Shown below the largest gain; less than that nobody hears."""
 
 
-def frequency_response(response: FrequencyResponse) -> go.Figure:
+def frequency_response(response: FrequencyResponse) -> Figure:
     """Magnitude over frequency in Hz, both logarithmic."""
     gain = np.abs(response.gain)
     symbol = ", ".join(channel_symbol(port.name) for port in response.outputs)

@@ -8,9 +8,6 @@ import numpy as np
 
 from flexgui.views.layout import axis, frame
 
-DIGITS = 6
-"""Significant digits that a pixel can show; short numbers travel faster."""
-
 Figure = dict[str, Any]
 
 
@@ -48,6 +45,7 @@ def dots(x: np.ndarray, y: np.ndarray, name: str, colour: str, **marker: Any) ->
     }  # fmt: skip
 
 
-def short(values: np.ndarray) -> list[float | None]:
-    """Numbers for JSON, rounded; what is not finite is a gap."""
-    return [float(f"{v:.{DIGITS}g}") if np.isfinite(v) else None for v in np.asarray(values, float)]
+def short(values: np.ndarray) -> np.ndarray:
+    """As exact as a pixel can show; what is not finite is a gap."""
+    found = np.asarray(values, dtype=np.float32)
+    return np.where(np.isfinite(found), found, np.float32(np.nan))

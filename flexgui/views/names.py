@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import re
 
-SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+from core.written import DOT, SUBSCRIPTS, channel_symbol, split_name
+
+__all__ = ["channel_symbol", "channel_title", "plain_symbol"]
+
 SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
-DOT = "\N{COMBINING DOT ABOVE}"
-BAR = "\N{COMBINING MACRON}"
 
 GREEK = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "varepsilon": "ε", "epsilon": "ε",
     "zeta": "ζ", "eta": "η", "theta": "θ", "kappa": "κ", "lambda": "λ", "mu": "μ", "nu": "ν",
     "rho": "ρ", "sigma": "σ", "tau": "τ", "varphi": "φ", "phi": "φ", "psi": "ψ", "omega": "ω",
     "Delta": "Δ", "Lambda": "Λ", "Omega": "Ω",
-}  # fmt: skip
-
-STEMS = {
-    "theta": "θ", "dtheta": "θ" + DOT, "y": "y", "ydot": "y" + BAR, "z": "z", "zdot": "z" + DOT,
-    "u": "u", "i": "i", "deflection": "δ", "torque": "u", "epsilon": "ε",
 }  # fmt: skip
 
 TITLES = {
@@ -35,28 +31,16 @@ TITLES = {
 }
 
 
-def split(name: str) -> tuple[str, str]:
-    """'theta12' -> ('theta', '12')."""
-    found = re.fullmatch(r"(.*?)_?(\d*)", name)
-    return (found[1], found[2]) if found else (name, "")
-
-
-def channel_symbol(channel: str) -> str:
-    """'ydot1' -> 'ȳ₁'; an unknown channel keeps its name."""
-    stem, number = split(channel)
-    return STEMS[stem] + number.translate(SUBSCRIPTS) if stem in STEMS else channel
-
-
 def channel_title(channel: str) -> str:
     """'z1' -> 'tip position z₁'; an unknown channel keeps its name."""
-    stem, _ = split(channel)
+    stem, _ = split_name(channel)
     return f"{TITLES[stem]} {channel_symbol(channel)}" if stem in TITLES else channel
 
 
 def plain_symbol(symbol: str, name: str) -> str:
     r"""A symbol in LaTeX as plain text: '\varepsilon_{1}' -> 'ε₁'; `name` where there is none."""
     if not symbol:
-        stem, number = split(name)
+        stem, number = split_name(name)
         return GREEK.get(stem, stem) + number.translate(SUBSCRIPTS)
     text = re.sub(r"\\d?dot\{?\s*(\\?[A-Za-z]+)\}?", lambda m: m[1] + DOT, symbol)
     text = re.sub(r"\\(?:mathrm|text|operatorname)\{([^}]*)\}", r"\1", text)

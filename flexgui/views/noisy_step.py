@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import plotly.graph_objects as go
 
 from core.simulate.response import StepResponse
 from flexgui.views import colours
-from flexgui.views.live import dots
+from flexgui.views.live import Figure, dots
 from flexgui.views.step import step
 from flexgui.views.units import shown_unit
 
@@ -16,7 +15,7 @@ DOTS = 60
 """Per output: each is a node of its own in the browser."""
 
 
-def noisy_step(response: StepResponse, noise: np.ndarray) -> go.Figure:
+def noisy_step(response: StepResponse, noise: np.ndarray) -> Figure:
     """Dots of the outputs with noise (N, ny, nr) under the lines of `step`."""
     figure = step(response)
     if not np.any(noise):
@@ -30,7 +29,4 @@ def noisy_step(response: StepResponse, noise: np.ndarray) -> go.Figure:
     y = np.concatenate([measured[every, k, k] for k in own])
     colour = colours.faded(colours.MEASURED, OPACITY)
     under = dots(x, y, "with noise", colour, size=3) | {"hoverinfo": "skip"}
-    return go.Figure(
-        {"data": [under, *figure.to_dict()["data"]], "layout": figure.to_dict()["layout"]},
-        _validate=False,
-    )
+    return figure | {"data": [under, *figure["data"]]}

@@ -78,7 +78,9 @@ def interval(estimate: Estimate, unit: ShownUnit) -> str:
     decimals = max(0, int(1 - np.floor(np.log10(std * unit.factor))))
     ends = [(estimate.value + s * NORMAL_95 * std) * unit.factor for s in (-1, 1)]
     digits = [int(np.floor(np.log10(max(abs(end), 1e-300)))) + 1 + decimals for end in ends]
-    texts = [format_number(e, max(d, 2)) for e, d in zip(ends, digits, strict=True)]
+    texts = [
+        format_number(e, max(d, 2), keep_zeros=True) for e, d in zip(ends, digits, strict=True)
+    ]
     return with_unit(" … ".join(texts), unit.name)
 
 

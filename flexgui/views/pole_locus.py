@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import plotly.graph_objects as go
 
 from flexgui.views import colours
+from flexgui.views.live import Figure
 from flexgui.views.names import channel_symbol
 from flexgui.views.poles import IMAGINARY, REAL, window
 from flexgui.views.small import small_axis, small_figure
@@ -16,7 +16,7 @@ SCALE = [[0.0, "#3d7fd1"], [0.5, "#a06cd5"], [1.0, "#d64545"]]
 
 def pole_locus(
     places: np.ndarray, locus: np.ndarray, now: np.ndarray | None = None, joint: int = 1
-) -> go.Figure:
+) -> Figure:
     """Poles locus (k, nx) in 1/s over joint positions places (k,) in rad, upper half plane.
 
     `now` (nx,) are those of the present posture; joints count from 0.

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 
 from core.simulate.modes import Mode, integrators
 from flexgui.views import colours
+from flexgui.views.live import Figure
 from flexgui.views.numbers import format_number
 from flexgui.views.small import small_axis, small_figure
 
@@ -25,9 +25,7 @@ FAR = 3.0
 REAL, IMAGINARY = "Re s [1/s]", "Im s [rad/s]"
 
 
-def poles(
-    values: np.ndarray, modes: Sequence[Mode] = (), clamped: Sequence[Mode] = ()
-) -> go.Figure:
+def poles(values: np.ndarray, modes: Sequence[Mode] = (), clamped: Sequence[Mode] = ()) -> Figure:
     """The poles (nx,) in 1/s; `clamped` are those of the arm with its joints held, for comparison.
 
     Poles of pure decay far to the left are named in a note and not drawn: they would squeeze the

@@ -1,16 +1,15 @@
 """Figures for a small panel beside the arm: little margin, one line of legend, built in a moment.
 
-They are written as plain data: Plotly's own checks cost more than all the rest, and these are
-drawn with every move of a slider.
+They are plain dictionaries, as `go.Figure` takes them: Plotly's own objects cost more than all
+the rest, and these are drawn with every move of a slider.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-import plotly.graph_objects as go
-
 from flexgui.views.layout import axis, frame
+from flexgui.views.live import Figure
 
 HEIGHT = 260
 """px, for a panel about 560 px wide."""
@@ -25,7 +24,7 @@ def small_figure(
     y: dict[str, Any],
     caption: str,
     **layout: Any,
-) -> go.Figure:
+) -> Figure:
     """Traces over one pair of axes; `x` and `y` come from `small_axis`."""
     whole = frame(HEIGHT, caption) | {
         "margin": MARGIN,
@@ -33,9 +32,9 @@ def small_figure(
         "yaxis": y,
         "uirevision": "keep",
     }
-    whole["template"] = {}  # by name it would only be understood by the checks left out here
+    whole["template"] = {}  # the name of one is only understood by Plotly's objects
     whole["font"] = whole["font"] | {"size": FONT_SIZE}
-    return go.Figure({"data": traces, "layout": whole | layout}, _validate=False)
+    return {"data": traces, "layout": whole | layout}
 
 
 def small_axis(text: str, **more: Any) -> dict[str, Any]:

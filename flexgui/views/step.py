@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import plotly.graph_objects as go
-
 from core.simulate.response import StepResponse
-from flexgui.views.names import TITLES, channel_symbol, split
+from core.written import split_name
+from flexgui.views.live import Figure
+from flexgui.views.names import TITLES, channel_symbol
 from flexgui.views.pairs import pair_lines, per_reference
 from flexgui.views.small import small_axis, small_figure
 from flexgui.views.units import shown_unit
 
 
-def step(response: StepResponse) -> go.Figure:
+def step(response: StepResponse) -> Figure:
     """Each output over time in s (or ms), per unit of the stepped reference."""
     clock = shown_unit(response.time, "s")
     unit = shown_unit(response.values, response.outputs[0].unit)
@@ -21,7 +21,7 @@ def step(response: StepResponse) -> go.Figure:
         response.outputs, response.references, f"%{{y:.4g}} {unit.name}",
     )  # fmt: skip
     name = f"{symbol} [{per_reference(unit, response.references)}]"
-    what = TITLES.get(split(response.outputs[0].name)[0], "output")
+    what = TITLES.get(split_name(response.outputs[0].name)[0], "output")
     return small_figure(
         traces,
         small_axis(clock.label("time"), range=[0.0, float(response.time[-1]) * clock.factor]),

@@ -14,10 +14,10 @@ from scipy.io import loadmat
 
 from core.errors import InputError
 from core.results import Outcome
-from flexgui.export import check_writable, export_outcome
 from flexgui.export import outcome as outcome_module
 from flexgui.export.filenames import unique_slugs
-from flexgui.export.folder import swap_in
+from flexgui.export.folder import check_writable, swap_in
+from flexgui.export.outcome import export_outcome
 from flexgui.export.strict_json import dumps
 
 SCENARIO = 'title = "Seven working points"  # θ2, <b> & "quotes"\n'

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import re
 from collections.abc import Callable
 
@@ -16,8 +18,9 @@ from core.simulate.modes import vibration_modes
 from core.simulate.posture import Posture, posture
 from core.simulate.response import frequency_response as gains_of
 from core.simulate.response import step_response
+from flexgui.views.figure_json import figure_json
 from flexgui.views.frequency_response import frequency_response
-from flexgui.views.layout import caption
+from flexgui.views.live import Figure, short
 from flexgui.views.mode_table import mode_label, mode_table
 from flexgui.views.names import channel_symbol
 from flexgui.views.pole_locus import pole_locus
@@ -29,6 +32,9 @@ from tests.helpers import ARMS, looped
 LARGEST_MESSAGE = 60_000
 """Characters of a figure; four of them follow a slider ten times a second."""
 
+SINGLE = 1e-6
+"""Relative: numbers travel in single precision."""
+
 NAMES = ["one mode", "2-2", "slide", "ground", "rigid pair"]
 
 
@@ -37,14 +43,14 @@ def at(name: str) -> Posture:
     return posture(looped(arm, 20.0), np.resize([0.2, 1.2], arm.joints))
 
 
-def shown_locus(here: Posture) -> go.Figure:
+def shown_locus(here: Posture) -> Figure:
     joint = here.model.arm.joints - 1
     places = np.linspace(0.0, np.pi, 25)
     locus = locus_of(here.model, here.numbers, here.joints, joint, places)
     return pole_locus(places, locus, here.poles, joint)
 
 
-FIGURES: dict[str, Callable[[Posture], go.Figure]] = {
+FIGURES: dict[str, Callable[[Posture], Figure]] = {
     "poles": lambda h: poles(h.poles, vibration_modes(h), vibration_modes(h, clamped=True)),
     "pole_locus": shown_locus,
     "step": lambda h: step(step_response(h)),
@@ -56,24 +62,25 @@ FIGURES: dict[str, Callable[[Posture], go.Figure]] = {
 @pytest.mark.parametrize("name", FIGURES)
 def test_axes_carry_units_and_panels_fit(name: str, arm: str) -> None:
     figure = FIGURES[name](at(arm))
-    layout = figure.to_dict()["layout"]
+    layout = figure["layout"]
     for key in ("xaxis", "yaxis"):
         assert re.search(r"\[.+\]$", layout[key]["title"]["text"])
         assert np.all(np.isfinite(layout[key].get("range", [0.0, 1.0])))
     assert layout["height"] == HEIGHT
-    assert caption(figure)
-    assert len(figure.to_json()) < LARGEST_MESSAGE
+    assert layout["meta"]["caption"].endswith(".")
+    assert len(figure_json(figure)) < LARGEST_MESSAGE
 
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_figures_hold_what_plotly_knows(name: str) -> None:
     """They are built without Plotly's checks, so the checks are made here."""
-    go.Figure(FIGURES[name](at("2-2")).to_dict())
+    go.Figure(FIGURES[name](at("2-2")))
 
 
 @pytest.mark.parametrize("name", FIGURES)
 def test_views_are_pure(name: str) -> None:
-    assert FIGURES[name](at("2-2")).to_json() == FIGURES[name](at("2-2")).to_json()
+    first, second = (figure_json(FIGURES[name](at("2-2"))) for _ in range(2))
+    assert first == second
 
 
 def test_far_poles_are_told_and_not_drawn() -> None:
@@ -81,9 +88,9 @@ def test_far_poles_are_told_and_not_drawn() -> None:
     figure = FIGURES["poles"](here)
     left, _, far = window(here.poles)
     assert far.size
-    assert str(figure.layout.annotations[0].text).startswith("◂ also at −")
-    drawn = next(t for t in figure.data if t.name == "drive closed")
-    assert min(drawn.x) >= left
+    assert figure["layout"]["annotations"][0]["text"].startswith("◂ also at −")
+    drawn = next(t for t in figure["data"] if t.get("name") == "drive closed")
+    assert min(drawn["x"]) >= left
 
 
 def test_every_swinging_pole_is_inside_the_plot() -> None:
@@ -99,12 +106,12 @@ def test_poles_of_an_arm_without_a_spring_can_be_drawn() -> None:
     arm = ARMS["rigid pair"]
     here = posture(Model(arm, Torque()), np.array([0.0, 1.0]))
     assert window(here.poles)[:2] == (-1.0, 1.0)
-    assert poles(here.poles).to_json()
-    assert frequency_response(gains_of(here)).to_json()
+    assert figure_json(poles(here.poles))
+    assert figure_json(frequency_response(gains_of(here)))
 
 
 def test_each_pair_of_reference_and_output_has_its_line() -> None:
-    names = [trace.name for trace in FIGURES["step"](at("2-2")).data]
+    names = [trace["name"] for trace in FIGURES["step"](at("2-2"))["data"]]
     pairs = [(r, y) for y in ("ydot1", "ydot2") for r in ("dtheta1", "dtheta2")]
     assert names == [f"{channel_symbol(r)}* → {channel_symbol(y)}" for r, y in pairs]
 
@@ -113,7 +120,7 @@ def test_a_coupling_that_is_not_there_has_no_line() -> None:
     """Segments on the ground do not feel each other."""
     here = at("ground")
     absent = f"{channel_symbol('dtheta1')}* → {channel_symbol('deflection2')}"
-    names = [trace.name for trace in FIGURES["step"](here).data]
+    names = [trace["name"] for trace in FIGURES["step"](here)["data"]]
     assert names
     assert absent not in names
 
@@ -124,3 +131,22 @@ def test_modes_are_told_with_frequency_and_damping() -> None:
     assert len(table.rows) == 4
     assert all(row.cells[2] == "0" for row in table.rows)
     assert re.fullmatch(r"Mode 1: [\d.]+ Hz, damping 0", mode_label(modes[0], 1))
+
+
+def test_vectors_travel_as_plotly_itself_sends_them() -> None:
+    """Plotly's own writer is the oracle: the same layout, and vectors that decode to the same."""
+    figure = FIGURES["step"](at("2-2"))
+    ours = json.loads(figure_json(figure))
+    theirs = json.loads(go.Figure(figure).to_json())
+    assert ours["layout"].keys() - theirs["layout"].keys() <= {"template"}
+    for mine, other in zip(ours["data"], theirs["data"], strict=True):
+        np.testing.assert_allclose(decoded(mine["y"]), decoded(other["y"]), rtol=SINGLE)
+
+
+def test_what_is_not_a_number_is_a_gap() -> None:
+    assert np.isnan(decoded(json.loads(figure_json(short(np.array([1.0, np.inf])))))[1])
+    assert figure_json([1.0, float("nan"), np.float64(2.5)]) == "[1.0,null,2.5]"
+
+
+def decoded(vector: dict[str, str]) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(vector["bdata"]), np.dtype(vector["dtype"]))

@@ -90,9 +90,10 @@ def test_recordings_are_made_in_the_worker(warm_pool):
 
 def test_the_report_is_of_the_outcome_given(warm_pool, here, tmp_path: Path):
     out = tmp_path / "report"
-    task = Task.of(export, outcome=here, scenario_toml=SCENARIO, out=str(out))
+    where = {"folder": str(tmp_path), "out": str(out)}
+    task = Task.of(export, outcome=here, scenario_toml=SCENARIO, **where)
     job = warm_pool.submit("s", task, Listener())
     assert job.wait(PATIENCE), job.sentence
     assert job.result == str(out)
-    assert (out / "report.html").is_file()
+    assert "<iframe" in (out / "report.html").read_text(), "the motion in 3-D"
     assert json.loads((out / "result.json").read_text())["title"] == "Two points"

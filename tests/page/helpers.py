@@ -8,7 +8,7 @@ from flexgui.session import Session
 from flexgui.session.edit import Document, put
 
 PLOTS = """() => JSON.stringify([...document.querySelectorAll('.js-plotly-plot')].map(
-  p => p.data.map(t => [t.name, Array.from(t.x || []), Array.from(t.y || [])])))"""
+  p => p.data.map(t => [t.name, t.x, t.y])))"""
 
 
 def plots(page: Any) -> str:

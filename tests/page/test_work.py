@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -11,8 +14,11 @@ import pytest
 
 from core.recording.save import save_recording
 from flexgui.session import Session
-from flexgui.session.playback import read_one
+from flexgui.stage.recorded import read_one
 from tests.page.helpers import enter, plots, press, sees, small
+
+SAME = 1e-9
+"""Relative: the same code on the same data; results go through a file with all their digits."""
 
 
 @pytest.fixture
@@ -95,8 +101,48 @@ def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Pat
         download.value.save_as(path)
         assert path.suffix == ending and path.stat().st_size > 100
     assert "E_terms" in json.loads((tmp_path / "Seven_working_points_model.json").read_text())
-    text = (tmp_path / "Seven_working_points.toml").read_text()
-    assert len(tomllib.loads(text)["recordings"]) == 3
+    scenario = tmp_path / "Seven_working_points.toml"
+    assert len(tomllib.loads(scenario.read_text())["recordings"]) == 3
+    assert session.outcome is not None
+    fit = session.outcome.fits[0]
+    ours = {e.name: e.value for e in (*fit.estimates, *fit.derived)}
+    assert exported(scenario, tmp_path / "out") == pytest.approx(ours, rel=SAME)
+
+
+def exported(scenario: Path, out: Path) -> dict[str, float]:
+    """The parameters that the command line finds."""
+    command = [sys.executable, "-m", "flexgui", "export", str(scenario), "--out", str(out)]
+    subprocess.run([*command, "--quiet"], check=True, timeout=120)
+    told = json.loads((out / "result.json").read_text())["parameters"]
+    return {p["name"]: p["value"] for p in told}
+
+
+def test_columns_with_other_names_are_chosen_on_the_page(
+    page: Any, session: Session, good: Path
+) -> None:
+    text = good.read_text()
+    foreign = good.with_name("foreign.csv")
+    foreign.write_text(text.replace("t [s]", "clock", 1).replace("dtheta1_ref", "speed", 1))
+    press(page, "Data")
+    give(page, foreign)
+    sees(page, "Still needed: t, dtheta1_ref.")
+    for column, left in (("clock", "Still needed: dtheta1_ref."), ("speed", "All that is needed")):
+        pick(page, "Is column", column)
+        press(page, "That column it is")
+        sees(page, left)
+    press(page, "Read the file")
+    sees(page, "foreign.csv: 3000 samples at 1000 Hz.")
+    columns = session.scenario.recordings[-1].columns
+    assert {c: s.name.split(" ")[0] for c, s in columns.items()} == {
+        "t": "clock", "dtheta1_ref": "speed",
+    }  # fmt: skip
+
+
+def pick(page: Any, label: str, option: str) -> None:
+    """An option of a drop-down, by how it begins."""
+    found = page.get_by_text(label, exact=True).first.get_attribute("for")
+    page.locator(f'[id="{found}"]').click()
+    page.get_by_role("option").filter(has_text=re.compile(f"^{option}")).first.click()
 
 
 def test_stop_in_mid_run_keeps_the_last_result(page: Any, session: Session) -> None:

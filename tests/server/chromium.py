@@ -19,7 +19,7 @@ PATIENCE = 30_000
 SIZE = {"width": 1600, "height": 900}
 
 SHOWN = """() => JSON.stringify([...document.querySelectorAll('.js-plotly-plot')].map(
-  p => p.data.map(t => [t.name, Array.from(t.y || [])])))"""
+  p => p.data.map(t => [t.name, t.x, t.y])))"""
 
 
 @contextlib.contextmanager

@@ -42,7 +42,7 @@ def until(condition: Callable[[], bool], seconds: float = SOON) -> None:
 def good_csv(session: Session) -> bytes:
     """A recording that suits the scenario, as a file."""
     from core.recording.save import save_recording
-    from flexgui.session.playback import read_one
+    from flexgui.stage.recorded import read_one
 
     name = session.scenario.recordings[0].name
     path = session.folder / "good.csv"

@@ -34,6 +34,19 @@ def test_a_stiffer_arm_bends_less(session: Session) -> None:
     assert live(session).q[2:] == pytest.approx(soft / 2.0)
 
 
+def test_another_kind_of_arm_is_announced_while_it_is_made(session: Session) -> None:
+    live(session)
+    told: list[str] = []
+    session.subscribe(lambda topic: told.append(session.message.text))
+    session.change(arm_setting(session.scenario, "mass", [8.0, 6.0]))
+    live(session)
+    assert not any("compiled" in text for text in told)
+    session.change(arm_setting(session.scenario, "modes", [0, 1]))
+    live(session)
+    assert any("compiled" in text for text in told)
+    assert session.message.text == ""
+
+
 def test_posture_stands_at_the_working_point(session: Session) -> None:
     session.set_live(theta2=1.25)
     assert live(session).q[1] == 1.25

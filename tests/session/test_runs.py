@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from core.results import Generation
@@ -29,7 +30,17 @@ def test_run_follows_its_events() -> None:
     assert (run.phase, run.share, run.place) == (RUNNING, 0.4, None)
     run = run.after(NewGeneration("all", generation))
     assert run.history["all"] == (generation,)
+    assert run.after(NewGeneration("all", generation)).history["all"] == (generation,) * 2
     assert run.after(Finished(None)).phase == DONE
+
+
+def test_only_the_newest_population_is_kept() -> None:
+    """Thousands of generations of a long search would stay in memory."""
+    run = Run(kind="identify")
+    for k in range(3):
+        members = np.ones((4, 2))
+        run = run.after(NewGeneration("all", Generation(k, 1.0, 2.0, 3.0, np.ones(2), members)))
+    assert [g.population is None for g in run.history["all"]] == [True, True, False]
 
 
 def test_identification_gives_an_outcome_that_plays(session: Session, services: Offered) -> None:

@@ -23,7 +23,6 @@ def lines(content: bytes) -> list[str]:
 
 BAD = {
     "empty": (lambda good: b"", "is empty"),
-    "no_time": (lambda good: good.replace(b"t [s]", b"x", 1), "column t"),
     "unit": (lambda good: good.replace(b"z1 [m]", b"z1 [kg]", 1), "z1"),
     "unsorted": (lambda good: good + good.splitlines()[1] + b"\n", "t"),
     "hole": (lambda good: "\n".join([*lines(good)[:5], ",,"]).encode(), "row"),

@@ -10,12 +10,21 @@ if TYPE_CHECKING:
     from core.results import Outcome
 
 
-def export(outcome: Outcome, scenario_toml: str, out: str, *, progress: Progress) -> str:
-    """The folder `out`, with the report of what the page shows: nothing is computed again."""
-    from flexgui.export import check_writable, export_outcome
+def export(
+    outcome: Outcome, scenario_toml: str, folder: str, out: str, *, progress: Progress
+) -> str:
+    """The folder `out`, with the report of what the page shows: nothing is identified again.
+
+    `folder` holds the files that the scenario reads; its first motion is played in the report.
+    """
+    from core.scenario.read import parse_scenario
+    from flexgui.export.folder import check_writable
+    from flexgui.export.motion import report_motion
+    from flexgui.export.outcome import export_outcome
 
     progress.stage("Writing the report")
-    folder = Path(out)
-    check_writable(folder)
-    export_outcome(outcome, scenario_toml, folder)
-    return str(folder)
+    check_writable(Path(out))
+    scenario = parse_scenario(scenario_toml, "scenario.toml")
+    motion = report_motion(scenario, outcome, Path(folder))
+    export_outcome(outcome, scenario_toml, Path(out), motion)
+    return out

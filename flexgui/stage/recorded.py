@@ -55,11 +55,11 @@ class Playback:
         return float(self.motion.time[-1])
 
 
-def read_one(scenario: Scenario, name: str, folder: Path) -> Recording:
-    """One recording of the scenario, read or simulated."""
+def read_one(scenario: Scenario, name: str, folder: Path, data: Path | None = None) -> Recording:
+    """One recording of the scenario, read from the folders or simulated."""
     chosen = tuple(spec for spec in scenario.recordings if spec.name == name)
     alone = scenario.model_copy(update={"recordings": chosen})
-    return load_recordings(alone, base_model(scenario), folder, None, Silent())[0]
+    return load_recordings(alone, base_model(scenario), folder, data, Silent())[0]
 
 
 def playback(scenario: Scenario, outcome: Outcome | None, recording: Recording) -> Playback:

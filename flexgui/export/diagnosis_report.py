@@ -1,0 +1,128 @@
+"""The report's section on what is missing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from markupsafe import Markup
+
+from core.diagnose.maps import error_maps
+from core.effects import catalogue
+from core.results import (
+    Diagnosis,
+    DiagnosisRound,
+    ErrorMaps,
+    ErrorOver,
+    Outcome,
+    PlannedExperiment,
+)
+from flexgui.export.plot import Plot, plot
+from flexgui.views.equations import mathml
+from flexgui.views.error_map import error_map, worst_table
+from flexgui.views.ladder import ladder, ladder_table
+from flexgui.views.numbers import format_number
+from flexgui.views.ranking import ranking, ranking_table
+from flexgui.views.residual_over import residual_over
+from flexgui.views.table import Column, Row, Table
+
+PATTERN = 0.05
+"""Share of the error's variance below which a pattern is not drawn."""
+
+
+@dataclass(frozen=True)
+class RankingBlock:
+    """One round's candidates."""
+
+    title: str
+    sentence: str
+    figure: Plot | None
+    table: Table
+    planned: Table | None
+
+
+@dataclass(frozen=True)
+class DiagnosisBlock:
+    """What the template shows."""
+
+    words: tuple[str, ...]
+    formulas: tuple[tuple[str, Markup], ...]
+    ladder: Plot | None
+    ladder_table: Table
+    rounds: tuple[RankingBlock, ...]
+    by_frequency: Plot | None
+    by_time: Plot | None
+    over: Plot | None
+    worst: Table
+    not_applicable: Table | None
+
+
+def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
+    """None where nothing was diagnosed."""
+    found = outcome.diagnosis
+    if found is None:
+        return None
+    maps = error_maps(outcome.comparisons, found.floors)
+    return DiagnosisBlock(
+        words=found.words,
+        formulas=_formulas(found),
+        ladder=plot(ladder(found.steps)),
+        ladder_table=ladder_table(found),
+        rounds=tuple(_round(k, one) for k, one in enumerate(found.rounds, start=1)),
+        by_frequency=plot(error_map(maps.by_frequency)),
+        by_time=plot(error_map(maps.by_time)),
+        over=plot(residual_over(_patterns(maps))),
+        worst=worst_table(maps.worst),
+        not_applicable=_not_applicable(found),
+    )
+
+
+def _patterns(maps: ErrorMaps) -> list[ErrorOver]:
+    """The clearest pattern over each quantity of the motion."""
+    best: dict[str, ErrorOver] = {}
+    for one in maps.over:
+        if one.explained >= PATTERN:
+            best.setdefault(one.quantity, one)
+    return list(best.values())
+
+
+def _formulas(found: Diagnosis) -> tuple[tuple[str, Markup], ...]:
+    """Of the effects that were added."""
+    known = catalogue()
+    kinds = dict.fromkeys(str(entry["id"]) for entry in found.effects)
+    shown = [known[kind] for kind in kinds if kind in known and known[kind].formula]
+    return tuple((one.title, mathml(one.formula)) for one in shown)
+
+
+def _round(number: int, one: DiagnosisRound) -> RankingBlock:
+    titles = {r.effect: r.title for r in one.ranking}
+    ending = f"{titles.get(one.accepted, '')} was added" if one.accepted else "nothing was added"
+    return RankingBlock(
+        title=f"Round {number}: {ending}",
+        sentence=one.sentence,
+        figure=plot(ranking(one.ranking, one.accepted)),
+        table=ranking_table(one.ranking, one.accepted),
+        planned=_planned(one.experiments),
+    )
+
+
+def _planned(experiments: tuple[PlannedExperiment, ...]) -> Table | None:
+    if not experiments:
+        return None
+    columns = (Column("Experiment"), Column("Expected score", numeric=True))
+    rows = tuple(Row((e.title, format_number(e.score, 3))) for e in experiments)
+    text = (
+        "Expected score: by how much the squared error, in floors, of the wrong effect would be "
+        "larger after refitting it; above 10 decides."
+    )
+    return Table(columns, rows, text)
+
+
+def _not_applicable(found: Diagnosis) -> Table | None:
+    if not found.not_applicable:
+        return None
+    known = catalogue()
+    rows = tuple(
+        Row((known[kind].title if kind in known else kind, reason))
+        for kind, reason in found.not_applicable.items()
+    )
+    return Table((Column("Effect"), Column("Why it was not tried")), rows)

@@ -1,0 +1,61 @@
+"""The arm's motion in 3-D, as a part of the report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from markupsafe import Markup
+
+from core.errors import InputError
+from core.recording.recording import Recording
+from core.results import Outcome
+from core.scenario.schema import Scenario
+
+EXAGGERATION = 10.0
+"""The deflection is drawn so much larger: at its true size hardly anybody would see it."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A player and what it plays."""
+
+    player: Markup
+    note: str
+
+
+def report_motion(
+    scenario: Scenario, outcome: Outcome, folder: Path, data: Path | None = None
+) -> Motion | None:
+    """Of the first validation, else of the first recording; None where there is nothing to play.
+
+    A report without it is still a report: what cannot be read again or drawn is left out.
+    """
+    from flexgui.stage.playback import MOST_SECONDS, embedded, playback_html, playback_note
+    from flexgui.stage.recorded import playback, read_one
+
+    ordered = sorted(scenario.recordings, key=lambda spec: spec.role != "validate")
+    if not ordered:
+        return None
+    try:
+        recording = _first(read_one(scenario, ordered[0].name, folder, data), MOST_SECONDS)
+        shown = playback(scenario, outcome, recording)
+        page = playback_html(shown.motion, shown.ghost, EXAGGERATION)
+    except (InputError, OSError):
+        return None
+    title = f"Motion of {shown.recording}"
+    ghost = "" if shown.ghost is None else " The translucent arm is the measured one."
+    note = f"{shown.recording}: {playback_note(shown.motion, EXAGGERATION)}{ghost}"
+    return Motion(Markup(embedded(page, title)), note)
+
+
+def _first(recording: Recording, seconds: float) -> Recording:
+    """What is not played need not be computed."""
+    rows = slice(0, int(np.searchsorted(recording.time, recording.time[0] + seconds)) + 1)
+    return replace(
+        recording,
+        time=recording.time[rows],
+        channels={name: values[rows] for name, values in recording.channels.items()},
+        counted={name: values[rows] for name, values in recording.counted.items()},
+    )

@@ -1,0 +1,135 @@
+"""Where a model fails: its error in times the floor, by recording along time or frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from core.results import ErrorMap, WorstCell
+from flexgui.views import colours
+from flexgui.views.fit_table import in_unit
+from flexgui.views.layout import styled
+from flexgui.views.names import channel_symbol
+from flexgui.views.numbers import format_number
+from flexgui.views.table import Column, Row, Table
+
+LEAST_SPAN = 10.0
+"""Times the floor that the colours span at least: an error at the floor should look pale."""
+
+TICKS = (1, 3, 10, 30, 100, 300, 1000, 10_000, 100_000)
+
+LEAST_HEIGHT = 230
+"""Of a figure: the colours need room for their numbers."""
+
+HEIGHT_OF_FRAME, HEIGHT_PER_ROW, GAP = 130, 22, 62
+
+
+def error_map(maps: Sequence[ErrorMap]) -> go.Figure | None:
+    """One heat map per channel, one below the other, all in the same colours; None without maps."""
+    shown = [m for m in maps if np.isfinite(m.ratio).any()]
+    if not shown:
+        return None
+    figure = make_subplots(
+        rows=len(shown), cols=1, vertical_spacing=_spacing(shown),
+        subplot_titles=[f"error of {channel_symbol(m.channel)}" for m in shown],
+    )  # fmt: skip
+    top = max(LEAST_SPAN, max(float(np.nanmax(m.ratio)) for m in shown))
+    for row, m in enumerate(shown, start=1):
+        figure.add_trace(_heat(m, top, row == 1), row=row, col=1)
+        figure.update_yaxes(
+            row=row, col=1, autorange="reversed", automargin=True,
+            tickvals=list(range(len(m.recordings))), ticktext=row_labels(m),
+        )  # fmt: skip
+        figure.update_xaxes(row=row, col=1, tickvals=list(range(len(m.edges) - 1)),
+                            ticktext=cell_labels(m.edges), tickangle=0)  # fmt: skip
+    last = shown[-1]
+    title = "frequency band" if last.axis == "frequency" else "time since the start"
+    figure.update_xaxes(row=len(shown), col=1, title_text=f"{title} [{last.axis_unit}]")
+    figure.update_annotations(x=0.0, xanchor="left", font={"size": 13, "color": colours.TEXT})
+    text = (
+        "Root mean square error in times the floor: pale cells are at the floor, dark ones are "
+        "where the model fails. Empty cells hold no samples."
+    )
+    return styled(figure, _height(shown), text)
+
+
+def _heat(m: ErrorMap, top: float, legend: bool) -> go.Heatmap:
+    ticks = [t for t in TICKS if t <= top * 1.01]
+    bar: dict[str, Any] = {
+        "title": {"text": "times the floor", "side": "right"}, "thickness": 12,
+        "tickvals": [float(np.log10(t)) for t in ticks], "ticktext": [str(t) for t in ticks],
+        "len": 1.0,
+    }  # fmt: skip
+    ratio = m.ratio
+    return go.Heatmap(
+        z=np.log10(np.maximum(ratio, 1e-3)),
+        x=list(range(ratio.shape[1])),
+        y=list(range(ratio.shape[0])),
+        zmin=0.0,
+        zmax=float(np.log10(top)),
+        colorscale=[list(stop) for stop in colours.RISING],
+        showscale=legend,
+        colorbar=bar,
+        xgap=1,
+        ygap=1,
+        customdata=np.stack([ratio, m.rms], axis=-1),
+        hovertemplate="%{customdata[0]:.3g} times the floor, rms %{customdata[1]:.3g} "
+        + (m.unit or "–")
+        + "<extra></extra>",
+    )
+
+
+def row_labels(m: ErrorMap) -> list[str]:
+    """The recording's name, with its working point where the name does not hold it."""
+    return [
+        name
+        if point is None or "theta2" in name.lower()
+        else f"{name} (θ₂ {np.degrees(point):.0f}°)"
+        for name, point in zip(m.recordings, m.theta2, strict=True)
+    ]
+
+
+def cell_labels(edges: np.ndarray) -> list[str]:
+    """'3.9–7.8'"""
+    texts = [format_number(float(e), 2) for e in edges]
+    return [f"{low}–{high}" for low, high in zip(texts, texts[1:], strict=False)]
+
+
+def _height(maps: Sequence[ErrorMap]) -> int:
+    rows = sum(len(m.recordings) for m in maps)
+    return max(HEIGHT_OF_FRAME + HEIGHT_PER_ROW * rows + GAP * (len(maps) - 1), LEAST_HEIGHT)
+
+
+def _spacing(maps: Sequence[ErrorMap]) -> float:
+    return min(GAP / (_height(maps) - HEIGHT_OF_FRAME + GAP), 0.9 / max(len(maps) - 1, 1))
+
+
+def worst_table(cells: Sequence[WorstCell]) -> Table:
+    """The worst cells, worst first."""
+    columns = (
+        Column("Recording"),
+        Column("Output"),
+        Column("Where"),
+        Column("Rms error", numeric=True),
+        Column("Times the floor", numeric=True),
+    )
+    rows = tuple(
+        Row(
+            (
+                c.recording, channel_symbol(c.channel), place(c), in_unit(c.rms, c.unit),
+                format_number(c.ratio, 3, keep_zeros=True),
+            )
+        )
+        for c in cells
+    )  # fmt: skip
+    return Table(columns, rows)
+
+
+def place(cell: WorstCell) -> str:
+    """'3.9 to 7.8 Hz'"""
+    ends = (format_number(cell.low, 3), format_number(cell.high, 3))
+    return f"{ends[0]} to {ends[1]} {cell.axis_unit}"

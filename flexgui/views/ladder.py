@@ -1,0 +1,105 @@
+"""The error ladder: how the error falls to its floor, effect by effect."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+
+from core.results import ChannelError, Diagnosis, LadderStep
+from flexgui.views import colours
+from flexgui.views.fit_table import in_unit
+from flexgui.views.layout import styled
+from flexgui.views.names import channel_symbol
+from flexgui.views.numbers import format_number
+from flexgui.views.table import Column, Row, Table
+
+GIVEN = "as given"
+
+ROOM = 1.6
+"""Times the highest bar: the axis ends there, with room for the bar's number."""
+
+
+def ladder(steps: Sequence[LadderStep]) -> go.Figure | None:
+    """A pair of bars per step, standing on the floor; None without steps."""
+    if not steps:
+        return None
+    labels = step_labels(steps)
+    estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
+    validation = [validation_ratio(step.errors) for step in steps]
+    figure = go.Figure()
+    figure.add_trace(_bars(labels, estimation, "estimation recordings", colours.MODEL, steps))
+    if any(np.isfinite(v) for v in validation):
+        figure.add_trace(_bars(labels, validation, "validation recordings", colours.ADDED, steps))
+    figure.add_hline(y=1.0, line={"color": colours.AXIS, "width": 2})
+    highest = max([v for v in (*estimation, *validation) if np.isfinite(v)], default=1.0)
+    figure.update_yaxes(
+        type="log", title_text="error [times its floor]", dtick="D1" if highest < 8 else 1,
+        range=[np.log10(0.8), np.log10(ROOM * max(highest, 1.5))],
+    )  # fmt: skip
+    figure.update_xaxes(type="category", automargin=True)
+    text = (
+        "Root mean square error over all outputs, each in units of its floor (the noise and the "
+        "stated fidelity). At 1, the line, nothing is left to explain."
+    )
+    return styled(figure, 340, text, barmode="group", bargap=0.45, bargroupgap=0.08)
+
+
+def _bars(
+    labels: Sequence[str], values: Sequence[float], name: str, colour: str,
+    steps: Sequence[LadderStep],
+) -> go.Bar:  # fmt: skip
+    known = [v if np.isfinite(v) else None for v in values]
+    return go.Bar(
+        x=list(labels),
+        y=[None if v is None else v - 1.0 for v in known],
+        base=1.0,
+        name=name,
+        marker={"color": colour},
+        text=["" if v is None else f"{format_number(v, 2, keep_zeros=True)} ×" for v in known],
+        textposition="outside",
+        cliponaxis=False,
+        customdata=[step.title for step in steps],
+        hovertemplate=f"%{{customdata}}<br>{name}: %{{text}} the floor<extra></extra>",
+    )
+
+
+def step_labels(steps: Sequence[LadderStep]) -> list[str]:
+    """'as given', '+ Coulomb friction', ...; each once."""
+    labels: list[str] = []
+    for k, step in enumerate(steps):
+        text = f"+ {step.title}" if step.added else (GIVEN if not k else step.title)
+        same = sum(label.split(" (")[0] == text for label in labels)
+        labels.append(f"{text} ({same + 1})" if same else text)
+    return labels
+
+
+def validation_ratio(errors: Sequence[ChannelError]) -> float:
+    """Rms over the channels of validation error by floor; NaN without validation."""
+    known = [e.validation_rms / e.floor for e in errors if np.isfinite(e.validation_rms)]
+    return float(np.sqrt(np.mean(np.square(known)))) if known else float("nan")
+
+
+def ladder_table(diagnosis: Diagnosis) -> Table:
+    """A row per step and output, in units."""
+    columns = (
+        Column("Model"),
+        Column("Output"),
+        Column("Rms error", numeric=True),
+        Column("On validation", numeric=True),
+        Column("Floor", numeric=True),
+        Column("Error / floor", numeric=True),
+    )
+    rows = []
+    for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):
+        for k, e in enumerate(step.errors):
+            cells = (
+                "" if k else label, channel_symbol(e.channel), in_unit(e.rms, e.unit),
+                in_unit(e.validation_rms, e.unit), in_unit(e.floor, e.unit),
+                format_number(e.rms / e.floor, 3, keep_zeros=True),
+            )  # fmt: skip
+            rows.append(Row(cells))
+        if step.tip_rms is not None:
+            rows.append(Row(("", "tip", in_unit(step.tip_rms, "m"), "", "", ""), strong=True))
+    return Table(columns, tuple(rows), "Tip: distance between measured and modelled tip, rms.")

@@ -1,0 +1,104 @@
+"""What could be missing, best explanation first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import plotly.graph_objects as go
+
+from core.results import RankedEffect
+from flexgui.views import colours
+from flexgui.views.layout import styled
+from flexgui.views.names import plain_symbol
+from flexgui.views.numbers import format_number, format_value
+from flexgui.views.table import Column, Row, Table
+from flexgui.views.units import shown_unit
+
+SHOWN = 10
+"""Bars in the figure; those below explain next to nothing as a rule."""
+
+COLUMNS = (
+    Column("Effect"),
+    Column("Explains, refitted [%]", numeric=True),
+    Column("Expected from the slope [%]", numeric=True),
+    Column("Evidence ΔBIC", numeric=True),
+    Column("Chance of noise", numeric=True),
+    Column("Cannot be told from"),
+    Column("Size when refitted"),
+)
+
+
+def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> go.Figure | None:
+    """Two bars per effect: what the linear screen expects and what a refit explains; None where
+    nothing was ranked."""
+    shown = list(ranked[:SHOWN])
+    if not shown:
+        return None
+    figure = go.Figure()
+    titles = [r.title for r in shown]
+    figure.add_bar(
+        y=titles, x=[r.expected_drop_percent for r in shown], orientation="h",
+        name="expected from the slope", marker={"color": colours.faded(colours.START, 0.45)},
+        hovertemplate="%{y}: %{x:.1f} % expected<extra></extra>",
+    )  # fmt: skip
+    figure.add_bar(
+        y=titles, x=[r.refit_drop_percent for r in shown], orientation="h", name="after a refit",
+        marker={"color": [_colour(r, accepted) for r in shown]},
+        hovertemplate="%{y}: %{x:.2f} % after a refit<extra></extra>",
+    )  # fmt: skip
+    figure.update_xaxes(title_text="share of the squared error above the floor [%]", range=[0, 103])
+    figure.update_yaxes(autorange="reversed", automargin=True, type="category")
+    text = (
+        "Pale: what a straight line from no effect at all promises. Full: what is explained once "
+        "the effect and all other parameters are fitted anew; the best few are refitted."
+    )
+    height = 150 + 34 * len(shown)
+    return styled(figure, height, text, barmode="group", bargap=0.3)
+
+
+def _colour(ranked: RankedEffect, accepted: str | None) -> str:
+    return colours.ADDED if ranked.effect == accepted else colours.MODEL
+
+
+def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -> Table:
+    """All candidates with their figures."""
+    titles = {r.effect: r.title for r in ranked}
+    rows = tuple(_row(r, titles, accepted) for r in ranked)
+    text = (
+        "Explains: share of the squared error above the floor. ΔBIC: gain in evidence after a "
+        "price for each parameter; above 10 is very strong. Chance of noise: that noise alone "
+        "looks like this, allowing for everything that was tried."
+    )
+    return Table(COLUMNS, rows, text)
+
+
+def _row(ranked: RankedEffect, titles: dict[str, str], accepted: str | None) -> Row:
+    cells = (
+        ranked.title,
+        _share(ranked.refit_drop_percent),
+        _share(ranked.expected_drop_percent),
+        "" if ranked.delta_bic is None else format_number(ranked.delta_bic, 3),
+        chance(ranked.p_value),
+        ", ".join(titles.get(kind, kind) for kind in ranked.confused_with),
+        sizes(ranked),
+    )
+    return Row(cells, strong=ranked.effect == accepted)
+
+
+def sizes(ranked: RankedEffect) -> str:
+    """'f_c1 = 1.201 ± 0.001 N m, ...'"""
+    texts = []
+    for e in ranked.parameters:
+        unit = shown_unit(e.value, e.unit)
+        number = format_value(e.value * unit.factor, e.std * unit.factor, unit.name)
+        texts.append(f"{plain_symbol(e.symbol, e.name).replace('_', '')} = {number}")
+    return ", ".join(texts)
+
+
+def _share(percent: float | None) -> str:
+    return "" if percent is None else format_number(percent, 3, keep_zeros=True)
+
+
+def chance(p_value: float) -> str:
+    """'< 10⁻⁹', '0.02'"""
+    return "< 10⁻⁹" if p_value < 1e-9 else format_number(p_value, 2)

@@ -1,0 +1,112 @@
+"""Challenges: the same seed the same bytes, a model without the effect, the truth under a seal."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from core.effects import catalogue
+from core.errors import InputError
+from core.loading import load_recordings
+from core.progress import Silent
+from core.scenario.read import read_scenario
+from core.study.challenge import SCENARIO, SEALED, make_challenge, reveal, write_challenge
+from core.workbench import base_model
+from flexgui.cli import app
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("challenge")
+    write_challenge(make_challenge(3, "hard"), out)
+    return out
+
+
+def _bytes(folder: Path) -> dict[str, bytes]:
+    return {p.name: p.read_bytes() for p in folder.iterdir()}
+
+
+def test_the_same_seed_gives_the_same_bytes(folder: Path, tmp_path: Path) -> None:
+    write_challenge(make_challenge(3, "hard"), tmp_path / "again")
+    assert _bytes(tmp_path / "again") == _bytes(folder)
+
+
+def test_the_files_are_a_scenario_with_seven_points_and_a_sweep(folder: Path) -> None:
+    scenario = read_scenario(folder / SCENARIO)
+    recordings = load_recordings(scenario, base_model(scenario), folder, None, Silent())
+    assert [r.role for r in recordings] == ["estimate"] * 7 + ["validate"]
+    points = [r.theta2 for r in recordings if r.theta2 is not None]
+    assert points == pytest.approx([k * np.pi / 8 for k in range(1, 8)])
+    sweep = recordings[-1]["theta2"]
+    assert sweep.max() - sweep.min() > 2.0
+
+
+def test_the_model_has_no_effect_and_no_file_names_one(folder: Path) -> None:
+    assert not base_model(read_scenario(folder / SCENARIO)).effects
+    text = "".join(p.read_text() for p in folder.iterdir() if p.suffix != ".csv")
+    assert not [kind for kind in catalogue() if kind in text]
+
+
+@pytest.mark.parametrize(("level", "count"), [("easy", 1), ("hard", 2)])
+def test_as_many_effects_are_hidden_as_the_level_says(level: str, count: int) -> None:
+    from core.study.challenge import _kinds
+    from core.study.hidden import known_before
+
+    for seed in range(30):
+        kinds = _kinds(count, np.random.default_rng(seed))
+        parts = [e.kind for kind in kinds for e in known_before(catalogue()[kind])]
+        assert len({*kinds, *parts}) == count
+
+
+def test_reveal_says_what_and_how_large(folder: Path) -> None:
+    said = reveal(folder)
+    named = [kind for kind in catalogue() if f"({kind})" in said]
+    assert len(named) == 2
+    assert "times the noise" in said and "EI = " in said
+    assert said == reveal(folder / SEALED)
+
+
+def test_a_zip_holds_the_same_files(folder: Path, tmp_path: Path) -> None:
+    challenge = make_challenge(3, "hard")
+    for name in ("a.zip", "b.zip"):
+        write_challenge(challenge, tmp_path / name)
+    assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
+    with zipfile.ZipFile(tmp_path / "a.zip") as archive:
+        assert {n: archive.read(n) for n in archive.namelist()} == _bytes(folder)
+    assert reveal(tmp_path / "a.zip") == reveal(folder)
+
+
+def test_a_broken_seal_is_refused_in_one_sentence(folder: Path, tmp_path: Path) -> None:
+    sealed = (folder / SEALED).read_text()
+    (tmp_path / SEALED).write_text(sealed.replace(sealed[80], "A" if sealed[80] != "A" else "B", 1))
+    result = CliRunner().invoke(app, ["reveal", str(tmp_path)])
+    assert result.exit_code == 2
+    assert result.output.count("\n") == 1 and "seal is broken" in result.output
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["challenge", "--seed", "1", "--level", "esy", "--out", "x"],
+        ["challenge", "--seed", "-1", "--out", "x"],
+        ["reveal", "nowhere"],
+        ["reveal", "."],
+    ],
+)
+def test_bad_input_is_one_sentence_and_two(
+    arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 2
+    assert result.output.startswith("flexgui: ") and result.output.count("\n") == 1
+
+
+def test_a_zip_without_a_challenge_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "x.zip").write_bytes(b"no zip")
+    with pytest.raises(InputError, match="holds no challenge"):
+        reveal(tmp_path / "x.zip")

@@ -1,0 +1,110 @@
+"""Hidden effects show as much as was asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from core.effects import effect
+from core.recording.spec import SimulateSpec
+from core.simulate.nonlinear import run
+from core.study.cases import LINEAR, candidates, sized
+from core.study.crossing import CLOSE, UnreachableError, crossing
+from core.study.hidden import STRONG, hidden, knobs_on, known_before
+from core.study.rig import CHANNELS, IDENTIFY, STDS, STEPS, Experiment, bare_model, readings
+from core.study.sight import Sight
+from tests.study.helpers import least_squares_rest
+
+EXPERIMENTS = [
+    Experiment(f"r{k}", SimulateSpec(theta2=x, seconds=0.3, seed=k + 1))
+    for k, x in enumerate((0.5, 2.0))
+]
+
+REFERENCE = 0.1
+"""Relative: the reference takes exact simulations and bends the nominal parameters for good, the
+sizing takes fixed steps and straight lines."""
+
+ABSORBED = 0.01
+"""What a thousandth of the stiffness leaves, being no straight line."""
+
+SIMPLE = sorted(k for k, e in candidates().items() if sized(e) and not known_before(e))
+
+
+@pytest.mark.parametrize("kind", ["viscous_friction", "tip_payload", "camera_delay"])
+def test_the_rest_after_a_fit_of_the_nominal_parameters_is_what_was_asked_for(kind: str) -> None:
+    h = hidden(effect(kind), bare_model(), EXPERIMENTS, STRONG, np.random.default_rng(3))
+    assert h.level == pytest.approx(STRONG, rel=CLOSE)
+    rest = least_squares_rest(h.truth, bare_model(), EXPERIMENTS)
+    assert rest == pytest.approx(STRONG, rel=REFERENCE)
+
+
+@pytest.mark.parametrize("kind", SIMPLE)
+def test_twice_the_noise_needs_more_than_the_noise(kind: str) -> None:
+    found = [
+        hidden(effect(kind), bare_model(), EXPERIMENTS, level, np.random.default_rng(3))
+        for level in (1.0, 2.0)
+    ]
+    assert [h.level for h in found] == pytest.approx([1.0, 2.0], rel=CLOSE)
+    apart = [_from_neutral(kind, h.values) for h in found]
+    assert np.all(apart[1] > apart[0])
+
+
+NEVER = 1e6
+"""A neutral value that is no end of a line: a limit that nothing reaches."""
+
+
+def _from_neutral(kind: str, values: Mapping[str, float]) -> np.ndarray:
+    """Distance of each size from neutral; of a limit, its inverse."""
+    sizes = [k for k in knobs_on(effect(kind), bare_model()) if not k.secondary]
+    pairs = [(values[k.parameter.name], k.neutral) for k in sizes]
+    return np.array([abs(x - zero) if zero < NEVER else 1.0 / x for x, zero in pairs])
+
+
+def test_the_same_seed_gives_the_same_size_and_another_seed_another() -> None:
+    one = effect("coulomb_friction")
+    found = [
+        hidden(one, bare_model(), EXPERIMENTS, 1.0, np.random.default_rng(s)).values
+        for s in (1, 1, 2)
+    ]
+    assert found[0] == found[1] != found[2]
+
+
+def test_what_the_nominal_parameters_can_absorb_does_not_count() -> None:
+    sight = Sight(bare_model(), EXPERIMENTS)
+    EI = bare_model().parameters["EI"].value
+    softer = bare_model().numbers({"EI": EI * (1.0 - 1e-3)})
+    shown = [readings(bare_model(), run(bare_model(), softer, t, STEPS)) for t in sight.tasks]
+    plain = np.sqrt(np.mean(
+        [((a - b) / np.array(list(STDS.values()))) ** 2
+         for a, b in zip(shown, sight.plain, strict=True)]
+    ))  # fmt: skip
+    assert plain > 0.05
+    assert sight.seen(shown) < ABSORBED * plain
+
+
+@pytest.mark.parametrize("kind", ["presliding_friction", "stribeck_friction", "joint_elasticity"])
+def test_an_effect_that_stands_on_another_is_hidden_from_a_model_that_has_it(kind: str) -> None:
+    h = hidden(effect(kind), bare_model(), EXPERIMENTS, STRONG, np.random.default_rng(3))
+    known = {e.kind for e in h.base.effects}
+    assert set(effect(kind).includes) <= known
+    assert kind not in known and kind in {e.kind for e in h.truth.effects}
+    assert Sight(h.base, EXPERIMENTS).of(h.truth) == pytest.approx(STRONG, rel=2 * CLOSE)
+
+
+def test_a_crossing_is_the_first_one_from_neutral() -> None:
+    m, found = crossing(lambda m: m if m < 8.0 else 100.0 / m, 4.0)
+    assert m == pytest.approx(4.0, rel=CLOSE) and found == pytest.approx(4.0, rel=CLOSE)
+
+
+@pytest.mark.parametrize("shown", [lambda m: 0.0, lambda m: 7.0, lambda m: float("nan")])
+def test_what_no_size_shows_is_said(shown) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(UnreachableError):
+        crossing(shown, 3.0)
+
+
+def test_most_effects_apply_to_the_rig_of_the_studies() -> None:
+    assert len(candidates()) >= 21
+    assert set(LINEAR) <= set(candidates())
+    assert len(CHANNELS) == 4 and IDENTIFY.parameters == ("EI",)
