@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.data import Data, Hypothesis, coarser, hypothesis
 from core.effects.effect import Effect, Knob
 from core.identify.unknowns import Unknown
 
@@ -100,15 +100,34 @@ def _shapes(secondary: Sequence[Knob]) -> list[tuple[tuple[str, float], ...]]:
     ]
 
 
+@dataclass
+class Zeros:
+    """The base's errors (M, k) per recording by steps per sample: what columns are taken from.
+
+    Simulated as coarsely as the trial, so that the steps' own error cancels.
+    """
+
+    base: Hypothesis
+    found: dict[int | None, list[np.ndarray]] = field(default_factory=dict)
+
+    def at(self, steps: int | None) -> list[np.ndarray]:
+        """With that many steps."""
+        if steps not in self.found:
+            residuals = self.base.residuals
+            if steps is not None:
+                residuals = replace(residuals, predictor=coarser(residuals.predictor, steps))
+            self.found[steps] = residuals.blocks(self.base.vector)
+        return self.found[steps]
+
+
 def simulated(
     data: Data,
     base: Hypothesis,
     accepted: Sequence[Effect],
     trial: Trial,
-    zero: Sequence[np.ndarray],
+    zeros: Zeros,
 ) -> Column:
-    """The column of one trial; `zero` are the base's errors (M, k) per recording, simulated with
-    COARSE of the steps, as the trial is."""
+    """The column of one trial, with COARSE of the steps."""
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
     changed = {name: v for name, v in trial.values.items()}
     kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
@@ -119,6 +138,7 @@ def simulated(
         finer=COARSE,
     )  # fmt: skip
     errors = tried.errors(tried.vector)
+    zero = zeros.at(tried.residuals.predictor.steps)
     blocks = tuple(_finite(a - b) for a, b in zip(zero, errors, strict=True))
     return Column(
         trial.effect.kind, trial.knob, trial.values, trial.sizes, trial.one_sided, trial.scanned,

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import chi2
 
-from core.diagnose.columns import COARSE, Column, Trial, simulated, trials
-from core.diagnose.data import Data, Hypothesis, coarser
+from core.diagnose.columns import Column, Trial, Zeros, simulated, trials
+from core.diagnose.data import Data, Hypothesis
 from core.diagnose.gram import Explained, Gram, explain, gram
 from core.diagnose.whitening import Whitener, fit_whitener, no_whitening
 from core.effects.effect import Effect
@@ -61,10 +61,10 @@ def screen(
     errors = [np.asarray(b) for b in base.errors(base.vector)]
     slopes = base.slopes(base.vector)
     columns: list[Column] = []
-    zero = _coarse_errors(base)
+    zeros = Zeros(base)
     for candidate in candidates:
         tried: list[Trial] = trials(base, candidate, data)
-        columns += [simulated(data, base, accepted, t, zero) for t in tried]
+        columns += [simulated(data, base, accepted, t, zeros) for t in tried]
         if told(candidate.title):
             break
     blocks = [c.blocks for c in columns]
@@ -74,15 +74,6 @@ def screen(
     found = [_score(c, columns, white, plain) for c in candidates]
     kept = sorted((s for s in found if s is not None), key=lambda s: -s.score)
     return Screen(tuple(kept), white, plain, whitener, tuple(errors), tuple(slopes), tuple(columns))
-
-
-def _coarse_errors(base: Hypothesis) -> list[np.ndarray]:
-    """The base's errors with the steps that the columns are simulated with."""
-    fine = base.residuals.predictor
-    if fine.steps is None:
-        return base.errors(base.vector)
-    less = coarser(fine, max(int(fine.steps * COARSE), 1))
-    return replace(base.residuals, predictor=less).blocks(base.vector)
 
 
 def _remainders(  # type: ignore[no-untyped-def]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.data import Data, Hypothesis, hypothesis, moved
 from core.diagnose.descent import MOST_ITERATIONS
 from core.diagnose.floor import channel_floors
 from core.diagnose.refit import Refit, fit
@@ -118,8 +118,12 @@ def begin(
     data = replace(data, weights=weights, floors=floors, sizes=sizes_of(motions))
     values = {**model.effect_values, **rough.hypothesis.values()}
     data = replace(data, steps=enough_steps(data, effects, values))
-    base = fit(hypothesis(data, effects, values), None, stopped, MOST_ITERATIONS)
-    return Begun(data, base)
+    exact = hypothesis(data, effects, values, finer=EXACT)
+    return Begun(data, fit(exact, None, stopped, MOST_ITERATIONS))
+
+
+EXACT = 4
+"""Times as many steps for the base: a candidate that needs more of them must not win by them."""
 
 
 CLOSE = 0.15
@@ -130,15 +134,16 @@ MOST_STEPS = 64
 
 def enough_steps(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> int | None:
     """Steps per sample such that twice as many move the outputs by less than CLOSE."""
-    if data.bare.level == "lpv" and not effects:
-        return 2  # exact, whatever the steps; candidates that need them are non-linear
+    # A linear base is exact whatever the steps; it is the non-linear candidates that need them.
+    data = replace(data, bare=data.bare.at_level("nonlinear"))
+    data = replace(data, experiments=tuple(moved(e, data.bare) for e in data.experiments))
     steps = 1
     coarse = _errors(replace(data, steps=steps), effects, values)
     while steps < MOST_STEPS:
         fine = _errors(replace(data, steps=2 * steps), effects, values)
         apart = [a - b for a, b in zip(coarse, fine, strict=True)]
-        moved = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in apart]) ** 2)))
-        if moved < CLOSE:
+        change = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in apart]) ** 2)))
+        if change < CLOSE:
             break
         steps, coarse = 2 * steps, fine
     return steps

@@ -30,6 +30,19 @@ ORDERS = {
 """By the joint's unit, periods per turn (radians per metre): poles, slots and gear teeth."""
 
 
+FEWEST = 3
+"""Orders to try; where the travel shows fewer of the usual ones, multiples of the lowest it shows."""
+
+MULTIPLES = (1.0, 1.5, 2.5, 4.0)
+
+
+def visible_orders(usual: tuple[float, ...], travel: float) -> tuple[float, ...]:
+    """Orders of which a travel (rad or m) shows one whole wave: less of it is an offset."""
+    least = 2.0 * np.pi / travel
+    seen = tuple(order for order in usual if order >= least)
+    return seen if len(seen) >= FEWEST else tuple(least * m for m in MULTIPLES)
+
+
 class TorqueRipple(Effect):
     """One wave per joint, as cosine and sine: their sizes enter linearly, the order does not."""
 
@@ -55,11 +68,11 @@ class TorqueRipple(Effect):
 
         def order(k: int) -> Knob:
             unit = joint(arm.segments[k].joint).coordinate_unit
-            grid = ORDERS[unit]
+            grid = visible_orders(ORDERS[unit], float(sizes.travel[k]))
             title = f"order of the torque ripple of joint {k + 1}"
             return positive(
                 f"nr{k + 1}", grid[1], f"1/{unit}", title, rf"n_{{r{k + 1}}}",
-                lower=grid[0] / 6.0, upper=2.0 * grid[-1], neutral=grid[1], grid=grid,
+                lower=0.8 * grid[0], upper=2.0 * grid[-1], neutral=grid[1], grid=grid,
                 secondary=True,
             )  # fmt: skip
 

@@ -91,8 +91,9 @@ CABLE = joint_law(
 """One Bouc-Wen slider of stiffness k that breaks away at z; with power 2 and equal shares it is
 near Jenkins's sharp one. R. Bouc 1967, Y.-K. Wen 1976."""
 
-BREAKS = (0.1, 0.4, 1.6, 6.4)
-"""Of the joint's travel: most of the chain slips so late that it remembers the whole motion."""
+BREAKS = (0.4, 1.6, 6.4)
+"""Of the joint's travel: beyond where presliding friction is looked for, so that the chain
+remembers the whole motion."""
 
 
 class DraggingCable(Effect):
