@@ -129,7 +129,7 @@ def simulated(
 ) -> Column:
     """The column of one trial, with COARSE of the steps."""
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
-    changed = {name: v for name, v in trial.values.items()}
+    changed = dict(trial.values)
     kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
     values = {**base.model.effect_values, **base.values(), **changed}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in changed)
@@ -146,6 +146,10 @@ def simulated(
     )  # fmt: skip
 
 
+FAR_OFF = 1e7
+"""In floors: a trial that moves an output this far has come apart."""
+
+
 def _finite(block: np.ndarray) -> np.ndarray:
     """A simulation that went astray moves nothing."""
-    return block if np.all(np.isfinite(block)) else np.zeros_like(block)
+    return block if np.all(np.abs(block) < FAR_OFF) else np.zeros_like(block)

@@ -27,6 +27,9 @@ PRICE = 0.05
 CLOSE = 0.3
 """In merit: refits that leave nearly the same error are ranked by their whitened evidence."""
 
+TIE = 10.0
+"""Difference of BIC below which two refits tie; above, the evidence is called very strong."""
+
 ALL = 0.02
 """Share of the error above the floor below which nothing is left to explain."""
 
@@ -45,6 +48,8 @@ class Weighed:
     """Squared error explained per sample, in floors squared."""
     white_drop: float
     """Fall of the whitened squared error."""
+    above: bool
+    """Whether the base's error is above the floor at all."""
     delta_bic: float
     """White drop minus the price of the parameters; above 10 is very strong."""
     p_value: float
@@ -70,6 +75,7 @@ def weigh(screened: Screened, base: Refit, refit: Refit, count: int, tried: int)
         fall=max(drop, 0.0) / above,
         explained=drop / count,
         white_drop=white,
+        above=base.cost > count,
         delta_bic=white - own * float(np.log(count)),
         p_value=min(p, 1.0),
     )
@@ -82,14 +88,21 @@ def _sizes(screened: Screened) -> float:
 
 
 def acceptable(w: Weighed) -> bool:
-    """Significant, relevant, and a real share of what there is to explain."""
-    return w.p_value < SURE and w.explained >= RELEVANT and w.fall >= BAR
+    """Significant, relevant, and a real share of what there is above the floor."""
+    return w.above and w.p_value < SURE and w.explained >= RELEVANT and w.fall >= BAR
 
 
 def ranked(found: list[Weighed]) -> list[Weighed]:
-    """Best first: by merit, and by the sharper whitened evidence among those that come close."""
+    """Best first: by merit; among those that come close by the sharper whitened evidence; among
+    those that tie in it the simplest."""
     best = min((w.merit for w in found), default=0.0)
     close = [w for w in found if w.merit <= best + CLOSE]
     rest = [w for w in found if w.merit > best + CLOSE]
-    by_evidence = sorted(close, key=lambda w: -w.delta_bic)
-    return by_evidence + sorted(rest, key=lambda w: w.merit)
+    most = max((w.delta_bic for w in close), default=0.0)
+    level = [w for w in close if w.delta_bic > most - TIE]
+    below = [w for w in close if w.delta_bic <= most - TIE]
+    return (
+        sorted(level, key=lambda w: (w.parameters, -w.delta_bic))
+        + sorted(below, key=lambda w: -w.delta_bic)
+        + sorted(rest, key=lambda w: w.merit)
+    )

@@ -64,6 +64,10 @@ def gram(
     return Gram(np.array(parts), P)
 
 
+NOTHING = 1e-20
+"""In floors squared: a column that moves no output."""
+
+
 @dataclass(frozen=True)
 class Explained:
     """What some columns explain of the residual."""
@@ -78,7 +82,8 @@ def explain(projected: np.ndarray, which: Sequence[int], one_sided: Sequence[boo
     """Least squares on some of the projected columns, with fixed signs where so said."""
     at = list(which)
     A, b = projected[np.ix_(at, at)], projected[at, -1]
-    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    there = np.diag(A) > NOTHING
+    d = np.where(there, np.sqrt(np.maximum(np.diag(A), NOTHING)), np.inf)
     normal = A / np.outer(d, d) + 1e-12 * np.eye(len(at))
     L = np.linalg.cholesky(normal + 1e-9 * np.eye(len(at)))
     right = np.linalg.solve(L, b / d)

@@ -6,15 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.diagnose.evidence import Weighed
+from core.diagnose.evidence import TIE, Weighed
 from core.diagnose.screen import Screen, Screened
 
 PARALLEL = 0.95
 """|cos| of the smallest principal angle between projected directions from which on two effects
 are said to be confusable."""
-
-TIE = 10.0
-"""Difference of BIC below which two refits tie; above, the evidence is called very strong."""
 
 MOST_MEMBERS = 3
 

@@ -10,7 +10,7 @@ import numpy as np
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.descent import MOST_ITERATIONS, cost_of
 from core.diagnose.evidence import Weighed, acceptable, ranked, weigh
-from core.diagnose.refit import Refit, fit, refit_with, whitened
+from core.diagnose.refit import Refit, fit, refit_with, robust_covariance, whitened
 from core.diagnose.screen import Screen, Screened, screen
 from core.effects import catalogue
 from core.effects.effect import Effect
@@ -97,6 +97,7 @@ def one_round(
             s.values,
             seen.whitener,
             seen.slopes,
+            s.scanned,
             stopped,
         )
         if not np.isfinite(refit.cost):
@@ -122,7 +123,7 @@ def promising(seen: Screen, count: int) -> list[Screened]:
     return list(chosen.values())
 
 
-FINER = (2, 4, 8)
+FINER = (4, 8, 16)
 """Times as many steps per sample: until that lowers the error no more."""
 
 SAME = 0.05
@@ -135,12 +136,13 @@ def polished(data: Data, refit: Refit, seen: Screen, stopped: Callable[[], bool]
     finer, errors = 1, list(refit.errors)
     for more in FINER:
         tried = _with_steps(data, h, more)
-        found = tried.errors(tried.vector)
-        moved = cost_of([a - b for a, b in zip(found, errors, strict=True)])
-        finer, errors = more, found
+        new = tried.errors(tried.vector)
+        moved = cost_of([a - b for a, b in zip(new, errors, strict=True)])
+        finer, errors = more, new
         if moved < SAME**2 * data.count:
             break
-    return fit(_with_steps(data, h, finer), seen.whitener, stopped, MOST_ITERATIONS)
+    found = fit(_with_steps(data, h, finer), seen.whitener, stopped, MOST_ITERATIONS)
+    return replace(found, covariance=robust_covariance(found))
 
 
 def _with_steps(data: Data, h: Hypothesis, finer: int) -> Hypothesis:

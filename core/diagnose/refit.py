@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.descent import Descended, descend, normal_equations
+from core.diagnose.descent import Descended, cost_of, descend, normal_equations
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
+from core.identify.uncertainty import covariance
 
-ROUGH_ITERATIONS = 6
+ROUGH_ITERATIONS = 10
 """Enough to rank; the accepted one is polished afterwards."""
 
 
@@ -97,24 +98,71 @@ def refit_with(
     values: Mapping[str, float],
     whitener: Whitener,
     slopes: Sequence[np.ndarray],
+    scanned: Sequence[str],
     stopped: Callable[[], bool],
     most: int = ROUGH_ITERATIONS,
 ) -> Refit:
     """Fits the model with `effects` from the base's nuisance and from the prior nominals.
 
     The base fit may have bent the nominal parameters to swallow the effect, and a descent from
-    there can stick (design section 6, 1). `slopes` are the base's, (M, k, P) per recording.
+    there can stick (design section 6, 1). `slopes` are the base's, (M, k, P) per recording;
+    the parameters `scanned` have no slope at neutral and begin at the best size near by.
     """
-    fitted = {**base.values(), **values}
+    fitted = narrowed(data, effects, {**base.values(), **values}, scanned)
     near, known = hypothesis(data, effects, fitted), columns_of(base, slopes)
     nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
     apart = any(abs(base.values()[k] - v) > NOMINAL_MOVED * abs(v) for k, v in nominal.items())
     if not apart or stopped():
-        return fit(near, whitener, stopped, most, known)
+        return exactly(data, fit(near, None, stopped, most, known), whitener)
     far = hypothesis(data, effects, {**fitted, **nominal})
     first, second = (fit(h, None, stopped, LOOK, known) for h in (near, far))
     ahead = first if first.cost <= second.cost else second
-    return fit(ahead.hypothesis, whitener, stopped, most - LOOK, known)
+    return exactly(data, fit(ahead.hypothesis, None, stopped, most - LOOK, known), whitener)
+
+
+EXACT = 4
+"""Times as many steps per sample for what is compared: no candidate may win by its steps."""
+
+
+def exactly(data: Data, rough: Refit, whitener: Whitener) -> Refit:
+    """The refit with its errors simulated finely, as those of the base are."""
+    h = rough.hypothesis
+    values = {**h.model.effect_values, **h.values()}
+    own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
+    fine = hypothesis(data, h.model.effects, values, freed=own, finer=EXACT)
+    blocks = tuple(fine.errors(h.vector))
+    cost = cost_of(blocks)
+    found = replace(rough.descended, blocks=blocks, cost=cost)
+    if not np.isfinite(cost):
+        return replace(rough, descended=found)
+    white, covariance = whitened(h, found, whitener)
+    return Refit(h, found, white, covariance)
+
+
+FACTORS = (0.6, 0.75, 0.87, 1.15, 1.33, 1.66)
+"""Of a scanned size: a spring's ringing has its best fit in a narrow valley between the sizes that
+were scanned."""
+
+
+def narrowed(
+    data: Data, effects: Sequence[Effect], values: Mapping[str, float], scanned: Sequence[str]
+) -> dict[str, float]:
+    """The values with each scanned size moved to the best of its neighbours, one after the other."""
+    best = dict(values)
+    cost = _cost_at(data, effects, best)
+    for name in scanned:
+        middle = best[name]
+        for factor in FACTORS:
+            tried = {**best, name: middle * factor}
+            found = _cost_at(data, effects, tried)
+            if found < cost:
+                best, cost = tried, found
+    return best
+
+
+def _cost_at(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> float:
+    h = hypothesis(data, effects, values)
+    return cost_of(h.errors(h.vector))
 
 
 def columns_of(base: Hypothesis, slopes: Sequence[np.ndarray]) -> Known:
@@ -129,3 +177,20 @@ LOOK = 2
 
 NOMINAL_MOVED = 0.02
 """Share by which a nominal parameter must have moved for a second start to be worth it."""
+
+
+def robust_covariance(found: Refit) -> np.ndarray:
+    """(P, P) of a least-squares minimum under coloured noise; NaN for what sits at a bound.
+
+    The estimate is the plain minimum, so its covariance is the sandwich of the noise's own
+    covariances (core.identify.uncertainty), not the inverse of the whitened information.
+    """
+    h, x = found.hypothesis, found.hypothesis.vector
+    limits = h.limits
+    near = 1e-6 * limits.scales
+    inside = np.flatnonzero((x > limits.lower + near) & (x < limits.upper - near))
+    slopes = [S[:, :, inside] for S in found.descended.slopes]
+    out = np.full((len(x), len(x)), np.nan)
+    if len(inside):
+        out[np.ix_(inside, inside)] = covariance(slopes, found.errors, len(inside))
+    return out

@@ -31,6 +31,8 @@ class Screened:
     """Where a refit may begin."""
     columns: tuple[int, ...]
     """Indices of the columns that were combined."""
+    scanned: tuple[str, ...]
+    """Parameters among `values` that come from a scan."""
     prediction: tuple[np.ndarray, ...]
     """(M, k) per recording, in floors: the residual that the effect predicts."""
 
@@ -117,8 +119,9 @@ def _score(
         freedom=len(chosen),
         p_value=p,
         drop=explain(u, chosen, fixed).drop,
-        values=_values(columns, chosen, explained.coefficients),
+        values=_values(columns, chosen, explained.coefficients, w),
         columns=tuple(chosen),
+        scanned=tuple(columns[i].knob for i in chosen if columns[i].scanned and columns[i].knob),
         prediction=_prediction(columns, chosen, explained.coefficients),
     )
 
@@ -137,10 +140,27 @@ FAR = 100.0
 """Times the size tried: from there on a straight line to neutral means nothing."""
 
 
+def _best_of_scan(columns: Sequence[Column], like: Column, w: np.ndarray) -> dict[str, float]:
+    """The size of a knob's grid whose secant, taken whole, leaves least; nothing where each of
+    them leaves more than there was."""
+    if not like.scanned:
+        return {}
+    alike = [
+        i
+        for i, c in enumerate(columns)
+        if (c.effect, c.knob, c.shape) == (like.effect, like.knob, like.shape)
+    ]
+    left, at = min((w[i, i] - 2.0 * w[i, -1], i) for i in alike)
+    if left >= 0.0:
+        return {}
+    return {name: columns[at].values[name] for name in like.sizes if name}
+
+
 def _values(
-    columns: Sequence[Column], chosen: Sequence[int], coefficients: np.ndarray
+    columns: Sequence[Column], chosen: Sequence[int], coefficients: np.ndarray, w: np.ndarray
 ) -> dict[str, float]:
-    """Where a refit begins: neutral + coefficient times the size tried.
+    """Where a refit begins: the size of a scan that leaves least as it is, else neutral +
+    coefficient times the size tried.
 
     A scanned size whose neutral value is far away (a limit that nothing reaches) stays as it is.
     """
@@ -153,6 +173,7 @@ def _values(
                 far = c.scanned and abs(size) > FAR * abs(c.values[name])
                 share = 1.0 if far else float(coefficient)
                 values[name] = c.values[name] - (1.0 - share) * size
+        values |= _best_of_scan(columns, c, w)
     return values
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from core.diagnose.data import Data, Hypothesis, hypothesis, moved
 from core.diagnose.descent import MOST_ITERATIONS
 from core.diagnose.floor import channel_floors
-from core.diagnose.refit import Refit, fit
+from core.diagnose.refit import EXACT, Refit, fit
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
 from core.identify.prepared import Prepared, Processing, prepare
@@ -120,10 +120,6 @@ def begin(
     data = replace(data, steps=enough_steps(data, effects, values))
     exact = hypothesis(data, effects, values, finer=EXACT)
     return Begun(data, fit(exact, None, stopped, MOST_ITERATIONS))
-
-
-EXACT = 4
-"""Times as many steps for the base: a candidate that needs more of them must not win by them."""
 
 
 CLOSE = 0.15

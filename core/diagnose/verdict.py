@@ -11,9 +11,12 @@ from core.identify.prepared import Prepared
 
 MISSING, NOTHING, UNLISTED = "missing", "nothing_missing", "unlisted"
 
-ABOVE = 1.1
-"""Times the floor: from this rms on an error is well above it. Coloured noise of a second's
-recording moves its rms by a few per cent."""
+ABOVE = 1.06
+"""Times the floor: from this rms on an error is well above it. Noise coloured by a filter of ten
+samples moves the rms of a few seconds of four channels by one per cent."""
+
+ABOVE_IN_ONE = 1.2
+"""The same for the worst channel alone."""
 
 LINE = 1e-4
 """Chance that white noise shows a spectral line as high: below it, it is one."""
@@ -31,7 +34,7 @@ class Remains:
 
     @property
     def above(self) -> bool:
-        return self.rms > ABOVE or any(x > 1.5 * ABOVE for x in self.by_channel.values())
+        return self.rms > ABOVE or any(x > ABOVE_IN_ONE for x in self.by_channel.values())
 
 
 def remains(experiments: Sequence[Prepared], errors: Sequence[np.ndarray]) -> Remains:
