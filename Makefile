@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report test long load bench blind lint format clean chromium
+.PHONY: help run report test long load bench blind mujoco lint format clean chromium
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -18,6 +18,7 @@ help:
 	@echo "make load    thirty sessions for three minutes, and the delay of a slider"
 	@echo "make bench   how fast and how exact it is on this machine"
 	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
+	@echo "make mujoco  the recordings of the independent engine in scenarios/mujoco, where they are missing"
 	@echo "make lint    ruff and mypy only"
 	@echo "make format  let ruff put the code in order"
 	@echo "make clean   remove what was made, the virtual environment too"
@@ -34,6 +35,9 @@ bench: $(VENV)/.installed-test
 
 blind: $(VENV)/.installed-test
 	@$(BIN)/python -m core.study.blind
+
+mujoco: $(VENV)/.installed-test
+	@$(BIN)/python -m tests.mujoco.generate
 
 test: lint chromium
 	@$(BIN)/python -m pytest -n 2

@@ -116,8 +116,13 @@ def _diagnosis(
         max_effects=asked.max_effects,
         candidates=asked.candidates or (),
         fidelity=asked.fidelity,
-        stated_noise=stated_noise(scenario, setup, recordings),
+        per_recording=asked.per_recording,
     )
+    if asked.output is not None:
+        spec = spec.model_copy(update={"output": asked.output})
+        setup = make_setup(base_model(scenario), spec, recordings)
+    noise = stated_noise(scenario, setup, recordings)
+    options = replace(options, stated_noise=noise)
     return diagnose(setup, spec, recordings, options, progress)
 
 

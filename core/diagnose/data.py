@@ -33,6 +33,8 @@ class Data:
     sizes: Sizes
     steps: int | None
     """Steps per sample that the bare model needs; None: not known yet."""
+    per_recording: tuple[str, ...] = ()
+    """Effects whose sizes belong to these recordings alone."""
 
     @property
     def count(self) -> int:

@@ -85,7 +85,7 @@ def descend(
     cost, damping, gradient, done = cost_of(blocks), FIRST_DAMPING, np.nan, 0
     S: Slopes = ()
     while done < most and len(x) and np.isfinite(cost) and not (S and stopped()):
-        S = [_whole(s) for s in slopes(x)]
+        S = [whole(s) for s in slopes(x)]
         A, b = normal_equations(blocks, S)
         done += 1
         free = _free(x, b, limits)
@@ -101,7 +101,7 @@ def descend(
     return Descended(x, cost, gradient, done, tuple(blocks), tuple(S))
 
 
-def _whole(S: np.ndarray) -> np.ndarray:
+def whole(S: np.ndarray) -> np.ndarray:
     """A simulation that went astray beside the point shows no direction."""
     return S if np.all(np.abs(S) < ASTRAY) else np.nan_to_num(S, nan=0.0, posinf=0.0, neginf=0.0)
 

@@ -41,6 +41,8 @@ class Options:
     fidelity: float = FIDELITY
     stated_noise: Mapping[str, float] = field(default_factory=dict)
     """channel -> standard deviation of the sensor's noise, SI, where it is known."""
+    per_recording: tuple[str, ...] = ()
+    """Effects whose sizes are estimated anew on validation data (another bench's friction)."""
 
 
 Listener = Callable[[tuple[RankedEffect, ...]], None]
@@ -143,6 +145,8 @@ def _state(
 ) -> _State:
     later = [r for r in recordings if r.role == "validate"]
     validation = begun.for_others(setup.processing, spec, later) if later else None
+    if validation is not None:
+        validation = replace(validation, per_recording=options.per_recording)
     state = _State(begun.data, begun.base, list(setup.model.effects), [], [], validation)
     state.steps.append(_step(state, None, "The model as given"))
     return state

@@ -12,6 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import nnls
 
+NOTHING = 1e-20
+"""In floors squared: a column that moves no output."""
+
 RANK = 1e-10
 """Relative eigenvalue below which a direction of the nuisance is not there."""
 
@@ -37,7 +40,8 @@ class Gram:
         P, C = self.nuisance, self.total
         if not P:
             return C
-        d = np.sqrt(np.maximum(np.diag(C)[:P], 1e-300))
+        size = np.diag(C)[:P]
+        d = np.where(size > NOTHING, np.sqrt(np.maximum(size, NOTHING)), np.inf)
         values, vectors = np.linalg.eigh(C[:P, :P] / np.outer(d, d))
         kept = values > RANK * values.max()
         half = (vectors[:, kept] / np.sqrt(values[kept])).T @ (C[:P, P:] / d[:, None])
@@ -62,10 +66,6 @@ def gram(
         parts.append(flat.T @ flat)
     P = slopes[0].shape[2]
     return Gram(np.array(parts), P)
-
-
-NOTHING = 1e-20
-"""In floors squared: a column that moves no output."""
 
 
 @dataclass(frozen=True)

@@ -147,7 +147,7 @@ were scanned."""
 def narrowed(
     data: Data, effects: Sequence[Effect], values: Mapping[str, float], scanned: Sequence[str]
 ) -> dict[str, float]:
-    """The values with each scanned size moved to the best of its neighbours, one after the other."""
+    """The values with each scanned size moved to the best of its neighbours, one by one."""
     best = dict(values)
     cost = _cost_at(data, effects, best)
     for name in scanned:

@@ -10,7 +10,8 @@ from scipy.stats import chi2
 
 from core.diagnose.columns import Column, Trial, Zeros, simulated, trials
 from core.diagnose.data import Data, Hypothesis
-from core.diagnose.gram import Explained, Gram, explain, gram
+from core.diagnose.descent import whole
+from core.diagnose.gram import NOTHING, Explained, Gram, explain, gram
 from core.diagnose.whitening import Whitener, fit_whitener, no_whitening
 from core.effects.effect import Effect
 
@@ -61,7 +62,7 @@ def screen(
 ) -> Screen:
     """Scores every candidate; `told(title)` after each, True stops early."""
     errors = [np.asarray(b) for b in base.errors(base.vector)]
-    slopes = base.slopes(base.vector)
+    slopes = [whole(s) for s in base.slopes(base.vector)]
     columns: list[Column] = []
     zeros = Zeros(base)
     for candidate in candidates:
@@ -84,7 +85,7 @@ def _remainders(  # type: ignore[no-untyped-def]
     """The residual with nuisance and all candidates projected out, (M, k) per recording."""
     C = plain.total
     A, b = C[:-1, :-1], C[:-1, -1]
-    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    d = np.where(np.diag(A) > NOTHING, np.sqrt(np.maximum(np.diag(A), NOTHING)), np.inf)
     x = np.linalg.lstsq(A / np.outer(d, d), b / d, rcond=1e-9)[0] / d
     found = []
     for i, r in enumerate(errors):

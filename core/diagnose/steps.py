@@ -11,6 +11,7 @@ from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.descent import descend
 from core.diagnose.refit import Refit
 from core.identify.prepared import Prepared
+from core.identify.unknowns import Unknown
 from core.results import ChannelError, Estimate, LadderStep
 
 VALIDATION_ITERATIONS = 4
@@ -69,14 +70,29 @@ def _figures(
     return unit, float(np.sqrt(np.mean(error**2))), float(fit)
 
 
+def _anew(validation: Data, h: Hypothesis) -> tuple[Unknown, ...]:
+    """Sizes of effects that belong to the validation's own rig."""
+    model = h.model
+    names = {
+        knob.parameter.name
+        for one in model.effects
+        if one.kind in validation.per_recording
+        for knob in one.knobs(model.arm, model.drive, validation.sizes)
+    }
+    return tuple(u for u in h.unknowns.items if u.parameter.name in names)
+
+
 def _validated(validation: Data, refit: Refit) -> tuple[Data, Sequence[np.ndarray]]:
     """Errors on recordings that no fit saw; what belongs to a recording is fitted to it alone."""
     h = refit.hypothesis
     shared = {k: v for k, v in h.values().items() if "@" not in k}
+    anew = _anew(validation, h)
+    shared = {k: v for k, v in shared.items() if k not in {u.parameter.name for u in anew}}
     own = tuple(u for u in validation.nuisance if u.recording is not None)
     fixed = {**validation.fixed, **shared}
     held = replace(validation, nuisance=own, fixed=fixed)
-    tried: Hypothesis = hypothesis(held, h.model.effects, shared, freed=())
+    values = {**h.model.effect_values, **h.values()}
+    tried: Hypothesis = hypothesis(held, h.model.effects, values, freed=anew)
     found = descend(
         tried.errors, tried.slopes, tried.vector, tried.limits, most=VALIDATION_ITERATIONS
     )

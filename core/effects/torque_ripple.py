@@ -31,7 +31,7 @@ ORDERS = {
 
 
 FEWEST = 3
-"""Orders to try; where the travel shows fewer of the usual ones, multiples of the lowest it shows."""
+"""Orders to try; where the travel shows fewer of the usual ones, multiples of its lowest."""
 
 MULTIPLES = (1.0, 1.5, 2.5, 4.0)
 

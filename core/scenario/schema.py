@@ -234,6 +234,10 @@ class DiagnoseSpec(Settings):
     """Ids of effects; None: all that the rig can show."""
     fidelity: NonNegative = 0.001
     """Share of a channel's spread that no model is asked to explain."""
+    output: Annotated[tuple[Output, ...] | None, BeforeValidator(_one_as_list)] = None
+    """What the diagnosis looks at where that is not what [identify] fits."""
+    per_recording: tuple[Words, ...] = ()
+    """Ids of effects whose sizes belong to a rig and are estimated anew on validation data."""
 
 
 class CompareSpec(Settings):

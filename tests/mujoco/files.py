@@ -47,6 +47,7 @@ generations = 0
 
 [diagnose]
 max_effects = 3
+fidelity = 0.005            # what three modes leave of a chain of rigid bodies
 """
 
 

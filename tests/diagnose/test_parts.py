@@ -1,0 +1,127 @@
+"""The parts of a diagnosis, each against an independent way to the same figure."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.diagnose.descent import Limits, descend
+from core.diagnose.floor import noise_of
+from core.diagnose.gram import explain, gram
+from core.diagnose.verdict import line_of
+from core.diagnose.whitening import fit_whitener, no_whitening
+
+ROUNDING = 1e-8
+"""Relative: small dense problems, solved two ways."""
+
+SPREAD = 0.05
+"""Relative: four standard deviations of a noise estimate from ten thousand samples."""
+
+Problem = tuple[list[np.ndarray], list[np.ndarray], list[list[np.ndarray]]]
+
+
+def problem(seed: int, P: int = 3, Q: int = 4) -> Problem:
+    """Residuals (M, k), slopes (M, k, P) and Q columns for two recordings."""
+    rng = np.random.default_rng(seed)
+    shapes = [(40, 2), (30, 2)]
+    residuals = [rng.standard_normal(s) for s in shapes]
+    slopes = [rng.standard_normal((*s, P)) for s in shapes]
+    columns = [[rng.standard_normal(s) for s in shapes] for _ in range(Q)]
+    return residuals, slopes, columns
+
+
+def stacked(residuals: list, slopes: list, columns: list) -> tuple[np.ndarray, ...]:  # type: ignore[type-arg]
+    r = np.concatenate([x.ravel() for x in residuals])
+    S = np.concatenate([x.reshape(-1, x.shape[-1]) for x in slopes])
+    G = np.stack([np.concatenate([x.ravel() for x in c]) for c in columns], axis=1)
+    return r, S, G
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=25, deadline=None)
+def test_the_explained_drop_is_that_of_least_squares_with_the_nuisance_beside(seed: int) -> None:
+    residuals, slopes, columns = problem(seed)
+    r, S, G = stacked(residuals, slopes, columns)
+
+    def left(A: np.ndarray) -> float:
+        return float(np.sum((r - A @ np.linalg.lstsq(A, r, rcond=None)[0]) ** 2))
+
+    found = gram(residuals, slopes, columns, no_whitening(2)).projected()
+    both = explain(found, [0, 2], [False, False])
+    expected = left(S) - left(np.column_stack([S, G[:, [0, 2]]]))
+    assert both.drop == pytest.approx(expected, rel=ROUNDING, abs=1e-7)
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=25, deadline=None)
+def test_a_one_sided_size_is_never_negative_and_explains_no_more_than_a_free_one(seed: int) -> None:
+    found = gram(*problem(seed), no_whitening(2)).projected()
+    free = explain(found, [0, 1, 3], [False] * 3)
+    fixed = explain(found, [0, 1, 3], [True, False, True])
+    assert fixed.coefficients[0] >= 0.0 and fixed.coefficients[2] >= 0.0
+    assert fixed.drop <= free.drop * (1.0 + ROUNDING) + 1e-9
+
+
+def test_a_column_that_moves_nothing_explains_nothing() -> None:
+    residuals, slopes, columns = problem(1)
+    columns[0] = [np.zeros_like(x) for x in columns[0]]
+    found = explain(gram(residuals, slopes, columns, no_whitening(2)).projected(), [0], [True])
+    assert found.drop == pytest.approx(0.0, abs=1e-9)
+    assert np.all(np.isfinite(found.coefficients))
+
+
+def rosenbrock(x: np.ndarray) -> list[np.ndarray]:
+    return [np.array([[10.0 * (x[1] - x[0] ** 2)], [1.0 - x[0]]])]
+
+
+def rosenbrock_slopes(x: np.ndarray) -> list[np.ndarray]:
+    return [np.array([[[-20.0 * x[0], 10.0]], [[-1.0, 0.0]]])]
+
+
+def test_the_descent_reaches_the_bottom_of_a_curved_valley() -> None:
+    limits = Limits(np.full(2, -5.0), np.full(2, 5.0), np.ones(2))
+    found = descend(
+        rosenbrock, rosenbrock_slopes, np.array([-1.2, 1.0]), limits, most=200, good_enough=0.0
+    )
+    assert found.vector == pytest.approx([1.0, 1.0], abs=1e-6)
+
+
+def test_the_descent_stops_at_a_bound_and_says_so_by_a_vanishing_gradient_of_what_is_free() -> None:
+    limits = Limits(np.array([-5.0, -5.0]), np.array([0.5, 5.0]), np.ones(2))
+    found = descend(
+        rosenbrock, rosenbrock_slopes, np.array([-1.2, 1.0]), limits, most=200, good_enough=0.0
+    )
+    assert found.vector == pytest.approx([0.5, 0.25], abs=1e-6)
+    assert found.gradient < 1e-4
+
+
+@pytest.mark.parametrize("motion", [0.0, 5.0])
+def test_the_noise_is_found_beside_a_smooth_motion_with_jumps(motion: float) -> None:
+    rng = np.random.default_rng(3)
+    t = np.arange(10_000) * 1e-3
+    smooth = motion * np.sin(7.0 * t) + 0.5 * motion * (t > 4.0)
+    assert noise_of(smooth + 0.01 * rng.standard_normal(len(t))) == pytest.approx(0.01, rel=SPREAD)
+
+
+def test_whitening_leaves_unit_noise_without_memory() -> None:
+    rng = np.random.default_rng(5)
+    drive = 0.2 * rng.standard_normal((2, 10_000, 1))
+    coloured = np.zeros_like(drive)
+    for i in range(1, drive.shape[1]):
+        coloured[:, i] = 0.9 * coloured[:, i - 1] + drive[:, i]
+    white = fit_whitener(list(coloured))(coloured[0])[10:, 0]
+    assert np.std(white) == pytest.approx(1.0, rel=SPREAD)
+    assert abs(np.mean(white[1:] * white[:-1])) < SPREAD
+
+
+def test_a_line_is_told_from_noise_and_its_frequency_is_right() -> None:
+    rng = np.random.default_rng(7)
+    dt, N = 1e-3, 2000
+    noise = rng.standard_normal(N)
+    humming = noise + 0.5 * np.sin(2.0 * np.pi * 25.0 * np.arange(N) * dt)
+    found, silent = line_of(humming, dt), line_of(noise, dt)
+    assert found is not None and silent is not None
+    assert found[0] < 1e-6 and found[1] == pytest.approx(25.0, abs=1.0)
+    assert silent[0] > 1e-3
