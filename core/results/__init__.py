@@ -1,0 +1,47 @@
+"""Frozen records of what was found; written as JSON and CSV, never pickled."""
+
+from core.results.comparison import (
+    ChannelComparison,
+    JointMotion,
+    MissingTorque,
+    RecordingComparison,
+    Variant,
+)
+from core.results.description import DescriptorModel, Equation
+from core.results.diagnosis import (
+    ChannelError,
+    Diagnosis,
+    DiagnosisRound,
+    LadderStep,
+    PlannedExperiment,
+    RankedEffect,
+)
+from core.results.identification import Estimate, Fit, Generation, Identifiability, Valley
+from core.results.maps import ErrorMap, ErrorMaps, ErrorOver, WorstCell
+from core.results.outcome import Outcome
+
+__all__ = [
+    "ChannelComparison",
+    "ChannelError",
+    "DescriptorModel",
+    "Diagnosis",
+    "DiagnosisRound",
+    "Equation",
+    "ErrorMap",
+    "ErrorMaps",
+    "ErrorOver",
+    "Estimate",
+    "Fit",
+    "Generation",
+    "Identifiability",
+    "JointMotion",
+    "LadderStep",
+    "MissingTorque",
+    "Outcome",
+    "PlannedExperiment",
+    "RankedEffect",
+    "RecordingComparison",
+    "Valley",
+    "Variant",
+    "WorstCell",
+]

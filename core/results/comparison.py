@@ -1,0 +1,115 @@
+"""Measured against model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.results.identification import Estimate
+
+
+@dataclass(frozen=True)
+class ChannelComparison:
+    """Measured against model for one output of one recording; NaN is 'no sample'."""
+
+    channel: str
+    unit: str
+    time: np.ndarray
+    measured: np.ndarray
+    model: np.ndarray
+    counted: np.ndarray
+    """(N,) bool: samples that count (sampled and not masked)."""
+    fitted: bool = True
+    """Whether this output is one the fit minimised; others are shown for information."""
+
+    @property
+    def residual(self) -> np.ndarray:
+        return self.measured - self.model
+
+    @property
+    def rms(self) -> float:
+        r = self.residual[self.counted]
+        return float(np.sqrt(np.mean(r * r))) if r.size else float("nan")
+
+    @property
+    def fit_percent(self) -> float:
+        """FIT = 100 max(1 - |y - yhat| / |y - mean y|, 0), in per cent."""
+        y = self.measured[self.counted]
+        spread = float(np.linalg.norm(y - y.mean())) if y.size else 0.0
+        if spread == 0.0:
+            return float("nan")
+        return 100.0 * max(1.0 - float(np.linalg.norm(self.residual[self.counted])) / spread, 0.0)
+
+    @property
+    def normalised_error(self) -> float:
+        """|y - yhat| / |y - mean y|, no unit."""
+        y = self.measured[self.counted]
+        spread = float(np.linalg.norm(y - y.mean())) if y.size else 0.0
+        if spread == 0.0:
+            return float("nan")
+        return float(np.linalg.norm(self.residual[self.counted])) / spread
+
+    @property
+    def relative_error(self) -> float:
+        """|y - yhat| / |y|, no unit (the usual figure for torques and forces)."""
+        y = self.measured[self.counted]
+        size = float(np.linalg.norm(y))
+        return float(np.linalg.norm(self.residual[self.counted])) / size if size else float("nan")
+
+
+@dataclass(frozen=True)
+class MissingTorque:
+    """The joint torque (or force) that the model lacks along the measured motion."""
+
+    joint: int
+    unit: str
+    time: np.ndarray
+    velocity: np.ndarray
+    """Joint velocity, rad/s or m/s."""
+    velocity_unit: str
+    missing: np.ndarray
+    """Recorded minus modelled, in `unit`."""
+    recorded: np.ndarray
+    counted: np.ndarray
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """How the model moved at the times of the outputs: what an error may depend on.
+
+    All (M, joints); the units are those of the joint, rad or m, and per s and s².
+    """
+
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    deflection: np.ndarray
+    """m: of each segment's end beside its root's direction; zero for rigid segments."""
+    units: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class RecordingComparison:
+    """All outputs of one recording, with the fit that the model's values come from."""
+
+    recording: str
+    role: str
+    fit_label: str
+    channels: tuple[ChannelComparison, ...]
+    missing_torque: tuple[MissingTorque, ...] = ()
+    note: str = ""
+    tip_rms: float | None = None
+    """Root mean square distance between measured and modelled tip in m; None without a camera."""
+    theta2: float | None = None
+    """rad, the working point; None where the recording is not made at one."""
+    motion: JointMotion | None = None
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Another model on the same data (a row of the comparison table)."""
+
+    title: str
+    estimates: tuple[Estimate, ...]
+    comparisons: tuple[RecordingComparison, ...]

@@ -1,0 +1,87 @@
+"""What an identification found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One estimated parameter; `std` holds under coloured residuals."""
+
+    name: str
+    value: float
+    std: float
+    unit: str
+    identifiable: bool
+    symbol: str = ""
+    start: float = np.nan
+    lower: float = -np.inf
+    upper: float = np.inf
+    recording: str | None = None
+    """The recording that the parameter belongs to; None where it is shared by all."""
+    at_bound: bool = False
+
+
+@dataclass(frozen=True)
+class Valley:
+    """Points along which the cost hardly changes, in the plane of two parameters."""
+
+    names: tuple[str, str]
+    units: tuple[str, str]
+    points: np.ndarray
+    """(k, 2), in `units`."""
+    cost_ratio: np.ndarray
+    """(k,), the cost there over the least cost."""
+    invariant: str
+    """What is constant along it, such as 'ε d⁴'."""
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """What the data fix and what they leave free."""
+
+    names: tuple[str, ...]
+    rank: int
+    singular_values: np.ndarray
+    """(p,), of the sensitivities to relative changes, weighted by the noise."""
+    null_directions: np.ndarray
+    """(p - rank, p), relative changes that the outputs do not show."""
+    sentences: tuple[str, ...]
+    valley: Valley | None = None
+
+
+@dataclass(frozen=True)
+class Generation:
+    """One generation of the evolution, as streamed and as kept for the convergence plot."""
+
+    number: int
+    best: float
+    mean: float
+    worst: float
+    best_vector: np.ndarray
+    population: np.ndarray | None = None
+    """(members, p) where it was asked for."""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One minimisation: over all recordings (glocal) or over one (local)."""
+
+    label: str
+    recordings: tuple[str, ...]
+    estimates: tuple[Estimate, ...]
+    correlation: np.ndarray
+    """(p, p)"""
+    cost: float
+    residual_count: int
+    convergence: tuple[Generation, ...]
+    identifiability: Identifiability
+    gradient_norm: float
+    """Norm of the scaled gradient relative to the cost's own scale; small means converged."""
+    message: str = ""
+    stopped: bool = False
+    derived: tuple[Estimate, ...] = ()
+    """Quantities that follow from the estimates, such as EI from epsilon and d."""
