@@ -156,7 +156,12 @@ class Model:
         model = bare
         given = {**self.effect_values, **(values or {})}
         whole = with_included(effects)
-        parts = {kind for one in whole for kind in one.includes}
+        for one in whole:
+            model = model._with(one, bare, given, sizes, part=False)
+        parts = {kind for one in model.effects for kind in one.includes}
+        if parts <= {one.kind for one in model.effects}:
+            return model
+        model = bare  # a neutral part of an effect that is there stays, for its parameters
         for one in whole:
             model = model._with(one, bare, given, sizes, part=one.kind in parts)
         return model

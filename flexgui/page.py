@@ -14,6 +14,7 @@ from flexgui.panels.panel import Panel
 from flexgui.panels.scene import Scene
 from flexgui.panels.stagebar import StageBar
 from flexgui.panels.timeline import TimeLine
+from flexgui.panels.tour import Tour
 from flexgui.panels.widgets import grey
 from flexgui.session import Services, Session, Topic
 from flexgui.session.state import STAGES
@@ -51,6 +52,7 @@ class Page:
         self._panels: dict[str, Panel] = {stage: kinds[stage](desk) for stage in STAGES}
         self._folders: dict[str, tuple[Any, Any]] = {}
         self._bar = StageBar(desk)
+        self._tour = Tour(desk)
         self._cursor_drawn = 0.0
         self._left = gui.add_panel()
         self._build(gui)
@@ -106,13 +108,15 @@ class Page:
                         folder.visible = stage == session.stage
             if topics & {Topic.STAGE, Topic.MESSAGE}:
                 self._bar.refresh()
+            if topics & {Topic.TOUR, Topic.STAGE, Topic.OUTCOME, Topic.DIAGNOSIS}:
+                self._tour.refresh()
             self._scene.draw(topics)
             if Topic.STAGE in topics or topics & shown.topics:
                 shown.refresh()
             if topics & {Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME} and self._cursor_is_due():
                 self._timeline.refresh()
                 shown.move_cursor()
-            if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN}:
+            if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN, Topic.DIAGNOSIS, Topic.TOUR}:
                 for sync in tuple(self.desk.syncs):
                     sync()
         # Not at the next sixtieth of a second: a hand on a slider feels it.

@@ -27,6 +27,9 @@ PRICE = 0.05
 CLOSE = 0.3
 """In merit: refits that leave nearly the same error are ranked by their whitened evidence."""
 
+AT_BOUND = 0.05
+"""Of a plausible size: this close to the bound next to neutral nothing is left of an effect."""
+
 TIE = 10.0
 """Difference of BIC below which two refits tie; above, the evidence is called very strong."""
 
@@ -90,6 +93,18 @@ def _sizes(screened: Screened) -> float:
 def acceptable(w: Weighed) -> bool:
     """Significant, relevant, and a real share of what there is above the floor."""
     return w.above and w.p_value < SURE and w.explained >= RELEVANT and w.fall >= BAR
+
+
+def degenerate(w: Weighed, polished: Refit) -> bool:
+    """Whether an effect that includes a simpler one was fitted down to it: each of its own sizes
+    stands at the bound next to neutral."""
+    one, h = w.screened.effect, polished.hypothesis
+    if not one.includes:
+        return False
+    own = set(w.screened.knobs)
+    at = dict(zip(h.unknowns.labels, h.vector, strict=True))
+    sizes = [u.parameter for u in h.unknowns.items if u.parameter.name in own]
+    return bool(sizes) and all(at[p.name] - p.lower <= AT_BOUND * p.scale for p in sizes)
 
 
 def ranked(found: list[Weighed]) -> list[Weighed]:

@@ -9,8 +9,8 @@ import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.descent import MOST_ITERATIONS, cost_of
-from core.diagnose.evidence import Weighed, acceptable, ranked, weigh
-from core.diagnose.refit import Refit, fit, refit_with, robust_covariance, whitened
+from core.diagnose.evidence import Weighed, acceptable, degenerate, ranked, weigh
+from core.diagnose.refit import EXACT, Refit, fit, refit_with, robust_covariance, whitened
 from core.diagnose.screen import Screen, Screened, screen
 from core.effects import catalogue
 from core.effects.effect import Effect
@@ -108,7 +108,29 @@ def one_round(
     found = ranked(found)
     best = found[0] if found and acceptable(found[0]) and not stopped() else None
     after = before if best is None else polished(data, best.refit, seen, stopped)
+    if best is not None and degenerate(best, after):
+        simple = _simpler(data, before, present, best, after, seen, len(candidates), stopped)
+        if simple is not None:
+            found = [simple, *[w for w in found if w.screened.effect is not simple.screened.effect]]
+            best, after = simple, polished(data, simple.refit, seen, stopped)
     return Round(seen, tuple(found), best, before, after)
+
+
+def _simpler(  # type: ignore[no-untyped-def]
+    data: Data, before: Refit, present: Sequence[Effect], best: Weighed, after: Refit,
+    seen: Screen, tried: int, stopped,
+) -> Weighed | None:  # fmt: skip
+    """What a degenerate winner includes, fitted from where the winner ended."""
+    kinds = [k for k in best.screened.effect.includes if k not in {e.kind for e in present}]
+    for s in seen.candidates:
+        if s.effect.kind in kinds:
+            refit = refit_with(
+                data, before.hypothesis, [*present, s.effect],
+                {**s.values, **after.hypothesis.values()}, seen.whitener, seen.slopes, (), stopped,
+            )  # fmt: skip
+            weighed = weigh(s, before, refit, data.count, tried)
+            return weighed if np.isfinite(refit.cost) and acceptable(weighed) else None
+    return None
 
 
 def promising(seen: Screen, count: int) -> list[Screened]:
@@ -133,14 +155,14 @@ SAME = 0.05
 def polished(data: Data, refit: Refit, seen: Screen, stopped: Callable[[], bool]) -> Refit:
     """To convergence, with as many steps per sample as the fitted model needs."""
     h = refit.hypothesis
-    finer, errors = 1, list(refit.errors)
+    finer, errors = EXACT, list(refit.errors)
     for more in FINER:
         tried = _with_steps(data, h, more)
         new = tried.errors(tried.vector)
         moved = cost_of([a - b for a, b in zip(new, errors, strict=True)])
-        finer, errors = more, new
         if moved < SAME**2 * data.count:
             break
+        finer, errors = more, new
     found = fit(_with_steps(data, h, finer), seen.whitener, stopped, MOST_ITERATIONS)
     return replace(found, covariance=robust_covariance(found))
 

@@ -120,7 +120,7 @@ def refit_with(
     return exactly(data, fit(ahead.hypothesis, None, stopped, most - LOOK, known), whitener)
 
 
-EXACT = 4
+EXACT = 2
 """Times as many steps per sample for what is compared: no candidate may win by its steps."""
 
 

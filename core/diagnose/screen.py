@@ -32,6 +32,8 @@ class Screened:
     """Where a refit may begin."""
     columns: tuple[int, ...]
     """Indices of the columns that were combined."""
+    knobs: tuple[str, ...]
+    """The sizes that were combined."""
     scanned: tuple[str, ...]
     """Parameters among `values` that come from a scan."""
     prediction: tuple[np.ndarray, ...]
@@ -122,6 +124,7 @@ def _score(
         drop=explain(u, chosen, fixed).drop,
         values=_values(columns, chosen, explained.coefficients, w),
         columns=tuple(chosen),
+        knobs=tuple(columns[i].knob for i in chosen),
         scanned=tuple(columns[i].knob for i in chosen if columns[i].scanned and columns[i].knob),
         prediction=_prediction(columns, chosen, explained.coefficients),
     )

@@ -50,7 +50,7 @@ class Begun:
             return None
         floors = self.data.floors
         weights = tuple(np.array([1.0 / floors[n] for n, _ in e.channels]) for e in experiments)
-        nuisance = tuple(nuisance_of(self.data.bare, spec, able))
+        nuisance = tuple(nuisance_of(model, spec, able))
         return replace(self.data, experiments=experiments, nuisance=nuisance, weights=weights)
 
 

@@ -88,6 +88,18 @@ class NewGeneration(Event):
 
 
 @dataclass(frozen=True)
+class Partial(Event):
+    """What the task has so far; a newer one of the same name stands for all earlier ones."""
+
+    name: str
+    value: Any
+
+    @property
+    def subject(self) -> Hashable:
+        return ("partial", self.name)
+
+
+@dataclass(frozen=True)
 class Ended(Event):
     """The job's last event."""
 

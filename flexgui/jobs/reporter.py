@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from flexgui.jobs.events import Advanced, NewGeneration, Stage
+from flexgui.jobs.events import Advanced, NewGeneration, Partial, Stage
 from flexgui.jobs.mailbox import Mailbox
 
 if TYPE_CHECKING:
@@ -34,6 +34,10 @@ class Reporter:
         """One generation is done."""
         self._say(NewGeneration(fit_label, generation))
 
+    def partial(self, name: str, value: Any) -> None:
+        """What the task has so far."""
+        self._say(Partial(name, value))
+
     def stopped(self) -> bool:
         """Whether the task should end with the best it has."""
         self._run.wait()
@@ -51,7 +55,7 @@ class Reporter:
         self._stop.set()
         self._run.set()
 
-    def _say(self, event: Stage | Advanced | NewGeneration) -> None:
+    def _say(self, event: Stage | Advanced | NewGeneration | Partial) -> None:
         self._mailbox.put(event)
         self._news.set()
         self._run.wait()

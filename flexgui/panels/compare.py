@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 from core.results import RecordingComparison
 from flexgui.panels import widgets
+from flexgui.panels.failing import Failing
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
@@ -31,7 +32,9 @@ class ComparePanel(Panel):
     """Choices and the table of errors on the right; signals, residuals and FIT on the left."""
 
     kind: ClassVar[str] = "Compare"
-    topics: ClassVar[frozenset[Topic]] = frozenset({Topic.OUTCOME, Topic.RECORDINGS})
+    topics: ClassVar[frozenset[Topic]] = frozenset(
+        {Topic.OUTCOME, Topic.RECORDINGS, Topic.DIAGNOSIS}
+    )
 
     def build_controls(self) -> None:
         desk, session = self.desk, self.desk.session
@@ -42,11 +45,12 @@ class ComparePanel(Panel):
             desk, "Output", (ALL,), lambda: self._shown_output, self._picked
         )
         self._sweep = widgets.button(desk, "Show the validation", self._validation)
+        self._failing = Failing(desk)
         self._back = widgets.button(
             desk, "Identify first", lambda: session.show("Identify"), prominent=True
         )
         self._next = widgets.button(
-            desk, "Next: export", lambda: session.show("Export"), prominent=True
+            desk, "Next: find what is missing", lambda: session.show("Diagnose"), prominent=True
         )
         self._table = Words(desk.gui)
 
@@ -54,11 +58,18 @@ class ComparePanel(Panel):
         gui = self.desk.gui
         self._about = Words(gui)
         self._signals, self._bars = Plot(gui, 0.98), Plot(gui, 0.33)
+        self._failing.build_plots()
 
     @property
     def _comparisons(self) -> tuple[RecordingComparison, ...]:
         outcome = self.desk.session.outcome
         return () if outcome is None else outcome.comparisons
+
+    def _floors(self) -> dict[str, float] | None:
+        """Of the newest diagnosis, else what the maps find by themselves."""
+        look = self.desk.session.look
+        known = () if look is None or look.found is None else look.found.step.errors
+        return {e.channel: e.floor for e in known} or None
 
     def _current(self) -> RecordingComparison | None:
         name = self.desk.session.cursor.recording
@@ -82,13 +93,16 @@ class ComparePanel(Panel):
                 each.show(None)
             self._said.show(paragraph("Nothing was identified yet.", "lead"))
             self._table.show("")
+            self._failing.refresh((), None, self.refresh)
             return
         outputs = (ALL, *(c.channel for c in current.channels))
         self._shown_output = self._shown_output if self._shown_output in outputs else ALL
         _offer(self._output, outputs, self._shown_output)
-        self._about.show(paragraph(_title(current), "lead"))
-        self._signals.show(live_comparison(current, self._channels(current)), self._cursor())
-        self._bars.show(live_fit(self._comparisons))
+        signals = self._failing.refresh(self._comparisons, self._floors(), self.refresh)
+        self._about.show(paragraph(_title(current), "lead") if signals else "")
+        figure = live_comparison(current, self._channels(current)) if signals else None
+        self._signals.show(figure, self._cursor())
+        self._bars.show(live_fit(self._comparisons) if signals else None)
         self._said.show(joined(*(paragraph(t) for t in _quality(current))))
         self._table.show(html_table(_short(fit_table(self._comparisons))))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, cast
 
+import plotly.graph_objects as go
 import viser
 
 from flexgui.views.figure_json import figure_json
@@ -12,6 +13,8 @@ from flexgui.views.preview import cursor_shape
 
 MARGIN = {"l": 68, "r": 10, "t": 28, "b": 40}
 CONFIG = {"displayModeBar": False}
+WIDTH = 540.0
+"""px of the panel on the left."""
 
 
 class _Blank:
@@ -47,6 +50,17 @@ class Plot:
         self._after = "]}}"
         self.move_cursor(cursor)
         self._handle.visible = True
+
+    def show_whole(self, figure: go.Figure | None, height: float = 0.0) -> None:
+        """Draws one of the report's figures; `height` in px, 0: as high as it wants to be."""
+        if figure is None:
+            self.show(None)
+            return
+        plain = figure.to_plotly_json()
+        height = height or float(plain["layout"].get("height") or WIDTH / 2)
+        self._handle.aspect = height / WIDTH
+        plain["layout"] |= {"template": "none", "font": {**plain["layout"]["font"], "size": 11}}
+        self.show(plain)
 
     def move_cursor(self, cursor: float | None) -> None:
         """The same figure with the cursor elsewhere."""

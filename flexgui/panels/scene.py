@@ -10,7 +10,9 @@ import numpy as np
 from core.arm.arm import Arm
 from flexgui.panels.desk import Desk
 from flexgui.session import Topic
+from flexgui.session.effects import places
 from flexgui.session.live import LiveModel
+from flexgui.stage.effect_nodes import Drawn, show_effects
 from flexgui.stage.recorded import Playback
 from flexgui.stage.scene import Stage
 
@@ -41,6 +43,7 @@ class Scene:
         self._desk = desk
         self._stage: Stage | None = None
         self._shown: object = None
+        self._written: object = None
         self._reach = 1.0
         self._lock = threading.RLock()
         self._closed = threading.Event()
@@ -62,6 +65,14 @@ class Scene:
                 self._show_live(stage, view)
             else:
                 self._show_recording(stage, motion)
+            self._show_effects(stage)
+
+    def _show_effects(self, stage: Stage) -> None:
+        """What was added to the model, where it acts; anew where the arm's nodes were."""
+        key = (places(self._desk.session.scenario), stage.anchor("base"))
+        if key != self._written:
+            self._written = key
+            show_effects(stage, self._desk.client, [Drawn(*each) for each in key[0]])
 
     def _made(self, view: LiveModel) -> Stage:
         if self._stage is None:

@@ -38,6 +38,17 @@ STYLE = Markup("""<style>
   background-repeat: no-repeat; }
 .fx .key { display: inline-block; width: .8em; height: .8em; border-radius: 2px;
   margin: 0 .35em 0 .7em; vertical-align: -.05em; }
+.fx .glimpse { display: block; background: var(--mantine-color-default-hover);
+  border-radius: 4px; margin-top: .2em; }
+.fx summary { cursor: pointer; color: var(--mantine-primary-color-filled); font-weight: 600; }
+.fx .rank { display: flex; gap: .6em; align-items: baseline; margin-top: .5em; }
+.fx .rank b { font-size: 1.08em; flex: 1; } .fx .rank i { font-style: normal; font-weight: 700; }
+.fx .verdict { border-left: 4px solid #7d858f; padding: .25em .7em; margin: .3em 0; }
+.fx .verdict.missing, .fx .verdict.unlisted { border-color: #d9730d;
+  background: rgba(217,115,13,.10); }
+.fx .verdict.nothing_missing { border-color: #1f9470; background: rgba(31,148,112,.10); }
+.fx .tour { border: 1.5px solid var(--mantine-primary-color-filled); border-radius: 6px;
+  padding: .4em .8em; }
 .mantine-Slider-root:has([data-disabled]) ~ div input { opacity: .5; pointer-events: none; }
 div:has(> .fx > .fx-bar) + div > div > div:first-child { display: none; }
 div:has(> .fx > .fx-bar) + div button { height: 2.1em; font-size: .85em; padding: 0 .5em; }

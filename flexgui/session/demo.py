@@ -10,6 +10,7 @@ from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 
 DEMO = "demo"
+HIDDEN = "something hidden"
 READY_MADE = Path(__file__).resolve().parents[2] / "scenarios"
 """Beside the package in a checkout; an installed package has the demo only."""
 
@@ -22,8 +23,18 @@ def demo_scenario() -> Scenario:
 
 
 @cache
+def hidden_scenario() -> Scenario:
+    """The scenario of the tour: an effect is in its recordings that its model lacks."""
+    text = files("flexgui").joinpath("hidden.toml").read_text(encoding="utf-8")
+    return parse_scenario(text, "hidden.toml")
+
+
+EMBEDDED = {DEMO: demo_scenario, HIDDEN: hidden_scenario}
+
+
+@cache
 def scenario_choices() -> dict[str, Path | None]:
-    """Name -> file; None for the demo."""
-    found: dict[str, Path | None] = {DEMO: None}
+    """Name -> file; None for those that come with the package."""
+    found: dict[str, Path | None] = dict.fromkeys(EMBEDDED)
     found |= {path.stem: path for path in sorted(READY_MADE.glob("*.toml"))}
     return found

@@ -1,19 +1,20 @@
-"""The session's job in the pool: identification, or the report of its result."""
+"""The session's job in the pool, and two of its kinds: identification, and its report."""
 
 from __future__ import annotations
 
-from abc import ABC
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from core.errors import InputError
-from core.results import Outcome
+from core.results import Diagnosis, Outcome
 from core.scenario.schema import Scenario
 from core.scenario.write import scenario_toml
 from flexgui.jobs import Event, Finished, Job, Stopped, Task
 from flexgui.jobs.tasks.export import export
 from flexgui.jobs.tasks.identify import identify
+from flexgui.session.edit import edited, put
 from flexgui.session.playing import Playing
 from flexgui.session.run import FAILED, LOST, QUEUED, STOPPING, Run
 from flexgui.session.services import Services
@@ -33,7 +34,9 @@ class Running(Playing, ABC):
     def identify(self, services: Services) -> bool:
         """Runs the scenario in the pool."""
         scenario = self.scenario
-        arguments = {"scenario_toml": scenario_toml(scenario), "folder": str(self.folder)}
+        # What is missing is looked for at a stage of its own.
+        plain = edited(scenario, put(("diagnose",), None))
+        arguments = {"scenario_toml": scenario_toml(plain), "folder": str(self.folder)}
         task = Task.of(identify, "The identification", **arguments)
         return self._submit(services, "identify", task, lambda e: self._identified(e, scenario))
 
@@ -51,6 +54,10 @@ class Running(Playing, ABC):
             self.say("Stopped; the best found so far is shown.")
         self.refresh_playback()
 
+    @abstractmethod
+    def _story(self) -> Diagnosis | None:
+        """What was found missing and added on the way to the last result."""
+
     def report(self, services: Services, done: Callable[[Path], None]) -> bool:
         """Writes the export of the last result in the pool; `done` gets its folder."""
         outcome, scenario = self.outcome, self.outcome_of
@@ -58,6 +65,7 @@ class Running(Playing, ABC):
             self.say("There is no result yet; identify first.", bad=True)
             return False
         out = self.folder / "export"
+        outcome = replace(outcome, diagnosis=self._story())
         text = scenario_toml(scenario)
         where = {"folder": str(self.folder), "out": str(out)}
         task = Task.of(export, "The report", outcome=outcome, scenario_toml=text, **where)
@@ -89,6 +97,11 @@ class Running(Playing, ABC):
         job.stop()
 
     @property
+    def busy(self) -> bool:
+        """Whether a job waits or runs."""
+        return self.job is not None and not self.job.over
+
+    @property
     def remaining_seconds(self) -> float | None:
         """Of the job's stage."""
         return None if self.job is None else self.job.remaining_seconds
@@ -105,7 +118,7 @@ class Running(Playing, ABC):
     ) -> bool:
         try:
             with self._lock:
-                if self.job is not None and not self.job.over:
+                if self.busy:
                     raise InputError("Something is being computed already; stop it or wait.")
                 self.run = Run(kind=kind, phase=QUEUED)
                 self._run_number += 1

@@ -9,20 +9,20 @@ from core.errors import InputError
 from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
-from flexgui.session.demo import demo_scenario, scenario_choices
+from flexgui.session.challenging import Challenging
+from flexgui.session.demo import EMBEDDED, scenario_choices
 from flexgui.session.services import Services
 from flexgui.session.state import Cursor
 from flexgui.session.topics import Topic
-from flexgui.session.uploading import Uploading
 from flexgui.session.uploads import fetch_files
 
 
 @final
-class Session(Uploading):
+class Session(Challenging):
     """State and what may be done with it; subscribers hear which part changed, then read it.
 
     Its parts stand in files of their own: listened -> editing -> playing -> running ->
-    uploading -> here.
+    diagnosing -> uploading -> challenging -> here.
     """
 
     def choose(self, name: str, services: Services) -> bool:
@@ -33,7 +33,7 @@ class Session(Uploading):
                 raise InputError(f"There is no scenario {name}; choose one of the list.")
             self.leave_waiting()
             path = choices[name]
-            scenario = demo_scenario() if path is None else read_scenario(path)
+            scenario = EMBEDDED[name]() if path is None else read_scenario(path)
             if path is not None:
                 fetch_files(scenario, path.parent, services.data_folder, self.folder)
         except InputError as error:
@@ -53,8 +53,10 @@ class Session(Uploading):
         with self._lock:
             self.scenario, self.recording, self.playback = scenario, None, None
             self.outcome, self.outcome_of = None, None
+            self.looks, self.pending, self.challenge = (), None, None
             self.cursor = Cursor()
         self.tell(Topic.SCENARIO, Topic.RECORDINGS, Topic.RUN, Topic.OUTCOME, Topic.CURSOR)
+        self.tell(Topic.DIAGNOSIS, Topic.CHALLENGE)
         self.refresh_live()
         self.refresh_playback()
         return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-STAGES = ("Arm", "Data", "Identify", "Compare", "Export")
+STAGES = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export")
 """The stages of the work, in order."""
 
 

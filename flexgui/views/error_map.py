@@ -28,8 +28,11 @@ LEAST_HEIGHT = 230
 HEIGHT_OF_FRAME, HEIGHT_PER_ROW, GAP = 130, 22, 62
 
 
-def error_map(maps: Sequence[ErrorMap]) -> go.Figure | None:
-    """One heat map per channel, one below the other, all in the same colours; None without maps."""
+def error_map(maps: Sequence[ErrorMap], narrow: bool = False) -> go.Figure | None:
+    """One heat map per channel, one below the other, all in the same colours; None without maps.
+
+    `narrow`: of each cell only the beginning is written.
+    """
     shown = [m for m in maps if np.isfinite(m.ratio).any()]
     if not shown:
         return None
@@ -44,11 +47,18 @@ def error_map(maps: Sequence[ErrorMap]) -> go.Figure | None:
             row=row, col=1, autorange="reversed", automargin=True,
             tickvals=list(range(len(m.recordings))), ticktext=row_labels(m),
         )  # fmt: skip
-        figure.update_xaxes(row=row, col=1, tickvals=list(range(len(m.edges) - 1)),
-                            ticktext=cell_labels(m.edges), tickangle=0)  # fmt: skip
+        figure.update_xaxes(
+            row=row, col=1, tickvals=list(range(len(m.edges) - 1)), tickangle=0,
+            ticktext=[label.split("–")[0] if narrow else label for label in cell_labels(m.edges)],
+        )  # fmt: skip
     last = shown[-1]
     title = "frequency band" if last.axis == "frequency" else "time since the start"
-    figure.update_xaxes(row=len(shown), col=1, title_text=f"{title} [{last.axis_unit}]")
+    figure.update_xaxes(
+        row=len(shown),
+        col=1,
+        title_text=f"{title} [{last.axis_unit}]",
+        title_standoff=30 if narrow else 8,
+    )
     figure.update_annotations(x=0.0, xanchor="left", font={"size": 13, "color": colours.TEXT})
     text = (
         "Root mean square error in times the floor: pale cells are at the floor, dark ones are "

@@ -46,7 +46,7 @@ def test_viscous_friction_as_a_formula_is_viscous_friction():
 
 
 def test_coulomb_friction_as_a_formula_is_coulomb_friction():
-    stated = looped(PAPER).with_effects([own("joint2", "-a*tanh(dtheta2/0.002)", a=0.5)])
+    stated = looped(PAPER).with_effects([own("joint2", "-a*tanh(dtheta2/0.0005)", a=0.5)])
     listed = looped(PAPER).with_effects([effect("coulomb_friction")], {"fc1": 0.0, "fc2": 0.5})
     assert apart(stated, listed) < SAME
 

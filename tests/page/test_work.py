@@ -91,7 +91,7 @@ def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Pat
     assert "residual" in plots(page)
     press(page, "Show the validation")
     sees(page, "sweep, validation, fit of all recordings")
-    press(page, "Next: export")
+    press(page, "Export")
     for name, ending in (("Scenario file", ".toml"), ("Report (HTML)", ".html"),
                          ("Model (.json)", ".json"), ("All tables (zip)", ".zip"),
                          ("3-D playback (HTML)", ".html")):  # fmt: skip

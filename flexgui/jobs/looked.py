@@ -1,0 +1,39 @@
+"""What a look at a model finds, as far as it has come: streamed from a worker and kept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from core.progress import Progress
+from core.results import Diagnosis, LadderStep, Outcome, RankedEffect
+
+
+@dataclass(frozen=True)
+class Looked:
+    """Of one model: how far it is from the recordings, and what could be missing in it."""
+
+    step: LadderStep
+    recordings: tuple[str, ...]
+    """That the model was fitted to."""
+    channels: tuple[tuple[str, ...], ...]
+    """Of each recording."""
+    dt: tuple[float, ...]
+    """s between the rows of `residual` and of the predictions."""
+    residual: tuple[np.ndarray, ...]
+    """(rows, channels) per recording, in floors."""
+    ranking: tuple[RankedEffect, ...] = ()
+    """As it stands; predictions have the rows of `residual`."""
+    diagnosis: Diagnosis | None = None
+    """Once it is complete."""
+    outcome: Outcome | None = None
+    """Of the identification that went with it, where there was one."""
+
+
+class Teller(Progress, Protocol):
+    """A progress that also takes what there is so far."""
+
+    def partial(self, name: str, value: Any) -> None:
+        """A newer value of the same name stands for all earlier ones."""

@@ -1,0 +1,122 @@
+"""What could be missing: a row per effect, best first, with a button that adds it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from core.effects import catalogue
+from core.results import RankedEffect
+from flexgui.jobs.looked import Looked
+from flexgui.panels import widgets
+from flexgui.panels.desk import Desk
+from flexgui.panels.words import Words, joined, paragraph
+from flexgui.views.equations import mathml
+from flexgui.views.glimpse import glimpse, picture
+from flexgui.views.numbers import format_number
+from flexgui.views.ranking import chance, sizes
+
+SHOWN = 6
+"""Rows; those below explain next to nothing as a rule and can be added by hand."""
+
+
+class Candidates:
+    """Rows that are made once and then filled."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._rows = [_Row(desk) for _ in range(SHOWN)]
+        self._shown: object = None
+
+    def show(self, found: Looked | None, titles: dict[str, str], best: bool) -> None:
+        """The best of a ranking; `titles` of what each cannot be told from; `best`: whether adding
+        the first is the next sensible thing."""
+        if found is self._shown:
+            return
+        self._shown = found
+        ranking: Sequence[RankedEffect] = () if found is None else found.ranking
+        for k, row in enumerate(self._rows):
+            row.show(k, ranking[k] if k < len(ranking) else None, found, titles)
+        self._rows[0].prominent(best)
+
+    def enable(self, able: bool) -> None:
+        """Whether something can be added now."""
+        for row in self._rows:
+            row.enable(able)
+
+
+class _Row:
+    def __init__(self, desk: Desk) -> None:
+        self._desk, self._kind = desk, ""
+        self._folder: Any = desk.gui.add_folder(None, visible=False)
+        with self._folder:
+            self._words, self._story = Words(desk.gui), Words(desk.gui)
+            self._add = widgets.button(
+                desk, "Add", lambda: desk.session.add(self._kind, desk.services)
+            )
+
+    def enable(self, able: bool) -> None:
+        self._add.disabled = not able or self._desk.read_only
+
+    def prominent(self, best: bool) -> None:
+        self._add.color = "blue" if best else "gray"
+
+    def show(
+        self, place: int, one: RankedEffect | None, found: Looked | None, titles: dict[str, str]
+    ) -> None:
+        self._folder.visible = one is not None
+        if one is None or found is None:
+            return
+        self._kind = one.effect
+        self._words.show(_row(place, one, found, titles))
+        self._story.show(explanation(one.effect))
+        label = f"Add {one.title}"
+        if self._add.label != label:
+            self._add.label = label
+
+
+def _row(place: int, one: RankedEffect, found: Looked, titles: dict[str, str]) -> Markup:
+    head = Markup("<div class='rank'><span>{}.</span><b>{}</b><i>{}</i></div>").format(
+        place + 1, one.title, _fall(one)
+    )
+    parts = [head, paragraph(_figures(one), "soft")]
+    if one.parameters:
+        parts.append(paragraph(f"Size: {sizes(one)}."))
+    if one.confused_with:
+        others = ", ".join(titles.get(kind, kind) for kind in one.confused_with)
+        parts.append(paragraph(f"Cannot be told from: {others}.", "bad"))
+    if one.predicted:
+        seen = glimpse(found.recordings, found.channels, found.dt, found.residual, one.predicted)
+        parts.append(picture(seen) if seen is not None else Markup(""))
+    return joined(*parts)
+
+
+def _fall(one: RankedEffect) -> str:
+    if one.refit_drop_percent is None:
+        return f"≈ {_percent(one.expected_drop_percent)}"
+    return _percent(one.refit_drop_percent)
+
+
+def _figures(one: RankedEffect) -> str:
+    expected = f"expected {_percent(one.expected_drop_percent)}"
+    score = f"score {format_number(one.score, 3)}, chance of noise {chance(one.p_value)}"
+    if one.refit_drop_percent is None:
+        return f"Would explain of the error: {expected}, not refitted; {score}."
+    return (
+        f"Explains of the error: {_percent(one.refit_drop_percent)} refitted, {expected}; {score}."
+    )
+
+
+def _percent(value: float) -> str:
+    return f"{value:.1f} %" if value < 99.95 else "100 %"
+
+
+def explanation(kind: str) -> Markup:
+    """Story and formula of a listed effect, folded."""
+    one = catalogue().get(kind)
+    if one is None:
+        return Markup("")
+    formula = Markup("<div class='formula'>{}</div>").format(mathml(one.formula))
+    body = joined(paragraph(one.story), formula if one.formula else "")
+    return Markup("<details><summary>What is it?</summary>{}</details>").format(body)

@@ -1,0 +1,191 @@
+"""Fifth stage: what is missing, and a model that grows by it."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from markupsafe import Markup
+
+from core.diagnose.verdict import NOTHING
+from core.effects import catalogue
+from flexgui.jobs.looked import Looked
+from flexgui.panels import widgets
+from flexgui.panels.busy import Busy
+from flexgui.panels.candidates import Candidates
+from flexgui.panels.challenge import ChallengeControls
+from flexgui.panels.grown import Grown
+from flexgui.panels.panel import Panel
+from flexgui.panels.plot import Plot
+from flexgui.panels.words import Words, joined, paragraph
+from flexgui.session import Topic
+from flexgui.session.effects import present
+from flexgui.session.look import Look, ladder_steps
+from flexgui.session.run import RUNNING
+from flexgui.views.ladder import ladder
+from flexgui.views.live_prediction import live_prediction
+from flexgui.views.numbers import format_number
+from flexgui.views.ranking import ranking
+
+BEST = "the first in the list"
+BARS = 6
+EMPTY = (
+    "Press Find what is missing: the error of the model stands here as a ladder over its floor, "
+    "and below it a ranking of what could be missing, which grows while the candidates are tried."
+)
+HEADS = {
+    "missing": "Something is missing.",
+    "nothing_missing": "Nothing is missing.",
+    "unlisted": "Something is missing that is not on the list.",
+}
+
+
+class DiagnosePanel(Panel):
+    """Verdict and ranked list on the right; ladder, ranking and residual on the left."""
+
+    kind: ClassVar[str] = "Diagnose"
+    topics: ClassVar[frozenset[Topic]] = frozenset(
+        {Topic.SCENARIO, Topic.RUN, Topic.DIAGNOSIS, Topic.CHALLENGE, Topic.RECORDINGS}
+    )
+
+    def build_controls(self) -> None:
+        desk, session = self.desk, self.desk.session
+        self._busy = Busy(desk, "diagnose", "hide")
+        self._find = widgets.button(
+            desk, "Find what is missing", lambda: session.diagnose(desk.services), prominent=True
+        )
+        self._verdict = Words(desk.gui)
+        self._added, self._undo = (
+            Words(desk.gui),
+            widgets.button(desk, "Undo the last step", session.undo),
+        )
+        self._candidates = Candidates(desk)
+        self._rest = Words(desk.gui)
+        self._grown = Grown(desk)
+        self._challenge = ChallengeControls(desk)
+        self._next = widgets.button(desk, "Next: export", lambda: session.show("Export"))
+
+    def build_plots(self) -> None:
+        gui = self.desk.gui
+        self._about = Words(gui)
+        self._ladder, self._ranking = Plot(gui, 0.48), Plot(gui, 0.54)
+        self._of: Any = gui.add_dropdown("Predicted by", (BEST,), visible=False)
+        self._of.on_update(lambda _: self._show_residual())
+        self._residual = Plot(gui, 0.72)
+        self._drawn: object = None
+
+    def refresh(self) -> None:
+        session = self.desk.session
+        look = session.look
+        found = None if look is None else look.found
+        run_is_ours = session.run.kind == "diagnose" and session.run.phase == RUNNING
+        self._busy.refresh(self._sentence)
+        self._find.visible = not self._busy.running
+        self._find.disabled = session.run.busy or self.desk.read_only
+        fresh = look is not None and look.diagnosis is not None and not self._old()
+        self._find.label = "Look again" if fresh else "Find what is missing"
+        self._find.color = "gray" if fresh else "blue"
+        self._verdict.show(_verdict(look))
+        self._grown.refresh(not session.run.busy)
+        self._show_added()
+        best = look is not None and (look.diagnosis is None or look.diagnosis.verdict != NOTHING)
+        self._candidates.show(found, self._titles(found), best)
+        able = not session.run.busy or (run_is_ours and session.pending is not None)
+        self._candidates.enable(able and not self._old())
+        self._rest.show(_rest(look))
+        self._challenge.refresh()
+        self._next.visible = fresh
+        self._next.color = "gray" if best else "blue"
+        self._about.show(paragraph(EMPTY, "soft") if found is None else "")
+        self._show_plots(found)
+
+    def _show_added(self) -> None:
+        """What is in the model, and the way back."""
+        session = self.desk.session
+        titles = ", ".join(title for _, title in present(session.scenario))
+        self._added.show(paragraph(f"In the model: {titles}.", "good") if titles else "")
+        self._undo.visible = len(session.looks) > 1
+        self._undo.disabled = session.run.busy or self.desk.read_only
+
+    def _sentence(self) -> str:
+        session = self.desk.session
+        if session.look is None:
+            count = sum(r.role == "estimate" for r in session.scenario.recordings)
+            return f"{count} recordings to look at. What does the model lack?"
+        if self._old():
+            return "The settings have changed since; look again."
+        error = format_number(session.look.error, 2, keep_zeros=True)
+        return f"The model's error is {error} times its floor."
+
+    def _old(self) -> bool:
+        look = self.desk.session.look
+        return look is not None and look.scenario != self.desk.session.scenario
+
+    @staticmethod
+    def _titles(found: Looked | None) -> dict[str, str]:
+        own = {} if found is None else {r.effect: r.title for r in found.ranking}
+        return {kind: one.title for kind, one in catalogue().items()} | own
+
+    def _show_plots(self, found: Looked | None) -> None:
+        if found is not self._drawn:
+            self._drawn = found
+            self._ladder.show_whole(ladder(ladder_steps(self.desk.session.shown_looks)), 260)
+            self._ranking.show_whole(ranking(found.ranking[:BARS]) if found else None, 290)
+            pictured = [r.title for r in found.ranking if r.predicted] if found else []
+            options = (BEST, *pictured)
+            if self._of.options != options:
+                self._of.options = options
+            self._of.visible = bool(pictured)
+        self._show_residual()
+
+    def _show_residual(self) -> None:
+        look = self.desk.session.look
+        found = None if look is None else look.found
+        if found is None:
+            self._residual.show(None)
+            return
+        name = self.desk.session.cursor.recording
+        k = found.recordings.index(name) if name in found.recordings else 0
+        pictured = [r for r in found.ranking if r.predicted]
+        one = next((r for r in pictured if r.title == self._of.value), next(iter(pictured), None))
+        figure = live_prediction(
+            found.channels[k], found.dt[k], found.residual[k],
+            None if one is None else one.predicted[k], "" if one is None else one.title,
+            f"Left over of {found.recordings[k]} [floors]",
+        )  # fmt: skip
+        self._residual.show(figure, self._cursor(found))
+
+    def _cursor(self, found: Looked) -> float | None:
+        cursor = self.desk.session.cursor
+        return cursor.time if cursor.recording in found.recordings else None
+
+    def move_cursor(self) -> None:
+        look = self.desk.session.look
+        if look is not None and look.found is not None:
+            self._residual.move_cursor(self._cursor(look.found))
+
+
+def _verdict(look: Look | None) -> Markup:
+    """The verdict and its first paragraph; the rest unfolds."""
+    if look is None or look.diagnosis is None:
+        return Markup("")
+    found = look.diagnosis
+    first, *more = found.words or ("",)
+    body = joined(paragraph(HEADS.get(found.verdict, found.verdict), "lead"), paragraph(first))
+    if more:
+        rest = joined(*(paragraph(text) for text in more))
+        body += Markup("<details><summary>All that it says</summary>{}</details>").format(rest)
+    return Markup("<div class='verdict {}'>{}</div>").format(found.verdict, body)
+
+
+def _rest(look: Look | None) -> Markup:
+    """The experiment that would decide, and what was not tried."""
+    if look is None or look.diagnosis is None:
+        return Markup("")
+    said = [r.sentence for r in look.diagnosis.rounds if r.sentence]
+    known = catalogue()
+    skipped = Markup("").join(
+        Markup("<li>{}: {}</li>").format(known[kind].title if kind in known else kind, reason)
+        for kind, reason in look.diagnosis.not_applicable.items()
+    )
+    fold = Markup("<details><summary>Not tried</summary><ul>{}</ul></details>").format(skipped)
+    return joined(*(paragraph(text) for text in said), fold if skipped else "")

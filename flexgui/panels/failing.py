@@ -1,0 +1,169 @@
+"""Where the model fails: maps of its error, and its worst places as buttons."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from core.diagnose.maps import error_maps, noise_floors
+from core.results import ErrorMap, ErrorMaps, ErrorOver, RecordingComparison, WorstCell
+from flexgui.panels import widgets
+from flexgui.panels.desk import Desk
+from flexgui.panels.plot import Plot
+from flexgui.panels.words import Words, paragraph
+from flexgui.views.error_map import error_map, place
+from flexgui.views.names import channel_symbol
+from flexgui.views.numbers import format_number
+from flexgui.views.residual_over import residual_over
+
+SIGNALS, FREQUENCY, TIME, MOTION = (
+    "signals", "map: by frequency", "map: by time", "error over the motion",
+)  # fmt: skip
+WORST = 10
+PATTERN = 0.05
+"""Share of the error's variance below which a pattern over the motion is not drawn."""
+
+NO_PATTERN = "The error follows neither speed, place, acceleration nor deflection."
+MAPS = {
+    FREQUENCY: "Working point × frequency, in times the floor: pale is noise, dark is failing.",
+    TIME: "Working point × time, in times the floor: pale is noise, dark is failing.",
+    MOTION: "Measured minus model over the motion; both directions apart.",
+}
+
+
+class Failing:
+    """What of the comparison is shown, and the ten worst cells."""
+
+    def __init__(self, desk: Desk) -> None:
+        self._desk = desk
+        self._shown, self._key = SIGNALS, None  # type: tuple[str, object]
+        self._maps: ErrorMaps | None = None
+        self._redraw: Callable[[], None] = lambda: None
+        self._choice = widgets.choice(
+            desk, "Show", (SIGNALS, FREQUENCY, TIME, MOTION), lambda: self._shown, self._picked,
+            "The maps show where the error stands above the noise.",
+        )  # fmt: skip
+        self._folder: Any = desk.gui.add_folder("The worst places", visible=False)
+        with self._folder:
+            self._buttons = [self._button(k) for k in range(WORST)]
+
+    def _button(self, k: int) -> Any:
+        return widgets.button(self._desk, f"{k + 1}.", lambda: self._go_to(k))
+
+    def build_plots(self) -> None:
+        """Inside the container that is open."""
+        self._about = Words(self._desk.gui)
+        # One for each kind of figure: axes that turn round stay so in a panel that is used again.
+        self._map, self._over = Plot(self._desk.gui, 0.9), Plot(self._desk.gui, 0.9)
+        self._drawn: object = None
+
+    def refresh(
+        self,
+        comparisons: Sequence[RecordingComparison],
+        floors: Mapping[str, float] | None,
+        redraw: Callable[[], None],
+    ) -> bool:
+        """Whether the signals themselves are to be shown."""
+        self._redraw = redraw
+        key = (id(comparisons), tuple((floors or {}).items()))
+        if key != self._key:
+            self._key, self._drawn = key, None
+            self._maps = self._made(comparisons, floors)
+            self._label()
+        if self._maps is None or self._shown == SIGNALS:
+            self._about.show("")
+            self._map.show(None)
+            self._over.show(None)
+            self._drawn = None
+            return True
+        if self._drawn != (key, self._shown):
+            self._drawn = (key, self._shown)
+            self._draw(self._maps)
+        return False
+
+    @staticmethod
+    def _made(
+        comparisons: Sequence[RecordingComparison], floors: Mapping[str, float] | None
+    ) -> ErrorMaps | None:
+        if not comparisons:
+            return None
+        return error_maps(comparisons, believable(comparisons) if floors is None else floors)
+
+    def _draw(self, maps: ErrorMaps) -> None:
+        over = self._shown == MOTION
+        figure = residual_over(patterns(maps)) if over else error_map(_of(maps, self._shown), True)
+        said = MAPS[self._shown] if figure is not None else NO_PATTERN
+        self._about.show(paragraph(said, "lead"))
+        self._over.show_whole(figure if over else None)
+        self._map.show_whole(None if over else figure)
+
+    def _label(self) -> None:
+        worst = self._worst()
+        self._folder.visible = bool(worst)
+        for k, button in enumerate(self._buttons):
+            button.visible = k < len(worst)
+            if k < len(worst):
+                button.label = cell_label(worst[k])
+
+    def _worst(self) -> Sequence[WorstCell]:
+        return () if self._maps is None else self._maps.worst[:WORST]
+
+    def _picked(self, name: str) -> bool:
+        self._shown = name
+        self._redraw()
+        return True
+
+    def _go_to(self, k: int) -> None:
+        """Arm, time-line and plots go to the cell; for a band of frequencies to where in its
+        recording the output is worst."""
+        worst = self._worst()
+        if self._maps is None or k >= len(worst):
+            return
+        cell, session = worst[k], self._desk.session
+        in_time = cell.axis == "time"
+        at = 0.5 * (cell.low + cell.high) if in_time else worst_time(self._maps, cell)
+        session.set_cursor(recording=cell.recording, time=at, playing=False)
+        self._shown = SIGNALS if in_time else FREQUENCY
+        self._choice.value = self._shown
+        self._redraw()
+
+
+def worst_time(maps: ErrorMaps, cell: WorstCell) -> float:
+    """s: the middle of the window in which the cell's output of its recording is worst."""
+    m = next(m for m in maps.by_time if m.channel == cell.channel)
+    row = m.ratio[m.recordings.index(cell.recording)]
+    j = int(np.argmax(np.where(np.isfinite(row), row, -1.0)))
+    return float(0.5 * (m.edges[j] + m.edges[j + 1]))
+
+
+def _of(maps: ErrorMaps, shown: str) -> tuple[ErrorMap, ...]:
+    return maps.by_frequency if shown == FREQUENCY else maps.by_time
+
+
+def believable(comparisons: Sequence[RecordingComparison]) -> dict[str, float]:
+    """Floors where no diagnosis has stated any: of what was fitted and of the encoders; what is
+    computed from other channels has no noise of its own."""
+    names = {
+        c.channel
+        for r in comparisons
+        for c in r.channels
+        if c.fitted or c.channel.startswith("theta")
+    }
+    return {name: floor for name, floor in noise_floors(comparisons).items() if name in names}
+
+
+def patterns(maps: ErrorMaps) -> list[ErrorOver]:
+    """The clearest pattern over each quantity of the motion."""
+    best: dict[str, ErrorOver] = {}
+    for one in maps.over:
+        if one.explained >= PATTERN:
+            best.setdefault(one.quantity, one)
+    return list(best.values())
+
+
+def cell_label(cell: WorstCell) -> str:
+    """'th3: z₁, 0.5 to 0.7 s, 8.2 × floor'"""
+    times = format_number(cell.ratio, 2, keep_zeros=True)
+    return f"{cell.recording}: {channel_symbol(cell.channel)}, {place(cell)}, {times} × floor"

@@ -1,0 +1,234 @@
+"""What could be missing, and a model that grows by it."""
+
+from __future__ import annotations
+
+from abc import ABC
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from core.errors import InputError
+from core.results import Diagnosis, Outcome
+from core.scenario.schema import Scenario
+from core.scenario.write import scenario_toml
+from core.workbench import base_model
+from flexgui.jobs import Event, Finished, Partial, Stopped, Task
+from flexgui.jobs.events import Ended
+from flexgui.jobs.looked import Looked
+from flexgui.jobs.tasks.diagnose import AFTER, BEFORE, diagnose
+from flexgui.session.edit import Edit, edited, put, thawed
+from flexgui.session.effects import present, titled, with_effect, with_own, without_effect
+from flexgui.session.look import Look, story
+from flexgui.session.running import Running
+from flexgui.session.services import Services
+from flexgui.session.topics import Topic
+from flexgui.views.numbers import format_number
+
+BUSY = "Something is being computed already; stop it or wait."
+
+
+class Diagnosing(Running, ABC):
+    """One look per model; the last complete one survives whatever happens to a newer one."""
+
+    def __init__(self, key: str, folder: Path) -> None:
+        super().__init__(key, folder)
+        self.looks: tuple[Look, ...] = ()
+        """The way so far, each step complete or stopped by the person."""
+        self.pending: Look | None = None
+        """What the worker looks at now."""
+        self._then: Callable[[], object] | None = None
+        """What is done once the worker has stopped."""
+
+    @property
+    def shown_looks(self) -> tuple[Look, ...]:
+        """The way with what the worker has told so far."""
+        if self.pending is None or self.pending.found is None:
+            return self.looks
+        return (*self._before(self.pending), self.pending)
+
+    @property
+    def look(self) -> Look | None:
+        """The newest of them."""
+        return next(reversed(self.shown_looks), None)
+
+    def diagnose(self, services: Services) -> bool:
+        """Looks for what the scenario's model lacks."""
+        known = self.outcome is not None and self.outcome_of == self.scenario
+        last = next((k for k in reversed(self.looks) if k.scenario == self.scenario), None)
+        look = Look(self.scenario) if last is None else replace(last, found=None)
+        return self._look_at(look, services, "" if known else AFTER, self.scenario)
+
+    def add(self, kind: str, services: Services) -> bool:
+        """Puts a listed effect into the model and fits it; a ranking that still goes on ends."""
+        if self.busy and self.pending is not None and self.pending.found is not None:
+            self._then = lambda: self.add(kind, services)
+            self.stop()
+            return True
+        found = (
+            next((r for r in self.look.ranking if r.effect == kind), None) if self.look else None
+        )
+        try:
+            return self._go_on(with_effect(kind, found), titled([kind])[0], kind, services)
+        except InputError as error:
+            self.say(str(error), bad=True)
+            return False
+
+    def add_own(self, target: str, formula: str, parameters: str, services: Services) -> bool:
+        """Puts a formula into the model and fits it; says what is wrong with it."""
+        try:
+            edit = with_own(target, formula, parameters)
+            title = present(edited(self.scenario, edit))[-1]
+            return self._go_on(edit, title[1], title[0], services)
+        except InputError as error:
+            self.say(str(error), bad=True)
+            return False
+
+    def remove(self, kind: str, services: Services) -> bool:
+        """Takes an effect out of the model and fits what is left."""
+        title = dict(present(self.scenario)).get(kind, kind)
+        last = self.looks[-1] if self.looks else None
+        if last is not None and last.added == kind and last.scenario == self.scenario:
+            return self.undo()
+        return self._go_on(without_effect(kind), f"without: {title}", None, services)
+
+    def undo(self) -> bool:
+        """One step back on the way; nothing is computed."""
+        with self._lock:
+            if self.busy or len(self.looks) < 2:
+                self.say(BUSY if self.busy else "There is no step to undo.", bad=True)
+                return False
+            back = self.looks[-2]
+            model = thawed(back.scenario.model_dump(exclude_defaults=True)).get("model")
+        if not self.change(put(("model",), model)):
+            return False
+        with self._lock:
+            undone, self.looks = self.looks[-1], self.looks[:-1]
+            if back.outcome is not None and back.scenario == self.scenario:
+                self.outcome, self.outcome_of = back.outcome, back.scenario
+        self.tell(Topic.DIAGNOSIS, Topic.OUTCOME)
+        self.refresh_playback()
+        self.say(f"Undone: {undone.title}.")
+        return True
+
+    def _go_on(self, edit: Edit, title: str, added: str | None, services: Services) -> bool:
+        """Changes the model and looks at it."""
+        if self.busy:
+            self.say(BUSY, bad=True)
+            return False
+        changed = edited(self.scenario, edit)
+        base_model(changed)
+        before = self.scenario
+        if not self.change(edit):
+            return False
+        look = Look(self.scenario, title, added)
+        if self._look_at(look, services, BEFORE, before):
+            return True
+        self._restore(before, self.outcome, self.outcome_of)
+        return False
+
+    def _look_at(self, look: Look, services: Services, fit: str, was: Scenario) -> bool:
+        before = (was, self.outcome, self.outcome_of)
+        arguments = {
+            "scenario_toml": scenario_toml(look.scenario), "folder": str(self.folder), "fit": fit,
+        }  # fmt: skip
+        task = Task.of(diagnose, "The search for what is missing", **arguments)
+
+        def told(event: Event) -> None:
+            if isinstance(event, Partial):
+                self._told(event.value)
+            elif isinstance(event, Ended):
+                self._over(event, before)
+
+        if self.busy:
+            self.say(BUSY, bad=True)
+            return False
+        self.pending = look
+        done = self._submit(services, "diagnose", task, told)
+        if not done:
+            self.pending = None
+        return done
+
+    def _told(self, found: Looked) -> None:
+        """A first or a finer picture."""
+        with self._lock:
+            if self.pending is None:
+                return
+            fresh = found.outcome is not None and self.pending.outcome is not found.outcome
+            look = self.pending = replace(self.pending, found=found)
+            if fresh and found.outcome is not None:
+                self.outcome, self.outcome_of = found.outcome, look.scenario
+                self.pending = replace(look, outcome=found.outcome)
+        self.tell(Topic.DIAGNOSIS)
+        if fresh:
+            self.tell(Topic.OUTCOME)
+            self.refresh_playback()
+
+    def _over(self, event: Ended, before: tuple[Scenario, Outcome | None, Scenario | None]) -> None:
+        """Keeps what was found; without anything the state is what it was before."""
+        found = getattr(event, "result", None)
+        if isinstance(found, Looked):
+            self._told(found)
+        with self._lock:
+            look, self.pending = self.pending, None
+        if look is None:
+            return
+        kept = self._worth_keeping(look, event)
+        if kept:
+            self._keep(look)
+        else:
+            self._restore(*before)
+        self.tell(Topic.DIAGNOSIS)
+        then, self._then = self._then, None
+        if then is not None:
+            then()
+        elif isinstance(event, Stopped):
+            self.say(_stopped(kept, bool(self.looks)))
+        elif isinstance(event, Finished) and look.title:
+            self.say(self._fallen())
+
+    def _worth_keeping(self, look: Look, event: Ended) -> bool:
+        """A complete look always; one that was stopped where there is no complete one of it."""
+        if isinstance(event, Finished):
+            return look.found is not None
+        complete = any(k.scenario == look.scenario and k.diagnosis for k in self.looks)
+        return isinstance(event, Stopped) and look.found is not None and not complete
+
+    def _keep(self, look: Look) -> None:
+        with self._lock:
+            outcome = self.outcome if self.outcome_of == look.scenario else None
+            self.looks = (*self._before(look), replace(look, outcome=outcome))
+
+    def _before(self, look: Look) -> tuple[Look, ...]:
+        """The steps that stay before this one: all, those to the same model, or none."""
+        if look.title and not any(k.scenario == look.scenario for k in self.looks):
+            return self.looks
+        same = [k for k, each in enumerate(self.looks) if each.scenario == look.scenario]
+        return self.looks[: same[-1]] if same else ()
+
+    def _restore(
+        self, scenario: Scenario, outcome: Outcome | None, outcome_of: Scenario | None
+    ) -> None:
+        model = thawed(scenario.model_dump(exclude_defaults=True)).get("model")
+        if scenario.model != self.scenario.model:
+            self.change(put(("model",), model))
+        with self._lock:
+            self.outcome, self.outcome_of = outcome, outcome_of
+        self.tell(Topic.OUTCOME)
+
+    def _fallen(self) -> str:
+        """How the error changed in the last step."""
+        ends = [format_number(look.error, 2, keep_zeros=True) for look in self.looks[-2:]]
+        title = self.looks[-1].title
+        if len(ends) < 2:
+            return f"{title}: the error is {ends[-1]} times its floor."
+        return f"{title}: the error went from {ends[0]} to {ends[1]} times its floor."
+
+    def _story(self) -> Diagnosis | None:
+        last = self.looks[-1] if self.looks else None
+        return story(self.looks) if last and last.scenario == self.outcome_of else None
+
+
+def _stopped(kept: bool, any_left: bool) -> str:
+    if kept:
+        return "Stopped; what was found so far is shown."
+    return "Stopped; the last complete result is kept." if any_left else "Stopped."

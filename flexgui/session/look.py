@@ -1,0 +1,101 @@
+"""A person's way to a better model: one look after each change of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.diagnose.verdict import MISSING
+from core.results import ChannelError, Diagnosis, DiagnosisRound, LadderStep, Outcome, RankedEffect
+from core.scenario.schema import Scenario
+from flexgui.jobs.looked import Looked
+
+
+@dataclass(frozen=True)
+class Look:
+    """One model of the way, and what was seen of it."""
+
+    scenario: Scenario
+    title: str = ""
+    """Of what was added or taken away to come here."""
+    added: str | None = None
+    """The effect's id where one was added."""
+    found: Looked | None = None
+    """None until the worker has told something."""
+    outcome: Outcome | None = None
+
+    @property
+    def ranking(self) -> tuple[RankedEffect, ...]:
+        return () if self.found is None else self.found.ranking
+
+    @property
+    def diagnosis(self) -> Diagnosis | None:
+        """None while the worker still looks."""
+        return None if self.found is None else self.found.diagnosis
+
+    @property
+    def error(self) -> float:
+        """rms over all outputs, in floors."""
+        step = None if self.found is None else self.found.step
+        return float("nan") if step is None else float(np.sqrt(step.cost_per_sample))
+
+
+def ladder_steps(looks: Sequence[Look]) -> tuple[LadderStep, ...]:
+    """The steps so far, all over the floors of the first one."""
+    steps: list[LadderStep] = []
+    for look in looks:
+        if look.found is None:
+            continue
+        step = look.found.step
+        if steps:
+            step = _over(step, {e.channel: e.floor for e in steps[0].errors})
+            step = replace(step, added=look.added, title=look.title)
+        steps.append(step)
+    return tuple(steps)
+
+
+def _over(step: LadderStep, floors: dict[str, float]) -> LadderStep:
+    """The step in units of other floors; the noise that is seen differs a little each time."""
+    errors = tuple(replace(e, floor=floors.get(e.channel, e.floor)) for e in step.errors)
+    factor = _square(errors) / _square(step.errors) if step.errors else 1.0
+    return replace(step, errors=errors, cost_per_sample=step.cost_per_sample * factor)
+
+
+def _square(errors: Sequence[ChannelError]) -> float:
+    return float(np.mean([(e.rms / e.floor) ** 2 for e in errors]))
+
+
+def story(looks: Sequence[Look]) -> Diagnosis | None:
+    """The whole way as one diagnosis, for the report; None without a complete look."""
+    told = [look for look in looks if look.diagnosis is not None]
+    if not told:
+        return None
+    first, last = told[0].diagnosis, told[-1].diagnosis
+    assert first is not None and last is not None
+    whole = len(told) > 1
+    return replace(
+        first,
+        verdict=MISSING if whole else first.verdict,
+        final_verdict=last.verdict if whole else None,
+        rounds=_rounds(told),
+        steps=ladder_steps(told),
+        words=(*first.words, *(_after(told[-1], last) if whole else ())),
+        effects=tuple(e.model_dump() for e in told[-1].scenario.model.effects),
+        notes=(*first.notes, *(last.notes if whole else ())),
+    )
+
+
+def _rounds(told: Sequence[Look]) -> tuple[DiagnosisRound, ...]:
+    """Each look's ranking, with what was added after it."""
+    following = [*[look.added for look in told[1:]], None]
+    found = []
+    for look, added in zip(told, following, strict=True):
+        assert look.diagnosis is not None
+        found += [replace(one, accepted=added) for one in look.diagnosis.rounds[:1]]
+    return tuple(found)
+
+
+def _after(last: Look, found: Diagnosis) -> tuple[str, ...]:
+    return (f"After the last step ({last.title}):", *found.words)

@@ -1,0 +1,199 @@
+"""What is missing, added and taken back, without a page."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from core.scenario.write import scenario_toml
+from flexgui.jobs.looked import Looked
+from flexgui.session import Session
+from flexgui.session.edit import Document, edited, put
+from flexgui.session.effects import own_parameters, present
+from flexgui.session.look import ladder_steps, story
+from flexgui.session.run import DONE, FAILED
+from tests.session.conftest import Offered
+from tests.session.helpers import until
+
+CANDIDATES = ["coulomb_friction", "viscous_friction", "tip_payload"]
+FLOOR = 1.1
+"""Times the floor: noise of a thousand samples alone stays below."""
+
+SAME_LADDER = 1e-2
+"""Relative: the ladder of the command line polishes from a rough refit, the page from its end."""
+
+
+@pytest.fixture
+def friction(session: Session) -> Session:
+    """Two short recordings with Coulomb friction that the model lacks."""
+    session.choose("something hidden", None)  # type: ignore[arg-type]  (it reads no file)
+
+    def edit(document: Document) -> None:
+        document["recordings"] = [document["recordings"][k] for k in (0, 1, 3)]
+        for entry in document["recordings"]:
+            entry["simulate"]["seconds"] = 1.0
+
+    assert session.change(edit, put(("diagnose", "candidates"), CANDIDATES))
+    return session
+
+
+def over(session: Session) -> None:
+    until(lambda: not session.busy and session.pending is None)
+
+
+def test_the_hidden_effect_comes_first_and_streams(friction: Session, services: Offered) -> None:
+    seen: list[tuple[str, ...]] = []
+    friction.subscribe(
+        lambda _: (
+            seen.append(tuple(r.effect for r in friction.look.ranking)) if friction.look else None
+        )
+    )
+    assert friction.diagnose(services)
+    over(friction)
+    assert friction.run.phase == DONE, friction.message
+    assert friction.look is not None and friction.look.diagnosis is not None
+    assert friction.look.diagnosis.verdict == "missing"
+    assert friction.look.ranking[0].effect == "coulomb_friction"
+    assert any(CANDIDATES[0] in each for each in seen[:-1]), "a ranking before the last"
+    assert friction.outcome is not None and friction.outcome_of == friction.scenario
+    found = friction.look.found
+    assert found is not None
+    assert [r.shape for r in found.residual] == [p.shape for p in found.ranking[0].predicted]
+
+
+def test_add_lets_the_error_fall_and_undo_brings_it_back(
+    friction: Session, services: Offered, tmp_path: Path
+) -> None:
+    friction.diagnose(services)
+    over(friction)
+    given, outcome = friction.scenario, friction.outcome
+    assert friction.add("coulomb_friction", services)
+    over(friction)
+    assert friction.run.phase == DONE, friction.message
+    first, second = ladder_steps(friction.looks)
+    assert first.cost_per_sample > FLOOR**2 > second.cost_per_sample
+    assert second.added == "coulomb_friction"
+    assert all(e.validation_rms < FLOOR * e.floor for e in second.errors)
+    assert friction.look is not None and friction.look.diagnosis is not None
+    assert friction.look.diagnosis.verdict == "nothing_missing"
+    assert friction.outcome is not outcome and friction.outcome_of == friction.scenario
+    told = story(friction.looks)
+    assert told is not None and (told.verdict, told.final_verdict) == (
+        "missing",
+        "nothing_missing",
+    )
+    fitted = edited(friction.scenario, lambda d: d["recordings"].pop())
+    headless = exported(scenario_toml(fitted), tmp_path)
+    rms = [e["rms"] for e in headless["steps"][0]["errors"]]
+    assert rms == pytest.approx([e.rms for e in second.errors], rel=SAME_LADDER)
+    told_steps = reported(friction, services)["steps"]
+    assert [step["added"] for step in told_steps] == [None, "coulomb_friction"]
+    assert friction.undo()
+    assert friction.scenario == given and friction.outcome is outcome
+    assert len(friction.looks) == 1 and not present(friction.scenario)
+
+
+def reported(session: Session, services: Offered) -> dict[str, Any]:
+    """What the page's own report holds."""
+    done: list[Path] = []
+    assert session.report(services, done.append)
+    until(lambda: bool(done))
+    return dict(json.loads((done[0] / "result.json").read_text()))
+
+
+def test_adding_ends_a_ranking_that_still_goes_on(friction: Session, services: Offered) -> None:
+    friction.diagnose(services)
+    until(lambda: friction.look is not None and bool(friction.look.ranking))
+    assert friction.add("coulomb_friction", services)
+    until(lambda: present(friction.scenario) != () and not friction.busy)
+    over(friction)
+    assert [look.added for look in friction.looks] == [None, "coulomb_friction"]
+    assert friction.looks[1].error < FLOOR < friction.looks[0].error
+
+
+def exported(scenario: str, folder: Path) -> dict[str, Any]:
+    """What the command line says of it."""
+    path, out = folder / "saved.toml", folder / "out"
+    path.write_text(scenario)
+    command = [sys.executable, "-m", "flexgui", "export", str(path), "--out", str(out), "--quiet"]
+    subprocess.run(command, check=True, timeout=120)
+    result = json.loads((out / "result.json").read_text())
+    assert any(p["name"] == "fc1" for p in result["parameters"])
+    return dict(result)
+
+
+def test_a_formula_is_fitted_and_a_hostile_one_refused(
+    friction: Session, services: Offered
+) -> None:
+    friction.diagnose(services)
+    over(friction)
+    given = friction.scenario
+    for formula in ("__import__('os').system('true')", "a*theta1.real", "a**", "a*nobody"):
+        assert not friction.add_own("joint1", formula, "a = 1", services)
+        assert friction.message.bad and "formula" in friction.message.text
+        assert friction.scenario == given
+    assert not friction.add_own("joint1", "-a*dtheta1", "a is one", services)
+    assert "name = start" in friction.message.text
+    assert friction.add_own("joint1", "-a*tanh(dtheta1/0.001)", "a = 0.5 [N m]", services)
+    over(friction)
+    assert friction.run.phase == DONE, friction.message
+    first, second = ladder_steps(friction.looks)
+    assert second.cost_per_sample < first.cost_per_sample
+    a = next(e for e in second.parameters if e.name == "a")
+    assert a.unit == "N m" and a.value == pytest.approx(1.2, rel=0.2)
+    assert friction.remove("own_1", services)
+    assert friction.scenario == given
+
+
+def test_a_stop_and_a_failure_leave_the_last_result(friction: Session, services: Offered) -> None:
+    friction.diagnose(services)
+    over(friction)
+    complete, given = friction.looks, friction.scenario
+    assert friction.diagnose(services)
+    friction.stop()
+    over(friction)
+    assert friction.looks == complete and friction.scenario == given
+    friction.change(put(("identify", "parameters"), ["nobody"]))
+    assert friction.diagnose(services)
+    over(friction)
+    assert friction.run.phase == FAILED and friction.message.bad
+    assert friction.looks == complete
+
+
+def test_an_effect_in_the_middle_can_go(friction: Session, services: Offered) -> None:
+    friction.add("viscous_friction", services)
+    over(friction)
+    friction.add("coulomb_friction", services)
+    over(friction)
+    assert [kind for kind, _ in present(friction.scenario)] == [
+        "viscous_friction",
+        "coulomb_friction",
+    ]
+    assert friction.remove("viscous_friction", services)
+    over(friction)
+    assert [kind for kind, _ in present(friction.scenario)] == ["coulomb_friction"]
+    assert [look.title for look in friction.looks][-1] == "without: Viscous joint friction"
+
+
+def test_parameters_are_read_with_their_units() -> None:
+    assert own_parameters("b = 0.5 [N m], c=2") == {
+        "b": {"start": 0.5, "unit": "N m"},
+        "c": {"start": 2.0, "unit": ""},
+    }
+    assert own_parameters(" ") == {}
+
+
+def test_residuals_are_in_floors(friction: Session, services: Offered) -> None:
+    friction.diagnose(services)
+    over(friction)
+    assert friction.look is not None
+    found = friction.look.found
+    assert isinstance(found, Looked)
+    mean = np.sqrt(np.mean(np.concatenate([r.ravel() for r in found.residual]) ** 2))
+    assert mean == pytest.approx(np.sqrt(found.step.cost_per_sample), rel=1e-3)
