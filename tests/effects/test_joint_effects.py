@@ -14,8 +14,8 @@ from core.drives import build_drive
 from core.drives.law import DriveLaw
 from core.effects import effect
 from core.effects.backlash import CONTACT_RATE
-from core.effects.edge import edge
 from core.effects.drive_lag import lagged
+from core.effects.edge import edge
 from core.effects.joint_load import LEAST, joint_load
 from core.effects.torque_ripple import LAW as RIPPLE
 from core.forces.compiled import compile_law

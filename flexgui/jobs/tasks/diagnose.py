@@ -9,9 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from core.diagnose.data import Data
     from core.diagnose.diagnose import Options
-    from core.diagnose.start import Begun
     from core.identify.setup import Setup
     from core.recording.recording import Recording
     from core.results import LadderStep, Outcome, RankedEffect
@@ -119,7 +117,7 @@ def first_look(
         setup.model, setup.outputs, setup.processing, spec, chosen, options.stated_noise,
         options.fidelity, progress.stopped,
     )  # fmt: skip
-    validation = _validation(begun, setup, spec, later) if later else None
+    validation = begun.for_others(setup.processing, spec, later) if later else None
     step: LadderStep = ladder_step(begun.data, validation, begun.base, None, "As given", ())
     blocks = begun.base.errors
     experiments = begun.data.experiments
@@ -132,16 +130,6 @@ def first_look(
         dt=tuple(dt),
         residual=tuple(_thin(block) for block in blocks),
     )
-
-
-def _validation(
-    begun: Begun, setup: Setup, spec: IdentifySpec, recordings: list[Recording]
-) -> Data | None:
-    """The comparison on recordings that no fit sees, whose unknowns are those of the whole model,
-    effects included."""
-    whole = replace(begun, data=replace(begun.data, bare=setup.model))
-    found = whole.for_others(setup.processing, spec, recordings)
-    return None if found is None else replace(found, bare=begun.data.bare)
 
 
 def refined(scenario_toml: str, where: tuple[Path, Path | None], progress: Teller) -> Outcome:
