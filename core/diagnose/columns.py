@@ -20,14 +20,10 @@ COARSE = 0.5
 
 
 @dataclass(frozen=True)
-class Column:
-    """One direction in which an effect moves the outputs.
+class Trial:
+    """A set of parameter values at which a candidate is simulated."""
 
-    `blocks` (M, k) per recording is what the outputs change by, in floors, when the parameters
-    go from neutral to `values`.
-    """
-
-    effect: str
+    effect: Effect
     knob: str
     values: Mapping[str, float]
     sizes: Mapping[str, float]
@@ -38,20 +34,15 @@ class Column:
     """Whether the size is one of a grid: the response is no line through neutral."""
     shape: tuple[tuple[str, float], ...]
     """Secondary values: columns of one effect are combined only within one shape."""
-    blocks: tuple[np.ndarray, ...]
 
 
 @dataclass(frozen=True)
-class Trial:
-    """A set of parameter values at which a candidate is simulated."""
+class Column(Trial):
+    """One direction in which an effect moves the outputs."""
 
-    effect: Effect
-    knob: str
-    values: Mapping[str, float]
-    sizes: Mapping[str, float]
-    one_sided: bool
-    scanned: bool
-    shape: tuple[tuple[str, float], ...]
+    blocks: tuple[np.ndarray, ...]
+    """(M, k) per recording, in floors: by how much the outputs change when the parameters go from
+    neutral to `values`."""
 
 
 def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
@@ -65,7 +56,7 @@ def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
     for shape in _shapes([k for k in knobs if k.secondary]):
         for knob in primary:
             for value in _sizes(knob):
-                values = {other.parameter.name: _resting(other) for other in primary}
+                values = {other.parameter.name: other.neutral for other in primary}
                 values |= dict(shape) | {knob.parameter.name: value}
                 size = {knob.parameter.name: value - knob.neutral}
                 fixed = knob.parameter.lower >= knob.neutral or knob.parameter.upper <= knob.neutral
@@ -79,11 +70,6 @@ def _sizes(knob: Knob) -> tuple[float, ...]:
     if knob.grid:
         return knob.grid
     return (knob.neutral + SLOPE_SHARE * (knob.parameter.value - knob.neutral),)
-
-
-def _resting(knob: Knob) -> float:
-    """The neutral value, at which an effect leaves a joint out."""
-    return knob.neutral
 
 
 def _shapes(secondary: Sequence[Knob]) -> list[tuple[tuple[str, float], ...]]:
@@ -140,10 +126,7 @@ def simulated(
     errors = tried.errors(tried.vector)
     zero = zeros.at(tried.residuals.predictor.steps)
     blocks = tuple(_finite(a - b) for a, b in zip(zero, errors, strict=True))
-    return Column(
-        trial.effect.kind, trial.knob, trial.values, trial.sizes, trial.one_sided, trial.scanned,
-        trial.shape, blocks,
-    )  # fmt: skip
+    return Column(**vars(trial), blocks=blocks)
 
 
 FAR_OFF = 1e7

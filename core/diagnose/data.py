@@ -8,6 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
+from core.diagnose.descent import Limits
+from core.effects import with_included
 from core.effects.effect import Effect, Rig
 from core.effects.sizes import Sizes, typical
 from core.identify.predictor import Predictor
@@ -47,14 +49,6 @@ class Data:
         servo = self.bare.steering is not None
         return Rig(self.bare.arm, self.bare.drive, self.bare.level, kinds, servo)
 
-    def only(self, keep: Sequence[int]) -> Data:
-        """The same with some of the recordings."""
-        experiments = tuple(self.experiments[i] for i in keep)
-        names = {e.recording.name for e in experiments}
-        kept = tuple(u for u in self.nuisance if u.recording is None or u.recording in names)
-        weights = tuple(self.weights[i] for i in keep)
-        return replace(self, experiments=experiments, nuisance=kept, weights=weights)
-
 
 @dataclass(frozen=True)
 class Hypothesis:
@@ -66,11 +60,14 @@ class Hypothesis:
     vector: np.ndarray
 
     @property
-    def limits(self):  # type: ignore[no-untyped-def]
-        from core.diagnose.descent import Limits
-
+    def limits(self) -> Limits:
         p = self.unknowns.parameters
         return Limits(p.lower(), p.upper(), p.scales())
+
+    @property
+    def steps(self) -> int | None:
+        """Per sample; None where they are not known yet."""
+        return self.residuals.predictor.steps
 
     def errors(self, vector: np.ndarray) -> list[np.ndarray]:
         """Weighted errors (M, k) per recording."""
@@ -160,6 +157,15 @@ def effect_unknowns(model: Model, sizes: Sizes | None, secondary: bool) -> tuple
             if secondary or not knob.secondary:
                 found[knob.parameter.name] = Unknown(knob.parameter)
     return tuple(found.values())
+
+
+def names_of(one: Effect, model: Model, sizes: Sizes) -> tuple[str, ...]:
+    """The parameters of an effect, with those of the effects that it includes."""
+    return tuple(
+        knob.parameter.name
+        for part in with_included([one])
+        for knob in part.knobs(model.arm, model.drive, sizes)
+    )
 
 
 def _started(unknown: Unknown, values: Mapping[str, float]) -> Unknown:

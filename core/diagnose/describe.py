@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from core.diagnose.data import Data
+from core.diagnose.data import Data, names_of
 from core.diagnose.evidence import RELEVANT, Weighed
 from core.diagnose.groups import confused_with
 from core.diagnose.ladder import Round
@@ -41,7 +41,7 @@ def _screened(s: Screened, above: float) -> RankedEffect:
 def _weighed(w: Weighed, found: Round, data: Data, above: float) -> RankedEffect:
     s = w.screened
     model = w.refit.hypothesis.model
-    names = {k.parameter.name for k in s.effect.knobs(model.arm, model.drive, data.sizes)}
+    names = names_of(s.effect, model, data.sizes)
     predicted = tuple(a - b for a, b in zip(found.before.errors, w.refit.errors, strict=True))
     return RankedEffect(
         effect=s.effect.kind,

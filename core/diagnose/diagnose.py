@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from core.diagnose.announce import round_title
-from core.diagnose.data import Data
+from core.diagnose.data import Data, names_of
 from core.diagnose.deciding import deciding
 from core.diagnose.describe import ranking_of
 from core.diagnose.facts import sizes_of, titles_of
@@ -17,8 +17,9 @@ from core.diagnose.refit import Refit
 from core.diagnose.screen import Screen
 from core.diagnose.start import Begun, begin
 from core.diagnose.steps import ladder_step
-from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, remains
+from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
 from core.diagnose.words import Told, say
+from core.effects import with_included
 from core.effects.effect import Effect
 from core.errors import InputError
 from core.identify.setup import Setup
@@ -56,9 +57,16 @@ class _State:
     data: Data
     refit: Refit
     present: list[Effect]
+    given: int
+    """How many of them the user put there."""
     rounds: list[DiagnosisRound]
     steps: list[LadderStep]
     validation: Data | None
+
+    @property
+    def found(self) -> list[Effect]:
+        """What was added."""
+        return self.present[self.given :]
 
 
 def diagnose(
@@ -79,24 +87,19 @@ def diagnose(
     begun = _begin(setup, spec, recordings, options, progress)
     state = _state(setup, spec, recordings, begun, options)
     fitted = time.perf_counter()
-    last = _climb(state, options, progress, listen)
-    kept, removed = without_needless(
-        state.data, state.refit, state.present, setup.model.effects, progress.stopped
-    )
-    if removed:
-        state.refit, state.present = kept.refit, list(kept.effects)
-        names = [e.title for e in removed]
-        state.steps.append(_step(state, None, "Without: " + ", ".join(names)))
-    given = remains(begun.data.experiments, begun.base.errors)
+    more = _climb(state, options, progress, listen)
+    _prune(state, progress)
     left = remains(state.data.experiments, state.refit.errors)
-    found = [e for e in state.present if e not in setup.model.effects]
-    verdict = MISSING if last.accepted or found else (UNLISTED if given.above else NOTHING)
-    final = None if not options.max_effects else _final(last, left.above, len(found), options)
+    given = remains(begun.data.experiments, begun.base.errors)
+    stopped = progress.stopped()
+    verdict = _verdict(bool(more or state.found or (stopped and given.above)), given)
+    final = _verdict(more, left) if options.max_effects and not stopped else None
     applies = not_applicable(state.data, options.candidates)
     told = Told(
         verdict, final, state.rounds, state.steps, given, left, applies,
-        kept=[e.kind for e in found], limit=options.max_effects, titles=titles_of(state.refit),
-        sizes=sizes_of(found, state.refit, state.data), stopped=progress.stopped(),
+        kept=[e.kind for e in state.found], limit=options.max_effects,
+        titles=titles_of(state.refit), sizes=sizes_of(state.found, state.refit, state.data),
+        stopped=stopped,
     )  # fmt: skip
     return Diagnosis(
         verdict=verdict,
@@ -105,19 +108,19 @@ def diagnose(
         steps=tuple(state.steps),
         words=say(told),
         not_applicable=applies,
-        effects=tuple(_settings(found, state.refit)),
+        effects=tuple(_settings(state)),
         floors=state.data.floors,
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted},
-        notes=(),
+        notes=(STOPPED,) if stopped else (),
     )
 
 
-def _final(last: Round, above: bool, found: int, options: Options) -> str:
-    if last.accepted is not None and found >= options.max_effects and above:
-        return UNLISTED
-    if last.accepted is not None and above:
-        return MISSING
-    return UNLISTED if above else NOTHING
+STOPPED = "The search was stopped before it was through."
+
+
+def _verdict(more: bool, of: Remains) -> str:
+    """`more`: whether an effect is known to be missing."""
+    return MISSING if more else UNLISTED if of.above else NOTHING
 
 
 def _begin(
@@ -147,7 +150,8 @@ def _state(
     validation = begun.for_others(setup.processing, spec, later) if later else None
     if validation is not None:
         validation = replace(validation, per_recording=options.per_recording)
-    state = _State(begun.data, begun.base, list(setup.model.effects), [], [], validation)
+    present = list(setup.model.effects)
+    state = _State(begun.data, begun.base, present, len(present), [], [], validation)
     state.steps.append(_step(state, None, "The model as given"))
     return state
 
@@ -155,38 +159,60 @@ def _state(
 def _step(state: _State, added: Effect | None, title: str) -> LadderStep:
     names: tuple[str, ...] = ()
     if added is not None:
-        own = added.knobs(state.refit.hypothesis.model.arm, state.data.bare.drive, state.data.sizes)
-        names = tuple(k.parameter.name for k in own) or ("",)
+        names = names_of(added, state.refit.hypothesis.model, state.data.sizes) or ("",)
     kind = None if added is None else added.kind
     return ladder_step(state.data, state.validation, state.refit, kind, title, names)
 
 
-def _climb(state: _State, options: Options, progress: Progress, listen: Listener) -> Round:
-    """Rounds until nothing is accepted; the last one looked at, whether it found or not."""
+def _climb(state: _State, options: Options, progress: Progress, listen: Listener) -> bool:
+    """Adds effects while there is one to add; whether another one is known to be missing.
+
+    At the limit one more look tells whether what is left above the floor is on the list.
+    """
     while True:
-        candidates = applicable(state.data, state.present, options.candidates)
-        arm = state.refit.hypothesis.model.arm
-        title = round_title(len(state.rounds) + 1, arm, candidates)
-        progress.stage(title, len(candidates) + REFITTED)
-        found = _round(state, candidates, progress, listen)
-        accepted = found.accepted if len(state.steps) <= options.max_effects else None
-        kind = None if accepted is None else accepted.screened.effect.kind
-        ranking = ranking_of(found, state.data)
-        planned = deciding(found, ranking, state.data, progress)
-        sentence = planned[0].sentence if planned else ""
-        state.rounds.append(DiagnosisRound(ranking, kind, sentence, planned))
-        state.refit = found.after if accepted is not None else found.before
-        if accepted is None:
-            return replace(found, accepted=found.accepted)
-        added = accepted.screened.effect
+        room = len(state.found) < options.max_effects
+        seen = _look(state, options, room, progress, listen)
+        if seen.accepted is None or not room:
+            return seen.accepted is not None
+        added = seen.accepted.screened.effect
         state.present.append(added)
         state.steps.append(_step(state, added, added.title))
-        if len(state.steps) > options.max_effects or progress.stopped():
-            return found
+        above = remains(state.data.experiments, state.refit.errors).above
+        full = len(state.found) >= options.max_effects
+        if progress.stopped() or (full and not above):
+            return False
+
+
+def _look(
+    state: _State, options: Options, add: bool, progress: Progress, listen: Listener
+) -> Round:
+    """One round, kept with its ranking; its model is the state's."""
+    candidates = applicable(state.data, state.present, options.candidates)
+    arm = state.refit.hypothesis.model.arm
+    title = round_title(len(state.rounds) + 1, arm, candidates)
+    progress.stage(title, len(candidates) + REFITTED)
+    seen = _round(state, candidates, add, progress, listen)
+    kind = seen.accepted.screened.effect.kind if add and seen.accepted is not None else None
+    ranking = ranking_of(seen, state.data)
+    planned = deciding(seen, ranking, state.data, progress)
+    sentence = planned[0].sentence if planned else ""
+    state.rounds.append(DiagnosisRound(ranking, kind, sentence, planned))
+    state.refit = seen.after
+    return seen
+
+
+def _prune(state: _State, progress: Progress) -> None:
+    kept, removed = without_needless(
+        state.data, state.refit, state.present, state.given, progress.stopped
+    )
+    if removed:
+        state.refit, state.present = kept.refit, list(kept.effects)
+        names = ", ".join(e.title for e in removed)
+        state.steps.append(_step(state, None, f"Without: {names}"))
 
 
 def _round(
-    state: _State, candidates: Sequence[Effect], progress: Progress, listen: Listener
+    state: _State, candidates: Sequence[Effect], add: bool, progress: Progress, listen: Listener
 ) -> Round:
     def told(text: str) -> bool:
         if text:
@@ -199,21 +225,21 @@ def _round(
 
     return one_round(
         state.data, state.refit, state.present, candidates, told, screened,
-        lambda partial: listen(ranking_of(partial, state.data)),
+        lambda partial: listen(ranking_of(partial, state.data)), add,
     )  # fmt: skip
 
 
-def _settings(found: Sequence[Effect], refit: Refit) -> list[dict[str, object]]:
-    """The accepted effects as [model] effects of a scenario."""
-    model, values = refit.hypothesis.model, refit.hypothesis.values()
-    known = {**model.effect_values, **values}
+def _settings(state: _State) -> list[dict[str, object]]:
+    """The accepted effects, with what they include, as [model] effects of a scenario."""
+    model = state.refit.hypothesis.model
+    known = {**model.effect_values, **state.refit.hypothesis.values()}
+    have = {e.kind for e in with_included(state.present[: state.given])}
     listed: list[dict[str, object]] = []
-    for one in found:
-        from core.effects.sizes import typical
-
-        knobs = one.knobs(model.arm, model.drive, typical(model.arm))
+    for one in with_included(state.found):
+        if one.kind in have and not one.repeats:
+            continue
         entry: dict[str, object] = {"id": one.kind}
-        for knob in knobs:
+        for knob in one.knobs(model.arm, model.drive, state.data.sizes):
             name = knob.parameter.name
             entry[name] = {"start": float(known.get(name, knob.parameter.value)), "vary": True}
         listed.append(entry)

@@ -70,7 +70,7 @@ def weigh(screened: Screened, base: Refit, refit: Refit, count: int, tried: int)
     drop = base.cost - refit.cost
     above = max(base.cost - count, drop, RELEVANT * count)
     white = max(base.white_cost - refit.white_cost, 0.0)
-    p = float(chi2.sf(white, own)) * tried * max(_sizes(screened), 1.0)
+    p = float(chi2.sf(white, own)) * tried * screened.tried
     return Weighed(
         screened=screened,
         refit=refit,
@@ -82,12 +82,6 @@ def weigh(screened: Screened, base: Refit, refit: Refit, count: int, tried: int)
         delta_bic=white - own * float(np.log(count)),
         p_value=min(p, 1.0),
     )
-
-
-def _sizes(screened: Screened) -> float:
-    """How many sizes and shapes the screen tried: what its p-value was multiplied by."""
-    bare = float(chi2.sf(screened.score, screened.freedom))
-    return screened.p_value / bare if bare > 0.0 and screened.p_value < 1.0 else 1.0
 
 
 def acceptable(w: Weighed) -> bool:

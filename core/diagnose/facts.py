@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from core.diagnose.data import Data
+from core.diagnose.data import Data, names_of
 from core.diagnose.refit import Refit
 from core.diagnose.steps import estimates
-from core.effects import with_included
 from core.effects.effect import Effect
 from core.results import Estimate
 
@@ -15,15 +14,8 @@ from core.results import Estimate
 def sizes_of(found: Sequence[Effect], refit: Refit, data: Data) -> dict[str, tuple[Estimate, ...]]:
     """Effect -> its parameters with those of the effects that it includes, at the end."""
     listed, model = estimates(refit), refit.hypothesis.model
-    sizes = {}
-    for one in found:
-        names = {
-            knob.parameter.name
-            for part in with_included([one])
-            for knob in part.knobs(model.arm, model.drive, data.sizes)
-        }
-        sizes[one.kind] = tuple(e for e in listed if e.name in names)
-    return sizes
+    names = {one.kind: names_of(one, model, data.sizes) for one in found}
+    return {kind: tuple(e for e in listed if e.name in own) for kind, own in names.items()}
 
 
 def titles_of(refit: Refit) -> dict[str, str]:

@@ -10,10 +10,10 @@ import numpy as np
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.descent import MOST_ITERATIONS, cost_of
 from core.diagnose.evidence import Weighed, acceptable, degenerate, ranked, weigh
-from core.diagnose.refit import EXACT, Refit, fit, refit_with, robust_covariance, whitened
+from core.diagnose.refit import EXACT, Refit, fit, refit_with, settled, whitened
 from core.diagnose.screen import Screen, Screened, screen
 from core.effects import catalogue
-from core.effects.effect import Effect
+from core.effects.effect import Effect, Rig
 
 REFITTED = 5
 """Candidates of a round that are refitted fully: the best by score and by expected fall."""
@@ -40,35 +40,30 @@ Told = Callable[[str], bool]
 
 def applicable(data: Data, present: Sequence[Effect], only: Sequence[str] = ()) -> list[Effect]:
     """Candidates for this rig that are not in the model yet."""
-    have = {e.kind for e in present}
+    have = {e.kind for e in present if not e.repeats}
     rig = replace(data.rig, level=data.bare.with_effects(present).level)
-    taken = {u.parameter.name for u in data.nuisance}
-    found = []
-    for kind, one in sorted(catalogue().items()):
-        if (only and kind not in only) or (kind in have and not one.repeats):
-            continue
-        arm = one.changed_arm(rig.arm, {})
-        names = {k.parameter.name for k in one.knobs(arm, rig.drive, data.sizes)}
-        if not one.not_applicable(rig) and not names & taken:
-            found.append(one)
-    return found
+    known = catalogue()
+    return [
+        known[kind]
+        for kind in sorted(known)
+        if (kind in only or not only) and kind not in have and not _against(known[kind], rig, data)
+    ]
 
 
 def not_applicable(data: Data, only: Sequence[str] = ()) -> dict[str, str]:
     """effect -> why this rig cannot show it, or why it is not offered."""
-    taken = {u.parameter.name for u in data.nuisance}
-    found = {}
-    for kind, one in sorted(catalogue().items()):
-        if only and kind not in only:
-            continue
-        reason = one.not_applicable(data.rig)
-        arm = one.changed_arm(data.bare.arm, {})
-        free = {k.parameter.name for k in one.knobs(arm, data.bare.drive, data.sizes)} & taken
-        if not reason and free:
-            reason = f"{', '.join(sorted(free))} is already estimated."
-        if reason:
-            found[kind] = reason
-    return found
+    tried = {k: e for k, e in sorted(catalogue().items()) if not only or k in only}
+    reasons = {kind: _against(one, data.rig, data) for kind, one in tried.items()}
+    return {kind: reason for kind, reason in reasons.items() if reason}
+
+
+def _against(one: Effect, rig: Rig, data: Data) -> str:
+    """Why an effect is not offered; empty where it is."""
+    arm = one.changed_arm(rig.arm, {})
+    own = {k.parameter.name for k in one.knobs(arm, rig.drive, data.sizes)}
+    free = own & {u.parameter.name for u in data.nuisance}
+    estimated = f"{', '.join(sorted(free))} is already estimated." if free else ""
+    return one.not_applicable(rig) or estimated
 
 
 def one_round(
@@ -79,12 +74,16 @@ def one_round(
     told: Told,
     on_screen: Callable[[Screen], None] = lambda _: None,
     on_refit: Callable[[Round], None] = lambda _: None,
+    add: bool = True,
 ) -> Round:
-    """Ranks the candidates and polishes the model with the best, where it is acceptable."""
+    """Ranks the candidates and polishes the model with the best, where it is acceptable.
+
+    Without `add` it only looks: `after` is `before`.
+    """
     seen = screen(data, before.hypothesis, present, candidates, told)
     on_screen(seen)
-    white, covariance = whitened(before.hypothesis, before.descended, seen.whitener)
-    before = replace(before, white_cost=white, covariance=covariance)
+    white, _ = whitened(before.hypothesis, before.descended, seen.whitener)
+    before = replace(before, white_cost=white)
     stopped = lambda: told("")  # noqa: E731
     found: list[Weighed] = []
     for s in promising(seen, data.count):
@@ -107,8 +106,10 @@ def one_round(
         on_refit(Round(seen, tuple(ranked(found)), None, before, before))
     found = ranked(found)
     best = found[0] if found and acceptable(found[0]) and not stopped() else None
-    after = before if best is None else polished(data, best.refit, seen, stopped)
-    if best is not None and degenerate(best, after):
+    if best is None or not add:
+        return Round(seen, tuple(found), best, before, before)
+    after = polished(data, best.refit, seen, stopped)
+    if degenerate(best, after):
         simple = _simpler(data, before, present, best, after, seen, len(candidates), stopped)
         if simple is not None:
             found = [simple, *[w for w in found if w.screened.effect is not simple.screened.effect]]
@@ -163,8 +164,7 @@ def polished(data: Data, refit: Refit, seen: Screen, stopped: Callable[[], bool]
         if moved < SAME**2 * data.count:
             break
         finer, errors = more, new
-    found = fit(_with_steps(data, h, finer), seen.whitener, stopped, MOST_ITERATIONS)
-    return replace(found, covariance=robust_covariance(found))
+    return settled(fit(_with_steps(data, h, finer), seen.whitener, stopped, MOST_ITERATIONS))
 
 
 def _with_steps(data: Data, h: Hypothesis, finer: int) -> Hypothesis:

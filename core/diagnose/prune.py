@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.evidence import RELEVANT
-from core.diagnose.refit import Refit, fit
+from core.diagnose.refit import Refit, fit, settled
 from core.effects.effect import Effect
 
 ITERATIONS = 6
@@ -25,22 +25,26 @@ def without_needless(
     data: Data,
     refit: Refit,
     present: Sequence[Effect],
-    given: Sequence[Effect],
+    given: int,
     stopped: Callable[[], bool],
 ) -> tuple[Kept, tuple[Effect, ...]]:
     """Takes out each effect, but the last added, without which the error hardly grows.
 
-    `given`: what the user put into the model stays.
+    The first `given` are what the user put into the model: they stay.
     """
-    effects, removed = list(present), []
-    for one in list(present)[:-1]:
+    # As finely simulated as what it is compared with: no model may win by its steps.
+    alike = replace(data, steps=refit.hypothesis.steps)
+    kept, removed = list(range(len(present))), []
+    for place in range(given, len(present) - 1):
         if stopped():
             break
-        others = [e for e in effects if e is not one]
-        if any(one.kind in e.includes for e in others) or one in given:
+        one, left = present[place], [k for k in kept if k != place]
+        others = [present[k] for k in left]
+        if any(one.kind in e.includes for e in others):
             continue
-        tried = fit(hypothesis(data, others, refit.hypothesis.values()), None, stopped, ITERATIONS)
+        start = hypothesis(alike, others, refit.hypothesis.values())
+        tried = fit(start, None, stopped, ITERATIONS)
         if tried.cost - refit.cost < RELEVANT * data.count:
-            effects, refit = others, tried
+            kept, refit = left, settled(tried)
             removed.append(one)
-    return Kept(refit, tuple(effects)), tuple(removed)
+    return Kept(refit, tuple(present[k] for k in kept)), tuple(removed)

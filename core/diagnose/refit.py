@@ -27,7 +27,7 @@ class Refit:
     white_cost: float
     """Whitened squared error at its own minimum."""
     covariance: np.ndarray
-    """(P, P), from the whitened information."""
+    """(P, P), from the whitened information; that of the plain minimum once `settled`."""
 
     @property
     def cost(self) -> float:
@@ -177,6 +177,11 @@ LOOK = 2
 
 NOMINAL_MOVED = 0.02
 """Share by which a nominal parameter must have moved for a second start to be worth it."""
+
+
+def settled(found: Refit) -> Refit:
+    """With the deviations that a reader is told."""
+    return replace(found, covariance=robust_covariance(found))
 
 
 def robust_covariance(found: Refit) -> np.ndarray:

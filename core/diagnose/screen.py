@@ -24,8 +24,10 @@ class Screened:
     score: float
     """Whitened score LM: chi-squared with `freedom` degrees where the effect is absent."""
     freedom: int
+    tried: float
+    """How many sizes and shapes were tried for each of them."""
     p_value: float
-    """Corrected for the sizes and shapes that were tried."""
+    """Corrected for what was tried."""
     drop: float
     """Expected fall of the squared error, in floors squared."""
     values: Mapping[str, float]
@@ -99,7 +101,7 @@ def _remainders(  # type: ignore[no-untyped-def]
 def _score(
     candidate: Effect, columns: Sequence[Column], white: Gram, plain: Gram
 ) -> Screened | None:
-    mine = [i for i, c in enumerate(columns) if c.effect == candidate.kind]
+    mine = [i for i, c in enumerate(columns) if c.effect is candidate]
     if not mine:
         return None
     w, u = white.projected(), plain.projected()
@@ -120,6 +122,7 @@ def _score(
         effect=candidate,
         score=score,
         freedom=len(chosen),
+        tried=tried,
         p_value=p,
         drop=explain(u, chosen, fixed).drop,
         values=_values(columns, chosen, explained.coefficients, w),
@@ -152,7 +155,7 @@ def _best_of_scan(columns: Sequence[Column], like: Column, w: np.ndarray) -> dic
     alike = [
         i
         for i, c in enumerate(columns)
-        if (c.effect, c.knob, c.shape) == (like.effect, like.knob, like.shape)
+        if (c.effect.kind, c.knob, c.shape) == (like.effect.kind, like.knob, like.shape)
     ]
     left, at = min((w[i, i] - 2.0 * w[i, -1], i) for i in alike)
     if left >= 0.0:

@@ -10,7 +10,7 @@ import numpy as np
 from core.diagnose.data import Data, Hypothesis, hypothesis, moved
 from core.diagnose.descent import MOST_ITERATIONS
 from core.diagnose.floor import channel_floors
-from core.diagnose.refit import EXACT, Refit, fit
+from core.diagnose.refit import EXACT, Refit, fit, settled
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
 from core.identify.prepared import Prepared, Processing, prepare
@@ -119,7 +119,7 @@ def begin(
     values = {**model.effect_values, **rough.hypothesis.values()}
     data = replace(data, steps=enough_steps(data, effects, values))
     exact = hypothesis(data, effects, values, finer=EXACT)
-    return Begun(data, fit(exact, None, stopped, MOST_ITERATIONS))
+    return Begun(data, settled(fit(exact, None, stopped, MOST_ITERATIONS)))
 
 
 CLOSE = 0.15

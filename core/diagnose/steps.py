@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
 from core.diagnose.descent import descend
 from core.diagnose.refit import Refit
 from core.identify.prepared import Prepared
@@ -73,12 +73,8 @@ def _figures(
 def _anew(validation: Data, h: Hypothesis) -> tuple[Unknown, ...]:
     """Sizes of effects that belong to the validation's own rig."""
     model = h.model
-    names = {
-        knob.parameter.name
-        for one in model.effects
-        if one.kind in validation.per_recording
-        for knob in one.knobs(model.arm, model.drive, validation.sizes)
-    }
+    own = [one for one in model.effects if one.kind in validation.per_recording]
+    names = {name for one in own for name in names_of(one, model, validation.sizes)}
     return tuple(u for u in h.unknowns.items if u.parameter.name in names)
 
 
@@ -90,9 +86,9 @@ def _validated(validation: Data, refit: Refit) -> tuple[Data, Sequence[np.ndarra
     shared = {k: v for k, v in shared.items() if k not in {u.parameter.name for u in anew}}
     own = tuple(u for u in validation.nuisance if u.recording is not None)
     fixed = {**validation.fixed, **shared}
-    held = replace(validation, nuisance=own, fixed=fixed)
+    held = replace(validation, nuisance=own, fixed=fixed, steps=h.steps)
     values = {**h.model.effect_values, **h.values()}
-    tried: Hypothesis = hypothesis(held, h.model.effects, values, freed=anew)
+    tried = hypothesis(held, h.model.effects, values, freed=anew)
     found = descend(
         tried.errors, tried.slopes, tried.vector, tried.limits, most=VALIDATION_ITERATIONS
     )

@@ -67,7 +67,7 @@ class _Finding:
 def say(told: Told) -> tuple[str, ...]:
     """One paragraph each."""
     opening = {MISSING: _missing, NOTHING: _nothing, UNLISTED: _unlisted}[told.verdict]
-    if told.stopped and told.verdict == UNLISTED:
+    if told.stopped and not _findings(told) and told.verdict != NOTHING:
         opening = _unfinished
     paragraphs = [*opening(told)]
     if told.stopped:
@@ -175,20 +175,27 @@ def _remains(told: Told) -> str:
         None: "",
         NOTHING: "That is the floor: these recordings hold nothing more that could be explained.",
         UNLISTED: _unexplained(told),
-        MISSING: "More can be explained: let the search add another effect.",
+        MISSING: _more(told),
     }
     parts = (text, on_validation(last.errors), endings[told.final])
     return " ".join(p for p in parts if p)
 
 
+def _more(told: Told) -> str:
+    """What the search would have added after its last step."""
+    ranking = told.rounds[-1].ranking if told.rounds else ()
+    if not ranking or ranking[0].refit_drop_percent is None:
+        return ""
+    share = percent(ranking[0].refit_drop_percent)
+    return (
+        f"More can be explained: {ranking[0].title} would take {share} of what is left above the "
+        f"floor. The search ended at its limit of {told.limit}; a higher one lets it go on."
+    )
+
+
 def _unexplained(told: Told) -> str:
     """A rest above the floor."""
     rest = times(told.left.rms)
-    if told.limit and len(told.kept) >= told.limit and len(told.rounds) <= told.limit:
-        return (
-            f"An error of {rest} the floor is left, and the search ended at its limit of "
-            f"{told.limit}: with a higher limit it may find what it is. {vibration(told.left)}"
-        ).strip()
     return (
         f"An error of {rest} the floor is left that no effect of the list explains: something "
         f"else is missing too. {vibration(told.left)}"

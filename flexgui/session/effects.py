@@ -23,12 +23,14 @@ def with_effect(kind: str, ranked: RankedEffect | None) -> Edit:
     effect(kind)
     sizes = {e.name: e.value for e in ranked.parameters} if ranked is not None else {}
     known = any(abs(value) > LEAST for value in sizes.values())
-    entry: dict[str, Any] = {"id": kind}
-    if known:
-        entry |= {name: {"start": float(v), "vary": True} for name, v in sizes.items()}
+    starts = {name: {"start": float(v), "vary": True} for name, v in sizes.items()} if known else {}
 
     def edit(document: Document) -> None:
-        document.setdefault("model", {}).setdefault("effects", []).append(entry)
+        entries = document.setdefault("model", {}).setdefault("effects", [])
+        # What an included effect has been given already is its own.
+        given = {name for entry in entries for name in entry}
+        fresh = {name: start for name, start in starts.items() if name not in given}
+        entries.append({"id": kind} | fresh)
 
     return edit
 

@@ -15,7 +15,7 @@ from core.model import Model
 from core.progress import Silent
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass
-from core.results import Outcome
+from core.results import Diagnosis, Outcome
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model, run_scenario
@@ -123,6 +123,50 @@ def test_a_stopped_diagnosis_says_so_and_leaves_the_fit() -> None:
     assert outcome.diagnosis is not None
     assert "stopped" in outcome.diagnosis.words[-1]
     assert outcome.diagnosis.effects == ()
+
+
+PAIR = '[diagnose]\ncandidates = ["coulomb_friction", "tip_payload"]\n'
+
+
+def hidden_pair(limit: int) -> Diagnosis:
+    document = text(diagnose=f"{PAIR}max_effects = {limit}").replace(
+        HIDDEN, HIDDEN.replace("{ coulomb", "{ tip_payload = { mt2 = 0.2 }, coulomb")
+    )
+    found = run_scenario(parse_scenario(document, "x")).diagnosis
+    assert found is not None
+    return found
+
+
+def test_at_the_limit_one_more_look_tells_whether_the_rest_is_on_the_list() -> None:
+    found = hidden_pair(1)
+    assert (found.verdict, found.final_verdict) == ("missing", "missing")
+    assert [len(found.rounds), len(found.steps)] == [2, 2]
+    assert found.rounds[-1].accepted is None
+    assert found.rounds[-1].ranking[0].effect not in [e["id"] for e in found.effects]
+    both = hidden_pair(2)
+    assert both.final_verdict == "nothing_missing"
+    assert {e["id"] for e in both.effects} == {"coulomb_friction", "tip_payload"}
+
+
+def test_every_step_states_deviations() -> None:
+    for step in hidden_pair(2).steps:
+        assert step.parameters
+        assert all(np.isfinite(e.std) for e in step.parameters if not e.at_bound)
+
+
+def test_what_an_effect_includes_is_found_with_it() -> None:
+    presliding = (
+        "hidden = { presliding_friction = { fc1 = 1.2, fc2 = 0.5, zs1 = 0.01, zs2 = 0.01 } }"
+    )
+    document = text(diagnose='[diagnose]\ncandidates = ["presliding_friction"]\nmax_effects = 1')
+    found = run_scenario(parse_scenario(document.replace(HIDDEN, presliding), "x")).diagnosis
+    assert found is not None
+    names = {e.name for e in found.steps[-1].parameters}
+    assert names == {"fc1", "fc2", "zs1", "zs2"}
+    assert {e.name for e in found.ranking[0].parameters} == names
+    sizes = {k: v for e in found.effects for k, v in e.items() if k != "id"}
+    assert set(sizes) == names
+    assert [e["id"] for e in found.effects] == ["coulomb_friction", "presliding_friction"]
 
 
 def stated(**parts: str) -> dict[str, float]:

@@ -129,9 +129,11 @@ def test_something_found_and_something_left_are_both_told() -> None:
 
 
 def test_a_rest_at_the_limit_of_the_search_is_not_called_unlisted() -> None:
-    told = replace(FOUND, final=UNLISTED, left=left(4.2), limit=1, rounds=FOUND.rounds[:1])
-    assert "the search ended at its limit of 1" in text(told)
-    assert "no effect of the list" not in text(told)
+    told = replace(FOUND, final=MISSING, left=left(4.2), limit=1)
+    said = text(told)
+    assert "Viscous joint friction would take 46 % of what is left" in said
+    assert "ended at its limit of 1" in said
+    assert "no effect of the list" not in said
 
 
 def test_two_found_effects_have_a_paragraph_each() -> None:
@@ -206,7 +208,10 @@ def test_a_stopped_search_says_that_it_was_stopped() -> None:
 
 
 def test_a_search_stopped_early_does_not_claim_that_nothing_in_the_list_fits() -> None:
-    told = replace(FOUND, verdict=UNLISTED, final=UNLISTED, steps=(GIVEN,), kept=(), stopped=True)
+    rounds = FOUND.rounds[1:]
+    told = replace(
+        FOUND, verdict=MISSING, final=None, rounds=rounds, steps=(GIVEN,), kept=(), stopped=True
+    )
     assert "not in the list" not in text(told)
     assert "was not found yet" in text(told)
 
