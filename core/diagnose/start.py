@@ -13,7 +13,7 @@ from core.diagnose.floor import channel_floors
 from core.diagnose.refit import EXACT, Refit, fit, settled
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import Prepared, Processing, can_measure, prepare
 from core.identify.unknowns import START, Unknown, Unknowns, collect_unknowns, fixed_values
 from core.model import Model
 from core.recording.recording import Recording
@@ -44,7 +44,7 @@ class Begun:
         """The same comparison on recordings that no fit sees; None where they lack an output."""
         outputs = self.data.experiments[0].outputs
         model = self.base.hypothesis.model
-        able = [r for r in recordings if all(s.available(r, model.arm) for s in outputs)]
+        able = [r for r in recordings if all(can_measure(model, r, s) for s in outputs)]
         experiments = tuple(prepare(self.data.bare, r, outputs, processing) for r in able)
         if not experiments:
             return None

@@ -147,6 +147,12 @@ def prepare(
     return Prepared(model, recording, tuple(outputs), processing, task, processed, counts)
 
 
+def can_measure(model: Model, recording: Recording, sensor: Sensor) -> bool:
+    """Whether the recording tells an output; with a servo its torque is always known."""
+    servo = isinstance(model.steering, FollowingServo)
+    return (servo and sensor.kind == TORQUE) or sensor.available(recording, model.arm)
+
+
 def measured_outputs(
     model: Model, recording: Recording, sensor: Sensor
 ) -> tuple[np.ndarray, np.ndarray]:

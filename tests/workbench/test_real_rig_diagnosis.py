@@ -93,3 +93,40 @@ def test_what_the_first_half_gives_holds_on_the_second(third: str, bar: float) -
     outcome = emps(("viscous_friction", "coulomb_friction", third), halves=True)
     assert outcome.comparisons[1].role == "validate"
     assert np.isfinite(error(outcome, 1)) and error(outcome, 1) <= 1.25 * bar
+
+
+BENCH = {"u1": 0.22, "u2": 0.32, "deflection1": 0.34, "deflection2": 0.34}
+"""Relative errors on another bench of the same type, of which only friction and zeros are new."""
+
+IN_LOOP = {"theta1": 0.03, "theta2": 0.03, "deflection1": 0.22, "deflection2": 0.22}
+
+
+@cache
+def bench() -> Diagnosis:
+    folder = data_folder("quanser_2dsfl_steps.csv")
+    scenario = read_scenario(SCENARIOS / "bench_2dsfl.toml").model_copy(update={"compare": ()})
+    found = run_scenario(scenario, folder=SCENARIOS, data_folder=folder).diagnosis
+    assert found is not None
+    return found
+
+
+def test_the_bench_lacks_friction_and_an_elastic_joint() -> None:
+    kinds = {e["id"] for e in bench().effects}
+    assert {"viscous_friction", "coulomb_friction", "presliding_friction"} <= kinds
+    assert "joint_elasticity" in kinds
+
+
+def test_what_one_bench_lacks_holds_on_another() -> None:
+    last = bench().steps[-1]
+    names = [e.channel for e in last.errors]
+    for name, fit in zip(names, last.validation_fit_percent, strict=True):
+        assert 1.0 - fit / 100.0 <= BENCH[name], name
+
+
+def test_the_bench_in_its_own_loop_follows_the_recording() -> None:
+    folder = data_folder("ctu_2dsfl_lqr.csv")
+    scenario = read_scenario(SCENARIOS / "bench_2dsfl_loop.toml")
+    outcome = run_scenario(scenario, folder=SCENARIOS, data_folder=folder)
+    for channel in outcome.comparisons[0].channels:
+        if channel.channel in IN_LOOP:
+            assert channel.relative_error <= IN_LOOP[channel.channel], channel.channel
