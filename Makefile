@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report test long load bench blind mujoco lint format clean chromium
+.PHONY: help run report study test long load bench blind mujoco lint format clean chromium
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -8,11 +8,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 SCENARIO ?= scenarios/paper_glocal.toml
 OUT ?= reports/$(basename $(notdir $(SCENARIO)))
+STUDY ?= studies/$(basename $(notdir $(SCENARIO)))
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
 help:
 	@echo "make run     the workbench in the browser"
 	@echo "make report  a report from $(SCENARIO) (SCENARIO=... OUT=... for another)"
+	@echo "make study   the paper's Monte Carlo study with tables, figures and baselines; goes on where it stopped"
 	@echo "make test    ruff, mypy and the tests"
 	@echo "make long    the studies that take minutes: many seeds, whole recordings of real rigs"
 	@echo "make load    thirty sessions for three minutes, and the delay of a slider"
@@ -29,6 +31,9 @@ run: $(VENV)/.installed
 report: $(VENV)/.installed
 	@$(BIN)/flexgui export $(SCENARIO) --out $(OUT)
 	@echo "The report lies in $(OUT)/report.html"
+
+study: $(VENV)/.installed
+	@$(BIN)/flexgui study $(SCENARIO) --out $(STUDY)
 
 bench: $(VENV)/.installed-test
 	@$(BIN)/flexgui bench
@@ -84,7 +89,7 @@ $(VENV)/.installed: pyproject.toml constraints.txt | $(VENV)/bin/python
 
 $(VENV)/.installed-test: $(VENV)/.installed
 	@echo "Installing the tools of the tests"
-	@$(PIP) --editable '.[test]'
+	@$(PIP) --editable '.[test,cluster]'
 	@touch $@
 
 # Tests of the page and the report look at them in a browser; without one they are skipped.

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexgui import __version__, challenge
+from flexgui import __version__, challenge, study
 
 if TYPE_CHECKING:
     from core.progress import Progress
@@ -145,3 +145,4 @@ def _progress(quiet: bool) -> Iterator[Progress]:
 
 
 challenge.add_to(app, _plain_words)
+study.add_to(app, _plain_words)

@@ -39,6 +39,7 @@ RANKS = {
     "core.diagnose": 10,
     "core.workbench": 11,
     "core.study": 12,
+    "core.montecarlo": 12.5,
     "flexgui": 13,
     "flexgui.views": 14,
     "flexgui.progress": 14,
@@ -51,6 +52,7 @@ RANKS = {
     "flexgui.server": 17.5,
     "flexgui.bench": 17.5,
     "flexgui.challenge": 17.5,
+    "flexgui.study": 17.5,
     "flexgui.cli": 18,
     "flexgui.__main__": 19,
 }

@@ -21,7 +21,9 @@ class Size:
     record: float
     """Length of the record that our non-linear simulator runs."""
     peak_loops: int
+    study_runs: int
+    """Monte Carlo runs that are really made; the rest of the paper's 20 is extrapolated."""
 
 
-FULL = Size(3.0, 200, 5, 2, 0.3, 3.0, 3_000_000)
-QUICK = Size(0.1, 20, 1, 1, 0.04, 0.4, 200_000)
+FULL = Size(3.0, 200, 5, 2, 0.3, 3.0, 3_000_000, 20)
+QUICK = Size(0.1, 20, 1, 1, 0.04, 0.4, 200_000, 1)

@@ -2,34 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from core.montecarlo.printed import GLOCAL, LABELS, MEAN, SNR_20, SNR_NONE, WORKING_POINTS
 from core.results import Estimate, Fit
 from flexgui.views.numbers import format_number
 from flexgui.views.table import Column, Row, Table
-
-WORKING_POINTS = tuple(k * math.pi / 8.0 for k in range(1, 8))
-"""rad"""
-
-SNR_NONE: tuple[tuple[float, float, float, float], ...] = (
-    (1.0198, 0.1035, 50.6, 1.5), (0.9976, 0.1469, 50.9, 1.8), (1.0579, 0.1345, 49.9, 1.7),
-    (0.9622, 0.1283, 50.9, 1.7), (1.0203, 0.0963, 49.9, 1.2), (1.0767, 0.1075, 49.0, 1.3),
-    (0.9742, 0.1272, 50.2, 1.7), (1.0155, 0.0460, 50.3, 0.594), (1.0098, 0.0924, 50.2, 1.3),
-)  # fmt: skip
-"""ε in GPa, its deviation, d in mm, its deviation: seven local, their mean, glocal; no noise."""
-
-SNR_20: tuple[tuple[float, float, float, float], ...] = (
-    (0.9156, 0.1105, 52.7, 2.2), (1.0121, 0.1377, 51.4, 2.6), (0.9652, 0.1169, 51.3, 1.8),
-    (1.0066, 0.1304, 51.2, 2.1), (0.9646, 0.0897, 50.6, 1.6), (1.0162, 0.1836, 50.2, 3.0),
-    (0.9599, 0.1128, 50.8, 2.2), (0.9771, 0.0487, 51.2, 0.853), (0.9833, 0.0935, 50.6, 1.3),
-)  # fmt: skip
-"""The same at 20 dB."""
-
-LABELS = (*(f"local {k}π/8" for k in range(1, 8)), "local mean", "glocal")
-MEAN, GLOCAL = 7, 8
 
 COLUMNS = (
     Column("Fit"),

@@ -25,7 +25,7 @@ def rows(size: Size) -> list[Row]:
         lambda: _search(case, GENERATIONS), max(size.peer_repeats, FEWEST_REPEATS)
     )
     found: list[OptimizeResult] = []
-    some = seconds(lambda: found.append(_peer_search(case, size.peer_generations)))
+    some = seconds(lambda: found.append(peer_search(case, size.peer_generations)))
     expected = _search(case, size.peer_generations)
     same = abs(float(found[0].fun) / expected - 1.0) < SAME
     evaluations = MEMBERS * (GENERATIONS + 1)
@@ -45,7 +45,7 @@ def _search(case: Case, generations: int) -> float:
     return found.cost
 
 
-def _peer_search(case: Case, generations: int) -> OptimizeResult:
+def peer_search(case: Case, generations: int) -> OptimizeResult:
     """The same settings, one vector at a time."""
     rng = np.random.default_rng(SEED)
     return differential_evolution(

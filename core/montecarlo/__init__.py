@@ -1,0 +1,1 @@
+"""Monte Carlo study of the paper: estimates, validation, baselines and experiment advice."""

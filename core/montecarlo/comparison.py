@@ -1,0 +1,136 @@
+"""The baseline table: four methods on the same data, and what follows from each row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from core.montecarlo.journal import Record
+from core.written import format_number
+
+GLOCAL = "glocal"
+KINDS = ("identified", "unseen", "sweeps")
+
+EQUAL = 0.05
+"""% of FIT: a difference below this is none."""
+
+EQUAL_SHARE = 0.02
+"""Of a pole error or a time: likewise."""
+
+
+@dataclass(frozen=True)
+class BaselineRow:
+    """One method on one set of data."""
+
+    snr_db: float | None
+    points: int
+    method: str
+    fit: Mapping[str, float]
+    """% at identified and unseen working points and on sweeps, mean over recordings and outputs."""
+    pole_error: float
+    """Mean relative distance of the poles over theta2."""
+    pole_errors: np.ndarray
+    """Over the range of theta2."""
+    parameters: int
+    seconds: float
+    sentence: str
+    """What the row's figures say."""
+    note: str
+
+
+def baseline_rows(records: Mapping[str, Record]) -> tuple[BaselineRow, ...]:
+    """By number of points, then ratio in the order of the cases, then method."""
+    found: list[BaselineRow] = []
+    for record in records.values():
+        if record["part"] == "baselines":
+            answer = record["answer"]
+            for said in answer["methods"]:
+                found.append(_row(answer, said))
+    return tuple(found)
+
+
+def _row(answer: Mapping[str, Any], said: Mapping[str, Any]) -> BaselineRow:
+    others = [m for m in answer["methods"] if m["method"] != said["method"]]
+    return BaselineRow(
+        snr_db=answer["snr_db"],
+        points=answer["points"],
+        method=said["method"],
+        fit=dict(said["fit"]),
+        pole_error=said["pole_error"],
+        pole_errors=np.array(said["pole_errors"]),
+        parameters=said["parameters"],
+        seconds=said["seconds"],
+        sentence=_sentence(said, others),
+        note=_note(said["about"]),
+    )
+
+
+def _note(about: Mapping[str, Any]) -> str:
+    if "order" in about:
+        return f"order {about['order']}, degree {about['degree']} in cos θ₂"
+    return "EI " + ", ".join(f"{EI:.2f}" for EI in about["EI"]) + " N m²"
+
+
+def _sentence(said: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> str:
+    """Beside glocal; for glocal itself beside the best of the others."""
+    if said["method"] == GLOCAL:
+        return _of_glocal(said, others)
+    glocal = next((m for m in others if m["method"] == GLOCAL), None)
+    if glocal is None:
+        return ""
+    ahead: list[str] = []
+    behind: list[str] = []
+    for kind, words in zip(
+        KINDS, ("at its own points", "at unseen points", "on sweeps"), strict=True
+    ):
+        gain = said["fit"][kind] - glocal["fit"][kind]
+        if abs(gain) > EQUAL:
+            (ahead if gain > 0 else behind).append(f"{abs(gain):.2f} points of FIT {words}")
+    poles = said["pole_error"], glocal["pole_error"]
+    if abs(poles[0] - poles[1]) > EQUAL_SHARE * max(poles):
+        times = max(poles) / max(min(poles), 1e-300)
+        worse = poles[0] > poles[1]
+        (behind if worse else ahead).append(
+            f"poles {format_number(times, 3)} times {'as wrong' if worse else 'as near'}"
+        )
+    return f"{_verdict(ahead, behind)} {_effort(said, glocal)}"
+
+
+def _verdict(ahead: Sequence[str], behind: Sequence[str]) -> str:
+    if not ahead and not behind:
+        return "As good as glocal."
+    if not behind:
+        return f"Better than glocal: {', '.join(ahead)}."
+    if not ahead:
+        return f"Worse than glocal: {', '.join(behind)}."
+    return f"Better than glocal in {', '.join(ahead)}; worse in {', '.join(behind)}."
+
+
+def _effort(said: Mapping[str, Any], glocal: Mapping[str, Any]) -> str:
+    times = said["seconds"] / glocal["seconds"]
+    time = f"{times:.1f} times the time" if times >= 1.0 else f"{1.0 / times:.1f} times as fast"
+    if said["parameters"] == glocal["parameters"]:
+        return f"As many parameters, {time}."
+    return f"{said['parameters']} numbers instead of {glocal['parameters']}, {time}."
+
+
+def _of_glocal(said: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> str:
+    won, lost = [], []
+    for kind, words in zip(KINDS, ("its own points", "unseen points", "sweeps"), strict=True):
+        best = max(others, key=lambda m: m["fit"][kind])
+        gain = said["fit"][kind] - best["fit"][kind]
+        if gain < -EQUAL:
+            lost.append(f"{words} ({best['method']}, by {-gain:.2f} points)")
+        elif gain > EQUAL:
+            won.append(f"{words} (by {gain:.2f} points)")
+    nearest = min(others, key=lambda m: m["pole_error"])
+    if said["pole_error"] < (1.0 - EQUAL_SHARE) * nearest["pole_error"]:
+        won.append("poles")
+    elif said["pole_error"] > (1.0 + EQUAL_SHARE) * nearest["pole_error"]:
+        times = said["pole_error"] / max(nearest["pole_error"], 1e-300)
+        lost.append(f"poles ({nearest['method']}, {format_number(times, 3)} times as near)")
+    first = f"Best on {', '.join(won)}." if won else "Best on nothing alone."
+    return f"{first} Beaten on {', '.join(lost)}." if lost else f"{first} Beaten on nothing."

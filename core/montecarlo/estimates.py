@@ -1,0 +1,146 @@
+"""Tables I and II: means and deviations over the runs, and what they should have been."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from core.montecarlo.journal import Record
+from core.montecarlo.printed import caption_deviation, deviation_of_mean
+from core.montecarlo.settings import StudySettings
+
+LOCAL_MEAN, GLOCAL = "local mean", "glocal"
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Mean and standard deviation (n - 1) over the runs; NaN where one run is all there is."""
+
+    mean: float
+    std: float
+
+
+@dataclass(frozen=True)
+class EstimateRow:
+    """One fit of the study over its runs."""
+
+    label: str
+    theta2: float | None
+    """rad; None where several working points are fitted at once or averaged."""
+    values: Mapping[str, Spread]
+    """By parameter, SI."""
+    EI: tuple[Spread, ...]
+    """N m², over the runs' own products."""
+    EI_of_means: float
+    """N m² of the mean parameters, as a printed table lets a reader compute it (first segment)."""
+    pairs: tuple[Mapping[str, float], ...]
+    """What each run found."""
+
+
+@dataclass(frozen=True)
+class MeanDeviation:
+    """The deviation of the mean of the local estimates, in three ways."""
+
+    name: str
+    of_mean: float
+    """sqrt(sum std²) / n"""
+    caption: float
+    """sqrt(sum std² / n)"""
+    found: float
+    """Over the runs' own means."""
+
+
+@dataclass(frozen=True)
+class EstimateTable:
+    """All fits at one signal-to-noise ratio."""
+
+    snr_db: float | None
+    runs: int
+    rows: tuple[EstimateRow, ...]
+    """Locals, local mean, glocal."""
+    deviations: tuple[MeanDeviation, ...]
+
+    @property
+    def locals(self) -> tuple[EstimateRow, ...]:
+        return tuple(r for r in self.rows if r.label not in (LOCAL_MEAN, GLOCAL))
+
+    def row(self, label: str) -> EstimateRow:
+        return next(r for r in self.rows if r.label == label)
+
+
+def estimate_tables(
+    settings: StudySettings, records: Mapping[str, Record]
+) -> tuple[EstimateTable, ...]:
+    """One per ratio that has a finished run, in the order of the settings."""
+    answers = [r["answer"] for r in records.values() if r["part"] == "fits"]
+    found = []
+    for snr in settings.snr_db:
+        runs = sorted((a for a in answers if a["snr_db"] == snr), key=lambda a: a["run"])
+        if runs:
+            found.append(_table(settings, snr, runs))
+    return tuple(found)
+
+
+def _table(
+    settings: StudySettings, snr: float | None, runs: Sequence[Mapping[str, Any]]
+) -> EstimateTable:
+    count = len(settings.points)
+    fits = [[run["fits"][k] for run in runs] for k in range(count + 1)]
+    rows = [
+        _row(f"local {k + 1}", settings.points[k], fits[k], settings) for k in range(count)
+    ]  # fmt: skip
+    means = [_mean_fit([run["fits"][k] for k in range(count)]) for run in runs]
+    rows.append(_row(LOCAL_MEAN, None, means, settings))
+    rows.append(_row(GLOCAL, None, fits[count], settings))
+    return EstimateTable(snr, len(runs), tuple(rows), _deviations(rows[:count], rows[count]))
+
+
+def _mean_fit(fits: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The mean of the local estimates of one run; EI is averaged too, not recomputed."""
+    names = fits[0]["values"]
+    values = {n: float(np.mean([f["values"][n] for f in fits])) for n in names}
+    return {"values": values, "EI": np.mean([f["EI"] for f in fits], axis=0).tolist()}
+
+
+def _row(
+    label: str,
+    theta2: float | None,
+    fits: Sequence[Mapping[str, Any]],
+    settings: StudySettings,
+) -> EstimateRow:
+    names = settings.scenario.identify.parameters
+    values = {n: spread([f["values"][n] for f in fits]) for n in names}
+    EI = [spread([f["EI"][k] for f in fits]) for k in range(len(fits[0]["EI"]))]
+    pairs = tuple(dict(f["values"]) for f in fits)
+    return EstimateRow(label, theta2, values, tuple(EI), _product(values), pairs)
+
+
+def _product(values: Mapping[str, Spread]) -> float:
+    """EI of a square section with the mean ε and d; NaN where they are not the parameters."""
+    if not {"epsilon", "d"} <= values.keys():
+        return float("nan")
+    return values["epsilon"].mean * values["d"].mean ** 4 / 12.0
+
+
+def _deviations(rows: Sequence[EstimateRow], mean: EstimateRow) -> tuple[MeanDeviation, ...]:
+    found = []
+    for name in mean.values:
+        each = [row.values[name].std for row in rows]
+        found.append(
+            MeanDeviation(
+                name, deviation_of_mean(each), caption_deviation(each), mean.values[name].std
+            )
+        )
+    each = [row.EI[0].std for row in rows]
+    both = deviation_of_mean(each), caption_deviation(each)
+    return (*found, MeanDeviation("EI", *both, mean.EI[0].std))
+
+
+def spread(values: Sequence[float]) -> Spread:
+    """Over some runs."""
+    each = np.asarray(values, dtype=float)
+    std = float(each.std(ddof=1)) if len(each) > 1 else float("nan")
+    return Spread(float(each.mean()), std)

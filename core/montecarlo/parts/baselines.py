@@ -1,0 +1,182 @@
+"""Four ways from the same data to a model of the arm at every posture, compared."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from core.identify.fit import identify
+from core.identify.unknowns import collect_unknowns
+from core.montecarlo.contender import BlackBox, Contender, Physical, pole_error, references
+from core.montecarlo.interpolated import identify_interpolated
+from core.montecarlo.part import Answer, Case, Part
+from core.montecarlo.parts.fits import evolve_fit, shared
+from core.montecarlo.rig import Rig, fit_percent, noisy, outputs
+from core.montecarlo.settings import StudySettings, seeds, snr_code, snr_name
+from core.progress import Silent
+from core.recording.recording import Recording
+from core.simulate.modes import integrators
+from core.simulate.posture import posture
+
+NOISE, POPULATION, START = 3, 4, 5
+"""First number of the seeds of each."""
+
+ESTIMATION_SEED, VALIDATION_SEED = 1001, 2001
+"""Of the excitation at the k-th point: seed + k."""
+
+SWEEPS = 2
+UNSEEN = 6
+"""Points between the identified ones that are looked at, at most."""
+
+GRID = 25
+"""Postures over which poles are compared."""
+
+
+class Baselines(Part):
+    """All methods on the same data, for each noise and each number of working points."""
+
+    kind = "baselines"
+    title = "Baselines"
+    order = 6
+
+    def cases(self, settings: StudySettings) -> tuple[Case, ...]:
+        return tuple(
+            Case(
+                self.kind,
+                f"baselines/{count:02d}/{snr_name(snr)}",
+                {"snr_db": snr, "points": count},
+            )
+            for count in settings.baseline_points
+            for snr in settings.baseline_snr_db
+        )
+
+    def run(self, rig: Rig, options: Mapping[str, Any]) -> Answer:
+        snr, count = options["snr_db"], options["points"]
+        points = spread(rig.settings, count)
+        data = _estimation(rig, points, snr)
+        tests = _tests(rig, points)
+        found = []
+        for name, method in METHODS.items():
+            begun = time.perf_counter()
+            contender = method(rig, data, (count, snr_code(snr)))
+            seconds = time.perf_counter() - begun
+            found.append({"method": name, "seconds": seconds, **_judged(rig, contender, tests)})
+        return {"snr_db": snr, "points": count, "methods": found}
+
+
+def spread(settings: StudySettings, count: int) -> list[float]:
+    """`count` working points over the range of the study's own, rad."""
+    low, high = min(settings.points), max(settings.points)
+    return [float(p) for p in np.linspace(low, high, count)]
+
+
+def _at(rig: Rig, theta2: float, seed: int) -> Recording:
+    """The study's kind of experiment at another working point."""
+    like = rig.settings.experiments[0].simulate
+    assert like is not None
+    spec = like.model_copy(update={"theta2": theta2, "seed": seed})
+    return rig.recording(spec, f"theta2 = {theta2:.4f}")
+
+
+def _estimation(rig: Rig, points: Sequence[float], snr_db: float | None) -> list[Recording]:
+    return [
+        noisy(
+            _at(rig, p, ESTIMATION_SEED + k),
+            snr_db,
+            seeds(rig.settings, NOISE, len(points), snr_code(snr_db), k),
+        )
+        for k, p in enumerate(points)
+    ]
+
+
+def _tests(rig: Rig, points: Sequence[float]) -> dict[str, list[Recording]]:
+    """Noise-free recordings that no method has seen."""
+    between = [0.5 * (a + b) for a, b in zip(points, points[1:], strict=False)]
+    chosen = np.unique(np.linspace(0, len(between) - 1, UNSEEN).round().astype(int))
+    known = np.unique(np.linspace(0, len(points) - 1, UNSEEN + 1).round().astype(int))
+    sweeps = range(1, SWEEPS + 1)
+    return {
+        "identified": [_at(rig, points[k], VALIDATION_SEED + int(k)) for k in known],
+        "unseen": [_at(rig, between[k], VALIDATION_SEED + 100 + int(k)) for k in chosen],
+        "sweeps": [rig.recording(rig.settings.sweep(k), f"sweep {k}") for k in sweeps],
+    }
+
+
+def _judged(rig: Rig, contender: Contender, tests: Mapping[str, Sequence[Recording]]) -> Answer:
+    """FIT by kind of test, mean over recordings and outputs; what is unstable has none."""
+    fits = {}
+    for kind, recordings in tests.items():
+        with np.errstate(all="ignore"):
+            each = [fit_percent(outputs(r), contender.predict(r)) for r in recordings]
+        fits[kind] = float(np.mean(np.nan_to_num(each)))
+    places = np.linspace(min(rig.settings.points), max(rig.settings.points), GRID)
+    errors = [pole_error(contender.poles(float(p)), _true_poles(rig, float(p))) for p in places]
+    return {
+        "fit": fits,
+        "pole_error": float(np.mean(errors)),
+        "pole_errors": errors,
+        "parameters": contender.parameters,
+        "about": _about(rig, contender),
+    }
+
+
+def _about(rig: Rig, contender: Contender) -> Answer:
+    if isinstance(contender, Physical):
+        return {"EI": rig.stiffness(dict(contender.values))}
+    assert isinstance(contender, BlackBox)
+    return {"order": contender.model.order, "degree": contender.model.degree}
+
+
+def _true_poles(rig: Rig, theta2: float) -> np.ndarray:
+    poles = posture(rig.model, np.array([0.0, theta2])).poles
+    return np.asarray(poles[~integrators(poles)])
+
+
+Method = Callable[[Rig, Sequence[Recording], tuple[int, ...]], Contender]
+
+
+def _mean_of_locals(rig: Rig, data: Sequence[Recording], seed: tuple[int, ...]) -> Contender:
+    fits = [evolve_fit(rig, "local", [r], _seed(rig, seed, k)) for k, r in enumerate(data)]
+    each = [shared(f) for f in fits]
+    values = {name: float(np.mean([v[name] for v in each])) for name in each[0]}
+    return Physical(rig, rig.model, values)
+
+
+def _glocal(rig: Rig, data: Sequence[Recording], seed: tuple[int, ...]) -> Contender:
+    fitted = evolve_fit(rig, "glocal", data, _seed(rig, seed, len(data)))
+    return Physical(rig, rig.model, shared(fitted))
+
+
+def _black_box(rig: Rig, data: Sequence[Recording], seed: tuple[int, ...]) -> Contender:
+    order = len(_true_poles(rig, float(data[0].theta2 or 0.0)))
+    pairs = [(references(r), outputs(r)) for r in data]
+    points = [float(r.theta2 or 0.0) for r in data]
+    return BlackBox(identify_interpolated(pairs, points, order), data[0].sample_time)
+
+
+def _nonlinear(rig: Rig, data: Sequence[Recording], seed: tuple[int, ...]) -> Contender:
+    """Output error of the non-linear model, descended from a random place within the bounds."""
+    rng = np.random.default_rng(seeds(rig.settings, START, *seed))
+    start = {n: float(rng.uniform(*ends)) for n, ends in rig.bounds.items()}
+    spec = rig.settings.identify(rig.bounds, 1)
+    spec = spec.model_copy(update={"start": start, "generations": 0, "refine": True})
+    unknowns = collect_unknowns(rig.truth, spec, data)
+    experiments = [rig.prepared(r, rig.truth) for r in data]
+    fitted = identify("non-linear", experiments, unknowns, spec, {}, Silent())
+    return Physical(rig, rig.truth, shared(fitted))
+
+
+def _seed(rig: Rig, seed: tuple[int, ...], number: int) -> int:
+    stream = seeds(rig.settings, POPULATION, *seed, number)
+    return int(stream.generate_state(1)[0])
+
+
+METHODS: dict[str, Method] = {
+    "mean of locals": _mean_of_locals,
+    "interpolated black box": _black_box,
+    "non-linear output error": _nonlinear,
+    "glocal": _glocal,
+}

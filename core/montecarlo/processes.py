@@ -1,0 +1,165 @@
+"""Orders on spawned processes; one that dies is replaced and its order given to another."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections import Counter, deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+
+from core.errors import InputError
+from core.montecarlo.executor import CALM, Executor, Stop, never
+from core.montecarlo.work import answer_text
+from core.study.runner import THREADS
+
+WORKERS = 2
+"""The machines that this is meant for have two cores."""
+
+MOST_LOSSES = 3
+"""An order that so many workers died over is not given to another."""
+
+ERROR = "\0"
+"""Begins a message that is not an answer but what went wrong."""
+
+FAREWELL = 2.0
+"""s that a worker has to end before it is made to."""
+
+
+@dataclass
+class _Worker:
+    process: BaseProcess
+    connection: Connection
+    order: int | None = None
+    """What it works on; None where it waits."""
+
+
+class Processes(Executor):
+    """As many at a time as there are workers, each with one thread of linear algebra."""
+
+    def __init__(self, workers: int = WORKERS) -> None:
+        if workers < 1:
+            raise InputError(f"--workers is {workers}; it must be at least 1.")
+        self.count = workers
+        self._workers: list[_Worker] = []
+
+    def pids(self) -> list[int]:
+        """Of the workers that there are now."""
+        return [w.process.pid for w in self._workers if w.process.pid is not None]
+
+    def answers(self, orders: Sequence[str], stop: Stop = never) -> Iterator[tuple[int, str]]:
+        waiting, losses = deque(range(len(orders))), Counter[int]()
+        try:
+            while waiting or self._busy():
+                self._replace_the_dead(min(self.count, len(waiting) + len(self._busy())))
+                for worker in self._workers:
+                    if waiting and worker.order is None:
+                        _give(worker, waiting.popleft(), orders)
+                wait([w.connection for w in self._workers], CALM)
+                yield from self._collect(waiting, losses)
+                if stop():
+                    return
+        finally:
+            self._dismiss()
+
+    def _busy(self) -> list[_Worker]:
+        return [w for w in self._workers if w.order is not None]
+
+    def _replace_the_dead(self, wanted: int) -> None:
+        while len(self._workers) < wanted:
+            self._workers.append(_hire())
+
+    def _collect(self, waiting: deque[int], losses: Counter[int]) -> Iterator[tuple[int, str]]:
+        """Answers that have come; the order of a worker that died goes back to the front."""
+        for worker in list(self._workers):
+            if worker.order is None:
+                if not worker.process.is_alive():
+                    self._workers.remove(worker)
+                continue
+            index = worker.order
+            try:
+                if not worker.connection.poll():
+                    continue
+                text = worker.connection.recv_bytes().decode()
+            except (EOFError, OSError):
+                self._lost(worker, index, waiting, losses)
+                continue
+            worker.order = None
+            if text.startswith(ERROR):
+                raise InputError(text.removeprefix(ERROR))
+            yield index, text
+
+    def _lost(self, worker: _Worker, index: int, waiting: deque[int], losses: Counter[int]) -> None:
+        self._workers.remove(worker)
+        worker.connection.close()
+        worker.process.join(FAREWELL)
+        losses[index] += 1
+        if losses[index] >= MOST_LOSSES:
+            raise InputError(
+                f"{MOST_LOSSES} workers ended one after the other over the same piece of work; "
+                f"check the memory that is free and run the same command again."
+            )
+        waiting.appendleft(index)
+
+    def _dismiss(self) -> None:
+        for worker in self._workers:
+            worker.connection.close()
+            worker.process.terminate()
+        for worker in self._workers:
+            worker.process.join(FAREWELL)
+            if worker.process.is_alive():
+                worker.process.kill()
+        self._workers.clear()
+
+
+def _give(worker: _Worker, index: int, orders: Sequence[str]) -> None:
+    worker.order = index
+    with suppress(OSError):  # one that died meanwhile is noticed when its answer is awaited
+        worker.connection.send_bytes(orders[index].encode())
+
+
+def _hire() -> _Worker:
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_serve, args=(theirs,), daemon=True, name="study")
+    with _single_threaded():
+        process.start()
+    theirs.close()
+    return _Worker(process, ours)
+
+
+def _serve(connection: Connection) -> None:
+    """A worker: orders in, answers out, until nobody is there any more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
+    while True:
+        try:
+            order = connection.recv_bytes().decode()
+        except (EOFError, OSError):
+            return
+        connection.send_bytes(_answer(order).encode())
+
+
+def _answer(order: str) -> str:
+    try:
+        return answer_text(order)
+    except InputError as error:
+        return f"{ERROR}{error}"
+
+
+@contextmanager
+def _single_threaded() -> Iterator[None]:
+    """The environment in which a worker starts: its libraries read it once, when imported."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ |= dict.fromkeys(THREADS, "1")
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -1,0 +1,136 @@
+"""The command `study`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from core.montecarlo.executor import Executor
+    from core.montecarlo.study import Finished
+
+JOURNAL = "results.jsonl"
+INTERRUPTED = 130
+"""What a shell expects after Ctrl-C: 128 + SIGINT."""
+
+Say = Callable[[str], None]
+
+
+def add_to(app: typer.Typer, plain_words: Callable[[], AbstractContextManager[None]]) -> None:
+    """Registers it; `plain_words` turns bad input into one sentence."""
+
+    @app.command()
+    def study(
+        scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML), simulated.")],
+        out: Annotated[
+            Path | None, typer.Option(help="Folder for results; studies/SCENARIO by default.")
+        ] = None,
+        cluster: Annotated[
+            str | None, typer.Option(help="Address of a Dask scheduler, tcp://host:8786.")
+        ] = None,
+        runs: Annotated[int, typer.Option(help="Monte Carlo runs.")] = 20,
+        workers: Annotated[int, typer.Option(help="Processes, without a cluster.")] = 2,
+        part: Annotated[
+            list[str] | None,
+            typer.Option(help="Only this part: fits, sweeps, baselines, bias, advice, prior."),
+        ] = None,
+    ) -> None:
+        """Monte Carlo study of SCENARIO: tables, figures and a page in OUT; goes on if stopped."""
+        with plain_words():
+            folder = out or Path("studies") / scenario.stem
+            done = run_command(scenario, folder, cluster, runs, workers, part or [], typer.echo)
+        if not done:
+            raise typer.Exit(INTERRUPTED)
+
+
+def run_command(
+    scenario: Path,
+    out: Path,
+    cluster: str | None,
+    runs: int,
+    workers: int,
+    only: list[str],
+    say: Say,
+) -> bool:
+    """Runs what is not finished yet and writes the report; False where it was stopped."""
+    from core.montecarlo.settings import make_settings
+    from core.montecarlo.study import study, study_cases
+    from core.scenario.read import read_scenario
+    from flexgui.export.folder import check_writable
+
+    settings = make_settings(read_scenario(scenario), runs=runs)
+    study_cases(settings, only)
+    check_writable(out)
+    executor = _executor(cluster, workers)
+    say(f"{settings.scenario.title}: {runs} runs; results arrive in {out / JOURNAL}")
+    told = _Told(say)
+    steps = study(settings, executor=executor, path=out / JOURNAL, only=only, on_result=told)
+    try:
+        records = {step.record["key"]: step.record for step in steps}
+        whole = True
+    except KeyboardInterrupt:
+        steps.close()  # type: ignore[attr-defined]
+        records, whole = _known(out / JOURNAL, settings.identity), False
+    told.end()
+    _write(settings, {**_known(out / JOURNAL, settings.identity), **records}, out, say)
+    if not whole:
+        say("Stopped. The same command goes on from here and repeats nothing that is finished.")
+    return whole
+
+
+def _executor(cluster: str | None, workers: int) -> Executor:
+    if cluster is not None:
+        from core.montecarlo.cluster import Cluster
+
+        return Cluster(cluster)
+    from core.montecarlo.processes import Processes
+
+    return Processes(workers)
+
+
+def _known(path: Path, identity: str) -> dict[str, dict]:
+    from core.montecarlo.journal import Journal
+
+    return Journal(path, identity).records
+
+
+def _write(settings, records, out: Path, say: Say) -> None:  # type: ignore[no-untyped-def]
+    if not records:
+        return
+    from core.montecarlo.summary import summarise
+    from flexgui.export.study_report import REPORT, write_study
+
+    summary = summarise(settings, records)
+    write_study(summary, out)
+    for heading, text in summary.findings:
+        say(f"\n{heading}\n  {text}")
+    say(f"\nThe report lies in {out / REPORT}")
+
+
+class _Told:
+    """One line per finished case: how many, which, how long it may still take."""
+
+    def __init__(self, say: Say) -> None:
+        self.say, self.begun, self.new, self.old = say, time.monotonic(), 0, 0
+
+    def __call__(self, finished: Finished) -> None:
+        if finished.before:
+            self.old += 1
+            return
+        if self.old and not self.new:
+            self.say(f"{self.old} of {finished.total} were finished before.")
+        self.new += 1
+        each = (time.monotonic() - self.begun) / self.new
+        left = each * (finished.total - finished.done)
+        rest = f", about {left:.0f} s left" if left >= 1.0 else ""
+        self.say(f"{finished.done}/{finished.total} {finished.record['key']}{rest}")
+
+    def end(self) -> None:
+        """Says so where there was nothing to do."""
+        if self.old and not self.new:
+            self.say(f"All {self.old} were finished before.")

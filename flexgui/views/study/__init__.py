@@ -1,0 +1,1 @@
+"""Tables and figures of a Monte Carlo study, as pure functions of its summary."""

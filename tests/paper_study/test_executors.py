@@ -1,0 +1,117 @@
+"""Whoever runs a study, and in whatever order and how often interrupted: the same numbers."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from core.errors import InputError
+from core.montecarlo.executor import Executor, Here, Stop, never
+from core.montecarlo.processes import Processes
+from core.montecarlo.study import run_study, study, study_cases
+from tests.paper_study.helpers import FITS, numbers, short
+
+
+class Backwards(Executor):
+    """The last order first."""
+
+    def answers(self, orders: Sequence[str], stop: Stop = never) -> Iterator[tuple[int, str]]:
+        for index, text in Here().answers(orders[::-1], stop):
+            yield len(orders) - 1 - index, text
+
+
+@pytest.fixture(scope="module")
+def expected() -> dict[str, object]:
+    return numbers(run_study(short(), executor=Here(), only=FITS))
+
+
+def test_the_order_of_the_cases_changes_nothing(expected: dict[str, object]) -> None:
+    assert numbers(run_study(short(), executor=Backwards(), only=FITS)) == expected
+
+
+def test_a_killed_worker_is_replaced_and_the_numbers_are_the_same(
+    expected: dict[str, object],
+) -> None:
+    executor = Processes(2)
+    found, killed = {}, []
+    for step in study(short(), executor=executor, only=FITS):
+        found[step.record["key"]] = step.record
+        if not killed:
+            killed.append(executor.pids()[0])
+            os.kill(killed[0], signal.SIGKILL)
+    assert numbers({key: found[key] for key in expected}) == expected
+    assert not executor.pids()
+
+
+def test_more_runs_keep_the_first_ones(expected: dict[str, object]) -> None:
+    more = numbers(run_study(short(runs=3), executor=Here(), only=FITS))
+    assert {key: more[key] for key in expected} == expected
+    assert len(more) == len(expected) + 2
+
+
+def test_a_stopped_study_goes_on_and_repeats_nothing(
+    tmp_path: Path, expected: dict[str, object]
+) -> None:
+    path = tmp_path / "results.jsonl"
+    seen: list[str] = []
+    for step in study(short(), executor=Here(), path=path, only=FITS, stop=lambda: len(seen) > 1):
+        seen.append(step.record["key"])
+    assert 0 < len(seen) < len(expected)
+    with path.open("a", encoding="utf-8") as file:
+        file.write('{"key": "fits/inf/0002", "part": "fi')  # torn by a power cut
+    later = list(study(short(), executor=Here(), path=path, only=FITS))
+    assert [s.record["key"] for s in later if s.before] == seen
+    assert numbers({s.record["key"]: s.record for s in later}) == expected
+    lines = path.read_text(encoding="utf-8").splitlines()
+    keys = [json.loads(line).get("key") for line in lines if line.endswith("}")]
+    assert len(keys) == len(set(keys))
+
+
+def test_results_of_another_study_are_not_mixed_in(tmp_path: Path) -> None:
+    path = tmp_path / "results.jsonl"
+    next(iter(study(short(), executor=Here(), path=path, only=FITS)))
+    with pytest.raises(InputError, match="another study"):
+        list(study(short(seed=2), executor=Here(), path=path, only=FITS))
+
+
+def test_every_result_is_told_once() -> None:
+    told: list[str] = []
+    settings = short(runs=1)
+    steps = study(
+        settings, executor=Here(), only=FITS, on_result=lambda f: told.append(f.record["key"])
+    )
+    last = list(steps)[-1]
+    assert sorted(told) == sorted(c.key for c in study_cases(settings, FITS))
+    assert last.done == last.total == len(told)
+
+
+def test_bad_input_in_a_worker_is_one_sentence() -> None:
+    with pytest.raises(InputError, match="part"):
+        list(study(short(), only=["fit"]))
+
+
+@pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")
+@pytest.mark.long
+def test_a_dask_cluster_gives_the_same_numbers(expected: dict[str, object]) -> None:
+    from distributed import LocalCluster
+
+    from core.montecarlo.cluster import Cluster
+
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        found = run_study(short(), executor=Cluster(cluster.scheduler_address), only=FITS)
+    assert numbers(found) == expected
+
+
+@pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")
+def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    from core.montecarlo import cluster
+
+    monkeypatch.setattr(cluster, "PATIENCE", 1)
+    with pytest.raises(InputError, match="tcp://127.0.0.1:9"):
+        list(study(short(), executor=cluster.Cluster("tcp://127.0.0.1:9"), only=FITS))
