@@ -102,22 +102,40 @@ def refit_with(
     stopped: Callable[[], bool],
     most: int = ROUGH_ITERATIONS,
 ) -> Refit:
-    """Fits the model with `effects` from the base's nuisance and from the prior nominals.
+    """Fits the model with `effects` from the most promising of some starts.
 
-    The base fit may have bent the nominal parameters to swallow the effect, and a descent from
-    there can stick (design section 6, 1). `slopes` are the base's, (M, k, P) per recording;
-    the parameters `scanned` have no slope at neutral and begin at the best size near by.
+    `slopes` are the base's, (M, k, P) per recording; the parameters `scanned` have no slope at
+    neutral.
     """
-    fitted = narrowed(data, effects, {**base.values(), **values}, scanned)
-    near, known = hypothesis(data, effects, fitted), columns_of(base, slopes)
+    known = columns_of(base, slopes)
+    begun = _starts(data, base, effects, values, scanned)
+    tried = [hypothesis(data, effects, start) for start in begun]
+    spent = 0
+    if len(tried) > 1 and not stopped():
+        looks = [fit(h, None, stopped, LOOK, known) for h in tried]
+        tried, spent = [min(looks, key=lambda r: r.cost).hypothesis], LOOK
+    return exactly(data, fit(tried[0], None, stopped, most - spent, known), whitener)
+
+
+def _starts(
+    data: Data,
+    base: Hypothesis,
+    effects: Sequence[Effect],
+    values: Mapping[str, float],
+    scanned: Sequence[str],
+) -> list[dict[str, float]]:
+    """From the base's nuisance and what the screen found, and where these may mislead also from
+
+    - the best sizes near by: one alone may look better further off while the others are wrong;
+    - the prior nominals: the base fit may have bent them to swallow the effect, and a descent from
+      there can stick (design section 6, 1).
+    """
+    begun = {**base.values(), **values}
+    best = narrowed(data, effects, begun, scanned)
     nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
     apart = any(abs(base.values()[k] - v) > NOMINAL_MOVED * abs(v) for k, v in nominal.items())
-    if not apart or stopped():
-        return exactly(data, fit(near, None, stopped, most, known), whitener)
-    far = hypothesis(data, effects, {**fitted, **nominal})
-    first, second = (fit(h, None, stopped, LOOK, known) for h in (near, far))
-    ahead = first if first.cost <= second.cost else second
-    return exactly(data, fit(ahead.hypothesis, None, stopped, most - LOOK, known), whitener)
+    others = [best] if best != begun else []
+    return [begun, *others, *([{**best, **nominal}] if apart else [])]
 
 
 EXACT = 2

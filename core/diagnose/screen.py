@@ -37,7 +37,7 @@ class Screened:
     knobs: tuple[str, ...]
     """The sizes that were combined."""
     scanned: tuple[str, ...]
-    """Parameters among `values` that come from a scan."""
+    """Parameters among `values` that come from a scan, those of the shape too."""
     prediction: tuple[np.ndarray, ...]
     """(M, k) per recording, in floors: the residual that the effect predicts."""
 
@@ -128,7 +128,7 @@ def _score(
         values=_values(columns, chosen, explained.coefficients, w),
         columns=tuple(chosen),
         knobs=tuple(columns[i].knob for i in chosen),
-        scanned=tuple(columns[i].knob for i in chosen if columns[i].scanned and columns[i].knob),
+        scanned=_scanned(columns, chosen),
         prediction=_prediction(columns, chosen, explained.coefficients),
     )
 
@@ -141,6 +141,11 @@ def _one_per_knob(mine: list[int], columns: Sequence[Column], w: np.ndarray) -> 
         if columns[i].knob not in best or drop > best[columns[i].knob][0]:
             best[columns[i].knob] = (drop, i)
     return [i for _, i in best.values()]
+
+
+def _scanned(columns: Sequence[Column], chosen: Sequence[int]) -> tuple[str, ...]:
+    sizes = [columns[i].knob for i in chosen if columns[i].scanned and columns[i].knob]
+    return (*sizes, *dict(columns[chosen[0]].shape))
 
 
 FAR = 100.0

@@ -6,30 +6,29 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
-from core.effects.edge import edge
+from core.effects.bristle import bristle_law, bristles
 from core.effects.effect import Effect, Knob, Values
-from core.effects.per_joint import each_joint, joint_elements, sized
+from core.effects.per_joint import each_joint, sized
 from core.effects.sizes import Sizes
 from core.forces.element import Element
-from core.forces.law import V, joint_law
 
-_FC, _VE = sp.Symbol("f_c", nonnegative=True), sp.Symbol("v_e", positive=True)
-LAW = joint_law(-_FC * sp.tanh(V / _VE), (_FC, _VE))
+_FC = sp.Symbol("f_c", nonnegative=True)
+LAW = bristle_law(_FC, (_FC,))
 
 SHARE = 0.1
 """Of the typical torque: a size to begin with."""
 
 
 class CoulombFriction(Effect):
-    """-f_c sign(theta') at every joint, the sign smoothed over `edge`."""
+    """-f_c sign(theta') at every joint; at rest it holds against anything below f_c."""
 
     kind = "coulomb_friction"
     room = "joint"
     title = "Coulomb friction"
     story = (
         "Two dry surfaces rub: the friction has the same level at every speed and turns round "
-        "with the direction of motion. The missing joint torque, drawn over the joint's velocity, "
-        "is a step at zero."
+        "with the direction of motion. It holds a joint at rest. The missing joint torque, drawn "
+        "over the joint's velocity, is a step at zero."
     )
     formula = r"\tau = -f_c \, \mathrm{sign}(\dot\theta)"
     dissipative = True
@@ -47,4 +46,4 @@ class CoulombFriction(Effect):
         return each_joint(arm, make)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
-        return joint_elements(arm, LAW, ("fc",), values, edge)
+        return bristles(arm, LAW, ("fc",), values)

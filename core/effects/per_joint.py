@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from core.arm.arm import Arm
-from core.arm.segment import Segment
 from core.effects.effect import Knob, Values
 from core.forces.element import Element
 from core.forces.law import ForceLaw
@@ -20,22 +19,11 @@ def joint_direction(arm: Arm, k: int) -> np.ndarray:
 
 
 def joint_elements(
-    arm: Arm,
-    law: ForceLaw,
-    names: Sequence[str],
-    values: Values,
-    fixed: Callable[[Segment], float] | None = None,
+    arm: Arm, law: ForceLaw, names: Sequence[str], values: Values
 ) -> tuple[Element, ...]:
-    """The law at every joint, with the values of `names` + joint number, then `fixed(segment)`."""
+    """The law at every joint, with the values of `names` + joint number."""
     return tuple(
-        Element(
-            law,
-            (joint_direction(arm, k),),
-            (
-                *[values[f"{name}{k + 1}"] for name in names],
-                *([] if fixed is None else [fixed(arm.segments[k])]),
-            ),
-        )
+        Element(law, (joint_direction(arm, k),), tuple(values[f"{n}{k + 1}"] for n in names))
         for k in range(arm.joints)
     )
 

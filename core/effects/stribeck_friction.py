@@ -6,17 +6,16 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
-from core.effects.edge import edge
+from core.effects.bristle import bristle_law, bristles
 from core.effects.effect import Effect, Knob, Values
-from core.effects.per_joint import each_joint, joint_elements, sized
+from core.effects.per_joint import each_joint, sized
 from core.effects.positive import positive
 from core.effects.sizes import Sizes
 from core.forces.element import Element
-from core.forces.law import V, joint_law
+from core.forces.law import V
 
 _FB, _VS = sp.Symbol("f_b", nonnegative=True), sp.Symbol("v_s", positive=True)
-_VE = sp.Symbol("v_e", positive=True)
-LAW = joint_law(-_FB * sp.exp(-((V / _VS) ** 2)) * sp.tanh(V / _VE), (_FB, _VS, _VE))
+LAW = bristle_law(_FB * sp.exp(-((V / _VS) ** 2)), (_FB, _VS))
 
 SHARE = 0.05
 """Of the typical torque: half of where Coulomb friction begins."""
@@ -28,8 +27,8 @@ than they slide, and an unbounded peak at standstill explains anything that happ
 SPEEDS = (0.05, 0.1, 0.2, 0.4)
 """Of the typical speed. A wider bulge is Coulomb friction, a narrower one is never visited."""
 
-NARROWEST = 3.0
-"""Times the edge over which the friction turns round: below it there is no bulge left."""
+NARROWEST = {"rad": 1.5e-3, "m": 3e-4}
+"""rad/s and m/s: a joint that turns round passes through it within a step or two."""
 
 
 class StribeckFriction(Effect):
@@ -60,16 +59,16 @@ class StribeckFriction(Effect):
             return sized(f"fb{k + 1}", start, unit, title, rf"f_{{b{k + 1}}}", largest=LARGEST)
 
         def width(k: int) -> Knob:
-            unit = f"{joint(arm.segments[k].joint).coordinate_unit}/s"
-            narrowest = NARROWEST * edge(arm.segments[k])
+            coordinate = joint(arm.segments[k].joint).coordinate_unit
+            narrowest = NARROWEST[coordinate]
             grid = [max(share * float(sizes.speed[k]), narrowest) for share in SPEEDS]
             title = f"Stribeck speed of joint {k + 1}"
             return positive(
-                f"vs{k + 1}", grid[1], unit, title, rf"v_{{s{k + 1}}}",
+                f"vs{k + 1}", grid[1], f"{coordinate}/s", title, rf"v_{{s{k + 1}}}",
                 lower=narrowest, upper=2.0 * grid[-1], neutral=grid[1], grid=grid, secondary=True,
             )  # fmt: skip
 
         return each_joint(arm, extra) + each_joint(arm, width)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
-        return joint_elements(arm, LAW, ("fb", "vs"), values, edge)
+        return bristles(arm, LAW, ("fb", "vs"), values)

@@ -38,7 +38,8 @@ class ElementArrays:
     """The elements of a model as compiled code takes them.
 
     Addresses (E,), first port, first state and first parameter (E + 1,) each, directions
-    (K, n), parameters, and the first of each pair of ports at the tip.
+    (K, n), parameters, the first of each pair of ports at the tip, and the numbers of the
+    elements that are bristles, which come last.
     """
 
     addresses: np.ndarray
@@ -48,6 +49,7 @@ class ElementArrays:
     directions: np.ndarray
     values: np.ndarray
     tips: np.ndarray
+    bristles: np.ndarray
 
     @property
     def state_count(self) -> int:
@@ -56,7 +58,7 @@ class ElementArrays:
     def packed(self) -> tuple[np.ndarray, ...]:
         return (
             self.addresses, self.ports, self.states, self.parameters, self.directions,
-            self.values, self.tips,
+            self.values, self.tips, self.bristles,
         )  # fmt: skip
 
 
@@ -66,6 +68,7 @@ def _starts(counts: Sequence[int]) -> np.ndarray:
 
 def pack(elements: Sequence[Element], n: int) -> ElementArrays:
     """The arrays of some elements on an arm with n coordinates."""
+    elements = sorted(elements, key=lambda one: one.law.bristle)
     laws = [e.law for e in elements]
     ports = _starts([len(law.x) for law in laws])
     rows = [e.rows(n) for e in elements]
@@ -77,6 +80,7 @@ def pack(elements: Sequence[Element], n: int) -> ElementArrays:
         directions=np.ascontiguousarray(np.vstack(rows) if rows else np.zeros((0, n))),
         values=np.array([value for e in elements for value in e.values], dtype=float),
         tips=np.array([ports[i] for i, e in enumerate(elements) if e.at_tip], dtype=np.int64),
+        bristles=np.array([i for i, law in enumerate(laws) if law.bristle], dtype=np.int64),
     )
 
 

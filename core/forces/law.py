@@ -21,8 +21,13 @@ class ForceLaw:
     parameters: tuple[sp.Symbol, ...]
     states: tuple[sp.Symbol, ...] = ()
     rates: tuple[sp.Expr, ...] = ()
+    bristle: bool = False
+    """Whether the law is dry friction: one port whose state is a share of the force in [-1, 1],
+    its rate of first degree in the state, and nothing depends on the displacement."""
 
     def __post_init__(self) -> None:
+        if self.bristle and (len(self.x), len(self.states)) != (1, 1):
+            raise ValueError("a bristle has one port and one state")
         symbols = (*self.x, *self.v, *self.states, *self.parameters)
         if len(set(symbols)) < len(symbols):
             raise ValueError(f"one symbol stands for two things among {symbols}")
@@ -50,11 +55,12 @@ def joint_law(
     force: sp.Expr,
     parameters: tuple[sp.Symbol, ...],
     rate: sp.Expr | None = None,
+    bristle: bool = False,
 ) -> ForceLaw:
     """A law with one port, in the symbols `X`, `V` and, where it has a state, `W`."""
     states = () if rate is None else (W,)
     rates = () if rate is None else (rate,)
-    return ForceLaw((X,), (V,), (force,), parameters, states, rates)
+    return ForceLaw((X,), (V,), (force,), parameters, states, rates, bristle)
 
 
 X = sp.Symbol("x", real=True)

@@ -9,6 +9,7 @@ with displacements and rates (k,), states (m,), parameters e, and
 out = [F (k), dF/dx (k), dF/dv (k), rate (m), dF/dw (m), drate/dv (m), drate/dw (m)].
 The slopes go into the implicit part of the step, so steep friction and stiff contacts need no
 small steps; ports' slopes on each other are left out, which costs no order (a W-method).
+Bristles come last and are left to core.simulate.bristles: no slope says where they go.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from core.arm.signatures import matrix, vector
 from core.simulate.small import INLINE
 
 integers = types.int64[::1]
-ELEMENTS = types.Tuple((integers, integers, integers, integers, matrix, vector, integers))
+ELEMENTS = types.Tuple((integers, integers, integers, integers, matrix, vector, integers, integers))
 """The arrays of core.forces.element.ElementArrays, in its order."""
 
 OUT_PER_PORT = 3
@@ -29,7 +30,7 @@ OUT_PER_STATE = 4
 
 
 @intrinsic
-def _call(typingctx, address, x, x0, v, v0, w, w0, e, e0, out):  # type: ignore[no-untyped-def]
+def call_element(typingctx, address, x, x0, v, v0, w, w0, e, e0, out):  # type: ignore[no-untyped-def]
     """Calls the C function at an address with five pointers into float64 arrays."""
     signature = types.void(address, x, x0, v, v0, w, w0, e, e0, out)
 
@@ -72,11 +73,11 @@ def see(tip, elements, q, v, p, x, xd, z, J):  # type: ignore[no-untyped-def]
 @njit(**INLINE)
 def push(elements, x, xd, w, out, f, dw):  # type: ignore[no-untyped-def]
     """f += the elements' forces; dw (nw,) the rates of their states."""
-    addresses, ports, states, parameters, directions, values, _ = elements
-    for e in range(addresses.size):
+    addresses, ports, states, parameters, directions, values, _, bristles = elements
+    for e in range(addresses.size - bristles.size):
         first, count = ports[e], ports[e + 1] - ports[e]
         w0, m = states[e], states[e + 1] - states[e]
-        _call(addresses[e], x, first, xd, first, w, w0, values, parameters[e], out)
+        call_element(addresses[e], x, first, xd, first, w, w0, values, parameters[e], out)
         for i in range(count):
             for j in range(f.size):
                 f[j] += directions[first + i, j] * out[i]
@@ -87,11 +88,11 @@ def push(elements, x, xd, w, out, f, dw):  # type: ignore[no-untyped-def]
 @njit(**INLINE)
 def push_implicitly(elements, x, xd, w, out, f, dw, g, W, Fx, Fw, rv, rw):  # type: ignore[no-untyped-def]
     """As `push`; the slopes enter W (n, n) and are kept per port (Fx) and state (Fw, rv, rw)."""
-    addresses, ports, states, parameters, directions, values, _ = elements
-    for e in range(addresses.size):
+    addresses, ports, states, parameters, directions, values, _, bristles = elements
+    for e in range(addresses.size - bristles.size):
         first, count = ports[e], ports[e + 1] - ports[e]
         w0, m = states[e], states[e + 1] - states[e]
-        _call(addresses[e], x, first, xd, first, w, w0, values, parameters[e], out)
+        call_element(addresses[e], x, first, xd, first, w, w0, values, parameters[e], out)
         at = OUT_PER_PORT * count
         for i in range(count):
             slope = g * out[2 * count + i] + g * g * out[count + i]
@@ -133,7 +134,7 @@ def add_known(elements, a, c, Fx, Fw, rw, kv):  # type: ignore[no-untyped-def]
 def state_stage(elements, c, kv, rv, rw, kw):  # type: ignore[no-untyped-def]
     """kw = (c + g drate/dv b.kv) / (1 - g drate/dw) of every state."""
     ports, states, directions = elements[1], elements[2], elements[4]
-    for e in range(ports.size - 1):
+    for e in range(ports.size - 1 - elements[7].size):
         for i in range(states[e + 1] - states[e]):
             rate = 0.0
             for j in range(kv.size):

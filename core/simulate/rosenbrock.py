@@ -15,6 +15,7 @@ import numpy as np
 from numba import int64, njit, types
 
 from core.arm.signatures import DYNAMICS, OPTIONS, TIP, matrix, vector
+from core.simulate.bristles import answer, bound, free_speeds, give, rub
 from core.simulate.elements import (
     ELEMENTS,
     OUT_PER_PORT,
@@ -115,16 +116,20 @@ def drive_rate(Fs, Fq, Fv, Fr, r, q, v, s, ds):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def solve_stage(  # type: ignore[no-untyped-def]
-    W, pivots, B, T, inverse, Fq, Fv, g, elements, slopes, a, b, c, cw, kq, kv, ks, kw
-):
-    """(I - g W) k = (a, M^-1 b, c, cw), with M + A already factored in W."""
-    Fx, Fw, rv, rw = slopes
+def solve_rates(W, pivots, B, T, elements, slopes, a, b, c, cw, kv):  # type: ignore[no-untyped-def]
+    """kv of (I - g W) k = (a, M^-1 b, c, cw), with M + A already factored in W."""
+    Fx, Fw, _, rw = slopes
     combine(kv, b, 0.0, b)
     add_product(kv, -1.0, B, a)
     add_known(elements, a, cw, Fx, Fw, rw, kv)
     add_product(kv, -1.0, T, c)
     substitute(W, pivots, kv)
+
+
+@njit(**INLINE)
+def solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq, kv, ks, kw):  # type: ignore[no-untyped-def]
+    """The rest of k from its kv."""
+    _, _, rv, rw = slopes
     combine(kq, a, g, kv)
     add_product(c, g, Fq, kq)
     add_product(c, g, Fv, kv)
@@ -141,10 +146,11 @@ def solve_stage(  # type: ignore[no-untyped-def]
 )  # fmt: skip
 def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, substeps):  # type: ignore[no-untyped-def]
     """States (N, 2 n + ns + nw) and drive torques (N, nj) at the N samples of the references r."""
-    addresses, ports, states_of, values_of, given_directions, values, tips = given
+    addresses, ports, states_of, values_of, given_directions, values, tips, bristles = given
     # The tip's directions are written here, and other threads may run the same model.
+    directions = given_directions.copy()
     elements = (
-        addresses, ports, states_of, values_of, given_directions.copy(), values, tips
+        addresses, ports, states_of, values_of, directions, values, tips, bristles
     )  # fmt: skip
     joints, ns, nw = law[0].shape[0], law[4].shape[0], states_of[-1]
     K = given_directions.shape[0]
@@ -154,6 +160,9 @@ def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, subst
     slopes = (np.zeros(K), np.zeros(nw), np.zeros(nw), np.zeros(nw))
     w, w2, cw = y0[2 * n + ns :].copy(), y0[2 * n + ns :].copy(), np.zeros(nw)
     kw1, kw2 = np.zeros(nw), np.zeros(nw)
+    Q = bristles.size
+    columns, D, col, row = np.empty((Q, n)), np.empty((Q, Q)), np.empty(n), np.empty(n)
+    free, speed, force, share = np.zeros(Q), np.zeros(Q), np.zeros(Q), np.zeros(Q)
     N = r.shape[0]
     h = dt / substeps
     g = GAMMA * h
@@ -218,10 +227,18 @@ def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, subst
                         slopes[3],
                     )  # fmt: skip
                 factor(W, pivots)
-                solve_stage(
-                    W, pivots, both, T, inverse, Fq, Fv, g, elements, slopes, v, f, c, cw,
-                    kq1, kv1, ks1, kw1,
-                )  # fmt: skip
+                solve_rates(W, pivots, both, T, elements, slopes, v, f, c, cw, kv1)
+                if Q > 0:
+                    answer(
+                        bristles, ports, directions, W, pivots, M, M2, False, col, row, columns, D
+                    )
+                    free_speeds(bristles, ports, directions, xd, g, kv1, free)
+                    rub(
+                        bristles, addresses, ports, states_of, values_of, values, D, g, x, w, 0.0,
+                        kw1, free, speed, force, share, out,
+                    )  # fmt: skip
+                    give(bristles, states_of, columns, force, share, w, g, kv1, kw1)
+                solve_rest(inverse, Fq, Fv, g, elements, slopes, v, c, cw, kq1, kv1, ks1, kw1)
                 combine(q2, q, h, kq1)
                 combine(v2, v, h, kv1)
                 combine(s2, s, h, ks1)
@@ -244,12 +261,20 @@ def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, subst
             combine(a, v2, -2.0, kq1)
             combine(c, c, -2.0, ks1)
             combine(cw, cw, -2.0, kw1)
-            solve_stage(
-                W, pivots, both, T, inverse, Fq, Fv, g, elements, slopes, a, b, c, cw,
-                kq2, kv2, ks2, kw2,
-            )  # fmt: skip
+            solve_rates(W, pivots, both, T, elements, slopes, a, b, c, cw, kv2)
+            if Q > 0:
+                answer(bristles, ports, directions, W, pivots, M, M2, True, col, row, columns, D)
+                free_speeds(bristles, ports, directions, xd, g, kv2, free)
+                rub(
+                    bristles, addresses, ports, states_of, values_of, values, D, g, x, w2, 2.0 * g,
+                    kw1, free, speed, force, share, out,
+                )  # fmt: skip
+                give(bristles, states_of, columns, force, share, w2, g, kv2, kw2)
+            solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq2, kv2, ks2, kw2)
             advance(q, 1.5 * h, kq1, 0.5 * h, kq2)
             advance(v, 1.5 * h, kv1, 0.5 * h, kv2)
             advance(s, 1.5 * h, ks1, 0.5 * h, ks2)
             advance(w, 1.5 * h, kw1, 0.5 * h, kw2)
+            if Q > 0:
+                bound(bristles, states_of, w)
     return states, torques

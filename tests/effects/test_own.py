@@ -23,6 +23,9 @@ from tests.helpers import PAPER, chain, jacobian, looped
 SAME = 1e-12
 """rad or m: two integrations of one law that differ in nothing but rounding."""
 
+CREEP = 2e-5
+"""m or rad, in 0.3 s."""
+
 
 def own(target: str, formula: str, **starts: float) -> OwnEffect:
     parameters = tuple(own_parameter(name, value) for name, value in starts.items())
@@ -45,10 +48,22 @@ def test_viscous_friction_as_a_formula_is_viscous_friction():
     assert apart(stated, listed) < SAME
 
 
-def test_coulomb_friction_as_a_formula_is_coulomb_friction():
-    stated = looped(PAPER).with_effects([own("joint2", "-a*tanh(dtheta2/0.0005)", a=0.5)])
-    listed = looped(PAPER).with_effects([effect("coulomb_friction")], {"fc1": 0.0, "fc2": 0.5})
+def test_friction_asymmetry_as_a_formula_is_friction_asymmetry():
+    stated = looped(PAPER).with_effects([own("joint2", "-a*abs(dtheta2)", a=0.5)])
+    listed = looped(PAPER).with_effects([effect("friction_asymmetry")], {"fa1": 0.0, "fa2": 0.5})
     assert apart(stated, listed) < SAME
+
+
+def test_a_sign_as_a_formula_comes_near_to_coulomb_friction_where_it_is_steep():
+    """A joint of the list is held at rest, one that a formula rubs creeps."""
+    listed = looped(PAPER).with_effects([effect("coulomb_friction")], {"fc1": 0.0, "fc2": 0.5})
+    near = [
+        apart(
+            looped(PAPER).with_effects([own("joint2", f"-a*tanh(dtheta2/{edge})", a=0.5)]), listed
+        )
+        for edge in (0.05, 0.0005)
+    ]
+    assert near[1] < min(CREEP, 0.3 * near[0])
 
 
 def test_air_drag_as_two_formulas_is_air_drag():

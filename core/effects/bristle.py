@@ -1,0 +1,58 @@
+"""Dry friction as a bristle: it bends over a tiny way, holds, and slips at its level.
+
+Described by P. Dahl in 1968. A sign of the velocity, however steeply rounded, lets a joint at rest
+creep; a bristle remembers where it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.effects.effect import Values
+from core.effects.per_joint import joint_direction
+from core.forces.element import Element
+from core.forces.law import ForceLaw, V, W, joint_law
+
+_RIGID = {"rad": 1e-6, "m": 1e-6}
+"""rad and m over which surfaces that are called rigid break away: a tenth of what an encoder
+resolves. In recordings of an arm whose joints stick, simulated by another engine, a hundredth of
+it moves the levels by half a per cent, ten times as much by two; the integrator needs no more
+steps for the one than for the other. On a slide of a published benchmark the levels come back
+within half a per cent."""
+
+WAY = "zs"
+"""With the joint's number, the value that says over which way dry friction breaks away, where
+anything does."""
+
+_ZS = sp.Symbol("z_s", positive=True)
+
+
+def bristle_law(level: sp.Expr, parameters: tuple[sp.Symbol, ...]) -> ForceLaw:
+    """-level u at a joint, u' = (v - |v| u) / z_s; the way z_s comes after the parameters.
+
+    u is the share of the level that the bristle gives, in [-1, 1].
+    """
+    rate = (V - sp.Abs(V) * W) / _ZS
+    return joint_law(-level * W, (*parameters, _ZS), rate, bristle=True)
+
+
+def way(arm: Arm, k: int, values: Values) -> float:
+    """rad (m): over which the dry friction of joint k (from 0) breaks away."""
+    rigid = _RIGID[joint(arm.segments[k].joint).coordinate_unit]
+    return max(values.get(f"{WAY}{k + 1}", 0.0), rigid)
+
+
+def bristles(arm: Arm, law: ForceLaw, names: Sequence[str], values: Values) -> tuple[Element, ...]:
+    """A law of `bristle_law` at every joint, with the values of `names` + joint number."""
+    return tuple(
+        Element(
+            law,
+            (joint_direction(arm, k),),
+            (*[values[f"{name}{k + 1}"] for name in names], way(arm, k, values)),
+        )
+        for k in range(arm.joints)
+    )
