@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -17,6 +18,8 @@ from flexgui.views.equations import mathml
 from flexgui.views.glimpse import glimpse, picture
 from flexgui.views.numbers import format_number
 from flexgui.views.ranking import chance, sizes
+
+SHOW, HIDE = "Show what it does", "Hide what it does"
 
 SHOWN = 6
 """Rows; those below explain next to nothing as a rule and can be added by hand."""
@@ -41,7 +44,7 @@ class Candidates:
         self._rows[0].prominent(best)
 
     def enable(self, able: bool) -> None:
-        """Whether something can be added now."""
+        """Whether something can be added now; marks the row whose effect is demonstrated."""
         for row in self._rows:
             row.enable(able)
 
@@ -55,9 +58,11 @@ class _Row:
             self._add = widgets.button(
                 desk, "Add", lambda: desk.session.add(self._kind, desk.services)
             )
+            self._show = Demonstrate(desk, lambda: self._kind)
 
     def enable(self, able: bool) -> None:
         self._add.disabled = not able or self._desk.read_only
+        self._show.refresh()
 
     def prominent(self, best: bool) -> None:
         self._add.color = "blue" if best else "gray"
@@ -74,6 +79,29 @@ class _Row:
         label = f"Add {one.title}"
         if self._add.label != label:
             self._add.label = label
+
+
+class Demonstrate:
+    """A button that shows what an effect does, and hides it again."""
+
+    def __init__(self, desk: Desk, kind: Callable[[], str]) -> None:
+        self._desk, self._kind = desk, kind
+        self._button = widgets.button(desk, SHOW, self._pressed)
+
+    def _pressed(self) -> None:
+        session, kind = self._desk.session, self._kind()
+        if session.demonstrated == kind:
+            session.end_demonstration()
+        elif kind:
+            session.demonstrate(kind, self._desk.services)
+
+    def refresh(self) -> None:
+        """Says what it would do."""
+        shown = bool(self._kind()) and self._desk.session.demonstrated == self._kind()
+        self._button.visible = self._kind() in catalogue()
+        label = HIDE if shown else SHOW
+        if self._button.label != label:
+            self._button.label = label
 
 
 def _row(place: int, one: RankedEffect, found: Looked, titles: dict[str, str]) -> Markup:
@@ -99,6 +127,8 @@ def _fall(one: RankedEffect) -> str:
 
 
 def _figures(one: RankedEffect) -> str:
+    if not math.isfinite(one.score):
+        return f"Your formula explains of the error: {_fall(one)} fitted."
     expected = f"expected {_percent(one.expected_drop_percent)}"
     score = f"score {format_number(one.score, 3)}, chance of noise {chance(one.p_value)}"
     if one.refit_drop_percent is None:
@@ -114,9 +144,21 @@ def _percent(value: float) -> str:
 
 def explanation(kind: str) -> Markup:
     """Story and formula of a listed effect, folded."""
+    body = _body(kind)
+    if not body:
+        return Markup("")
+    return Markup("<details><summary>What is it?</summary>{}</details>").format(body)
+
+
+def story(kind: str) -> Markup:
+    """The same with its title, open."""
+    one = catalogue().get(kind)
+    return joined(paragraph("Your own effect" if one is None else one.title, "lead"), _body(kind))
+
+
+def _body(kind: str) -> Markup:
     one = catalogue().get(kind)
     if one is None:
         return Markup("")
     formula = Markup("<div class='formula'>{}</div>").format(mathml(one.formula))
-    body = joined(paragraph(one.story), formula if one.formula else "")
-    return Markup("<details><summary>What is it?</summary>{}</details>").format(body)
+    return joined(paragraph(one.story), formula if one.formula else "")

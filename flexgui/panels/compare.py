@@ -22,6 +22,9 @@ from flexgui.views.table import Row, Table
 
 NONE = "nothing to compare yet"
 ALL = "all fitted outputs"
+HEIGHT, HEIGHT_PER_OUTPUT = 500.0, 200.0
+"""px of the signals: the name of each axis needs its room."""
+
 EMPTY = (
     "After an identification this shows, for every recording and output, the measurement, the "
     "model and what is left between them, and the FIT of each recording as a bar."
@@ -62,14 +65,7 @@ class ComparePanel(Panel):
 
     @property
     def _comparisons(self) -> tuple[RecordingComparison, ...]:
-        outcome = self.desk.session.outcome
-        return () if outcome is None else outcome.comparisons
-
-    def _floors(self) -> dict[str, float] | None:
-        """Of the newest diagnosis, else what the maps find by themselves."""
-        look = self.desk.session.look
-        known = () if look is None or look.found is None else look.found.step.errors
-        return {e.channel: e.floor for e in known} or None
+        return self.desk.session.comparisons
 
     def _current(self) -> RecordingComparison | None:
         name = self.desk.session.cursor.recording
@@ -93,15 +89,16 @@ class ComparePanel(Panel):
                 each.show(None)
             self._said.show(paragraph("Nothing was identified yet.", "lead"))
             self._table.show("")
-            self._failing.refresh((), None, self.refresh)
+            self._failing.refresh(None, self.refresh)
             return
         outputs = (ALL, *(c.channel for c in current.channels))
         self._shown_output = self._shown_output if self._shown_output in outputs else ALL
         _offer(self._output, outputs, self._shown_output)
-        signals = self._failing.refresh(self._comparisons, self._floors(), self.refresh)
+        signals = self._failing.refresh(current, self.refresh)
         self._about.show(paragraph(_title(current), "lead") if signals else "")
-        figure = live_comparison(current, self._channels(current)) if signals else None
-        self._signals.show(figure, self._cursor())
+        shown = self._channels(current)
+        figure = live_comparison(current, shown) if signals else None
+        self._signals.show(figure, self._cursor(), max(HEIGHT, HEIGHT_PER_OUTPUT * len(shown)))
         self._bars.show(live_fit(self._comparisons) if signals else None)
         self._said.show(joined(*(paragraph(t) for t in _quality(current))))
         self._table.show(html_table(_short(fit_table(self._comparisons))))
@@ -118,6 +115,7 @@ class ComparePanel(Panel):
 
     def move_cursor(self) -> None:
         self._signals.move_cursor(self._cursor())
+        self._failing.move_cursor()
 
     def _chosen(self, name: str) -> bool:
         if name == NONE:

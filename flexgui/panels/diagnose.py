@@ -10,6 +10,7 @@ from core.diagnose.verdict import NOTHING
 from core.effects import catalogue
 from flexgui.jobs.looked import Looked
 from flexgui.panels import widgets
+from flexgui.panels.at_work import AtWork
 from flexgui.panels.busy import Busy
 from flexgui.panels.candidates import Candidates
 from flexgui.panels.challenge import ChallengeControls
@@ -20,6 +21,7 @@ from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.effects import present
 from flexgui.session.look import Look, ladder_steps
+from flexgui.session.own_ranked import own_place
 from flexgui.session.run import RUNNING
 from flexgui.views.ladder import ladder
 from flexgui.views.live_prediction import live_prediction
@@ -44,7 +46,14 @@ class DiagnosePanel(Panel):
 
     kind: ClassVar[str] = "Diagnose"
     topics: ClassVar[frozenset[Topic]] = frozenset(
-        {Topic.SCENARIO, Topic.RUN, Topic.DIAGNOSIS, Topic.CHALLENGE, Topic.RECORDINGS}
+        {
+            Topic.SCENARIO,
+            Topic.RUN,
+            Topic.DIAGNOSIS,
+            Topic.DEMONSTRATION,
+            Topic.CHALLENGE,
+            Topic.RECORDINGS,
+        }
     )
 
     def build_controls(self) -> None:
@@ -66,6 +75,7 @@ class DiagnosePanel(Panel):
 
     def build_plots(self) -> None:
         gui = self.desk.gui
+        self._at_work = AtWork(self.desk)
         self._about = Words(gui)
         self._ladder, self._ranking = Plot(gui, 0.48), Plot(gui, 0.54)
         self._of: Any = gui.add_dropdown("Predicted by", (BEST,), visible=False)
@@ -95,6 +105,7 @@ class DiagnosePanel(Panel):
         self._challenge.refresh()
         self._next.visible = fresh
         self._next.color = "gray" if best else "blue"
+        self._at_work.refresh()
         self._about.show(paragraph(EMPTY, "soft") if found is None else "")
         self._show_plots(found)
 
@@ -102,7 +113,11 @@ class DiagnosePanel(Panel):
         """What is in the model, and the way back."""
         session = self.desk.session
         titles = ", ".join(title for _, title in present(session.scenario))
-        self._added.show(paragraph(f"In the model: {titles}.", "good") if titles else "")
+        said = paragraph(f"In the model: {titles}.", "good") if titles else Markup("")
+        looks = session.shown_looks
+        if len(looks) > 1 and looks[-1].added and looks[-1].added not in catalogue():
+            said += paragraph(own_place(looks[-2], looks[-1]))
+        self._added.show(said)
         self._undo.visible = len(session.looks) > 1
         self._undo.disabled = session.run.busy or self.desk.read_only
 

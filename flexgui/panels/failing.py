@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from core.diagnose.maps import error_maps, noise_floors
 from core.results import ErrorMap, ErrorMaps, ErrorOver, RecordingComparison, WorstCell
 from flexgui.panels import widgets
 from flexgui.panels.desk import Desk
+from flexgui.panels.missing import Missing
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, paragraph
 from flexgui.views.error_map import error_map, place
@@ -18,9 +18,11 @@ from flexgui.views.names import channel_symbol
 from flexgui.views.numbers import format_number
 from flexgui.views.residual_over import residual_over
 
-SIGNALS, FREQUENCY, TIME, MOTION = (
+SIGNALS, FREQUENCY, TIME, MOTION, TORQUE = (
     "signals", "map: by frequency", "map: by time", "error over the motion",
+    "missing joint torque",
 )  # fmt: skip
+SHOWN = (SIGNALS, FREQUENCY, TIME, MOTION, TORQUE)
 WORST = 10
 PATTERN = 0.05
 """Share of the error's variance below which a pattern over the motion is not drawn."""
@@ -38,11 +40,12 @@ class Failing:
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
-        self._shown, self._key = SIGNALS, None  # type: tuple[str, object]
+        self._shown = SIGNALS
+        self._of: object = None
         self._maps: ErrorMaps | None = None
         self._redraw: Callable[[], None] = lambda: None
         self._choice = widgets.choice(
-            desk, "Show", (SIGNALS, FREQUENCY, TIME, MOTION), lambda: self._shown, self._picked,
+            desk, "Show", SHOWN, lambda: self._shown, self._picked,
             "The maps show where the error stands above the noise.",
         )  # fmt: skip
         self._folder: Any = desk.gui.add_folder("The worst places", visible=False)
@@ -57,39 +60,33 @@ class Failing:
         self._about = Words(self._desk.gui)
         # One for each kind of figure: axes that turn round stay so in a panel that is used again.
         self._map, self._over = Plot(self._desk.gui, 0.9), Plot(self._desk.gui, 0.9)
+        self._missing = Missing(self._desk)
         self._drawn: object = None
 
-    def refresh(
-        self,
-        comparisons: Sequence[RecordingComparison],
-        floors: Mapping[str, float] | None,
-        redraw: Callable[[], None],
-    ) -> bool:
-        """Whether the signals themselves are to be shown."""
+    def refresh(self, current: RecordingComparison | None, redraw: Callable[[], None]) -> bool:
+        """Whether the signals themselves are to be shown; `current` is under the cursor."""
         self._redraw = redraw
-        key = (id(comparisons), tuple((floors or {}).items()))
-        if key != self._key:
-            self._key, self._drawn = key, None
-            self._maps = self._made(comparisons, floors)
+        failing = self._desk.session.failing
+        if self._of is not failing:
+            self._of, self._drawn = failing, None
+            self._maps = None if failing is None else failing.maps
             self._label()
-        if self._maps is None or self._shown == SIGNALS:
+        torques = () if current is None else current.missing_torque
+        self._missing.refresh(torques if self._shown == TORQUE and self._maps else None)
+        if self._maps is None or self._shown in (SIGNALS, TORQUE):
             self._about.show("")
             self._map.show(None)
             self._over.show(None)
             self._drawn = None
-            return True
-        if self._drawn != (key, self._shown):
-            self._drawn = (key, self._shown)
+            return self._maps is None or self._shown == SIGNALS
+        if self._drawn != self._shown:
+            self._drawn = self._shown
             self._draw(self._maps)
         return False
 
-    @staticmethod
-    def _made(
-        comparisons: Sequence[RecordingComparison], floors: Mapping[str, float] | None
-    ) -> ErrorMaps | None:
-        if not comparisons:
-            return None
-        return error_maps(comparisons, believable(comparisons) if floors is None else floors)
+    def move_cursor(self) -> None:
+        """The time-line's cursor moved."""
+        self._missing.move_cursor()
 
     def _draw(self, maps: ErrorMaps) -> None:
         over = self._shown == MOTION
@@ -140,18 +137,6 @@ def worst_time(maps: ErrorMaps, cell: WorstCell) -> float:
 
 def _of(maps: ErrorMaps, shown: str) -> tuple[ErrorMap, ...]:
     return maps.by_frequency if shown == FREQUENCY else maps.by_time
-
-
-def believable(comparisons: Sequence[RecordingComparison]) -> dict[str, float]:
-    """Floors where no diagnosis has stated any: of what was fitted and of the encoders; what is
-    computed from other channels has no noise of its own."""
-    names = {
-        c.channel
-        for r in comparisons
-        for c in r.channels
-        if c.fitted or c.channel.startswith("theta")
-    }
-    return {name: floor for name, floor in noise_floors(comparisons).items() if name in names}
 
 
 def patterns(maps: ErrorMaps) -> list[ErrorOver]:

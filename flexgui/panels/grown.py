@@ -7,7 +7,7 @@ from core.effects.own import states, targets
 from core.errors import InputError
 from core.workbench import base_model
 from flexgui.panels import widgets
-from flexgui.panels.candidates import explanation
+from flexgui.panels.candidates import Demonstrate, explanation
 from flexgui.panels.desk import Desk
 from flexgui.panels.words import Words, paragraph
 from flexgui.session.effects import present
@@ -26,10 +26,11 @@ class Grown:
             titles = tuple(sorted(self._by_title))
             self._pick = gui.add_dropdown("Effect", titles, disabled=desk.read_only)
             self._about = Words(gui, explanation(self._by_title[titles[0]]))
-            self._pick.on_update(lambda _: self._about.show(explanation(self._kind)))
+            self._pick.on_update(lambda _: self._picked())
             self._add = widgets.button(
                 desk, "Add this effect", lambda: session.add(self._kind, desk.services)
             )
+            self._show = Demonstrate(desk, lambda: self._kind)
             self._present = gui.add_dropdown("In the model", (NOTHING,), disabled=desk.read_only)
             self._remove = widgets.button(desk, "Remove it", self._removed)
         with gui.add_folder("Add an own effect by formula", expand_by_default=False):
@@ -50,6 +51,10 @@ class Grown:
     @property
     def _kind(self) -> str:
         return self._by_title.get(str(self._pick.value), "")
+
+    def _picked(self) -> None:
+        self._about.show(explanation(self._kind))
+        self._show.refresh()
 
     def _show_hint(self) -> None:
         try:
@@ -89,3 +94,4 @@ class Grown:
         able = able and not self._desk.read_only
         self._add.disabled = self._own.disabled = not able
         self._remove.disabled = not able or not inside
+        self._show.refresh()

@@ -33,11 +33,14 @@ class Plot:
         self._handle = gui.add_plotly(cast(Any, _Blank()), aspect=aspect, visible=False)
         self._before, self._shapes, self._after = "", "", ""
 
-    def show(self, figure: Figure | None, cursor: float | None = None) -> None:
-        """Draws a figure, with the time-line's cursor in s; None hides the plot."""
+    def show(self, figure: Figure | None, cursor: float | None = None, height: float = 0.0) -> None:
+        """Draws a figure, with the time-line's cursor in s; None hides the plot. `height` in px,
+        0: as high as it was."""
         if figure is None:
             self._handle.visible = False
             return
+        if height and self._handle.aspect != height / WIDTH:
+            self._handle.aspect = height / WIDTH
         layout = dict(figure["layout"])
         shapes = layout.pop("shapes", [])
         layout |= {"margin": MARGIN, "height": None}
@@ -58,9 +61,8 @@ class Plot:
             return
         plain = figure.to_plotly_json()
         height = height or float(plain["layout"].get("height") or WIDTH / 2)
-        self._handle.aspect = height / WIDTH
         plain["layout"] |= {"template": "none", "font": {**plain["layout"]["font"], "size": 11}}
-        self.show(plain)
+        self.show(plain, height=height)
 
     def move_cursor(self, cursor: float | None) -> None:
         """The same figure with the cursor elsewhere."""

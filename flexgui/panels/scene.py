@@ -9,6 +9,7 @@ import numpy as np
 
 from core.arm.arm import Arm
 from flexgui.panels.desk import Desk
+from flexgui.panels.errors_in_scene import ErrorsInScene
 from flexgui.session import Topic
 from flexgui.session.effects import places
 from flexgui.session.live import LiveModel
@@ -33,7 +34,16 @@ FRAMES_PER_SECOND = 25.0
 OTHER_SIZE = 1.5
 """An arm that is so many times larger or smaller is looked at anew."""
 
-DRAWN = frozenset({Topic.LIVE, Topic.STAGE, Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME})
+DRAWN = frozenset(
+    {
+        Topic.LIVE,
+        Topic.STAGE,
+        Topic.CURSOR,
+        Topic.RECORDINGS,
+        Topic.OUTCOME,
+        Topic.DIAGNOSIS,
+    }
+)
 
 
 class Scene:
@@ -44,6 +54,7 @@ class Scene:
         self._stage: Stage | None = None
         self._shown: object = None
         self._written: object = None
+        self._errors = ErrorsInScene(desk)
         self._reach = 1.0
         self._lock = threading.RLock()
         self._closed = threading.Event()
@@ -66,6 +77,7 @@ class Scene:
             else:
                 self._show_recording(stage, motion)
             self._show_effects(stage)
+            self._errors.draw(stage)
 
     def _show_effects(self, stage: Stage) -> None:
         """What was added to the model, where it acts; anew where the arm's nodes were."""

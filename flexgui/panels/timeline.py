@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from flexgui.panels import widgets
 from flexgui.panels.desk import Desk
+from flexgui.panels.errors_in_scene import COLOURED
 from flexgui.panels.words import Words, paragraph
+from flexgui.views.error_now import words
 
 SPEEDS = {"×0.1": 0.1, "×0.25": 0.25, "×0.5": 0.5, "×1": 1.0, "×2": 2.0}
 STEP = 0.02
@@ -43,13 +45,20 @@ class TimeLine:
         who = "identified model" if motion.fitted else "model as stated"
         self._about.show(
             f"{motion.recording}: {who}, {cursor.time:.2f} s of {motion.seconds:.2f} s, "
-            f"×{cursor.speed:g}"
+            f"×{cursor.speed:g}{self._error()}"
         )
         if self._seek.max != motion.seconds:
             self._seek.max = motion.seconds
         shown = round(min(cursor.time, motion.seconds), 2)
         if abs(self._seek.value - shown) > 1e-9:
             self._seek.value = shown
+
+    def _error(self) -> str:
+        """What the arm's colours say, in words."""
+        session = self._desk.session
+        found = session.failing if session.stage in COLOURED else None
+        along = None if found is None else found.now.get(session.cursor.recording)
+        return f"; {words(along.at(session.cursor.time))}" if along is not None else ""
 
     def _to(self, time: float) -> None:
         self._desk.session.set_cursor(time=time, playing=False)

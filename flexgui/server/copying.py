@@ -14,8 +14,12 @@ def copy_session(teacher: Session, own: Session) -> None:
     own.open(teacher.scenario)
     # Frozen records, which both may hold.
     own.outcome, own.outcome_of = teacher.outcome, teacher.outcome_of
+    if teacher.challenge is None:
+        own.looks = teacher.looks
+    else:
+        own.take_up(teacher.challenge)
     own.live, own.stage = teacher.live, teacher.stage
     own.cursor = replace(teacher.cursor, playing=False)
-    own.tell(Topic.OUTCOME, Topic.STAGE, Topic.CURSOR)
+    own.tell(Topic.OUTCOME, Topic.DIAGNOSIS, Topic.STAGE, Topic.CURSOR)
     own.refresh_live()
     own.refresh_playback()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     from viser import ClientHandle
 
     from flexgui.jobs import JobPool
+    from flexgui.session.board import Board
 
 TEACHER, FOLLOWER, OWN = "teacher", "follower", "own"
 
@@ -34,3 +36,10 @@ class Services:
     upload_limit_bytes: int = Limits.upload_bytes
     demo: DemoStage | None = None
     log: logging.Logger = field(default_factory=lambda: logging.getLogger("flexgui"))
+
+    @cached_property
+    def board(self) -> Board:
+        """Who found what in the challenges of this server."""
+        from flexgui.session.board import Board  # late: the session's room takes long to load
+
+        return Board()

@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 import json
+import time
 from abc import ABC
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from core.errors import InputError
 from core.scenario.read import parse_scenario
-from core.study.challenge import truth_in_words
+from core.study.challenge import LEVELS, truth_in_words
 from core.study.seal import opened
 from flexgui.jobs import Event, Finished, Task
 from flexgui.jobs.tasks.hide import hide
+from flexgui.session.board import Entry, plain_name
 from flexgui.session.effects import present, titled
+from flexgui.session.judging import NONE_GUESSED, Guess, Judgement, judged
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 from flexgui.session.uploading import Uploading
+from flexgui.views.ranking import sizes
 
-NONE_GUESSED = "nothing"
 SOURCE = "The challenge"
+LONGEST_SIZE = 80
+
+__all__ = ["NONE_GUESSED", "Challenge", "Challenging", "Guess", "Revealed", "ToolSaid"]
 
 
 @dataclass(frozen=True)
@@ -28,11 +35,18 @@ class Revealed:
 
     truth: tuple[str, ...]
     """Lines."""
-    hidden: tuple[str, ...]
-    """Ids of the effects."""
-    guessed_right: bool
-    tool: str
-    """What the tool's own look said, a sentence."""
+    judgement: Judgement
+    asked: bool
+    """Whether the tool had been asked before."""
+
+
+@dataclass(frozen=True)
+class ToolSaid:
+    """The tool's own verdict on the recordings of a challenge."""
+
+    effects: tuple[str, ...]
+    """Ids: what was added to the model, else the first of its list."""
+    words: str
 
 
 @dataclass(frozen=True)
@@ -42,11 +56,15 @@ class Challenge:
     seed: int
     level: str
     sealed: str
-    guess: str = ""
-    """Id of an effect, 'nothing', or empty: none yet."""
-    size: str = ""
-    """As the person wrote it."""
+    guesses: tuple[Guess, ...] = ()
+    """Empty: none yet."""
     revealed: Revealed | None = None
+    started: float = field(default_factory=time.monotonic)
+
+    @property
+    def count(self) -> int:
+        """How many effects are hidden at this level."""
+        return LEVELS[self.level][0] if self.level in LEVELS else 1
 
 
 class Challenging(Uploading, ABC):
@@ -55,8 +73,11 @@ class Challenging(Uploading, ABC):
     def __init__(self, key: str, folder: Path) -> None:
         super().__init__(key, folder)
         self.challenge: Challenge | None = None
+        self.nickname = ""
+        """On the class's board; empty: somebody."""
         self.tour: int | None = 0
         """Step of the first visit's tour; None once it was dismissed."""
+        self._unlisten: Callable[[], None] = lambda: None
 
     def hide(self, seed: int, level: str, services: Services) -> bool:
         """Starts over with recordings of an arm in which something is hidden."""
@@ -64,69 +85,101 @@ class Challenging(Uploading, ABC):
 
         def told(event: Event) -> None:
             if isinstance(event, Finished):
-                self._hidden(seed, level, *event.result)
+                self._hidden(Challenge(seed, level, event.result[1]), event.result[0], services)
 
         return self._submit(services, "hide", task, told)
 
-    def _hidden(self, seed: int, level: str, text: str, sealed: str) -> None:
+    def _hidden(self, made: Challenge, text: str, services: Services) -> None:
         run = self.run
         if not self.open(parse_scenario(text, SOURCE)):
             return
         with self._lock:
-            self.challenge, self.run = Challenge(seed, level, sealed), run
+            self.challenge, self.run = made, run
+        self._listen(services)
         self.tell(Topic.CHALLENGE, Topic.RUN)
-        self.say(f"Challenge {seed} ({level}): something is hidden in these recordings.")
+        self.say(f"Challenge {made.seed} ({made.level}): something is hidden in these recordings.")
 
-    def guess(self, kind: str, size: str) -> bool:
+    def _listen(self, services: Services) -> None:
+        """The board of this challenge's class moves while others work at it."""
+        self._unlisten()
+        self._unlisten = services.board.listen(lambda: self.tell(Topic.CHALLENGE))
+
+    def take_up(self, known: Challenge) -> None:
+        """Another one's challenge, whose recordings are here already, from its beginning."""
+        with self._lock:
+            self.challenge = Challenge(known.seed, known.level, known.sealed)
+        self.tell(Topic.CHALLENGE)
+
+    def guess(self, guesses: tuple[Guess, ...], services: Services, name: str = "") -> bool:
         """Commits to an answer; it may be changed until the truth is revealed."""
         known = self.challenge
         if known is None or known.revealed is not None:
             self.say("There is no challenge to guess at; hide an effect first.", bad=True)
             return False
+        short = tuple(replace(one, size=one.size.strip()[:LONGEST_SIZE]) for one in guesses)
+        unique = tuple({one.kind: one for one in short}.values())
         with self._lock:
-            self.challenge = replace(known, guess=kind, size=size.strip()[:80])
+            self.challenge, self.nickname = replace(known, guesses=unique), plain_name(name)
+        self._listen(services)
+        services.board.committed(known.seed, known.level, self.key)
         self.tell(Topic.CHALLENGE)
         return True
 
-    def reveal(self) -> bool:
-        """Opens the seal, after a guess."""
+    def reveal(self, services: Services) -> bool:
+        """Opens the seal, after a guess; a tool that was not asked yet is asked now."""
         known = self.challenge
-        if known is None or not known.guess:
+        if known is None or not known.guesses:
             self.say("Guess first: the truth cannot be hidden again.", bad=True)
+            return False
+        if known.revealed is not None:
             return False
         try:
             text = opened(known.sealed, SOURCE)
         except InputError as error:
             self.say(str(error), bad=True)
             return False
-        hidden = tuple(json.loads(text)["effects"])
-        found = Revealed(
-            tuple(truth_in_words(text).splitlines()), hidden, known.guess in hidden, self._tool()
-        )
+        judgement = judged(known.guesses, json.loads(text))
+        asked = any(look.ranking for look in self.shown_looks)
+        found = Revealed(tuple(truth_in_words(text).splitlines()), judgement, asked)
         with self._lock:
             self.challenge = replace(known, revealed=found)
+        services.board.put(known.seed, known.level, self.key, self._entry(known, found))
         self.tell(Topic.CHALLENGE)
+        if not asked and not self.busy:
+            self.diagnose(services)
         return True
 
-    def _tool(self) -> str:
-        """What the looks at these recordings said."""
-        first = next((look for look in self.looks if look.ranking), None)
+    def _entry(self, known: Challenge, found: Revealed) -> Entry:
+        judgement = found.judgement
+        near = [one for one in judgement.each if one.right and one.size]
+        return Entry(
+            name=self.nickname,
+            guess=", ".join(one.title for one in known.guesses),
+            found=judgement.found,
+            hidden=len(judgement.hidden),
+            complete=judgement.complete,
+            size="" if not near else "near" if all(one.near for one in near) else "far off",
+            seconds=time.monotonic() - known.started,
+            asked=found.asked,
+        )
+
+    @property
+    def tool_said(self) -> ToolSaid | None:
+        """As far as the looks at these recordings have come; None where none was taken."""
+        first = next((look for look in self.shown_looks if look.ranking), None)
         if first is None:
-            return "You did not ask the tool what is missing."
-        refitted = [r for r in first.ranking if r.refit_drop_percent is not None]
-        best = (refitted or list(first.ranking))[0]
-        verdict = first.diagnosis.verdict if first.diagnosis is not None else "not finished"
-        added = ", ".join(title for _, title in present(self.scenario)) or "nothing"
-        words = verdict.replace("_", " ")
-        return f"The tool's verdict: {words}; first in its list: {best.title}. Added: {added}."
+            return None
+        best = first.ranking[0]
+        verdict = "still looking" if first.diagnosis is None else first.diagnosis.verdict
+        size = f", {sizes(best)}" if best.parameters else ""
+        words = f"{verdict.replace('_', ' ')}; first in its list: {best.title}{size}"
+        added = [kind for kind, _ in present(self.scenario)]
+        if added:
+            words += f"; added: {', '.join(titled(added))}"
+        return ToolSaid(tuple(added) or (best.effect,), words)
 
     def go_on_tour(self, step: int | None) -> None:
         """Shows a step of the tour; None ends it."""
         with self._lock:
             self.tour = step
         self.tell(Topic.TOUR)
-
-
-def guess_titles(kinds: tuple[str, ...]) -> str:
-    """For a sentence."""
-    return ", ".join(titled(kinds))

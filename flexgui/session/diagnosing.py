@@ -8,18 +8,19 @@ from dataclasses import replace
 from pathlib import Path
 
 from core.errors import InputError
-from core.results import Diagnosis, Outcome
+from core.results import Outcome, RecordingComparison
 from core.scenario.schema import Scenario
 from core.scenario.write import scenario_toml
 from core.workbench import base_model
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task
 from flexgui.jobs.events import Ended
 from flexgui.jobs.looked import Looked
-from flexgui.jobs.tasks.diagnose import AFTER, BEFORE, diagnose
+from flexgui.jobs.tasks.diagnose import AFTER, BEFORE, COMPARED, diagnose
+from flexgui.session.comparing import Comparing
 from flexgui.session.edit import Edit, edited, put, thawed
 from flexgui.session.effects import present, titled, with_effect, with_own, without_effect
-from flexgui.session.look import Look, story
-from flexgui.session.running import Running
+from flexgui.session.look import Look
+from flexgui.session.own_ranked import ranked_with_own
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 from flexgui.views.numbers import format_number
@@ -27,29 +28,15 @@ from flexgui.views.numbers import format_number
 BUSY = "Something is being computed already; stop it or wait."
 
 
-class Diagnosing(Running, ABC):
+class Diagnosing(Comparing, ABC):
     """One look per model; the last complete one survives whatever happens to a newer one."""
 
     def __init__(self, key: str, folder: Path) -> None:
         super().__init__(key, folder)
-        self.looks: tuple[Look, ...] = ()
-        """The way so far, each step complete or stopped by the person."""
-        self.pending: Look | None = None
-        """What the worker looks at now."""
         self._then: Callable[[], object] | None = None
         """What is done once the worker has stopped."""
-
-    @property
-    def shown_looks(self) -> tuple[Look, ...]:
-        """The way with what the worker has told so far."""
-        if self.pending is None or self.pending.found is None:
-            return self.looks
-        return (*self._before(self.pending), self.pending)
-
-    @property
-    def look(self) -> Look | None:
-        """The newest of them."""
-        return next(reversed(self.shown_looks), None)
+        self._formulas: dict[str, tuple[str, str, str]] = {}
+        """Own effects that were tried, by their id: target, formula, parameters."""
 
     def diagnose(self, services: Services) -> bool:
         """Looks for what the scenario's model lacks."""
@@ -67,6 +54,8 @@ class Diagnosing(Running, ABC):
         found = (
             next((r for r in self.look.ranking if r.effect == kind), None) if self.look else None
         )
+        if kind in self._formulas:
+            return self.add_own(*self._formulas[kind], services)
         try:
             return self._go_on(with_effect(kind, found), titled([kind])[0], kind, services)
         except InputError as error:
@@ -77,11 +66,14 @@ class Diagnosing(Running, ABC):
         """Puts a formula into the model and fits it; says what is wrong with it."""
         try:
             edit = with_own(target, formula, parameters)
-            title = present(edited(self.scenario, edit))[-1]
-            return self._go_on(edit, title[1], title[0], services)
+            kind, title = present(edited(self.scenario, edit))[-1]
+            done = self._go_on(edit, title, kind, services)
         except InputError as error:
             self.say(str(error), bad=True)
             return False
+        if done:
+            self._formulas[kind] = (target, formula, parameters)
+        return done
 
     def remove(self, kind: str, services: Services) -> bool:
         """Takes an effect out of the model and fits what is left."""
@@ -134,7 +126,9 @@ class Diagnosing(Running, ABC):
         task = Task.of(diagnose, "The search for what is missing", **arguments)
 
         def told(event: Event) -> None:
-            if isinstance(event, Partial):
+            if isinstance(event, Partial) and event.name == COMPARED:
+                self._compared(event.value)
+            elif isinstance(event, Partial):
                 self._told(event.value)
             elif isinstance(event, Ended):
                 self._over(event, before)
@@ -162,6 +156,14 @@ class Diagnosing(Running, ABC):
         if fresh:
             self.tell(Topic.OUTCOME)
             self.refresh_playback()
+
+    def _compared(self, found: tuple[RecordingComparison, ...]) -> None:
+        """Measured against the fit that the look is about."""
+        with self._lock:
+            if self.pending is not None:
+                self.pending = replace(self.pending, comparisons=found)
+        _ = self.failing  # worked out here: whoever draws has others waiting
+        self.tell(Topic.DIAGNOSIS)
 
     def _over(self, event: Ended, before: tuple[Scenario, Outcome | None, Scenario | None]) -> None:
         """Keeps what was found; without anything the state is what it was before."""
@@ -196,14 +198,10 @@ class Diagnosing(Running, ABC):
     def _keep(self, look: Look) -> None:
         with self._lock:
             outcome = self.outcome if self.outcome_of == look.scenario else None
-            self.looks = (*self._before(look), replace(look, outcome=outcome))
-
-    def _before(self, look: Look) -> tuple[Look, ...]:
-        """The steps that stay before this one: all, those to the same model, or none."""
-        if look.title and not any(k.scenario == look.scenario for k in self.looks):
-            return self.looks
-        same = [k for k, each in enumerate(self.looks) if each.scenario == look.scenario]
-        return self.looks[: same[-1]] if same else ()
+            before = self._before(look)
+            if before and look.added in self._formulas:
+                before = (*before[:-1], ranked_with_own(before[-1], look))
+            self.looks = (*before, replace(look, outcome=outcome))
 
     def _restore(
         self, scenario: Scenario, outcome: Outcome | None, outcome_of: Scenario | None
@@ -222,10 +220,6 @@ class Diagnosing(Running, ABC):
         if len(ends) < 2:
             return f"{title}: the error is {ends[-1]} times its floor."
         return f"{title}: the error went from {ends[0]} to {ends[1]} times its floor."
-
-    def _story(self) -> Diagnosis | None:
-        last = self.looks[-1] if self.looks else None
-        return story(self.looks) if last and last.scenario == self.outcome_of else None
 
 
 def _stopped(kept: bool, any_left: bool) -> str:

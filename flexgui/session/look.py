@@ -8,7 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.diagnose.verdict import MISSING
-from core.results import ChannelError, Diagnosis, DiagnosisRound, LadderStep, Outcome, RankedEffect
+from core.results import (
+    ChannelError,
+    Diagnosis,
+    DiagnosisRound,
+    LadderStep,
+    Outcome,
+    RankedEffect,
+    RecordingComparison,
+)
 from core.scenario.schema import Scenario
 from flexgui.jobs.looked import Looked
 
@@ -25,6 +33,8 @@ class Look:
     found: Looked | None = None
     """None until the worker has told something."""
     outcome: Outcome | None = None
+    comparisons: tuple[RecordingComparison, ...] = ()
+    """Measured against this look's own fit; empty until the worker has told them."""
 
     @property
     def ranking(self) -> tuple[RankedEffect, ...]:
@@ -93,7 +103,11 @@ def _rounds(told: Sequence[Look]) -> tuple[DiagnosisRound, ...]:
     found = []
     for look, added in zip(told, following, strict=True):
         assert look.diagnosis is not None
-        found += [replace(one, accepted=added) for one in look.diagnosis.rounds[:1]]
+        # The look's own list also holds the formulas that were tried on its model.
+        found += [
+            replace(one, ranking=look.ranking or one.ranking, accepted=added)
+            for one in look.diagnosis.rounds[:1]
+        ]
     return tuple(found)
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from core.errors import InputError
-from core.results import Diagnosis, Outcome
+from core.results import Outcome
 from core.scenario.schema import Scenario
 from core.scenario.write import scenario_toml
 from flexgui.jobs import Event, Finished, Job, Stopped, Task
@@ -55,8 +55,8 @@ class Running(Playing, ABC):
         self.refresh_playback()
 
     @abstractmethod
-    def _story(self) -> Diagnosis | None:
-        """What was found missing and added on the way to the last result."""
+    def _told_whole(self, outcome: Outcome) -> Outcome:
+        """The last result with what was found missing and added on the way to it."""
 
     def report(self, services: Services, done: Callable[[Path], None]) -> bool:
         """Writes the export of the last result in the pool; `done` gets its folder."""
@@ -65,7 +65,7 @@ class Running(Playing, ABC):
             self.say("There is no result yet; identify first.", bad=True)
             return False
         out = self.folder / "export"
-        outcome = replace(outcome, diagnosis=self._story())
+        outcome = self._told_whole(outcome)
         text = scenario_toml(scenario)
         where = {"folder": str(self.folder), "out": str(out)}
         task = Task.of(export, "The report", outcome=outcome, scenario_toml=text, **where)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Protocol
 
 from flexgui.jobs import JobPool
+from flexgui.session.board import Board
 
 
 class Services(Protocol):
@@ -20,3 +21,7 @@ class Services(Protocol):
 
     @property
     def upload_limit_bytes(self) -> int: ...
+
+    @property
+    def board(self) -> Board:
+        """Who found what in the challenges of this server."""

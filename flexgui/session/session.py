@@ -22,7 +22,7 @@ class Session(Challenging):
     """State and what may be done with it; subscribers hear which part changed, then read it.
 
     Its parts stand in files of their own: listened -> editing -> playing -> running ->
-    diagnosing -> uploading -> challenging -> here.
+    diagnosing -> demonstrating -> uploading -> challenging -> here.
     """
 
     def choose(self, name: str, services: Services) -> bool:
@@ -49,7 +49,9 @@ class Session(Challenging):
             self.say(str(error), bad=True)
             return False
         self.forget_job()
+        self.end_demonstration()
         self.leave_waiting()
+        self._unlisten()
         with self._lock:
             self.scenario, self.recording, self.playback = scenario, None, None
             self.outcome, self.outcome_of = None, None
@@ -68,6 +70,8 @@ class Session(Challenging):
     def close(self) -> None:
         """Ends its threads and its job, and removes its folder."""
         self.closed = True
+        self._unlisten()
+        self.end_demonstration()
         self.stop()
         self._live_worker.close()
         self._motion_worker.close()

@@ -16,6 +16,8 @@ class Topic(Enum):
     OUTCOME = "outcome"
     DIAGNOSIS = "diagnosis"
     """What could be missing, and what was added."""
+    DEMONSTRATION = "demonstration"
+    """What one effect would do."""
     CHALLENGE = "challenge"
     TOUR = "tour"
     CURSOR = "cursor"

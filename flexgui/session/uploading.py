@@ -15,7 +15,7 @@ from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
 from flexgui.session.columns import Waiting, waiting_again, waiting_for
-from flexgui.session.diagnosing import Diagnosing
+from flexgui.session.demonstrating import Demonstrating
 from flexgui.session.edit import put, recording
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
@@ -24,7 +24,7 @@ from flexgui.session.uploads import keep_upload, unpacked
 CHOOSE = "Or say under “Which column is which” what the file's columns hold."
 
 
-class Uploading(Diagnosing, ABC):
+class Uploading(Demonstrating, ABC):
     """At most one file waits for its columns; it is forgotten when another one comes."""
 
     def __init__(self, key: str, folder: Path) -> None:

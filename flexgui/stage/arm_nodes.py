@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from viser import FrameHandle, MeshHandle, SceneApi
@@ -58,6 +59,25 @@ class ArmNodes:
             frame.position = spot.place
             frame.wxyz = paint.about_vertical(spot.angle)
 
+    def paint(self, beams: Sequence[paint.Rgb | None], hubs: Sequence[paint.Rgb | None]) -> None:
+        """Other colours than usual, None: the usual one; the tip has that of the last beam."""
+        for handles, usual, wanted in (
+            (self.beams, self.style.colour, beams),
+            (self.hubs, paint.STEEL, hubs),
+            ([self.tip], self.style.colour, beams[-1:]),
+        ):
+            for handle, colour in zip(handles, wanted, strict=False):
+                colour = usual if colour is None else colour
+                if tuple(handle.color) != colour:
+                    handle.color = colour
+
+    def fade(self, opacity: float | None) -> None:
+        """Of beams and tip."""
+        if self.tip.opacity != opacity:
+            self.tip.opacity = opacity
+            for beam in self.beams:
+                beam.opacity = opacity
+
     def reshape(self, body: Body) -> None:
         """Sizes of the hubs for other sections."""
         for k, hub in enumerate(self.hubs):
@@ -80,7 +100,7 @@ class ArmNodes:
         )  # fmt: skip
 
     def _add_tip(self, body: Body) -> None:
-        self.scene.add_icosphere(
+        self.tip = self.scene.add_icosphere(
             f"{self.ends[-1].name}/marker", TIP_RADIUS * body.reach, self.style.colour,
             opacity=self.style.opacity, cast_shadow=False, receive_shadow=False,
             position=(0.0, 0.0, 0.5 * body.sections[-1].height),

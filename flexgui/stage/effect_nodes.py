@@ -10,7 +10,7 @@ from flexgui.stage.scene import Owner, Stage
 NAME = "effects"
 """Under which they are attached."""
 
-RISE, APART = 0.16, 0.07
+RISE, APART = 0.21, 0.07
 """Of the arm's reach: how high the first stands over its place, and the next over it."""
 
 SCALE = 1.1

@@ -124,7 +124,9 @@ class Body:
         draw = _arc if turns else _stroke
         vertices, label = draw(start, value, length, top)
         name = f"θ{str(k + 1).translate(SUBSCRIPTS)}"
-        text = f"{name} = {np.degrees(value):.1f}°" if turns else f"{name} = {value:.3f} m"
+        # Plus zero: a tiny negative angle is not written as -0.0.
+        shown = round(float(np.degrees(value)), 1) + 0.0
+        text = f"{name} = {shown:.1f}°" if turns else f"{name} = {value:.3f} m"
         return JointMark(vertices, text.replace("-", "−"), label)
 
 

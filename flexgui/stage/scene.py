@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,10 +14,14 @@ from flexgui.stage.arm_nodes import FLOOR_DEPTH, GHOST, MODEL, ArmNodes
 from flexgui.stage.camera_nodes import CameraNodes
 from flexgui.stage.look import DARK_FLOOR, LIGHT_FLOOR, ROOT, Owner, View, light, view_of
 from flexgui.stage.mark_nodes import MarkNodes
+from flexgui.stage.paint import Rgb
 from flexgui.stage.path_nodes import PathNodes
 from flexgui.stage.pose import LIFT, Body, Pose
 
 LEAST_EXAGGERATION, MOST_EXAGGERATION = 1.0, 50.0
+FAINT = 0.14
+"""Opacity of the ghost while the model under it shows something in its colours."""
+
 GROUPS = ("model", "ghost", "angles", "camera", "paths")
 
 
@@ -162,6 +166,13 @@ class Stage:
             old = self._attached.pop(name, None)
             for handle in old.handles if old else ():
                 handle.remove()
+
+    def paint(self, beams: Sequence[Rgb | None], hubs: Sequence[Rgb | None]) -> None:
+        """Colours of the model's parts, None: as usual."""
+        with self._lock, self._owner.atomic():
+            self.model.paint(beams, hubs)
+            coloured = any(colour is not None for colour in beams)
+            self.ghost.fade(FAINT if coloured else GHOST.opacity)
 
     @property
     def pose(self) -> Pose:

@@ -97,7 +97,7 @@ def row_labels(m: ErrorMap) -> list[str]:
     """The recording's name, with its working point where the name does not hold it."""
     return [
         name
-        if point is None or "theta2" in name.lower()
+        if point is None or any(word in name.lower() for word in ("theta2", "θ2", "θ₂"))
         else f"{name} (θ₂ {np.degrees(point):.0f}°)"
         for name, point in zip(m.recordings, m.theta2, strict=True)
     ]

@@ -53,7 +53,8 @@ def _bars(
     known = [v if np.isfinite(v) else None for v in values]
     return go.Bar(
         x=list(labels),
-        y=[None if v is None else v - 1.0 for v in known],
+        # Noise that is a little smaller than its estimate does not hang below the floor.
+        y=[None if v is None else max(v - 1.0, 0.0) for v in known],
         base=1.0,
         name=name,
         marker={"color": colour},

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import viser
 from flexgui.jobs import JobPool
 from flexgui.page import Page, build_page
 from flexgui.session import Session
+from flexgui.session.board import Board
 
 UPLOAD_LIMIT = 1_000_000
 PATIENCE = 30_000
@@ -26,6 +27,7 @@ class Offered:
     pool: JobPool
     data_folder: Path | None = None
     upload_limit_bytes: int = UPLOAD_LIMIT
+    board: Board = field(default_factory=Board)
 
 
 class Desktop:

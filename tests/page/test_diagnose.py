@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 
+from core.study.seal import opened
 from flexgui.session import Session
 from flexgui.session.challenging import Challenge
 from flexgui.session.edit import Document, put
-from flexgui.session.effects import present
+from flexgui.session.effects import present, titled
 from flexgui.session.look import ladder_steps
+from tests.page.conftest import Desktop
 from tests.page.helpers import plots, press, sees
+from tests.page.scene import on_screen
+from tests.session.helpers import until
 
 FOUND = 60_000
 """ms: two searches of a few candidates on a busy machine."""
@@ -101,8 +107,92 @@ def test_a_worst_place_is_one_click_away(page: Any, session: Session) -> None:
     assert label.startswith(session.cursor.recording) and session.cursor.time > 0.0
 
 
+def test_a_click_on_the_map_in_the_scene_goes_there(
+    page: Any, desktop: Desktop, session: Session
+) -> None:
+    few(session)
+    press(page, "Identify")
+    press(page, "Start identification")
+    press(page, "Next: compare model and measurements")
+    errors = desktop.pages[-1]._scene._errors
+    until(lambda: errors._board is not None)
+    assert errors._board is not None and session.failing is not None
+    board = session.failing.board
+    assert board is not None and len(board.recordings) == 3
+    page.wait_for_timeout(1000)
+    place = errors._board._point((7 + 0.5) / 12, (1 + 0.5) / 3)
+    page.mouse.click(*on_screen(page, desktop.pages[-1].desk.client.camera, place))
+    until(lambda: session.cursor.recording == board.recordings[1])
+    assert board.edges[7] < session.cursor.time < board.edges[8]
+    sees(page, "error now: θ₁ ")
+    press(page, "Data")
+    until(lambda: errors._board is None)
+
+
+def test_an_effect_is_demonstrated_beside_its_story(page: Any, session: Session) -> None:
+    few(session)
+    press(page, "Diagnose")
+    page.get_by_text("Add or remove by hand", exact=True).click()
+    press(page, "Show what it does")
+    sees(page, "where it changes most.")
+    assert '"what it changes"' in plots(page)
+    assert page.locator(".fx math").count() >= 1
+    press(page, "Hide what it does")
+    page.get_by_text("where it changes most.").wait_for(state="hidden")
+
+
+def field(page: Any, label: str) -> Any:
+    """The box of a text field: it has no id, but it comes next after the label."""
+    return page.get_by_text(label, exact=True).first.locator("xpath=following::input[1]")
+
+
+def test_a_typed_formula_is_fitted_and_ranked_and_a_hostile_one_refused(
+    page: Any, session: Session
+) -> None:
+    few(session)
+    press(page, "Diagnose")
+    press(page, "Find what is missing")
+    page.get_by_text("Something is missing.").wait_for(timeout=FOUND)
+    page.get_by_text("Add an own effect by formula", exact=True).click()
+    field(page, "Formula").fill("__import__('os').system('true')")
+    press(page, "Add this formula")
+    page.locator(".fx .bad", has_text="formula").first.wait_for()
+    assert not present(session.scenario)
+    field(page, "Formula").fill("-a*tanh(dtheta1/0.001)")
+    field(page, "Parameters").fill("a = 0.5 [N m]")
+    page.wait_for_timeout(300)
+    press(page, "Add this formula")
+    sees(page, "In the model: Own effect 1 at joint1.")
+    page.get_by_text("Your formula is number ").wait_for(timeout=FOUND)
+    until(lambda: session.look is not None and bool(session.look.ranking))
+    press(page, "Stop")
+    until(lambda: not session.busy)
+    press(page, "Undo the last step")
+    page.get_by_role("button", name="Add Own effect 1 at joint1", exact=True).wait_for()
+
+
+@pytest.mark.parametrize("moment", ["at once", "first look", "ranking"])
+def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) -> None:
+    few(session)
+    press(page, "Diagnose")
+    press(page, "Find what is missing")
+    come: dict[str, Callable[[], bool]] = {
+        "at once": lambda: True,
+        "first look": lambda: session.look is not None,
+        "ranking": lambda: session.look is not None and bool(session.look.ranking),
+    }
+    until(come[moment])
+    press(page, "Stop")
+    until(lambda: not session.busy and session.pending is None)
+    sees(page, "Stopped")
+    again = re.compile("Find what is missing|Look again")
+    assert page.get_by_role("button", name=again).first.is_enabled()
+    assert not present(session.scenario) and len(session.looks) <= 1
+
+
 def test_guess_and_reveal(page: Any, session: Session) -> None:
     """The recordings are made by the session's tests; here the seal is opened by hand."""
+    few(session)
     from core.study.seal import seal
 
     truth = {
@@ -114,9 +204,39 @@ def test_guess_and_reveal(page: Any, session: Session) -> None:
     sees(page, "Challenge")
     page.get_by_text("Challenge", exact=True).first.click()
     sees(page, "You have not guessed yet.")
+    press(page, "Compare")
+    sees(page, "Nothing was identified yet.")
+    press(page, "Diagnose")
+    sees(page, "You have not guessed yet.")
     assert "0.1823" not in page.content(), "the truth is not in the browser"
     press(page, "Commit to this guess")
     sees(page, "nothing is hidden")
     press(page, "Reveal")
     sees(page, "That was not it.")
+    sees(page, "Who found what")
     sees(page, "Coulomb friction of joint 1 fc1 = 0.1823 N m")
+
+
+def answer(page: Any, kind: str) -> None:
+    """Commits to the right effect, and looks."""
+    box = page.get_by_text("Your guess", exact=True).first.get_attribute("for")
+    page.locator(f'[id="{box}"]').click()
+    page.get_by_role("option", name=titled([kind])[0], exact=True).click()
+    page.wait_for_timeout(300)
+    press(page, "Commit to this guess")
+    press(page, "Reveal")
+    sees(page, "You found it.")
+    sees(page, "Who found what")
+
+
+def test_a_challenge_with_real_clicks(page: Any, session: Session) -> None:
+    press(page, "Diagnose")
+    page.get_by_text("Challenge", exact=True).first.click()
+    press(page, "Hide an effect")
+    page.get_by_text("something is hidden in these recordings").wait_for(timeout=FOUND)
+    known = session.challenge
+    assert known is not None
+    hidden = json.loads(opened(known.sealed, "-"))["effects"]
+    answer(page, hidden[0])
+    sees(page, "(asked only now)" if session.tool_said else "It looks at the recordings now.")
+    session.stop()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
 from flexgui.jobs import JobPool
 from flexgui.session import Session
+from flexgui.session.board import Board
 
 UPLOAD_LIMIT = 1_000_000
 """bytes; small, so that a file that is too large is quick to make."""
@@ -25,6 +26,7 @@ class Offered:
     pool: JobPool
     data_folder: Path | None = None
     upload_limit_bytes: int = UPLOAD_LIMIT
+    board: Board = field(default_factory=Board)
 
 
 @pytest.fixture(scope="session")

@@ -1,18 +1,31 @@
-"""A hidden effect without a page: the data, a guess, the truth."""
+"""A hidden effect without a page: the data, a guess, the truth, the class."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import pytest
+
 from core.scenario.write import scenario_toml
 from flexgui.session import Session
+from flexgui.session.board import MOST, Board, Entry
+from flexgui.session.challenging import Guess
+from flexgui.session.judging import judged, read_sizes
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 
 SEED = 4
 """Hides Coulomb friction."""
 
+FRICTION = Guess("coulomb_friction", " fc1 = 0.2 N m ")
+TRUTH = {
+    "effects": ["coulomb_friction", "camera_delay"],
+    "values": {"fc1": 0.2, "fc2": 0.1, "td": 0.004},
+}
+
 
 def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
-    assert not session.guess("coulomb_friction", "") and session.message.bad
+    assert not session.guess((FRICTION,), services) and session.message.bad
     assert session.hide(SEED, "easy", services)
     until(lambda: session.challenge is not None)
     known = session.challenge
@@ -20,15 +33,92 @@ def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
     assert (session.folder / "th1.csv").is_file() and len(session.scenario.recordings) == 8
     told = scenario_toml(session.scenario) + known.sealed
     assert "coulomb" not in told and "fc1" not in told
-    assert not session.reveal() and session.message.bad, "no truth before a guess"
-    assert session.guess("coulomb_friction", " fc1 = 0.2 N m ")
-    assert session.reveal()
+    assert not session.reveal(services) and session.message.bad, "no truth before a guess"
+    assert session.guess((FRICTION,), services, " Ada \n Lovelace ")
+    assert services.board.guessing(SEED, "easy") == 1
+    assert session.reveal(services)
     found = session.challenge
-    assert found is not None and found.revealed is not None and found.size == "fc1 = 0.2 N m"
-    assert found.revealed.guessed_right and found.revealed.hidden == ("coulomb_friction",)
+    assert found is not None and found.revealed is not None
+    assert found.guesses == (Guess("coulomb_friction", "fc1 = 0.2 N m"),)
+    judgement = found.revealed.judgement
+    assert judgement.complete and judgement.hidden == ("coulomb_friction",)
+    assert judgement.each[0].size.startswith("fc1: you 0.2 N m, true ")
     assert any("fc1" in line for line in found.revealed.truth)
-    assert "did not ask" in found.revealed.tool
-    assert not session.guess("rotor_inertia", ""), "the truth is known"
+    assert not found.revealed.asked
+    assert not session.guess((Guess("rotor_inertia"),), services), "the truth is known"
+    entry = services.board.entries(SEED, "easy")[0]
+    assert (entry.name, entry.complete, entry.asked) == ("Ada Lovelace", True, False)
+    assert services.board.guessing(SEED, "easy") == 0
+    # Whoever did not ask the tool gets its verdict beside the truth.
+    assert session.busy
+    until(lambda: session.tool_said is not None)
+    assert session.tool_said is not None and "first in its list" in session.tool_said.words
+    session.stop()
+    until(lambda: not session.busy)
+
+
+def test_a_class_hears_of_each_other(session: Session, services: Offered, tmp_path: Path) -> None:
+    assert session.hide(SEED, "easy", services)
+    until(lambda: session.challenge is not None)
+    known = session.challenge
+    assert known is not None
+    folder = tmp_path / "other"
+    folder.mkdir()
+    other = Session("another", folder)
+    heard: list[object] = []
+    other.take_up(known)
+    assert other.guess((Guess("camera_delay"),), services)
+    other.subscribe(heard.append)
+    assert session.guess((FRICTION,), services)
+    assert heard, "a guess of somebody else moves the board"
+    other.close()
+    heard.clear()
+    session.guess((FRICTION,), services)
+    assert not heard
+
+
+def test_kind_and_size_are_judged() -> None:
+    both = judged(
+        [Guess("coulomb_friction", "fc1 = 0.3 N m"), Guess("camera_delay", "4.4 ms")], TRUTH
+    )
+    assert both.complete and both.found == 2
+    assert "near: 1.5 times too large" in both.each[0].size and both.each[0].near
+    assert "right" in both.each[1].size and both.each[1].near
+    one = judged([Guess("camera_delay", "40 ms")], TRUTH)
+    assert not one.complete and one.sentence == "You found 1 of 2." and not one.each[0].near
+    assert not judged([Guess("nothing")], TRUTH).found
+    lone = judged([Guess("coulomb_friction", "0.11")], TRUTH).each[0]
+    assert lone.size.startswith("fc2") and lone.near, "the nearest of its sizes is meant"
+    odd = judged([Guess("coulomb_friction", "fc9 = 1; <b>0.2 furlong</b>")], TRUTH).each[0]
+    assert "fc9 is no size of it" in odd.size
+
+
+@pytest.mark.parametrize(
+    ("text", "sizes"),
+    [
+        ("fc1 = 0.2 N m, fc2=1e-3", [("fc1", 0.2, "N m"), ("fc2", 1e-3, "")]),
+        ("about 12 %", [("", 12.0, "%")]),
+        ("large", []),
+        ("", []),
+    ],
+)
+def test_sizes_are_read_as_people_write_them(
+    text: str, sizes: list[tuple[str, float, str]]
+) -> None:
+    assert read_sizes(text) == sizes
+
+
+def test_a_board_keeps_no_more_than_a_class_needs() -> None:
+    board = Board()
+    entry = Entry("x" * 99, "nothing", 0, 1, False, "", 1.0, False)
+    for k in range(MOST + 5):
+        board.committed(1, "easy", str(k))
+        board.put(1, "easy", str(k), entry)
+    assert len(board.entries(1, "easy")) == MOST and not board.guessing(1, "easy")
+    assert len(board.entries(1, "easy")[0].name) < 30
+    for seed in range(200):
+        board.put(seed, "easy", "k", entry)
+    assert not board.entries(1, "easy"), "old seeds are forgotten"
 
 
 def test_a_wrong_level_and_another_scenario(session: Session, services: Offered) -> None:

@@ -11,19 +11,25 @@ from typing import Any
 import numpy as np
 import pytest
 
+from core.diagnose.maps import error_maps
 from core.scenario.write import scenario_toml
 from flexgui.jobs.looked import Looked
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
 from flexgui.session.effects import own_parameters, present
 from flexgui.session.look import ladder_steps, story
+from flexgui.session.own_ranked import own_place
 from flexgui.session.run import DONE, FAILED
+from flexgui.views.pooled import channel_errors, with_role
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 
 CANDIDATES = ["coulomb_friction", "viscous_friction", "tip_payload"]
 FLOOR = 1.1
 """Times the floor: noise of a thousand samples alone stays below."""
+
+SAME_FIT = 2e-3
+"""Relative: the same fit, simulated again."""
 
 SAME_LADDER = 1e-2
 """Relative: the ladder of the command line polishes from a rough refit, the page from its end."""
@@ -98,6 +104,26 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(
     assert len(friction.looks) == 1 and not present(friction.scenario)
 
 
+def test_map_ladder_and_compare_agree_on_every_channel(
+    friction: Session, services: Offered
+) -> None:
+    friction.diagnose(services)
+    over(friction)
+    assert friction.add("coulomb_friction", services)
+    over(friction)
+    for shown in (friction.looks[1].comparisons, friction.comparisons):
+        last = ladder_steps(friction.looks)[-1]
+        for role, name in (("estimate", "rms"), ("validate", "validation_rms")):
+            seen = {e.channel: e.rms for e in channel_errors(with_role(shown, role))}
+            told = {e.channel: getattr(e, name) for e in last.errors}
+            assert {c: seen[c] for c in told} == pytest.approx(told, rel=SAME_FIT)
+    maps = error_maps(friction.comparisons, friction.floors)
+    assert {m.channel for m in maps.by_time} == {e.channel for e in last.errors}
+    assert friction.floors == {e.channel: e.floor for e in last.errors}
+    assert friction.undo()
+    assert friction.comparisons is friction.looks[0].comparisons
+
+
 def reported(session: Session, services: Offered) -> dict[str, Any]:
     """What the page's own report holds."""
     done: list[Path] = []
@@ -146,8 +172,18 @@ def test_a_formula_is_fitted_and_a_hostile_one_refused(
     assert second.cost_per_sample < first.cost_per_sample
     a = next(e for e in second.parameters if e.name == "a")
     assert a.unit == "N m" and a.value == pytest.approx(1.2, rel=0.2)
+    ranking = friction.looks[0].ranking
+    mine = next(r for r in ranking if r.effect == "own_1")
+    assert ranking[0].effect == "coulomb_friction", "both joints rub; the formula knows one"
+    assert 10.0 < (mine.refit_drop_percent or 0.0) < (ranking[0].refit_drop_percent or 0.0)
+    assert [e.name for e in mine.parameters] == ["a"] and mine.predicted
+    assert own_place(*friction.looks).startswith("Your formula is number ")
+    assert reported(friction, services)["ranking"]
     assert friction.remove("own_1", services)
     assert friction.scenario == given
+    assert friction.add("own_1", services), "from the list"
+    over(friction)
+    assert [kind for kind, _ in present(friction.scenario)] == ["own_1"]
 
 
 def test_a_stop_and_a_failure_leave_the_last_result(friction: Session, services: Offered) -> None:

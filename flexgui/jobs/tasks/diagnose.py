@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
     from core.diagnose.diagnose import Options
+    from core.diagnose.start import Begun
     from core.identify.setup import Setup
     from core.recording.recording import Recording
     from core.results import LadderStep, Outcome, RankedEffect
     from core.scenario.schema import IdentifySpec
     from flexgui.jobs.looked import Looked, Teller
 
-LOOKED = "looked"
-"""The name of what is streamed."""
+LOOKED, COMPARED = "looked", "compared"
+"""The names of what is streamed: the look, growing, and once measured against modelled."""
 
 BEFORE, AFTER = "before", "after"
 """When the identification is done: after an effect was added, its fit is what is waited for."""
@@ -27,6 +28,15 @@ MOST_ROWS = 1000
 
 PICTURED = 10
 """Effects whose predictions are kept, the best."""
+
+
+class Asked(NamedTuple):
+    """What is looked at, and how far."""
+
+    recordings: list[Recording]
+    setup: Setup
+    spec: IdentifySpec
+    options: Options
 
 
 def diagnose(
@@ -51,9 +61,8 @@ def diagnose(
     where = (Path(folder or "."), Path(data_folder) if data_folder else None)
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
-    recordings, setup, options = _asked(scenario, model, spec, where, progress)
-    state = first_look(setup, spec, recordings, options, progress)
-    progress.partial(LOOKED, state)
+    asked = _asked(scenario, model, spec, where, progress)
+    state = first_look(asked, progress)
     if fit == BEFORE and not progress.stopped():
         state = replace(state, outcome=refined(scenario_toml, where, progress))
         progress.partial(LOOKED, state)
@@ -63,8 +72,8 @@ def diagnose(
         state = replace(state, ranking=thinned(ranking))
         progress.partial(LOOKED, state)
 
-    fitted = [r for r in recordings if r.role == "estimate"]  # the others had their look above
-    found = look_for(setup, spec, fitted, options, progress, listen)
+    fitted = [r for r in asked.recordings if r.role == "estimate"]  # the others had their look
+    found = look_for(asked.setup, asked.spec, fitted, asked.options, progress, listen)
     light = tuple(replace(r, ranking=thinned(r.ranking)) for r in found.rounds)
     state = replace(state, ranking=thinned(found.ranking), diagnosis=replace(found, rounds=light))
     if fit == AFTER and not progress.stopped():
@@ -75,7 +84,7 @@ def diagnose(
 
 def _asked(
     scenario: Any, model: Any, spec: IdentifySpec, where: tuple[Path, Path | None], progress: Teller
-) -> tuple[list[Recording], Setup, Options]:
+) -> Asked:
     from core.diagnose.diagnose import Options
     from core.diagnose.stated_noise import stated_noise
     from core.errors import InputError
@@ -83,7 +92,10 @@ def _asked(
     from core.loading import load_recordings
     from core.scenario.stated_effects import candidate_effects
 
-    candidate_effects(scenario.diagnose)  # a slip there is told before the long work
+    asked = scenario.diagnose
+    candidate_effects(asked)  # a slip there is told before the long work
+    if asked.output is not None:
+        spec = spec.model_copy(update={"output": asked.output})
     progress.stage("Reading the recordings", len(scenario.recordings))
     recordings = list(load_recordings(scenario, model, *where, progress))
     if not any(r.role == "estimate" for r in recordings):
@@ -91,34 +103,43 @@ def _asked(
     setup = make_setup(model, spec, recordings)
     options = Options(
         max_effects=0,
-        candidates=scenario.diagnose.candidates or (),
-        fidelity=scenario.diagnose.fidelity,
+        candidates=asked.candidates or (),
+        fidelity=asked.fidelity,
         stated_noise=stated_noise(scenario, setup, recordings),
+        per_recording=asked.per_recording,
     )
-    return recordings, setup, options
+    return Asked(recordings, setup, spec, options)
 
 
-def first_look(
-    setup: Setup,
-    spec: IdentifySpec,
-    recordings: list[Recording],
-    options: Options,
-    progress: Teller,
-) -> Looked:
-    """The model fitted as it is: its step of the ladder and what it leaves of the recordings."""
+def first_look(asked: Asked, progress: Teller) -> Looked:
+    """The model fitted as it is: its step of the ladder and what it leaves of the recordings; told
+    at once, and after it measured against modelled by the same fit."""
     from core.diagnose.start import begin
     from core.diagnose.steps import ladder_step
-    from flexgui.jobs.looked import Looked
+    from flexgui.jobs.compared import compared
 
     progress.stage("Fitting the model as it is")
-    chosen = [r for r in recordings if r.role == "estimate"]
-    later = [r for r in recordings if r.role == "validate"]
+    setup, options = asked.setup, asked.options
+    chosen = [r for r in asked.recordings if r.role == "estimate"]
+    later = [r for r in asked.recordings if r.role == "validate"]
     begun = begin(
-        setup.model, setup.outputs, setup.processing, spec, chosen, options.stated_noise,
+        setup.model, setup.outputs, setup.processing, asked.spec, chosen, options.stated_noise,
         options.fidelity, progress.stopped,
     )  # fmt: skip
-    validation = begun.for_others(setup.processing, spec, later) if later else None
+    validation = begun.for_others(setup.processing, asked.spec, later) if later else None
+    if validation is not None:
+        validation = replace(validation, per_recording=options.per_recording)
     step: LadderStep = ladder_step(begun.data, validation, begun.base, None, "As given", ())
+    looked = _seen(step, begun)
+    progress.partial(LOOKED, looked)
+    if not progress.stopped():
+        progress.partial(COMPARED, compared(begun, validation))
+    return looked
+
+
+def _seen(step: LadderStep, begun: Begun) -> Looked:
+    from flexgui.jobs.looked import Looked
+
     blocks = begun.base.errors
     experiments = begun.data.experiments
     strides = [_stride(block) for block in blocks]

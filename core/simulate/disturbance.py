@@ -1,0 +1,146 @@
+"""The joint torque that would explain an error of the model: a fixed-interval smoother.
+
+The closed loop around a posture answers a torque at its joints linearly. What is looked for is the
+torque, changing as little as it can, with which the model's outputs would be the measured ones
+(Rauch, Tung and Striebel 1965; the torque is a random walk). Unlike inverse dynamics it needs no
+derivative of an encoder, and the camera keeps the bending from running away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.sensors import sensors
+from core.simulate.posture import Posture
+from core.simulate.response import exponential
+
+AGILITY = tuple((10.0 ** np.arange(-1.0, 3.0, 0.5)).tolist())
+"""N m/√s (N/√s): how fast the torque may change."""
+
+TINY = 1e-9
+"""Of a state, per sample: the start is not known exactly."""
+
+DOUBLINGS, SETTLED = 40, 1e-9
+"""2^40 samples are more than any recording has."""
+
+
+@dataclass(frozen=True)
+class Behind:
+    """The torque behind an error."""
+
+    torque: np.ndarray
+    """(N, joints)"""
+    speed: np.ndarray
+    """(N, joints): what the joints' rates differ by from the model's."""
+    likelihood: float
+    """Logarithm, up to a constant, of the error."""
+    agility: float
+
+
+def torque_behind(
+    at: Posture,
+    channels: Sequence[str],
+    error: np.ndarray,
+    noise: Sequence[float],
+    dt: float,
+    agility: float | None = None,
+) -> Behind | None:
+    """error (N, k), measured minus modelled, each sample counting; None where no channel is a
+    linear output of the posture's motion. `noise` (k,): standard deviations; `agility` in N m/√s
+    (N/√s), None: the likeliest of some."""
+    rows = [output_rows(at, name) for name in channels]
+    known = [k for k, row in enumerate(rows) if row is not None]
+    if not known:
+        return None
+    C = np.array([rows[k] for k in known])
+    e, std = error[:, known], np.asarray(noise, dtype=float)[known]
+    tried = AGILITY if agility is None else (agility,)
+    found = [_smoothed(at, C, e, std, dt, one) for one in tried]
+    settled = [one for one in found if one is not None]
+    return max(settled, key=lambda one: one.likelihood) if settled else None
+
+
+def output_rows(at: Posture, channel: str) -> np.ndarray | None:
+    """(nx,): how an output moves with the states; None where it has no such row."""
+    n, arm = at.model.arm.coordinates, at.model.arm
+    row = np.zeros(at.states)
+    if channel in ("z1", "z2"):
+        _, slopes = at.model.compiled.tip_place(at.q, at.numbers.p)
+        row[:n] = slopes[int(channel[1]) - 1]
+        return row
+    for sensor in sensors().values():
+        names = [c.name for c in sensor.channels(arm)]
+        stated = sensor.rows(arm, at.numbers.p, at.numbers.law) if channel in names else None
+        if stated is not None:
+            k = names.index(channel)
+            return np.concatenate([stated.Q[k], stated.V[k], stated.S[k]])
+    return None
+
+
+def _smoothed(
+    at: Posture, C: np.ndarray, e: np.ndarray, std: np.ndarray, dt: float, agility: float
+) -> Behind | None:
+    nx, joints, n = at.states, at.model.arm.joints, at.model.arm.coordinates
+    F = _step(at, dt)
+    H = np.hstack([C, np.zeros((len(C), joints))])
+    Q = TINY**2 * np.eye(nx + joints)
+    Q[nx:, nx:] += agility**2 * dt * np.eye(joints)
+    # In units of the noise, or the numbers span fifteen decades.
+    H, e = H / std[:, None], e / std
+    ahead = _predicted_covariance(F, H, Q)
+    if ahead is None:
+        return None
+    S = H @ ahead @ H.T + np.eye(len(C))
+    gain = np.linalg.solve(S, H @ ahead).T
+    x, innovations = _forwards(F, H, gain, e)
+    after = ahead - gain @ H @ ahead
+    back = np.linalg.solve(ahead, F @ after).T
+    for k in range(len(x) - 2, -1, -1):
+        x[k] += back @ (x[k + 1] - F @ x[k])
+    weighted = np.sum(innovations * np.linalg.solve(S, innovations.T).T)
+    likelihood = -0.5 * float(weighted + len(e) * np.linalg.slogdet(S)[1])
+    return Behind(x[:, nx:], x[:, n : n + joints], likelihood, agility)
+
+
+def _predicted_covariance(F: np.ndarray, H: np.ndarray, Q: np.ndarray) -> np.ndarray | None:
+    """Steady state of the filter with unit noise, by doubling the interval (Chu et al. 2005): the
+    Schur form of the pencil is too ill-conditioned here. None where it does not settle."""
+    A, G, P, one = F.T, H.T @ H, Q, np.eye(len(F))
+    for _ in range(DOUBLINGS):
+        W = np.linalg.solve(one + G @ P, np.hstack([A, G]))
+        more = A.T @ P @ W[:, : len(F)]
+        G = G + A @ W[:, len(F) :] @ A.T
+        A = A @ W[:, : len(F)]
+        P = P + 0.5 * (more + more.T)
+        if not np.all(np.isfinite(P)):
+            return None
+        if np.abs(more).max() < SETTLED * np.abs(P).max():
+            return P
+    return None
+
+
+def _step(at: Posture, dt: float) -> np.ndarray:
+    """(nx + joints, nx + joints): over one sample, the torque held."""
+    nx, joints, n = at.states, at.model.arm.joints, at.model.arm.coordinates
+    push = np.zeros((nx, joints))
+    push[n : n + joints] = np.eye(joints)
+    whole = np.zeros((nx + joints, nx + joints))
+    whole[:nx] = np.linalg.solve(at.E, np.hstack([at.A, push]))
+    return exponential(whole * dt)
+
+
+def _forwards(
+    F: np.ndarray, H: np.ndarray, gain: np.ndarray, e: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Filtered states (N, nx) and innovations (N, k)."""
+    x = np.zeros((len(e), len(F)))
+    innovations = np.zeros_like(e)
+    now = np.zeros(len(F))
+    for k, seen in enumerate(e):
+        innovations[k] = seen - H @ now
+        x[k] = now + gain @ innovations[k]
+        now = F @ x[k]
+    return x, innovations

@@ -1,0 +1,108 @@
+"""Who found what, for a class: everybody with the same seed has the same data."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+CLASSES, MOST = 50, 200
+"""Seeds that are remembered, and entries of each; the oldest go first."""
+
+LONGEST_NAME = 24
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One person's end of a challenge."""
+
+    name: str
+    """As the person wrote it; empty: somebody."""
+    guess: str
+    found: int
+    hidden: int
+    complete: bool
+    size: str
+    seconds: float
+    """From the data to the truth."""
+    asked: bool
+    """Whether the tool was asked before."""
+
+
+@dataclass
+class _Class:
+    entries: dict[str, Entry] = field(default_factory=dict)
+    guessing: set[str] = field(default_factory=set)
+    """Keys of who has committed to a guess and not seen the truth."""
+
+
+class Board:
+    """Shared by all sessions of a server; thread-safe. What somebody guessed is only told to those
+    who have seen the truth themselves."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._classes: OrderedDict[tuple[int, str], _Class] = OrderedDict()
+        self._listeners: list[Callable[[], None]] = []
+
+    def committed(self, seed: int, level: str, key: str) -> None:
+        """Somebody, by the session's key, has made a guess."""
+        with self._lock:
+            known = self._of(seed, level)
+            if key not in known.entries and len(known.guessing) < MOST:
+                known.guessing.add(key)
+        self._tell()
+
+    def put(self, seed: int, level: str, key: str, entry: Entry) -> None:
+        """Somebody has seen the truth; a session stands there once."""
+        with self._lock:
+            known = self._of(seed, level)
+            known.guessing.discard(key)
+            known.entries.setdefault(key, replace(entry, name=plain_name(entry.name)))
+            while len(known.entries) > MOST:
+                known.entries.pop(next(iter(known.entries)))
+        self._tell()
+
+    def entries(self, seed: int, level: str) -> tuple[Entry, ...]:
+        """Who found all comes first, the quicker before the slower."""
+        with self._lock:
+            known = self._classes.get((seed, level))
+            found = () if known is None else tuple(known.entries.values())
+        return tuple(sorted(found, key=lambda e: (not e.complete, -e.found, e.seconds)))
+
+    def guessing(self, seed: int, level: str) -> int:
+        """How many have committed to a guess and not looked."""
+        with self._lock:
+            known = self._classes.get((seed, level))
+            return 0 if known is None else len(known.guessing)
+
+    def listen(self, told: Callable[[], None]) -> Callable[[], None]:
+        """Calls `told` after each change, until what is returned is called."""
+        with self._lock:
+            self._listeners.append(told)
+
+        def end() -> None:
+            with self._lock:
+                if told in self._listeners:
+                    self._listeners.remove(told)
+
+        return end
+
+    def _of(self, seed: int, level: str) -> _Class:
+        known = self._classes.setdefault((seed, level), _Class())
+        self._classes.move_to_end((seed, level))
+        while len(self._classes) > CLASSES:
+            self._classes.popitem(last=False)
+        return known
+
+    def _tell(self) -> None:
+        with self._lock:
+            listeners = tuple(self._listeners)
+        for told in listeners:
+            told()
+
+
+def plain_name(text: str) -> str:
+    """One short line."""
+    return " ".join("".join(c for c in text if c.isprintable()).split())[:LONGEST_NAME]

@@ -1,0 +1,149 @@
+"""A guess against the truth: kind and size."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from core.effects import catalogue, effect, with_included
+from core.effects.sizes import typical
+from core.errors import InputError
+from core.parameters import Parameter
+from core.study.rig import bare_model
+from core.units import factor_to_si
+from flexgui.views.numbers import format_number
+from flexgui.views.units import shown_unit
+
+NONE_GUESSED = "nothing"
+
+RIGHT, NEAR = 1.25, 2.0
+"""Times too large or too small: a size within the first is right, within the second near."""
+
+_SIZE = re.compile(
+    r"(?:([A-Za-zθα-ω]\w*)\s*[=:]\s*)?([-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?)\s*([^\d,;=]*)"
+)
+
+
+@dataclass(frozen=True)
+class Guess:
+    """An effect and its size, as a person named them."""
+
+    kind: str
+    """Id of an effect, or 'nothing'."""
+    size: str = ""
+
+    @property
+    def title(self) -> str:
+        one = catalogue().get(self.kind)
+        return "nothing is hidden" if one is None else one.title
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One guess, judged."""
+
+    guess: Guess
+    right: bool
+    size: str = ""
+    """How near the size is, a phrase; empty where none was given."""
+    near: bool = False
+    """Whether the size is right or near."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """All guesses of a challenge."""
+
+    each: tuple[Judged, ...]
+    hidden: tuple[str, ...]
+    found: int
+    """How many of the hidden effects were named."""
+
+    @property
+    def complete(self) -> bool:
+        return self.found == len(self.hidden) and all(one.right for one in self.each)
+
+    @property
+    def sentence(self) -> str:
+        """For the person."""
+        if self.complete:
+            return "You found it." if len(self.hidden) == 1 else "You found all of it."
+        if self.found:
+            return f"You found {self.found} of {len(self.hidden)}."
+        return "That was not it."
+
+
+def judged(guesses: Sequence[Guess], truth: Mapping[str, Any]) -> Judgement:
+    """`truth` as the seal held it."""
+    hidden = tuple(truth["effects"])
+    knobs = _knobs(hidden)
+    each = tuple(_one(guess, hidden, knobs, truth["values"]) for guess in guesses)
+    named = {k.kind for one in each if one.right for k in with_included([effect(one.guess.kind)])}
+    return Judgement(each, hidden, len(named & set(hidden)))
+
+
+def _knobs(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
+    model = bare_model().with_effects([effect(kind) for kind in kinds], {})
+    return {
+        one.kind: tuple(k.parameter for k in one.knobs(model.arm, model.drive, typical(model.arm)))
+        for one in model.effects
+    }
+
+
+def _one(
+    guess: Guess,
+    hidden: Sequence[str],
+    knobs: Mapping[str, tuple[Parameter, ...]],
+    values: Mapping[str, float],
+) -> Judged:
+    if guess.kind not in hidden:
+        return Judged(guess, False)
+    stated = read_sizes(guess.size)
+    if not stated:
+        return Judged(guess, True)
+    phrases, near = [], True
+    for name, value, unit in stated:
+        known = [p for p in knobs[guess.kind] if p.name in values and name in ("", p.name)]
+        if not known:
+            phrases.append(f"{name} is no size of it")
+            continue
+        phrase, ratio = min((_compared(p, value, unit, values[p.name]) for p in known), key=_off)
+        phrases.append(phrase)
+        near = near and _off((phrase, ratio)) <= NEAR
+    return Judged(guess, True, "; ".join(phrases), near)
+
+
+def read_sizes(text: str) -> list[tuple[str, float, str]]:
+    """'fc1 = 0.2 N m, fc2 = 0.1' -> (name or '', number, unit or ''), in the order written."""
+    return [(m[1] or "", float(m[2]), m[3].strip()) for m in _SIZE.finditer(text)]
+
+
+def _compared(p: Parameter, value: float, unit: str, true: float) -> tuple[str, float]:
+    """A phrase, and how many times too large the guess is."""
+    try:
+        value *= factor_to_si(unit, (p.unit,))
+    except InputError:
+        unit = ""  # taken as SI, which the phrase shows
+    shown = shown_unit(true, p.unit)
+    numbers = [f"{format_number(v * shown.factor, 3)} {shown.name}".strip() for v in (value, true)]
+    ratio = value / true if true else math.inf
+    return f"{p.name}: you {numbers[0]}, true {numbers[1]}, {_words(ratio)}", ratio
+
+
+def _off(found: tuple[str, float]) -> float:
+    """Times too large or too small, at least 1; a wrong sign is as bad as can be."""
+    ratio = found[1]
+    return max(ratio, 1.0 / ratio) if ratio > 0.0 else math.inf
+
+
+def _words(ratio: float) -> str:
+    off = _off(("", ratio))
+    if off <= RIGHT:
+        return "right"
+    side = "large" if ratio > 1.0 else "small"
+    if off <= NEAR:
+        return f"near: {off:.2g} times too {side}"
+    return f"far off: {off:.2g} times too {side}" if math.isfinite(off) else "the wrong sign"

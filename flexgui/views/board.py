@@ -1,0 +1,59 @@
+"""Who found what in a challenge, for a class."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Protocol
+
+from flexgui.views.table import Column, Row, Table
+
+SOMEBODY = "somebody"
+
+
+class Found(Protocol):
+    """One person's end of a challenge."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def guess(self) -> str: ...
+    @property
+    def found(self) -> int: ...
+    @property
+    def hidden(self) -> int: ...
+    @property
+    def complete(self) -> bool: ...
+    @property
+    def size(self) -> str: ...
+    @property
+    def seconds(self) -> float: ...
+    @property
+    def asked(self) -> bool: ...
+
+
+def board_table(entries: Sequence[Found], waiting: int) -> Table:
+    """In the order given; `waiting` have guessed and not seen the truth."""
+    columns = (
+        Column("Who"), Column("Guess"), Column("Found"), Column("Size"),
+        Column("Time", numeric=True),
+    )  # fmt: skip
+    rows = tuple(
+        Row(
+            (
+                (e.name or SOMEBODY) + (" *" if e.asked else ""), e.guess,
+                f"{e.found} of {e.hidden}", e.size or "–", clock(e.seconds),
+            ),
+            strong=e.complete,
+        )
+        for e in entries
+    )  # fmt: skip
+    notes = ["* asked the tool before the guess."] if any(e.asked for e in entries) else []
+    if waiting:
+        notes.append(f"{waiting} more committed to a guess and did not look yet.")
+    return Table(columns, rows, " ".join(notes))
+
+
+def clock(seconds: float) -> str:
+    """'3:05 min'"""
+    whole = int(round(seconds))
+    return f"{whole // 60}:{whole % 60:02d} min"

@@ -1,0 +1,85 @@
+"""The missing joint torque of one recording, small enough to stand beside the playing arm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from core.results import MissingTorque
+from flexgui.views import colours
+from flexgui.views.decimate import trace
+from flexgui.views.layout import axis, frame
+from flexgui.views.live import Figure, short
+from flexgui.views.residual_over import DIRECTIONS
+from flexgui.views.units import shown_unit
+
+POINTS = 600
+
+
+def missing_curve(torques: Sequence[MissingTorque]) -> Figure:
+    """A row per joint over a shared time axis in s."""
+    layout = _frame(torques)
+    layout["xaxis"] = axis("time [s]") | {"anchor": f"y{_number(len(torques) - 1)}"}
+    data = []
+    for k, one in enumerate(torques):
+        unit = shown_unit(one.missing[one.counted], one.unit)
+        x, y = trace(one.time, np.where(one.counted, one.missing, np.nan) * unit.factor, POINTS)
+        layout[f"yaxis{_number(k)}"] |= axis(unit.label(_what(one)))
+        data.append(
+            {
+                "type": "scatter", "mode": "lines", "x": short(x), "y": short(y),
+                "xaxis": "x", "yaxis": f"y{_number(k)}", "showlegend": False,
+                "line": {"color": colours.MISSING, "width": 1.4},
+                "hovertemplate": f"%{{y:.4g}} {unit.name}<extra></extra>",
+            }
+        )  # fmt: skip
+    return {"data": data, "layout": layout}
+
+
+def missing_cloud(torques: Sequence[MissingTorque]) -> Figure:
+    """A row per joint over its own velocity, both directions in their colours."""
+    layout = _frame(torques, 0.17)
+    data = []
+    for k, one in enumerate(torques):
+        keep = np.flatnonzero(one.counted & np.isfinite(one.missing) & np.isfinite(one.velocity))
+        keep = keep[:: max(1, -(-keep.size // POINTS))]
+        unit = shown_unit(one.missing[keep], one.unit)
+        speed = shown_unit(one.velocity[keep], one.velocity_unit)
+        number = _number(k)
+        layout[f"yaxis{number}"] |= axis(unit.label(_what(one))) | {"anchor": f"x{number}"}
+        layout[f"xaxis{number}"] = axis(speed.label(f"velocity of joint {one.joint}")) | {
+            "anchor": f"y{number}"
+        }
+        for sign, (name, colour) in zip((1.0, -1.0), DIRECTIONS, strict=True):
+            some = keep[sign * one.velocity[keep] >= 0.0]
+            data.append(
+                {
+                    "type": "scatter", "mode": "markers", "name": name, "legendgroup": name,
+                    "x": short(one.velocity[some] * speed.factor),
+                    "y": short(one.missing[some] * unit.factor),
+                    "xaxis": f"x{number}", "yaxis": f"y{number}", "showlegend": k == 0,
+                    "marker": {"color": colours.faded(colour, 0.55), "size": 4},
+                    "hovertemplate": f"%{{x:.3g}} {speed.name}, %{{y:.4g}} {unit.name}"
+                    "<extra></extra>",
+                }
+            )  # fmt: skip
+    return {"data": data, "layout": layout}
+
+
+def _frame(torques: Sequence[MissingTorque], gap: float = 0.05) -> Figure:
+    layout: Figure = frame(400, "") | {"hovermode": "closest"}
+    layout["font"] = {**layout["font"], "size": 11}
+    room = 1.0 / len(torques)
+    for k in range(len(torques)):
+        top = 1.0 - k * room
+        layout[f"yaxis{_number(k)}"] = {"anchor": "x", "domain": [top - room + gap, top]}
+    return layout
+
+
+def _number(k: int) -> str:
+    return "" if k == 0 else str(k + 1)
+
+
+def _what(one: MissingTorque) -> str:
+    return f"{'force' if one.unit == 'N' else 'torque'} {one.joint}"

@@ -1,0 +1,77 @@
+"""The whole way with real clicks: on recordings of an independent engine, and on a challenge."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from core.scenario.read import read_scenario
+from core.study.seal import opened
+from flexgui.session import Session
+from flexgui.session.edit import put
+from flexgui.session.effects import present, titled
+from flexgui.session.look import ladder_steps
+from flexgui.session.uploads import fetch_files
+from tests.page.helpers import press, sees
+from tests.page.test_diagnose import HEADLESS, answer, bars, headless
+
+pytestmark = pytest.mark.long
+
+RECORDED = Path(__file__).resolve().parents[2] / "scenarios" / "mujoco"
+
+SLOW = 600_000
+"""ms: a search over all effects on a machine with two cores."""
+
+
+def walk(page: Any, session: Session, right: str) -> None:
+    """From recordings to a found effect and back again."""
+    title = titled([right])[0]
+    press(page, "Identify")
+    press(page, "Start identification")
+    page.get_by_role("button", name="Next: compare model and measurements").wait_for(timeout=SLOW)
+    press(page, "Next: compare model and measurements")
+    page.get_by_role("button").filter(has_text="× floor").first.wait_for()
+    press(page, "Next: find what is missing")
+    press(page, "Find what is missing")
+    page.get_by_text("Something is missing.").wait_for(timeout=SLOW)
+    page.get_by_role("button", name=f"Add {title}", exact=True).wait_for()
+    assert session.look is not None and session.look.ranking[0].effect == right
+    expected = headless(session)
+    press(page, f"Add {title}")
+    page.get_by_text(f"{title}: the error went from").wait_for(timeout=SLOW)
+    first, second = ladder_steps(session.looks)
+    assert np.sqrt(second.cost_per_sample) == pytest.approx(expected, rel=HEADLESS)
+    assert second.cost_per_sample < 0.5 * first.cost_per_sample
+    page.wait_for_timeout(1000)
+    assert len(bars(page)) == 2
+    press(page, "Undo the last step")
+    page.wait_for_timeout(1000)
+    assert len(bars(page)) == 1 and not present(session.scenario)
+    assert ladder_steps(session.looks) == (first,)
+
+
+def test_on_recordings_of_an_independent_engine(page: Any, session: Session) -> None:
+    path = RECORDED / "tip_payload.toml"
+    scenario = read_scenario(path)
+    fetch_files(scenario, path.parent, None, session.folder)
+    assert session.open(scenario)
+    kinds = ["tip_payload", "coulomb_friction", "viscous_friction", "camera_delay"]
+    assert session.change(put(("diagnose", "candidates"), kinds))
+    walk(page, session, "tip_payload")
+
+
+def test_on_a_challenge(page: Any, session: Session) -> None:
+    press(page, "Diagnose")
+    page.get_by_text("Challenge", exact=True).first.click()
+    press(page, "Hide an effect")
+    page.get_by_text("something is hidden in these recordings").wait_for(timeout=SLOW)
+    known = session.challenge
+    assert known is not None
+    kind = json.loads(opened(known.sealed, "-"))["effects"][0]
+    walk(page, session, kind)
+    answer(page, kind)
+    sees(page, "✓ Verdict: missing")

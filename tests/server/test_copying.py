@@ -1,0 +1,39 @@
+"""What a follower's own copy takes over."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flexgui.server.copying import copy_session
+from flexgui.session import Session
+from flexgui.session.challenging import Challenge, Guess
+from flexgui.session.look import Look
+
+
+def made(folder: Path, key: str) -> Session:
+    (folder / key).mkdir()
+    return Session(key, folder / key)
+
+
+def test_a_copy_has_what_the_teacher_found(tmp_path: Path) -> None:
+    teacher, own = made(tmp_path, "teacher"), made(tmp_path, "own")
+    teacher.looks = (Look(teacher.scenario),)
+    copy_session(teacher, own)
+    assert own.looks == teacher.looks and own.challenge is None
+    teacher.close()
+    own.close()
+
+
+def test_a_copy_of_a_challenge_begins_anew(tmp_path: Path) -> None:
+    teacher, own = made(tmp_path, "teacher"), made(tmp_path, "own")
+    (teacher.folder / "th1.csv").write_text("t\n")
+    teacher.challenge = Challenge(7, "hard", "sealed", (Guess("rotor_inertia"),))
+    teacher.looks = (Look(teacher.scenario),)
+    copy_session(teacher, own)
+    assert (own.folder / "th1.csv").is_file()
+    known = own.challenge
+    assert known is not None and (known.seed, known.level, known.sealed) == (7, "hard", "sealed")
+    assert not known.guesses and known.count == 2
+    assert not own.looks, "the teacher's findings would give it away"
+    teacher.close()
+    own.close()

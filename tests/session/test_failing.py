@@ -1,0 +1,53 @@
+"""Where the model fails: floors, board and the error along the time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.results import ChannelComparison, RecordingComparison
+from flexgui.session.failing import where_it_fails
+from flexgui.views.error_now import words
+
+N, DT = 1200, 1e-3
+TIME = DT * np.arange(N)
+
+
+def seen(name: str, late: float, floors: dict[str, float]) -> RecordingComparison:
+    """Errors at the floor, and from 0.6 s on `late` times as large."""
+    rng = np.random.default_rng(len(name))
+    size = np.where(TIME < 0.6, 1.0, late)
+    channels = [
+        ChannelComparison(
+            channel, "rad", 5.0 + TIME, model + floor * size * rng.standard_normal(N), model,
+            np.ones(N, dtype=bool),
+        )
+        for channel, floor in floors.items()
+        for model in [np.sin(6.0 * TIME)]
+    ]  # fmt: skip
+    return RecordingComparison(name, "estimate", "all", tuple(channels))
+
+
+FLOORS = {"theta1": 1e-4, "z1": 2e-4, "z2": 2e-4}
+
+
+def test_the_board_is_dark_where_the_error_is_large() -> None:
+    found = where_it_fails((seen("a", 1.0, FLOORS), seen("bb", 30.0, FLOORS)), FLOORS)
+    assert found.board is not None and found.board.recordings == ("a", "bb")
+    assert np.all(found.board.ratio[0] < 1.3)
+    assert np.all(found.board.ratio[1, 7:] > 20.0) and np.all(found.board.ratio[1, :5] < 1.3)
+
+
+def test_the_error_at_a_moment_is_told_part_by_part() -> None:
+    found = where_it_fails((seen("a", 20.0, FLOORS),), FLOORS).now["a"]
+    early, late = found.at(0.2), found.at(1.0)
+    assert set(early) == {"theta1", "camera"}
+    assert all(value == pytest.approx(1.0, rel=0.3) for value in early.values())
+    assert all(value == pytest.approx(20.0, rel=0.3) for value in late.values())
+    assert found.worst > 15.0
+    assert words({"theta1": 1.5, "camera": 20.0}) == "error now: θ₁ 1.5, camera 20 × floor"
+
+
+def test_an_exact_sensor_has_a_floor_all_the_same() -> None:
+    exact = seen("a", 1.0, {"theta1": 1e-12})
+    assert where_it_fails((exact,), None).floors["theta1"] > 1e-4, "a thousandth of its motion"

@@ -1,0 +1,77 @@
+"""Ten people who diagnose at once."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+
+from core.results import RankedEffect
+from flexgui.jobs import JobPool
+from flexgui.jobs.events import Event, Started
+from flexgui.session import Session
+from flexgui.session.edit import Document, put
+from flexgui.session.run import DONE
+from tests.session.conftest import Offered
+from tests.session.helpers import until
+
+pytestmark = pytest.mark.long
+
+PEOPLE, SOON = 10, 900.0
+
+
+def made(folder: Path) -> Session:
+    folder.mkdir()
+    session = Session(folder.name, folder)
+
+    def edit(document: Document) -> None:
+        document["recordings"] = document["recordings"][:2]
+        for entry in document["recordings"]:
+            entry["simulate"]["seconds"] = 1.0
+
+    session.choose("something hidden", None)  # type: ignore[arg-type]  (it reads no file)
+    kinds = ["coulomb_friction", "viscous_friction", "tip_payload"]
+    assert session.change(edit, put(("diagnose", "candidates"), kinds))
+    return session
+
+
+def figures(ranking: tuple[RankedEffect, ...]) -> list[tuple[str, float, float | None]]:
+    return [(r.effect, r.expected_drop_percent, r.refit_drop_percent) for r in ranking]
+
+
+def test_all_end_in_fair_order_with_the_results_of_one_alone(tmp_path: Path) -> None:
+    with JobPool(2) as pool:
+        services = Offered(pool)
+        alone = made(tmp_path / "alone")
+        assert alone.diagnose(services)
+        until(lambda: not alone.busy and alone.pending is None, SOON)
+        assert alone.look is not None
+        people = [made(tmp_path / f"person{k}") for k in range(PEOPLE)]
+        began: list[str] = []
+        for one in people:
+            watch(one, began)
+        start = time.monotonic()
+        for one in people:
+            assert one.diagnose(services)
+        until(lambda: not any(one.busy or one.pending for one in people), SOON)
+        print(f"{PEOPLE} at once: {time.monotonic() - start:.1f} s")
+        for one in people:
+            assert one.run.phase == DONE and one.look is not None, one.message
+            assert figures(one.look.ranking) == figures(alone.look.ranking)
+            one.close()
+        alone.close()
+    # Two workers take two at a time; nobody is overtaken by who came later than the next one.
+    assert all(abs(k - int(key.removeprefix("person"))) <= 1 for k, key in enumerate(began))
+
+
+def watch(session: Session, began: list[str]) -> None:
+    """Notes when its job begins."""
+    heard = session._heard
+
+    def hear(event: Event) -> None:
+        if isinstance(event, Started):
+            began.append(session.key)
+        heard(event)
+
+    session._heard = hear  # type: ignore[method-assign]
