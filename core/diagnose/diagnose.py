@@ -76,16 +76,17 @@ def diagnose(
     options: Options | None = None,
     progress: Progress | None = None,
     listen: Listener = lambda _: None,
+    begun: Begun | None = None,
 ) -> Diagnosis:
     """Names what the model lacks on the estimation recordings, and adds it step by step.
 
-    InputError where the recordings lack what the model needs. Stopping keeps what was found.
+    `begun`: what `begin_on` gave for the same arguments, where it was asked before. InputError
+    where the recordings lack what the model needs. Stopping keeps what was found.
     """
     options, progress = options or Options(), progress or Silent()
     clock = time.perf_counter()
-    progress.stage("Fitting the model as it is")
-    begun = _begin(setup, spec, recordings, options, progress)
-    state = _state(setup, spec, recordings, begun, options)
+    begun = begun or begin_on(setup, spec, recordings, options, progress)
+    state = _state(setup, begun)
     fitted = time.perf_counter()
     more = _climb(state, options, progress, listen)
     _prune(state, progress)
@@ -94,7 +95,9 @@ def diagnose(
     stopped = progress.stopped()
     verdict = _verdict(bool(more or state.found or (stopped and given.above)), given)
     final = _verdict(more, left) if options.max_effects and not stopped else None
-    applies = not_applicable(state.data, options.candidates)
+    have = {e.kind for e in with_included(state.present)}
+    reasons = not_applicable(state.data, options.candidates)
+    applies = {kind: reason for kind, reason in reasons.items() if kind not in have}
     told = Told(
         verdict, final, state.rounds, state.steps, given, left, applies,
         kept=[e.kind for e in state.found], limit=options.max_effects,
@@ -123,35 +126,32 @@ def _verdict(more: bool, of: Remains) -> str:
     return MISSING if more else UNLISTED if of.above else NOTHING
 
 
-def _begin(
+def begin_on(
     setup: Setup,
     spec: IdentifySpec,
     recordings: Sequence[Recording],
     options: Options,
     progress: Progress,
 ) -> Begun:
+    """The model fitted as it is, where the search begins."""
+    progress.stage("Fitting the model as it is")
     chosen = [r for r in recordings if r.role == "estimate"]
     if not chosen:
         raise InputError('No recording has role = "estimate"; give at least one to diagnose.')
-    return begin(
+    begun = begin(
         setup.model, setup.outputs, setup.processing, spec, chosen, options.stated_noise,
         options.fidelity, progress.stopped,
     )  # fmt: skip
-
-
-def _state(
-    setup: Setup,
-    spec: IdentifySpec,
-    recordings: Sequence[Recording],
-    begun: Begun,
-    options: Options,
-) -> _State:
     later = [r for r in recordings if r.role == "validate"]
     validation = begun.for_others(setup.processing, spec, later) if later else None
     if validation is not None:
         validation = replace(validation, per_recording=options.per_recording)
+    return replace(begun, validation=validation)
+
+
+def _state(setup: Setup, begun: Begun) -> _State:
     present = list(setup.model.effects)
-    state = _State(begun.data, begun.base, present, len(present), [], [], validation)
+    state = _State(begun.data, begun.base, present, len(present), [], [], begun.validation)
     state.steps.append(_step(state, None, "The model as given"))
     return state
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.evidence import RELEVANT
 from core.diagnose.refit import Refit, fit, settled
+from core.effects import effect
 from core.effects.effect import Effect
 
 ITERATIONS = 6
@@ -28,23 +29,41 @@ def without_needless(
     given: int,
     stopped: Callable[[], bool],
 ) -> tuple[Kept, tuple[Effect, ...]]:
-    """Takes out each effect, but the last added, without which the error hardly grows.
+    """Takes out each effect without which the error hardly grows, but the last added, or puts the
+    simpler ones that it includes in its place.
 
     The first `given` are what the user put into the model: they stay.
     """
     # As finely simulated as what it is compared with: no model may win by its steps.
     alike = replace(data, steps=refit.hypothesis.steps)
-    kept, removed = list(range(len(present))), []
-    for place in range(given, len(present) - 1):
-        if stopped():
-            break
-        one, left = present[place], [k for k in kept if k != place]
-        others = [present[k] for k in left]
-        if any(one.kind in e.includes for e in others):
-            continue
-        start = hypothesis(alike, others, refit.hypothesis.values())
-        tried = fit(start, None, stopped, ITERATIONS)
-        if tried.cost - refit.cost < RELEVANT * data.count:
-            kept, refit = left, settled(tried)
-            removed.append(one)
-    return Kept(refit, tuple(present[k] for k in kept)), tuple(removed)
+    kept: list[tuple[Effect, ...]] = [(one,) for one in present]
+    removed: list[Effect] = []
+    for place in range(given, len(present)):
+        for instead in _instead(kept, place):
+            if stopped():
+                break
+            tried = [*kept[:place], instead, *kept[place + 1 :]]
+            start = hypothesis(alike, _flat(tried), refit.hypothesis.values())
+            found = fit(start, None, stopped, ITERATIONS)
+            if found.cost - refit.cost < RELEVANT * data.count:
+                kept, refit = tried, settled(found)
+                removed.append(present[place])
+                break
+    return Kept(refit, _flat(kept)), tuple(removed)
+
+
+def _flat(places: Sequence[tuple[Effect, ...]]) -> tuple[Effect, ...]:
+    return tuple(one for place in places for one in place)
+
+
+def _instead(kept: Sequence[tuple[Effect, ...]], place: int) -> list[tuple[Effect, ...]]:
+    """What may stand in an effect's place: nothing, or what it includes; it stays where others
+    need it."""
+    (one,) = kept[place]
+    others = _flat([*kept[:place], *kept[place + 1 :]])
+    if any(one.kind in e.includes for e in others):
+        return []
+    have = {e.kind for e in others}
+    simpler = tuple(effect(kind) for kind in one.includes if kind not in have)
+    nothing: list[tuple[Effect, ...]] = [()] if place < len(kept) - 1 else []
+    return [*nothing, *([simpler] if simpler else [])]

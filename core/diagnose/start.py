@@ -37,6 +37,8 @@ class Begun:
 
     data: Data
     base: Refit
+    validation: Data | None = None
+    """Recordings that no fit sees."""
 
     def for_others(
         self, processing: Processing, spec: IdentifySpec, recordings: Sequence[Recording]

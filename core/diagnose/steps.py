@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,10 +24,12 @@ def ladder_step(
 ) -> LadderStep:  # fmt: skip
     """`names`: parameters to list, all unknowns where empty."""
     errors = _by_channel(data, refit.errors)
-    later = {} if validation is None else _by_channel(*_validated(validation, refit))
+    seen = None if validation is None else validated(validation, refit)
+    later = {} if seen is None else _by_channel(seen.data, seen.errors)
     listed = estimates(refit)
     return LadderStep(
         added=added,
+        model=tuple(one.kind for one in refit.hypothesis.model.effects),
         title=title,
         parameters=tuple(e for e in listed if not names or e.name in names),
         errors=tuple(
@@ -78,8 +80,18 @@ def _anew(validation: Data, h: Hypothesis) -> tuple[Unknown, ...]:
     return tuple(u for u in h.unknowns.items if u.parameter.name in names)
 
 
-def _validated(validation: Data, refit: Refit) -> tuple[Data, Sequence[np.ndarray]]:
-    """Errors on recordings that no fit saw; what belongs to a recording is fitted to it alone."""
+@dataclass(frozen=True)
+class Validated:
+    """A fitted model on recordings that no fit saw."""
+
+    data: Data
+    hypothesis: Hypothesis
+    errors: Sequence[np.ndarray]
+    """(M, k) per recording, in floors."""
+
+
+def validated(validation: Data, refit: Refit) -> Validated:
+    """What belongs to a recording is fitted to it alone; all else stays as it was found."""
     h = refit.hypothesis
     shared = {k: v for k, v in h.values().items() if "@" not in k}
     anew = _anew(validation, h)
@@ -92,7 +104,7 @@ def _validated(validation: Data, refit: Refit) -> tuple[Data, Sequence[np.ndarra
     found = descend(
         tried.errors, tried.slopes, tried.vector, tried.limits, most=VALIDATION_ITERATIONS
     )
-    return held, found.blocks
+    return Validated(held, tried.at(found.vector), found.blocks)
 
 
 def estimates(refit: Refit) -> tuple[Estimate, ...]:

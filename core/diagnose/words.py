@@ -88,10 +88,18 @@ def _findings(told: Told) -> list[_Finding]:
     added = [(a, b) for a, b in pairwise(told.steps) if b.added is not None]
     found = []
     for one, (before, after) in zip(accepted, added, strict=True):
-        ranked = next(r for r in one.ranking if r.effect == one.accepted)
-        if ranked.effect in told.kept:
+        kind = _at_the_end(one.accepted or "", told.kept)
+        ranked = next((r for r in one.ranking if r.effect == kind), None)
+        if ranked is not None:
             found.append(_Finding(ranked, one, before, after))
     return found
+
+
+def _at_the_end(kind: str, kept: Sequence[str]) -> str:
+    """What an added effect is in the end: itself, or a simpler one that took its place."""
+    one = catalogue().get(kind)
+    simpler = [] if one is None or kind in kept else [k for k in one.includes if k in kept]
+    return kind if kind in kept else next(iter(simpler), "")
 
 
 def _missing(told: Told) -> list[str]:

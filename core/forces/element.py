@@ -10,9 +10,6 @@ import numpy as np
 from core.forces.compiled import compile_law
 from core.forces.law import ForceLaw
 
-TIP = None
-"""In place of a direction: the port is a component of the tip's place."""
-
 
 @dataclass(frozen=True)
 class Element:

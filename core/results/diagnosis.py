@@ -35,6 +35,8 @@ class LadderStep:
     """m, over the estimation recordings; None without a camera."""
     cost_per_sample: float
     """Mean squared error in floors: 1 is the floor."""
+    model: tuple[str, ...] = ()
+    """Ids of all effects in the model at this step, those that others include too."""
     fit_percent: tuple[float, ...] = ()
     """FIT per channel over the estimation recordings, in the order of `errors`."""
     validation_fit_percent: tuple[float, ...] = ()

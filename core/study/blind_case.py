@@ -106,12 +106,16 @@ def compared(answer: Diagnosis, data: Made, what: Sequence[str]) -> dict[str, An
 
 
 def _found(answer: Diagnosis) -> set[str]:
-    """All that was accepted, with what the data cannot tell from it."""
-    found: set[str] = set()
+    """All that is in the model at the end, with what the data cannot tell from it.
+
+    What an accepted effect includes is not named by it.
+    """
+    last = [effect(kind) for kind in answer.steps[-1].model]
+    found = {e.kind for e in last} - {kind for e in last for kind in e.includes}
     for each in answer.rounds:
-        if each.accepted is not None:
+        if each.accepted in found:
             winner = next(r for r in each.ranking if r.effect == each.accepted)
-            found |= {each.accepted, *winner.confused_with}
+            found |= set(winner.confused_with)
     return found
 
 

@@ -194,3 +194,15 @@ def test_a_filter_takes_its_share_of_the_noise() -> None:
     filtered = processing.apply(noise[:, None], 1e-3)
     assert noise_gain(processing, 1e-3) == pytest.approx(filtered.std(), rel=FILTERED)
     assert noise_gain(Processing(), 1e-3) == 1.0
+
+
+def test_an_early_effect_that_includes_a_simpler_one_gives_way_to_it() -> None:
+    """A delay bends what dry friction leaves; once it is known the plain level is enough."""
+    hidden = HIDDEN.replace("{ coulomb", "{ camera_delay = { td = 0.012 }, coulomb")
+    kinds = '["presliding_friction", "camera_delay"]'
+    document = text(diagnose=f"[diagnose]\ncandidates = {kinds}\nmax_effects = 2")
+    found = run_scenario(parse_scenario(document.replace(HIDDEN, hidden), "x")).diagnosis
+    assert found is not None
+    assert set(found.steps[-1].model) == {"coulomb_friction", "camera_delay"}
+    assert found.steps[-1].title == "Without: Presliding friction"
+    assert found.steps[-1].cost_per_sample < 1.1

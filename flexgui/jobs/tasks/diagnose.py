@@ -62,7 +62,7 @@ def diagnose(
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
     asked = _asked(scenario, model, spec, where, progress)
-    state = first_look(asked, progress)
+    state, begun = first_look(asked, progress)
     if fit == BEFORE and not progress.stopped():
         state = replace(state, outcome=refined(scenario_toml, where, progress))
         progress.partial(LOOKED, state)
@@ -72,8 +72,9 @@ def diagnose(
         state = replace(state, ranking=thinned(ranking))
         progress.partial(LOOKED, state)
 
-    fitted = [r for r in asked.recordings if r.role == "estimate"]  # the others had their look
-    found = look_for(asked.setup, asked.spec, fitted, asked.options, progress, listen)
+    found = look_for(
+        asked.setup, asked.spec, asked.recordings, asked.options, progress, listen, begun
+    )
     light = tuple(replace(r, ranking=thinned(r.ranking)) for r in found.rounds)
     state = replace(state, ranking=thinned(found.ranking), diagnosis=replace(found, rounds=light))
     if fit == AFTER and not progress.stopped():
@@ -111,30 +112,20 @@ def _asked(
     return Asked(recordings, setup, spec, options)
 
 
-def first_look(asked: Asked, progress: Teller) -> Looked:
+def first_look(asked: Asked, progress: Teller) -> tuple[Looked, Begun]:
     """The model fitted as it is: its step of the ladder and what it leaves of the recordings; told
     at once, and after it measured against modelled by the same fit."""
-    from core.diagnose.start import begin
+    from core.diagnose.diagnose import begin_on
     from core.diagnose.steps import ladder_step
     from flexgui.jobs.compared import compared
 
-    progress.stage("Fitting the model as it is")
-    setup, options = asked.setup, asked.options
-    chosen = [r for r in asked.recordings if r.role == "estimate"]
-    later = [r for r in asked.recordings if r.role == "validate"]
-    begun = begin(
-        setup.model, setup.outputs, setup.processing, asked.spec, chosen, options.stated_noise,
-        options.fidelity, progress.stopped,
-    )  # fmt: skip
-    validation = begun.for_others(setup.processing, asked.spec, later) if later else None
-    if validation is not None:
-        validation = replace(validation, per_recording=options.per_recording)
-    step: LadderStep = ladder_step(begun.data, validation, begun.base, None, "As given", ())
+    begun = begin_on(asked.setup, asked.spec, asked.recordings, asked.options, progress)
+    step: LadderStep = ladder_step(begun.data, begun.validation, begun.base, None, "As given", ())
     looked = _seen(step, begun)
     progress.partial(LOOKED, looked)
     if not progress.stopped():
-        progress.partial(COMPARED, compared(begun, validation))
-    return looked
+        progress.partial(COMPARED, compared(begun))
+    return looked, replace(begun, validation=None)  # the others have had their look
 
 
 def _seen(step: LadderStep, begun: Begun) -> Looked:
