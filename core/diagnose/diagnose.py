@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from core.diagnose.announce import round_title
+from core.diagnose.compared import compared
 from core.diagnose.data import Data, names_of
 from core.diagnose.deciding import deciding
 from core.diagnose.describe import ranking_of
@@ -44,6 +45,8 @@ class Options:
     """channel -> standard deviation of the sensor's noise, SI, where it is known."""
     per_recording: tuple[str, ...] = ()
     """Effects whose sizes are estimated anew on validation data (another bench's friction)."""
+    compare: bool = True
+    """Whether measured and modelled signals are kept, of the first model and the last."""
 
 
 Listener = Callable[[tuple[RankedEffect, ...]], None]
@@ -115,6 +118,8 @@ def diagnose(
         floors=state.data.floors,
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted},
         notes=(STOPPED,) if stopped else (),
+        given=compared(begun) if options.compare else (),
+        left=compared(replace(begun, base=state.refit)) if options.compare and state.found else (),
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from core.results.comparison import RecordingComparison
 from core.results.identification import Estimate
 
 
@@ -106,6 +107,10 @@ class Diagnosis:
     floors: Mapping[str, float] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    given: tuple[RecordingComparison, ...] = ()
+    """Measured against the model as given, as the ladder counts: where it failed."""
+    left: tuple[RecordingComparison, ...] = ()
+    """The same after the last step; empty where nothing was added."""
 
     @property
     def ranking(self) -> tuple[RankedEffect, ...]:

@@ -30,6 +30,3 @@ class Outcome:
     arm_table: tuple[tuple[str, str, float, str], ...] = ()
     """(name, title, value, unit) of the arm's and the drive's parameters as given."""
     diagnosis: Diagnosis | None = None
-    given: tuple[RecordingComparison, ...] = ()
-    """Measured against the model as given, by the fit that the diagnosis began with: where it
-    failed. Empty: `comparisons` are of that model."""

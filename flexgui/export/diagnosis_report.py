@@ -63,7 +63,7 @@ def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
     found = outcome.diagnosis
     if found is None:
         return None
-    maps = error_maps(outcome.given or outcome.comparisons, found.floors)
+    maps = error_maps(found.given or outcome.comparisons, found.floors)
     return DiagnosisBlock(
         words=found.words,
         formulas=_formulas(found),
@@ -74,15 +74,13 @@ def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
         by_time=plot(error_map(maps.by_time)),
         over=plot(residual_over(_patterns(maps))),
         worst=worst_table(maps.worst),
-        left=_left(outcome, found),
+        left=_left(found),
         not_applicable=_not_applicable(found),
     )
 
 
-def _left(outcome: Outcome, found: Diagnosis) -> Plot | None:
-    if not outcome.given:
-        return None
-    return plot(error_map(error_maps(outcome.comparisons, found.floors).by_time))
+def _left(found: Diagnosis) -> Plot | None:
+    return plot(error_map(error_maps(found.left, found.floors).by_time)) if found.left else None
 
 
 def _patterns(maps: ErrorMaps) -> list[ErrorOver]:

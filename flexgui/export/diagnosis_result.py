@@ -41,7 +41,7 @@ def diagnosis(outcome: Outcome, parameter: Parameter) -> dict[str, Any] | None:
     found = outcome.diagnosis
     if found is None:
         return None
-    maps = error_maps(outcome.given or outcome.comparisons, found.floors)
+    maps = error_maps(found.given or outcome.comparisons, found.floors)
     return {
         "words": found.words,
         "effects": found.effects,

@@ -63,7 +63,7 @@ def ranking_table(outcome: Outcome) -> pd.DataFrame:
 def error_map_table(outcome: Outcome) -> pd.DataFrame:
     """A row per output, recording and time window or frequency band."""
     assert outcome.diagnosis is not None
-    maps = error_maps(outcome.given or outcome.comparisons, outcome.diagnosis.floors)
+    maps = error_maps(outcome.diagnosis.given or outcome.comparisons, outcome.diagnosis.floors)
     rows = [
         {
             "channel": m.channel,

@@ -81,7 +81,4 @@ class Comparing(Running, ABC):
             return outcome
         shown = self.comparisons or outcome.comparisons
         notes = outcome.notes if shown is outcome.comparisons else (*outcome.notes, COMPARED_BY)
-        first = self.looks[0]
-        given = first.comparisons if first is not last else ()
-        told = replace(outcome, comparisons=shown, notes=notes, given=given)
-        return replace(told, diagnosis=story(self.looks))
+        return replace(outcome, comparisons=shown, notes=notes, diagnosis=story(self.looks))

@@ -94,6 +94,8 @@ def story(looks: Sequence[Look]) -> Diagnosis | None:
         words=(*first.words, *(_after(told[-1], last) if whole else ())),
         effects=tuple(e.model_dump() for e in told[-1].scenario.model.effects),
         notes=(*first.notes, *(last.notes if whole else ())),
+        given=told[0].comparisons,
+        left=told[-1].comparisons if whole else (),
     )
 
 

@@ -206,3 +206,17 @@ def test_an_early_effect_that_includes_a_simpler_one_gives_way_to_it() -> None:
     assert set(found.steps[-1].model) == {"coulomb_friction", "camera_delay"}
     assert found.steps[-1].title == "Without: Presliding friction"
     assert found.steps[-1].cost_per_sample < 1.1
+
+
+SAME_SIGNALS = 0.01
+"""Relative: the rms of the compared signals against the ladder's, which is simulated alike."""
+
+
+def test_what_is_compared_is_what_the_ladder_counts() -> None:
+    found = ran(diagnose=FEW + "max_effects = 1").diagnosis
+    assert found is not None
+    for signals, step in ((found.given, found.steps[0]), (found.left, found.steps[-1])):
+        (recording,) = signals
+        rms = {c.channel: np.sqrt(np.mean(c.residual[c.counted] ** 2)) for c in recording.channels}
+        for error in step.errors:
+            assert rms[error.channel] == pytest.approx(error.rms, rel=SAME_SIGNALS), error.channel

@@ -104,6 +104,7 @@ def _asked(
     setup = make_setup(model, spec, recordings)
     options = Options(
         max_effects=0,
+        compare=False,  # the first look tells it sooner
         candidates=asked.candidates or (),
         fidelity=asked.fidelity,
         stated_noise=stated_noise(scenario, setup, recordings),
@@ -115,9 +116,9 @@ def _asked(
 def first_look(asked: Asked, progress: Teller) -> tuple[Looked, Begun]:
     """The model fitted as it is: its step of the ladder and what it leaves of the recordings; told
     at once, and after it measured against modelled by the same fit."""
+    from core.diagnose.compared import compared
     from core.diagnose.diagnose import begin_on
     from core.diagnose.steps import ladder_step
-    from flexgui.jobs.compared import compared
 
     begun = begin_on(asked.setup, asked.spec, asked.recordings, asked.options, progress)
     step: LadderStep = ladder_step(begun.data, begun.validation, begun.base, None, "As given", ())

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from core.diagnose.data import Data, Hypothesis
+from core.diagnose.missing_torque import missing_torque
 from core.diagnose.start import Begun
 from core.diagnose.steps import validated
 from core.identify.compare import compare
 from core.results import RecordingComparison
-from flexgui.jobs.missing import missing_torque
 
 LABEL = "the diagnosis, starts free"
 """Of the fit; an identification holds the starts on the encoders' first samples."""
