@@ -1,4 +1,4 @@
-"""Last stage: take the work away."""
+"""Sixth stage: take the work away."""
 
 from __future__ import annotations
 

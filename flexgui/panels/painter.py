@@ -13,7 +13,7 @@ from flexgui.session.turn import TURN
 log = logging.getLogger(__name__)
 
 
-STREAMED = frozenset({Topic.RUN, Topic.DIAGNOSIS})
+STREAMED = frozenset({Topic.RUN, Topic.DIAGNOSIS, Topic.STUDY})
 INTERVAL = 0.25
 """s between two drawings of what streams: a browser that draws without a pause hears no click."""
 

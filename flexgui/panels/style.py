@@ -15,7 +15,7 @@ STYLE = Markup("""<style>
 .fx table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .93em; }
 .fx th, .fx td { padding: .18em .8em .18em 0; text-align: left; white-space: nowrap;
   border-bottom: 1px solid var(--mantine-color-default-border); }
-.fx thead th { white-space: normal; vertical-align: bottom; }
+.fx thead th { white-space: normal; overflow-wrap: normal; vertical-align: bottom; }
 .fx th { font-weight: 600; color: var(--mantine-color-dimmed); }
 .fx .number { text-align: right; } .fx tr.strong td { font-weight: 650; }
 .fx td.best { font-weight: 700; color: #1f9470; }
@@ -51,7 +51,7 @@ STYLE = Markup("""<style>
   padding: .4em .8em; }
 .mantine-Slider-root:has([data-disabled]) ~ div input { opacity: .5; pointer-events: none; }
 div:has(> .fx > .fx-bar) + div > div > div:first-child { display: none; }
-div:has(> .fx > .fx-bar) + div button { height: 2.1em; font-size: .85em; padding: 0 .5em; }
+div:has(> .fx > .fx-bar) + div button { height: 2.1em; font-size: .8em; padding: 0 .2em; }
 </style>""")
 """`:has` finds the row of buttons after the mark `fx-bar`; a browser without it shows a label."""
 

@@ -106,6 +106,7 @@ def _greet(
 def _leave_alone(session: Session) -> None:
     """With the best they have so far: who comes back finds it. Nothing plays to nobody."""
     session.stop()
+    session.stop_study()
     if session.cursor.playing:
         session.set_cursor(playing=False)
 

@@ -9,20 +9,20 @@ from core.errors import InputError
 from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
-from flexgui.session.challenging import Challenging
 from flexgui.session.demo import EMBEDDED, scenario_choices
 from flexgui.session.services import Services
 from flexgui.session.state import Cursor
+from flexgui.session.studying import Studying
 from flexgui.session.topics import Topic
 from flexgui.session.uploads import fetch_files
 
 
 @final
-class Session(Challenging):
+class Session(Studying):
     """State and what may be done with it; subscribers hear which part changed, then read it.
 
     Its parts stand in files of their own: listened -> editing -> playing -> running ->
-    diagnosing -> demonstrating -> uploading -> challenging -> here.
+    diagnosing -> demonstrating -> uploading -> challenging -> studying -> here.
     """
 
     def choose(self, name: str, services: Services) -> bool:
@@ -49,6 +49,7 @@ class Session(Challenging):
             self.say(str(error), bad=True)
             return False
         self.forget_job()
+        self.forget_study()
         self.end_demonstration()
         self.leave_waiting()
         self._unlisten()
@@ -72,6 +73,7 @@ class Session(Challenging):
         self.closed = True
         self._unlisten()
         self.end_demonstration()
+        self.end_study()
         self.stop()
         self._live_worker.close()
         self._motion_worker.close()

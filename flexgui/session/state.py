@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-STAGES = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export")
+STAGES = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export", "Study")
 """The stages of the work, in order."""
 
 

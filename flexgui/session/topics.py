@@ -19,6 +19,8 @@ class Topic(Enum):
     DEMONSTRATION = "demonstration"
     """What one effect would do."""
     CHALLENGE = "challenge"
+    STUDY = "study"
+    """The Monte Carlo study: its settings, how it stands, what it has found."""
     TOUR = "tour"
     CURSOR = "cursor"
     MESSAGE = "message"

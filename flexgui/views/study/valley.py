@@ -39,11 +39,12 @@ def study_valley(
         _add_paper(figure, table)
     figure.update_xaxes(title_text="ε [GPa]")
     figure.update_yaxes(title_text="d [mm]")
-    text = (
-        "Dots: every fit of every run. Large marks: the paper's means. Curve: all pairs with the "
-        "true EI. Box: the prior, in which the first population is drawn."
-    )
-    return styled(figure, 480, text, hovermode="closest")
+    text = ["Dots: every fit of every run.", "Curve: all pairs with the true EI."]
+    if any(comparable(table) is not None for table in tables):
+        text.insert(1, "Large marks: the paper's means.")
+    if prior is not None:
+        text.append("Box: the prior, in which the first population is drawn.")
+    return styled(figure, 480, " ".join(text), hovermode="closest")
 
 
 def _add_box(figure: go.Figure, prior: ValleyPrior) -> None:

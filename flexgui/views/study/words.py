@@ -48,4 +48,7 @@ def percent(share: float, digits: int = 3) -> str:
 
 def signed(share: float) -> str:
     """'+0.12 %'"""
-    return f"{100.0 * share:+.2f} %".replace("-", "−") if math.isfinite(share) else "–"
+    if not math.isfinite(share):
+        return "–"
+    text = f"{100.0 * share:+.2f}"
+    return f"{text[1:] if float(text) == 0.0 else text.replace('-', '−')} %"

@@ -1,0 +1,171 @@
+"""The paper's Monte Carlo study of the session's scenario, shown while it comes."""
+
+from __future__ import annotations
+
+import shutil
+import threading
+import time
+from abc import ABC
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from core.errors import InputError
+from core.montecarlo.summary import summarise
+from core.scenario.schema import Scenario
+from flexgui.jobs import Event, Finished, Task
+from flexgui.jobs.queue_executor import QueueExecutor
+from flexgui.jobs.tasks.study_report import study_report
+from flexgui.session.challenging import Challenging
+from flexgui.session.latest import LatestWins
+from flexgui.session.services import Services
+from flexgui.session.study_choice import StudyChoice, asked, refusal
+from flexgui.session.study_run import StudyRun
+from flexgui.session.study_shown import shown
+from flexgui.session.study_state import FAILED, STOPPED, StudyState
+from flexgui.session.topics import Topic
+
+CALM = 1.0
+"""s between two drawings of the results."""
+
+SHARE = 5.0
+"""Rests at least so many times as long as a drawing took: others want to be served, too."""
+
+
+class Studying(Challenging, ABC):
+    """One study at a time, beside whatever else is computed: its cases are jobs like all others.
+
+    What is finished lies in the session's folder, one journal per scenario, and is not done again.
+    """
+
+    def __init__(self, key: str, folder: Path) -> None:
+        super().__init__(key, folder)
+        self.study_choice = StudyChoice()
+        self.study = StudyState()
+        self._study_run: StudyRun | None = None
+        self._study_left: StudyRun | None = None
+        """The run before this one, of a scenario that has been left."""
+        self._study_worker = LatestWins(f"study-{key[:8]}")
+        self._study_over = threading.Event()
+        self._refused: tuple[Scenario, str] | None = None
+
+    @property
+    def study_refusal(self) -> str:
+        """Why the scenario cannot be studied; empty where it can."""
+        scenario, known = self.scenario, self._refused
+        if known is None or known[0] is not scenario:
+            known = self._refused = (scenario, refusal(scenario))
+        return known[1]
+
+    def choose_study(self, **changes: Any) -> bool:
+        """How much of it; False while one is under way."""
+        with self._lock:
+            if self.study.busy:
+                return False
+            self.study_choice = replace(self.study_choice, **changes)
+        self.tell(Topic.STUDY)
+        return True
+
+    def start_study(self, services: Services) -> bool:
+        """Begins, or goes on with what is missing; says why where it cannot."""
+        try:
+            with self._lock:
+                if self.study.busy:
+                    raise InputError("The study is under way already; stop it or wait.")
+                choice = self.study_choice
+                settings = asked(self.scenario, choice)
+                known = self.study.settings
+                same = known is not None and known.identity == settings.identity
+                executor = QueueExecutor(services.pool, self.key, choice.at_once)
+                folder = self.folder / "studies" / settings.identity
+                run = StudyRun(settings, choice.parts, executor, folder, self._study_told)
+                left, self._study_run = self._study_run or self._study_left, run
+                sections = self.study.sections if same else ()
+                self.study = replace(_state(run), sections=sections)
+        except InputError as error:
+            self.say(str(error), bad=True)
+            return False
+        run.start(after=left)
+        self.tell(Topic.STUDY)
+        return True
+
+    def stop_study(self) -> None:
+        """What is finished stays, and the next start goes on from there."""
+        with self._lock:
+            run = self._study_run
+            if run is None or not self.study.busy:
+                return
+            run.stop()
+            self.study = replace(self.study, phase=run.phase)
+        self.tell(Topic.STUDY)
+
+    def forget_study(self) -> None:
+        """Stops it and hears nothing more of it: its scenario has been left."""
+        with self._lock:
+            run, self._study_run = self._study_run, None
+            self._study_left = run or self._study_left
+            self.study = StudyState()
+        if run is not None:
+            run.stop()
+        self.tell(Topic.STUDY)
+
+    def end_study(self) -> None:
+        """The session ends: nothing is drawn any more."""
+        self._study_over.set()
+        self.forget_study()
+        self._study_worker.close()
+
+    def export_study(self, services: Services, done: Callable[[Path], None]) -> bool:
+        """Writes the report of what there is, in the pool; `done` gets its folder."""
+        run = self._study_run
+        if run is None or not run.records:
+            self.say("There are no results of a study yet; start one first.", bad=True)
+            return False
+        task = Task.of(
+            study_report, "The report of the study", settings=run.settings.model_dump_json(),
+            folder=str(run.folder),
+        )  # fmt: skip
+
+        def told(event: Event) -> None:
+            if isinstance(event, Finished):
+                done(run.folder)
+
+        return self._submit(services, "study report", task, told)
+
+    def _study_told(self, run: StudyRun) -> None:
+        if self.closed:
+            # A run that was just beginning has made its folder anew.
+            shutil.rmtree(self.folder, ignore_errors=True)
+        with self._lock:
+            if run is not self._study_run:
+                return
+            self.study = replace(_state(run), sections=self.study.sections)
+        self.tell(Topic.STUDY)
+        if run.phase == FAILED:
+            self.say(run.sentence, bad=True)
+        elif run.phase == STOPPED:
+            self.say("The study was stopped; what is finished is kept.")
+        self._study_worker.ask(lambda: self._draw_study(run))
+
+    def _draw_study(self, run: StudyRun) -> None:
+        """On a thread of its own, and not too often; the newest results win."""
+        records = run.records
+        if run is not self._study_run or not records:
+            return
+        begun = time.monotonic()
+        sections = shown(summarise(run.settings, records))
+        took = time.monotonic() - begun
+        with self._lock:
+            if run is not self._study_run:
+                return
+            self.study = replace(self.study, sections=sections)
+        self.tell(Topic.STUDY)
+        self._study_over.wait(max(CALM, SHARE * took))
+
+
+def _state(run: StudyRun) -> StudyState:
+    return StudyState(
+        run.phase, run.settings, run.parts, run.done, run.total, run.before,
+        run.remaining_seconds, run.sentence,
+    )  # fmt: skip

@@ -1,0 +1,258 @@
+"""The Monte Carlo study of a session."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import zipfile
+from io import BytesIO
+from pathlib import Path
+
+import pytest
+
+from core.montecarlo.executor import Here
+from core.montecarlo.journal import Journal
+from core.montecarlo.settings import make_settings
+from core.montecarlo.study import run_study
+from core.montecarlo.summary import summarise
+from core.scenario.read import parse_scenario, read_scenario
+from flexgui.jobs.tasks.study_report import JOURNAL
+from flexgui.session import Session, Topic
+from flexgui.session.bundle import zipped_folder
+from flexgui.session.study_choice import StudyChoice, whole
+from flexgui.session.study_shown import shown
+from flexgui.session.study_state import DONE, FAILED, IDLE, STOPPED, remaining
+from flexgui.study import JOURNAL as JOURNAL_OF_THE_COMMAND
+from tests.paper_study.helpers import numbers, short
+from tests.session.conftest import Offered
+from tests.session.helpers import until
+
+MANY = 400
+"""Runs that last until the test stops them."""
+
+NOT_THE_PAPERS = Path(__file__).parents[2] / "scenarios" / "mujoco" / "tip_payload.toml"
+
+
+@pytest.fixture
+def quick(session: Session) -> Session:
+    """With a scenario whose fits take a moment."""
+    assert session.open(short().scenario)
+    session.choose_study(runs=2, at_once=1)
+    return session
+
+
+def ended(session: Session) -> None:
+    until(lambda: not session.study.busy)
+
+
+def titles(session: Session) -> list[str]:
+    return [section.title for section in session.study.sections]
+
+
+def test_a_study_gives_the_same_numbers_as_without_a_page(
+    quick: Session, services: Offered
+) -> None:
+    assert quick.start_study(services)
+    ended(quick)
+    assert (quick.study.phase, quick.study.done, quick.study.total) == (DONE, 4, 4)
+    assert quick._study_run is not None
+    expected = run_study(short(runs=2), executor=Here(), only=["fits"])
+    assert numbers(quick._study_run.records) == numbers(expected)
+
+
+def test_tables_and_figures_come_while_it_runs(quick: Session, services: Offered) -> None:
+    seen: list[tuple[int, bool]] = []
+
+    def told(topic: Topic) -> None:
+        if topic is Topic.STUDY:
+            seen.append((len(quick.study.sections), quick.study.busy))
+
+    quick.subscribe(told)
+    quick.choose_study(runs=MANY)
+    quick.start_study(services)
+    until(lambda: any(count and busy for count, busy in seen))
+    until(lambda: quick.study.remaining_seconds is not None)
+    quick.stop_study()
+    ended(quick)
+    assert titles(quick)[0] == "Estimates"
+    assert "Estimates at" in quick.study.sections[0].words
+
+
+def test_a_stopped_study_goes_on_and_repeats_nothing(quick: Session, services: Offered) -> None:
+    quick.choose_study(runs=MANY)
+    quick.start_study(services)
+    until(lambda: quick.study.done >= 2)
+    quick.stop_study()
+    ended(quick)
+    assert quick.study.phase == STOPPED and "kept" in quick.message.text
+    run = quick._study_run
+    assert run is not None
+    before = (run.folder / JOURNAL).read_bytes()
+    some = run.records
+    quick.choose_study(runs=max(r["answer"]["run"] for r in some.values()) + 1)
+    assert quick.start_study(services)
+    ended(quick)
+    assert quick.study.phase == DONE and quick.study.before == len(some)
+    after = (run.folder / JOURNAL).read_bytes()
+    assert after.startswith(before)
+    keys = [json.loads(line).get("key") for line in after.splitlines()]
+    assert len(keys) == len(set(keys))
+
+
+def test_the_export_is_what_the_command_goes_on_from(
+    quick: Session, services: Offered, tmp_path: Path
+) -> None:
+    assert not quick.export_study(services, lambda folder: None)
+    assert quick.message.bad
+    quick.start_study(services)
+    ended(quick)
+    done: list[Path] = []
+    assert quick.export_study(services, done.append)
+    until(lambda: bool(done))
+    with zipfile.ZipFile(BytesIO(zipped_folder(done[0]))) as archive:
+        archive.extractall(tmp_path / "unpacked")
+    out = tmp_path / "unpacked"
+    names = {path.name for path in out.iterdir()}
+    assert {"study.html", "result.json", "estimates.csv", "runs.csv", "scenario.toml"} <= names
+    assert set(json.loads((out / "result.json").read_text())["files"]) <= names
+    scenario = read_scenario(out / "scenario.toml")
+    assert JOURNAL == JOURNAL_OF_THE_COMMAND
+    known = Journal(out / JOURNAL, make_settings(scenario, runs=2).identity).records
+    assert len(known) == 4
+
+
+def test_another_scenario_ends_the_study_of_the_first(quick: Session, services: Offered) -> None:
+    quick.choose_study(runs=MANY)
+    quick.start_study(services)
+    until(lambda: quick.study.done >= 1)
+    run = quick._study_run
+    assert run is not None
+    quick.choose("demo", services)
+    assert quick.study.phase == IDLE and not quick.study.sections
+    assert run.wait()
+    done = run.done
+    assert quick.open(short().scenario)
+    quick.choose_study(runs=1)
+    assert quick.start_study(services)
+    ended(quick)
+    assert quick.study.phase == DONE and quick.study.before == min(done, 2)
+    assert not quick.message.bad
+
+
+def test_a_session_that_leaves_stops_its_study(quick: Session, services: Offered) -> None:
+    quick.choose_study(runs=MANY)
+    quick.start_study(services)
+    until(lambda: quick.study.done >= 1)
+    services.pool.leave(quick.key)
+    ended(quick)
+    assert quick.study.phase == STOPPED and quick.study.done < quick.study.total
+
+
+def test_a_killed_worker_costs_no_case(quick: Session, services: Offered) -> None:
+    quick.choose_study(runs=20)
+    quick.start_study(services)
+    until(lambda: quick.study.done >= 1)
+    os.kill(services.pool.worker_pids[0], signal.SIGKILL)
+    ended(quick)
+    assert (quick.study.phase, quick.study.done) == (DONE, 40)
+
+
+def test_a_closed_session_leaves_no_thread(quick: Session, services: Offered) -> None:
+    quick.choose_study(runs=MANY)
+    quick.start_study(services)
+    run = quick._study_run
+    assert run is not None
+    quick.close()
+    assert run.wait()
+    assert not quick.folder.exists()
+
+
+def test_other_sessions_have_their_turn(quick: Session, services: Offered, tmp_path: Path) -> None:
+    """One worker, a study of hundreds of cases, and somebody who wants something small."""
+    quick.choose_study(runs=MANY)
+    quick.start_study(services)
+    until(lambda: quick.study.done >= 1)
+    (tmp_path / "other").mkdir()
+    other = Session("another-person", tmp_path / "other")
+    try:
+        assert other.open(short().scenario)
+        assert other.identify(services)
+        until(lambda: other.outcome is not None)
+        assert quick.study.busy
+    finally:
+        other.close()
+    quick.stop_study()
+    ended(quick)
+
+
+def test_a_second_start_is_refused_in_words(quick: Session, services: Offered) -> None:
+    quick.choose_study(runs=MANY)
+    quick.start_study(services)
+    assert not quick.start_study(services)
+    assert "under way" in quick.message.text
+    assert not quick.choose_study(runs=1)
+    quick.stop_study()
+    ended(quick)
+
+
+def test_no_part_is_no_study(quick: Session, services: Offered) -> None:
+    quick.choose_study(parts=())
+    assert not quick.start_study(services)
+    assert quick.message.bad and "Estimates" in quick.message.text
+
+
+def test_a_part_without_work_is_told(quick: Session, services: Offered) -> None:
+    assert quick.change(lambda d: d["identify"].update(parameters=["EI1", "EI2"], bounds={}))
+    quick.choose_study(parts=("prior",))
+    assert not quick.start_study(services)
+    assert quick.message.bad and "Estimates" in quick.message.text
+
+
+def test_a_scenario_of_files_says_why(session: Session, services: Offered) -> None:
+    session.scenario = read_scenario(NOT_THE_PAPERS)
+    assert "study" in session.study_refusal and session.study_refusal.count(".\n") == 0
+    assert not session.start_study(services)
+    assert session.message.bad and session.study.phase == IDLE
+
+
+def test_the_demo_can_be_studied(session: Session) -> None:
+    assert not session.study_refusal
+    assert session.study_choice == StudyChoice()
+
+
+def test_a_failing_case_ends_the_study_in_a_sentence(quick: Session, services: Offered) -> None:
+    assert quick.change(lambda d: d["identify"].update(parameters=["epsilom"], bounds={}))
+    quick.start_study(services)
+    ended(quick)
+    assert quick.study.phase in (FAILED, IDLE)
+    assert quick.message.bad and "epsilom" in quick.message.text
+
+
+@pytest.mark.long
+def test_every_beginning_of_a_study_can_be_shown() -> None:
+    settings = short(runs=2)
+    records = run_study(settings, executor=Here(), only=whole().parts)
+    keys = list(records)
+    for count in range(1, len(keys) + 1):
+        some = {key: records[key] for key in keys[:count]}
+        assert shown(summarise(settings, some))
+
+
+def test_time_left_follows_each_parts_own_pace() -> None:
+    known = {
+        "a": {"part": "fits", "seconds": 1.0},
+        "b": {"part": "fits", "seconds": 3.0},
+        "c": {"part": "baselines", "seconds": 40.0},
+    }
+    # 44 s of work took 22 s, so that two fits (2 s each) and one of the others (40 s) take 22 s.
+    assert remaining(known, known, ["fits", "fits", "baselines"], 22.0) == pytest.approx(22.0)
+    assert remaining(known, [], ["fits"], 22.0) is None
+
+
+def test_a_study_of_the_page_survives_toml(session: Session) -> None:
+    """Else the exported journal would belong to another study than the exported scenario."""
+    from core.scenario.write import scenario_toml
+
+    again = parse_scenario(scenario_toml(session.scenario), "again")
+    assert make_settings(again).identity == make_settings(session.scenario).identity
