@@ -11,7 +11,8 @@ from scipy.stats import chi2
 from core.diagnose.columns import Column, Trial, Zeros, simulated, trials
 from core.diagnose.data import Data, Hypothesis
 from core.diagnose.descent import whole
-from core.diagnose.gram import NOTHING, Explained, Gram, explain, gram
+from core.diagnose.gram import NOTHING, Gram, explain, gram
+from core.diagnose.shapes import best_shape, own_shape
 from core.diagnose.whitening import Whitener, fit_whitener, no_whitening
 from core.effects.effect import Effect
 
@@ -105,24 +106,15 @@ def _score(
     if not mine:
         return None
     w, u = white.projected(), plain.projected()
-    best: tuple[float, Explained, list[int]] | None = None
-    shapes = {columns[i].shape for i in mine}
-    for shape in shapes:
-        chosen = _one_per_knob([i for i in mine if columns[i].shape == shape], columns, w)
-        fixed = [columns[i].one_sided for i in chosen]
-        explained = explain(w, chosen, fixed)
-        if best is None or explained.drop > best[0]:
-            best = (explained.drop, explained, chosen)
-    assert best is not None
-    score, explained, chosen = best
-    tried = len(mine) / max(len(chosen), 1)
-    p = min(float(chi2.sf(score, len(chosen))) * tried, 1.0)
+    best = best_shape(mine, columns, w)
+    chosen, explained = best.chosen, best.explained
+    p = min(float(chi2.sf(explained.drop, len(chosen))) * best.tried, 1.0)
     fixed = [columns[i].one_sided for i in chosen]
     return Screened(
         effect=candidate,
-        score=score,
+        score=explained.drop,
         freedom=len(chosen),
-        tried=tried,
+        tried=best.tried,
         p_value=p,
         drop=explain(u, chosen, fixed).drop,
         values=_values(columns, chosen, explained.coefficients, w),
@@ -131,16 +123,6 @@ def _score(
         scanned=_scanned(columns, chosen),
         prediction=_prediction(columns, chosen, explained.coefficients),
     )
-
-
-def _one_per_knob(mine: list[int], columns: Sequence[Column], w: np.ndarray) -> list[int]:
-    """The best size of each knob on its own."""
-    best: dict[str, tuple[float, int]] = {}
-    for i in mine:
-        drop = explain(w, [i], [columns[i].one_sided]).drop
-        if columns[i].knob not in best or drop > best[columns[i].knob][0]:
-            best[columns[i].knob] = (drop, i)
-    return [i for _, i in best.values()]
 
 
 def _scanned(columns: Sequence[Column], chosen: Sequence[int]) -> tuple[str, ...]:
@@ -179,7 +161,7 @@ def _values(
     values: dict[str, float] = {}
     for i, coefficient in zip(chosen, coefficients, strict=True):
         c = columns[i]
-        values |= dict(c.shape)
+        values |= own_shape(c)
         for name, size in c.sizes.items():
             if name:
                 far = c.scanned and abs(size) > FAR * abs(c.values[name])

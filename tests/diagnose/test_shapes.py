@@ -1,0 +1,53 @@
+"""The shape of an effect at each joint, chosen from columns alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.diagnose.columns import Column
+from core.diagnose.gram import gram
+from core.diagnose.shapes import best_shape, own_shape
+from core.diagnose.whitening import no_whitening
+from core.effects import effect
+
+SAMPLES = 400
+ORDERS = (3.0, 5.0, 8.0)
+TIME = np.linspace(0.0, 2.0 * np.pi, SAMPLES)
+LEFT = 1e-9
+"""Of the squared error: it is made of the columns."""
+
+
+def wave(joint: int, order: float) -> np.ndarray:
+    """(M, 2): each joint shows in its own output."""
+    block = np.zeros((SAMPLES, 2))
+    block[:, joint - 1] = np.cos(order * TIME)
+    return block
+
+
+def columns() -> list[Column]:
+    found = []
+    for order in ORDERS:
+        shape = (("nr1", order), ("nr2", order))
+        for joint in (1, 2):
+            knob = f"ra{joint}"
+            found.append(
+                Column(
+                    effect("torque_ripple"), knob, {knob: 1.0, **dict(shape)}, {knob: 1.0}, False,
+                    False, shape, (wave(joint, order),),
+                )
+            )  # fmt: skip
+    return found
+
+
+def test_each_joint_has_its_own_shape() -> None:
+    tried = columns()
+    errors = [0.7 * wave(1, 3.0) - 0.2 * wave(2, 8.0)]
+    slopes = [np.zeros((SAMPLES, 2, 0))]
+    w = gram(errors, slopes, [c.blocks for c in tried], no_whitening(2)).projected()
+    found = best_shape(range(len(tried)), tried, w)
+    shape: dict[str, float] = {}
+    for i in found.chosen:
+        shape |= own_shape(tried[i])
+    assert shape == {"nr1": 3.0, "nr2": 8.0}
+    assert found.explained.drop >= (1.0 - LEFT) * float(np.sum(errors[0] ** 2))
+    assert found.tried == len(ORDERS) ** 2
