@@ -39,8 +39,8 @@ effects = [{id = "coulomb_friction", fc1 = {start = 1.0, lower = 0.1}, fc2 = 0.5
 """
 
 
-def scenario(*parts: str) -> Scenario:
-    return parse_scenario("".join((HEAD, *parts)), "case.toml")
+def scenario(*parts: str, head: str = HEAD) -> Scenario:
+    return parse_scenario("".join((head, *parts)), "case.toml")
 
 
 def model(*parts: str) -> Model:
@@ -120,9 +120,11 @@ def test_what_the_model_is_given_does_not_change_the_data():
 def test_the_stated_effect_finds_the_size_of_the_hidden_one():
     noise = "\n[sensors]\ncamera_noise = 1e-5\nencoder_noise = 1e-5\n"
     truth = hidden("coulomb_friction = {fc1 = 2.0, fc2 = 0.8}", ", seed = 3")
-    found = run_scenario(scenario(FRICTION, truth, noise))
+    # A joint that sticks stays where the noise of its first sample has put it.
+    starts = HEAD.replace("generations = 0", "generations = 0\ninitial_state = true")
+    found = run_scenario(scenario(FRICTION, truth, noise, head=starts))
     estimates = {e.name: e for e in found.fits[0].estimates}
-    assert set(estimates) == {"EI", "fc1", "fc2"}
+    assert set(estimates) >= {"EI", "fc1", "fc2"}
     for name, true in (("fc1", 2.0), ("fc2", 0.8)):
         e = estimates[name]
         assert abs(e.value - true) < 4.0 * e.std

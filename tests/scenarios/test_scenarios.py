@@ -23,6 +23,7 @@ QUICK = (
     (r"seconds = [\d.]+", "seconds = 0.5"),
     (r'(?m)^(file = ".*")$', r"\1\nwindow = [0.0, 2.5]"),
     (r"(?s)\n\[\[compare\]\].*", "\n"),
+    (r"max_effects = .*", 'max_effects = 1\ncandidates = ["coulomb_friction", "tip_payload"]'),
 )
 """What makes a scenario quick and leaves every path through the program as it is."""
 

@@ -11,7 +11,7 @@ import pytest
 
 from core.results import Estimate, MissingTorque, Outcome, RecordingComparison
 from core.scenario.read import read_scenario
-from core.scenario.schema import DiagnoseSpec
+from core.scenario.schema import DiagnoseSpec, Scenario
 from core.workbench import run_scenario
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
@@ -42,21 +42,23 @@ def data_folder(*files: str) -> Path:
     return folder
 
 
+def undiagnosed(name: str) -> Scenario:
+    """A scenario without its diagnosis, which takes minutes."""
+    scenario = read_scenario(SCENARIOS / name).model_copy(update={"diagnose": DiagnoseSpec()})
+    scenario.model_fields_set.discard("diagnose")
+    return scenario
+
+
 @cache
 def emps() -> Outcome:
-    """Without the diagnosis, which takes minutes."""
     folder = data_folder("emps.csv")
-    scenario = read_scenario(SCENARIOS / "emps.toml").model_copy(
-        update={"diagnose": DiagnoseSpec()}
-    )
-    scenario.model_fields_set.discard("diagnose")
-    return run_scenario(scenario, folder=SCENARIOS, data_folder=folder)
+    return run_scenario(undiagnosed("emps.toml"), folder=SCENARIOS, data_folder=folder)
 
 
 @cache
 def bench(short: bool) -> Outcome:
     folder = data_folder("quanser_2dsfl_steps.csv", "ctu_2dsfl_lqr.csv")
-    scenario = read_scenario(SCENARIOS / "bench_2dsfl.toml")
+    scenario = undiagnosed("bench_2dsfl.toml")
     if short:
         recordings = tuple(
             r.model_copy(update={"window": SHORT[r.name]}) for r in scenario.recordings
