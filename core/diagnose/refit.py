@@ -167,7 +167,7 @@ def narrowed(
 ) -> dict[str, float]:
     """The values with each scanned size moved to the best of its neighbours, one by one."""
     best = dict(values)
-    cost = _cost_at(data, effects, best)
+    cost = _cost_at(data, effects, best) if scanned else np.inf
     for name in scanned:
         middle = best[name]
         for factor in FACTORS:

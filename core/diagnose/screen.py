@@ -127,7 +127,8 @@ def _score(
 
 def _scanned(columns: Sequence[Column], chosen: Sequence[int]) -> tuple[str, ...]:
     sizes = [columns[i].knob for i in chosen if columns[i].scanned and columns[i].knob]
-    return (*sizes, *dict(columns[chosen[0]].shape))
+    shapes = {name: None for i in chosen for name in own_shape(columns[i])}
+    return (*sizes, *shapes)
 
 
 FAR = 100.0

@@ -27,10 +27,14 @@ class CoulombFriction(Effect):
     title = "Coulomb friction"
     story = (
         "Two dry surfaces rub: the friction has the same level at every speed and turns round "
-        "with the direction of motion. It holds a joint at rest. The missing joint torque, drawn "
-        "over the joint's velocity, is a step at zero."
+        "with the direction of motion. It holds a joint at rest: u, the share of the level that is "
+        "at work, follows the direction within a millionth of a radian (of a metre on a slide). "
+        "The missing joint torque, drawn over the joint's velocity, is a step at zero."
     )
-    formula = r"\tau = -f_c \, \mathrm{sign}(\dot\theta)"
+    formula = (
+        r"\tau = -f_c u \approx -f_c \, \mathrm{sign}(\dot\theta), \qquad "
+        r"\dot u = \frac{\dot\theta - |\dot\theta| u}{z_s}"
+    )
     dissipative = True
     longest_step = 1.25e-4
     acts_at = "joints"

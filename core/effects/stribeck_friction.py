@@ -44,7 +44,8 @@ class StribeckFriction(Effect):
         "gone at a small speed. Look where the joint turns round."
     )
     formula = (
-        r"\tau = -\left( f_c + f_b \, e^{-(\dot\theta / v_s)^2} \right) \mathrm{sign}(\dot\theta)"
+        r"\tau = -\left( f_c + f_b \, e^{-(\dot\theta / v_s)^2} \right) u, \qquad "
+        r"\dot u = \frac{\dot\theta - |\dot\theta| u}{z_s}"
     )
     includes = ("coulomb_friction",)
     dissipative = True

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import signal
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -15,7 +14,7 @@ from multiprocessing.process import BaseProcess
 from core.errors import InputError
 from core.montecarlo.executor import CALM, Executor, Stop, never
 from core.montecarlo.work import answer_text
-from core.study.runner import THREADS
+from core.study.runner import one_thread_each
 
 WORKERS = 2
 """The machines that this is meant for have two cores."""
@@ -126,7 +125,7 @@ def _hire() -> _Worker:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_serve, args=(theirs,), daemon=True, name="study")
-    with _single_threaded():
+    with one_thread_each():
         process.start()
     theirs.close()
     return _Worker(process, ours)
@@ -148,18 +147,3 @@ def _answer(order: str) -> str:
         return answer_text(order)
     except InputError as error:
         return f"{ERROR}{error}"
-
-
-@contextmanager
-def _single_threaded() -> Iterator[None]:
-    """The environment in which a worker starts: its libraries read it once, when imported."""
-    before = {name: os.environ.get(name) for name in THREADS}
-    os.environ |= dict.fromkeys(THREADS, "1")
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value

@@ -131,13 +131,19 @@ def _left(begun: float, done: int, total: int) -> str:
 
 @contextmanager
 def _pool(processes: int, begin: Callable[[], None]) -> Iterator[ProcessPoolExecutor]:
-    """Spawned processes with one thread each: the mathematics must not fight for the cores."""
+    context = multiprocessing.get_context("spawn")
+    with one_thread_each(), ProcessPoolExecutor(processes, context, initializer=begin) as pool:
+        yield pool
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """The environment in which processes start whose mathematics must not fight for the cores:
+    their libraries read it once, when imported."""
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ |= dict.fromkeys(THREADS, "1")
     try:
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(processes, context, initializer=begin) as pool:
-            yield pool
+        yield
     finally:
         for name, value in before.items():
             if value is None:
