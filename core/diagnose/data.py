@@ -137,6 +137,15 @@ def hypothesis(
     return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector())
 
 
+def again(
+    data: Data, h: Hypothesis, values: Mapping[str, float] | None = None, *, finer: float
+) -> Hypothesis:
+    """The same model and unknowns, with some other `values` and as many times the steps."""
+    own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
+    start = {**h.model.effect_values, **h.values(), **(values or {})}
+    return hypothesis(data, h.model.effects, start, freed=own, finer=finer)
+
+
 def coarser(predictor: Predictor, steps: int) -> Predictor:
     """The same with other steps per sample."""
     return Predictor(predictor.experiments, predictor.unknowns, predictor.fixed, steps=steps)

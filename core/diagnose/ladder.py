@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.data import Data, again
 from core.diagnose.descent import MOST_ITERATIONS, cost_of
 from core.diagnose.evidence import Weighed, acceptable, degenerate, ranked, weigh
 from core.diagnose.refit import EXACT, Refit, fit, refit_with, settled, whitened
+from core.diagnose.reshape import reshaped
 from core.diagnose.screen import Screen, Screened, screen
 from core.effects import catalogue
 from core.effects.effect import Effect, Rig
@@ -108,13 +109,22 @@ def one_round(
     best = found[0] if found and acceptable(found[0]) and not stopped() else None
     if best is None or not add:
         return Round(seen, tuple(found), best, before, before)
-    after = polished(data, best.refit, seen, stopped)
+    after = _shaped_and_polished(data, best, seen, stopped)
     if degenerate(best, after):
         simple = _simpler(data, before, present, best, after, seen, len(candidates), stopped)
         if simple is not None:
             found = [simple, *[w for w in found if w.screened.effect is not simple.screened.effect]]
             best, after = simple, polished(data, simple.refit, seen, stopped)
     return Round(seen, tuple(found), best, before, after)
+
+
+def _shaped_and_polished(
+    data: Data, best: Weighed, seen: Screen, stopped: Callable[[], bool]
+) -> Refit:
+    """Polished, and again where another shape of the effect turns out to leave less."""
+    once = polished(data, best.refit, seen, stopped)
+    other = reshaped(data, once, best.screened.effect, stopped)
+    return once if other is once else polished(data, other, seen, stopped)
 
 
 def _simpler(  # type: ignore[no-untyped-def]
@@ -158,17 +168,10 @@ def polished(data: Data, refit: Refit, seen: Screen, stopped: Callable[[], bool]
     h = refit.hypothesis
     finer, errors = EXACT, list(refit.errors)
     for more in FINER:
-        tried = _with_steps(data, h, more)
+        tried = again(data, h, finer=more)
         new = tried.errors(tried.vector)
         moved = cost_of([a - b for a, b in zip(new, errors, strict=True)])
         if moved < SAME**2 * data.count:
             break
         finer, errors = more, new
-    return settled(fit(_with_steps(data, h, finer), seen.whitener, stopped, MOST_ITERATIONS))
-
-
-def _with_steps(data: Data, h: Hypothesis, finer: int) -> Hypothesis:
-    own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
-    return hypothesis(
-        data, h.model.effects, {**h.model.effect_values, **h.values()}, freed=own, finer=finer
-    )
+    return settled(fit(again(data, h, finer=finer), seen.whitener, stopped, MOST_ITERATIONS))

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from core.arm.joints import joint
 from core.diagnose.data import Hypothesis
+from core.identify.prepared import Prepared
 from core.results import MissingTorque, RecordingComparison
-from core.simulate.disturbance import Behind, torque_behind
-from core.simulate.posture import posture
+from core.simulate.disturbance import Behind, torque_answer, torque_behind
+from core.simulate.posture import Posture, posture
 
 MOST_ROWS = 20_000
 """Longer recordings would take seconds each."""
+
+SLOW = 3
+"""Frequencies of a recording that hold what is constant or drifts: much may cause that."""
 
 Found = tuple[tuple[MissingTorque, ...], float | None]
 """A joint each, and the agility that was used or chosen."""
@@ -27,14 +32,10 @@ def missing_torque(
     far for one linear model, or where the outputs passed a filter."""
     experiment = h.residuals.experiments[i]
     chosen = [c for c in seen.channels if c.channel in floors and c.counted.all()]
-    plain = experiment.processing.nothing and h.model.steering is None
-    still = len(experiment.task.schedule) == 1
-    if not (plain and still and chosen and seen.motion) or len(chosen[0].time) > MOST_ROWS:
+    if not (_plain(h, experiment) and chosen and seen.motion) or len(chosen[0].time) > MOST_ROWS:
         return (), agility
-    values = h.residuals.predictor.values(experiment, h.vector)
-    joints = experiment.task.schedule[0, : h.model.arm.joints]
     behind = torque_behind(
-        posture(h.model, joints, h.model.numbers(values)),
+        _calm(h, experiment),
         [c.channel for c in chosen],
         np.column_stack([c.residual for c in chosen]),
         [floors[c.channel] for c in chosen],
@@ -46,6 +47,58 @@ def missing_torque(
     motion = h.residuals.predictor.trajectories([(h.vector, [i])])[0][0][0]
     each = (_one(k, behind, seen, motion.torque[:, k], h) for k in range(h.model.arm.joints))
     return tuple(each), behind.agility
+
+
+def _calm(h: Hypothesis, experiment: Prepared) -> Posture:
+    """The linear model at the working point, with the effects that have a place in one: the slope
+    of a wave or of a friction at rest says nothing about a motion through it."""
+    values = h.residuals.predictor.values(experiment, h.vector)
+    smooth = [one for one in h.model.effects if one.linear]
+    model = h.model.with_effects(smooth, {**h.model.effect_values, **values})
+    joints = experiment.task.schedule[0, : model.arm.joints]
+    return posture(model, joints, model.numbers(values))
+
+
+@dataclass(frozen=True)
+class Pushed:
+    """A recording that tells what pushed its joints beside the model."""
+
+    place: np.ndarray
+    """(N, joints): how the joints moved"""
+    speed: np.ndarray
+    error: np.ndarray
+    """(N, k) in floors, of the channels that answer a torque linearly"""
+    answer: np.ndarray
+    """(F, k, joints): of these to a torque, at the frequencies of `numpy.fft.rfft` from SLOW on"""
+
+
+def pushed(
+    h: Hypothesis, i: int, error: np.ndarray, floors: np.ndarray, agility: float | None
+) -> tuple[Pushed | None, float | None]:
+    """Of recording i, from its error (M, k), measured minus modelled, and the floors (k,); None
+    where `missing_torque` tells nothing either."""
+    e = h.residuals.experiments[i]
+    if not (_plain(h, e) and e.counted.all()) or len(error) > MOST_ROWS:
+        return None, agility
+    names, dt, at = [c[0] for c in e.channels], e.recording.sample_time, _calm(h, e)
+    behind = torque_behind(at, names, error, floors.tolist(), dt, agility)
+    if behind is None:
+        return None, agility
+    known, answer = torque_answer(at, names, dt, np.fft.rfftfreq(len(error))[SLOW:])
+    motion = h.residuals.predictor.trajectories([(h.vector, [i])])[0][0][0]
+    nj = h.model.arm.joints
+    return Pushed(
+        place=motion.q[:, :nj] + behind.place,
+        speed=motion.v[:, :nj] + behind.speed,
+        error=error[:, known] / floors[known],
+        answer=answer / floors[known][None, :, None],
+    ), behind.agility
+
+
+def _plain(h: Hypothesis, experiment: Prepared) -> bool:
+    """Whether one linear model tells how the outputs answer a torque."""
+    still = len(experiment.task.schedule) == 1
+    return experiment.processing.nothing and h.model.steering is None and still
 
 
 def _one(

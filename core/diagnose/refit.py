@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.data import Data, Hypothesis, again, hypothesis
 from core.diagnose.descent import Descended, cost_of, descend, normal_equations
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
@@ -145,9 +145,7 @@ EXACT = 2
 def exactly(data: Data, rough: Refit, whitener: Whitener) -> Refit:
     """The refit with its errors simulated finely, as those of the base are."""
     h = rough.hypothesis
-    values = {**h.model.effect_values, **h.values()}
-    own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
-    fine = hypothesis(data, h.model.effects, values, freed=own, finer=EXACT)
+    fine = again(data, h, finer=EXACT)
     blocks = tuple(fine.errors(h.vector))
     cost = cost_of(blocks)
     found = replace(rough.descended, blocks=blocks, cost=cost)

@@ -55,6 +55,8 @@ class Knob:
     """Sizes to try where the response has no slope at neutral; empty: it has one."""
     secondary: bool = False
     """Freed in refits only: it shapes the effect and is no size of its own."""
+    finely: tuple[float, ...] = ()
+    """Shapes for a second look, so close that a descent finds what lies between."""
 
 
 class Effect(ABC):

@@ -20,7 +20,8 @@ def positive(
     neutral: float = 0.0,
     grid: Sequence[float] = (),
     secondary: bool = False,
+    finely: Sequence[float] = (),
 ) -> Knob:
     """A knob with both bounds stated; the neutral value may lie outside them."""
     parameter = Parameter(name, start, unit, lower, upper, symbol, title, scale=start)
-    return Knob(parameter, neutral, tuple(grid), secondary)
+    return Knob(parameter, neutral, tuple(grid), secondary, tuple(finely))

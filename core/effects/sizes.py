@@ -26,7 +26,9 @@ class Sizes:
     speed: np.ndarray
     """rad/s (m/s)"""
     travel: np.ndarray
-    """rad (m): range of the joint's position"""
+    """rad (m): the longest range of the joint's position within a recording"""
+    span: np.ndarray
+    """rad (m): the range over all recordings"""
     deflection: np.ndarray
     """m: of each segment's end beside its root's direction"""
     tip_speed: float
@@ -38,7 +40,7 @@ class Sizes:
 def typical(arm: Arm) -> Sizes:
     """Guesses for an arm of which no motion is known."""
     one = np.ones(arm.joints)
-    return Sizes(5.0 * one, 20.0 * one, 0.3 * one, 0.2 * one, 2e-3 * one, 0.2, 1e-3)
+    return Sizes(5.0 * one, 20.0 * one, 0.3 * one, 0.2 * one, 0.2 * one, 2e-3 * one, 0.2, 1e-3)
 
 
 def sizes_of(motions: Sequence[Trajectory]) -> Sizes:
@@ -48,6 +50,7 @@ def sizes_of(motions: Sequence[Trajectory]) -> Sizes:
     torque = np.vstack([m.torque for m in motions])
     speed = np.vstack([m.v[:, :joints] for m in motions])
     travel = np.max([np.ptp(m.q[:, :joints], axis=0) for m in motions], axis=0)
+    places = np.vstack([m.q[:, :joints] for m in motions])
     bent = np.vstack([m.q @ deflection_rows(arm, p).T for m in motions])
     tips = np.vstack([m.tip()[1] for m in motions])
     return Sizes(
@@ -55,6 +58,7 @@ def sizes_of(motions: Sequence[Trajectory]) -> Sizes:
         peak_torque=np.abs(torque).max(axis=0) + FLOOR,
         speed=np.sqrt(np.mean(speed**2, axis=0)) + FLOOR,
         travel=travel + FLOOR,
+        span=np.ptp(places, axis=0) + FLOOR,
         deflection=np.sqrt(np.mean(bent**2, axis=0)) + FLOOR,
         tip_speed=float(np.sqrt(np.mean(np.sum(tips**2, axis=1)))) + FLOOR,
         sample_time=float(motions[0].time[1] - motions[0].time[0]),

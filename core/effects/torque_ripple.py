@@ -43,6 +43,17 @@ def visible_orders(usual: tuple[float, ...], travel: float) -> tuple[float, ...]
     return seen if len(seen) >= FEWEST else tuple(least * m for m in MULTIPLES)
 
 
+MOST = 4000
+"""Orders of a second look."""
+
+
+def every_order(grid: tuple[float, ...], span: float) -> tuple[float, ...]:
+    """From the lowest to the highest, a quarter of a wave over all positions apart: waves that
+    differ by a whole one look nothing alike, so a descent finds no way between them."""
+    count = int(np.clip((grid[-1] - grid[0]) * span / (0.5 * np.pi), len(grid), MOST))
+    return tuple(np.linspace(grid[0], grid[-1], count + 1).tolist())
+
+
 class TorqueRipple(Effect):
     """One wave per joint, as cosine and sine: their sizes enter linearly, the order does not."""
 
@@ -73,7 +84,7 @@ class TorqueRipple(Effect):
             return positive(
                 f"nr{k + 1}", grid[1], f"1/{unit}", title, rf"n_{{r{k + 1}}}",
                 lower=0.8 * grid[0], upper=2.0 * grid[-1], neutral=grid[1], grid=grid,
-                secondary=True,
+                secondary=True, finely=every_order(grid, float(sizes.span[k])),
             )  # fmt: skip
 
         cosines = each_joint(arm, lambda k: part("a", "cosine", k))

@@ -33,6 +33,8 @@ class Behind:
 
     torque: np.ndarray
     """(N, joints)"""
+    place: np.ndarray
+    """(N, joints): what the joints' positions differ by from the model's."""
     speed: np.ndarray
     """(N, joints): what the joints' rates differ by from the model's."""
     likelihood: float
@@ -61,6 +63,20 @@ def torque_behind(
     found = [_smoothed(at, C, e, std, dt, one) for one in tried]
     settled = [one for one in found if one is not None]
     return max(settled, key=lambda one: one.likelihood) if settled else None
+
+
+def torque_answer(
+    at: Posture, channels: Sequence[str], dt: float, frequencies: np.ndarray
+) -> tuple[list[int], np.ndarray]:
+    """Which channels are linear outputs of the posture's motion, and how these answer a torque at
+    the joints: (F, those, joints) at frequencies (F,) in periods per sample, held over a sample."""
+    rows = [output_rows(at, name) for name in channels]
+    known = [k for k, row in enumerate(rows) if row is not None]
+    step, nx = _step(at, dt), at.states
+    z = np.exp(2j * np.pi * frequencies)
+    states = np.linalg.solve(z[:, None, None] * np.eye(nx) - step[:nx, :nx], step[:nx, nx:])
+    C = np.array([rows[k] for k in known]).reshape(len(known), nx)
+    return known, C @ states
 
 
 def output_rows(at: Posture, channel: str) -> np.ndarray | None:
@@ -102,7 +118,7 @@ def _smoothed(
         x[k] += back @ (x[k + 1] - F @ x[k])
     weighted = np.sum(innovations * np.linalg.solve(S, innovations.T).T)
     likelihood = -0.5 * float(weighted + len(e) * np.linalg.slogdet(S)[1])
-    return Behind(x[:, nx:], x[:, n : n + joints], likelihood, agility)
+    return Behind(x[:, nx:], x[:, :joints], x[:, n : n + joints], likelihood, agility)
 
 
 def _predicted_covariance(F: np.ndarray, H: np.ndarray, Q: np.ndarray) -> np.ndarray | None:

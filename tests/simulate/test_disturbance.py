@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.simulate.disturbance import torque_behind
+from core.diagnose.missing_torque import SLOW
+from core.diagnose.torque_shape import spectrum, spectrum_of_error
+from core.simulate.disturbance import torque_answer, torque_behind
 from core.simulate.motion import Task
 from core.simulate.nonlinear import run
 from core.simulate.posture import posture
@@ -20,6 +22,13 @@ SHAPE = 0.97
 
 SIZE = 0.05
 """Relative, of its level."""
+
+
+BAND = slice(0, 12)
+"""To 10 Hz: above, the noise is heard."""
+
+MIXED = 0.3
+"""Relative: the window changes over 1.5 s / 2 pi, the loop forgets within 0.06 s."""
 
 
 @pytest.fixture(scope="module")
@@ -71,3 +80,13 @@ def test_noise_alone_needs_no_torque(friction) -> None:
 def test_an_output_that_is_not_of_the_motion_is_no_use(friction) -> None:
     at, error, _ = friction
     assert torque_behind(at, ["i1"], error[:, :1], [1.0], DT) is None
+
+
+def test_the_answer_to_a_torque_is_that_of_the_simulated_arm(friction) -> None:
+    at, error, torque = friction
+    known, answer = torque_answer(at, [*NOISE, "i1"], DT, np.fft.rfftfreq(N)[SLOW:])
+    assert known == [0, 1, 2, 3]
+    heard = spectrum_of_error(error)[BAND]
+    expected = np.einsum("fkj,fj->fk", answer, spectrum(torque))[BAND]
+    for h, x in zip(heard.T, expected.T, strict=True):
+        assert np.linalg.norm(h - x) < MIXED * np.linalg.norm(x)

@@ -1,0 +1,84 @@
+"""The second look at a shape: which order a wave has, though the working points alias it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.diagnose.missing_torque import SLOW, Pushed
+from core.diagnose.torque_shape import Sized, best_shapes
+from core.effects import effect
+from core.effects.sizes import Sizes, typical
+from core.effects.torque_ripple import every_order
+from core.study.rig import bare_model
+
+SAMPLES, DT = 2000, 1e-3
+TRAVEL, APART = 0.02, 0.4
+"""rad: of one recording, and between the working points."""
+
+TRUE = {"ra2": 0.03, "rb2": -0.02, "nr2": 700.0}
+NOISE = 0.01
+"""Of the wave."""
+
+SIZE = 0.1
+"""Relative: the order that is found lies a little beside the true one."""
+
+
+def motions() -> list[Pushed]:
+    """Three working points whose joints answer a torque by the torque itself."""
+    rng = np.random.default_rng(5)
+    time = DT * np.arange(SAMPLES)
+    found = []
+    for k in range(3):
+        place = np.zeros((SAMPLES, 2))
+        tones = [np.sin(2.0 * np.pi * hz * time + rng.uniform(0, 6.0)) for hz in (0.7, 1.9, 3.1)]
+        place[:, 1] = 0.3 + APART * k + TRAVEL / 4.0 * np.sum(tones, axis=0)
+        x = TRUE["nr2"] * place[:, 1]
+        torque = TRUE["ra2"] * np.cos(x) + TRUE["rb2"] * np.sin(x)
+        error = torque[:, None] + NOISE * np.ptp(torque) * rng.standard_normal((SAMPLES, 1))
+        answer = np.zeros((SAMPLES // 2 + 1 - SLOW, 1, 2))
+        answer[:, 0, 1] = 1.0
+        found.append(Pushed(place, np.gradient(place, DT, axis=0), error, answer))
+    return found
+
+
+def sizes() -> Sizes:
+    two = np.ones(2)
+    return replace(typical(bare_model().arm), travel=TRAVEL * two, span=(2 * APART + TRAVEL) * two)
+
+
+def tried(kind: str = "torque_ripple", names: tuple[str, str] = ("r", "nr2")) -> Sized:
+    model, one = bare_model(), effect(kind)
+    knobs = one.knobs(model.arm, model.drive, sizes())
+    shape = next(k for k in knobs if k.parameter.name == names[1])
+    mine = [k for k in knobs if k.parameter.name[0] == names[0] and k.parameter.name[-1] == "2"]
+    values = {k.parameter.name: k.neutral for k in knobs}
+    return Sized(one, model, values, tuple(mine), shape)
+
+
+def test_the_order_of_a_wave_is_found_among_its_aliases() -> None:
+    best = best_shapes(tried(), motions(), most=3)
+    assert len(best) == 3
+    apart = 2.0 * np.pi / APART
+    assert abs(best[0]["nr2"] - TRUE["nr2"]) < apart / 10.0
+    assert abs(best[1]["nr2"] - TRUE["nr2"]) == pytest.approx(apart, rel=SIZE)
+
+
+def test_the_wave_comes_with_its_sizes() -> None:
+    best = best_shapes(tried(), motions(), most=1)[0]
+    amplitude = np.hypot(best["ra2"], best["rb2"])
+    assert amplitude == pytest.approx(np.hypot(TRUE["ra2"], TRUE["rb2"]), rel=SIZE)
+
+
+def test_friction_with_a_memory_has_no_shape_along_the_motion() -> None:
+    stribeck = tried("stribeck_friction", ("f", "vs2"))
+    shaped = replace(stribeck, shape=replace(stribeck.shape, finely=stribeck.shape.grid))
+    assert best_shapes(shaped, motions(), most=3) == []
+
+
+def test_orders_lie_close_enough_over_all_positions() -> None:
+    grid = (300.0, 450.0, 750.0, 1200.0)
+    steps = np.diff(every_order(grid, span=0.8))
+    assert np.all(steps * 0.8 <= 0.5 * np.pi * 1.01)
