@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 if TYPE_CHECKING:
-    from core.montecarlo.executor import Executor
-    from core.montecarlo.study import Finished
+    from core.montecarlo.settings import StudySettings
+    from core.resumable.executor import Executor
+    from core.resumable.going_on import Finished
 
 JOURNAL = "results.jsonl"
 INTERRUPTED = 130
@@ -42,42 +43,35 @@ def add_to(app: typer.Typer, plain_words: Callable[[], AbstractContextManager[No
     ) -> None:
         """Monte Carlo study of SCENARIO: tables, figures and a page in OUT; goes on if stopped."""
         with plain_words():
+            from core.montecarlo.settings import make_settings
+            from core.scenario.read import read_scenario
+
+            settings = make_settings(read_scenario(scenario), runs=runs)
             folder = out or Path("studies") / scenario.stem
-            done = run_command(scenario, folder, cluster, runs, workers, part or [], typer.echo)
+            done = _go_on(settings, _executor(cluster, workers), folder, part or [], typer.echo)
         if not done:
             raise typer.Exit(INTERRUPTED)
 
 
-def run_command(
-    scenario: Path,
-    out: Path,
-    cluster: str | None,
-    runs: int,
-    workers: int,
-    only: list[str],
-    say: Say,
+def _go_on(
+    settings: StudySettings, executor: Executor, out: Path, only: list[str], say: Say
 ) -> bool:
     """Runs what is not finished yet and writes the report; False where it was stopped."""
-    from core.montecarlo.settings import make_settings
-    from core.montecarlo.study import study, study_cases
-    from core.scenario.read import read_scenario
+    from core.montecarlo.study import study
     from flexgui.export.folder import check_writable
 
-    settings = make_settings(read_scenario(scenario), runs=runs)
-    study_cases(settings, only)
+    steps = study(settings, executor=executor, path=out / JOURNAL, only=only)
     check_writable(out)
-    executor = _executor(cluster, workers)
-    say(f"{settings.scenario.title}: {runs} runs; results arrive in {out / JOURNAL}")
-    told = _Told(say)
-    steps = study(settings, executor=executor, path=out / JOURNAL, only=only, on_result=told)
+    say(f"{settings.scenario.title}: {settings.runs} runs; results arrive in {out / JOURNAL}")
+    told, whole = _Told(say), True
     try:
-        records = {step.record["key"]: step.record for step in steps}
-        whole = True
+        with closing(steps):
+            for step in steps:
+                told(step)
     except KeyboardInterrupt:
-        steps.close()  # type: ignore[attr-defined]
-        records, whole = _known(out / JOURNAL, settings.identity), False
+        whole = False
     told.end()
-    _write(settings, {**_known(out / JOURNAL, settings.identity), **records}, out, say)
+    _write(settings, out, say)
     if not whole:
         say("Stopped. The same command goes on from here and repeats nothing that is finished.")
     return whole
@@ -85,26 +79,23 @@ def run_command(
 
 def _executor(cluster: str | None, workers: int) -> Executor:
     if cluster is not None:
-        from core.montecarlo.cluster import Cluster
+        from core.resumable.cluster import Cluster
 
         return Cluster(cluster)
-    from core.montecarlo.processes import Processes
+    from core.resumable.processes import Processes
 
     return Processes(workers)
 
 
-def _known(path: Path, identity: str) -> dict[str, dict]:
-    from core.montecarlo.journal import Journal
-
-    return Journal(path, identity).records
-
-
-def _write(settings, records, out: Path, say: Say) -> None:  # type: ignore[no-untyped-def]
-    if not records:
-        return
+def _write(settings: StudySettings, out: Path, say: Say) -> None:
+    """The report of all that is known of the study, also of parts that were not asked for now."""
     from core.montecarlo.summary import summarise
+    from core.resumable.journal import Journal
     from flexgui.export.study_report import REPORT, write_study
 
+    records = Journal(out / JOURNAL, settings.identity).records
+    if not records:
+        return
     summary = summarise(settings, records)
     write_study(summary, out)
     for heading, text in summary.findings:

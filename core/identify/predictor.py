@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -31,6 +32,17 @@ REMEMBERED = 3
 
 WORKERS = 2
 """Compiled simulation holds no lock, so recordings run on threads; machines have two cores."""
+
+
+@contextmanager
+def single_threaded() -> Iterator[None]:
+    """For a process that has one core to itself, as others work beside it."""
+    global WORKERS
+    before, WORKERS = WORKERS, 1
+    try:
+        yield
+    finally:
+        WORKERS = before
 
 
 Request = tuple[np.ndarray, Sequence[int]]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from core.montecarlo.journal import Record
+from core.resumable.journal import Record
 from core.written import format_number
 
 GLOCAL = "glocal"

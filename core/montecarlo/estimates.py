@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from core.montecarlo.journal import Record
 from core.montecarlo.printed import caption_deviation, deviation_of_mean
 from core.montecarlo.settings import StudySettings
+from core.resumable.journal import Record
 
 LOCAL_MEAN, GLOCAL = "local mean", "glocal"
 

@@ -14,8 +14,8 @@ import numpy as np
 
 from core.identify.uncertainty import pseudo_inverse
 from core.montecarlo.estimates import EstimateTable
-from core.montecarlo.journal import Record
 from core.montecarlo.settings import StudySettings
+from core.resumable.journal import Record
 
 RANK = 1e-9
 """Relative eigenvalue of the information below which nothing is known of a direction."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.montecarlo.journal import Record
+from core.resumable.journal import Record
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from core.montecarlo.comparison import BaselineRow, baseline_rows
 from core.montecarlo.estimates import EstimateTable, estimate_tables
 from core.montecarlo.findings import findings
-from core.montecarlo.journal import Record
 from core.montecarlo.planning import Planning, planning
 from core.montecarlo.rig import Rig
 from core.montecarlo.settings import StudySettings
@@ -16,6 +15,7 @@ from core.montecarlo.sources import BiasSource, bias_sources
 from core.montecarlo.study import study_cases
 from core.montecarlo.validation import Validation, validation
 from core.montecarlo.valley import ValleyPrior, valley_prior
+from core.resumable.journal import Record
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.montecarlo.journal import Record
+from core.resumable.journal import Record
 
 LEVELS = {"lpv": "LPV", "rigid": "rigid arm", "nonlinear": "non-linear"}
 """level -> how it is called."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.montecarlo.estimates import EstimateTable, Spread, spread
-from core.montecarlo.journal import Record
+from core.resumable.journal import Record
 
 STEPS = 20001
 """Of the integral over the valley; its error is far below a digit that is shown."""

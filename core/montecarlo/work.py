@@ -6,11 +6,11 @@ import json
 import time
 from typing import Any
 
+from core.identify.predictor import single_threaded
 from core.montecarlo.part import Case, Part
 from core.montecarlo.rig import rig_of
 from core.montecarlo.settings import StudySettings
 from core.plugins import discover
-from core.study.runner import single_threaded
 
 FOLDER = "core.montecarlo.parts"
 
@@ -31,8 +31,8 @@ def answer_text(order: str) -> str:
     """The record of one case: `answer` is what it found, `seconds` what it took."""
     said: dict[str, Any] = json.loads(order)
     begun = time.perf_counter()
-    single_threaded()
-    answer = parts()[said["part"]].run(rig_of(said["settings"]), said["options"])
+    with single_threaded():
+        answer = parts()[said["part"]].run(rig_of(said["settings"]), said["options"])
     seconds = time.perf_counter() - begun
     record = {"key": said["key"], "part": said["part"], "answer": answer, "seconds": seconds}
     return json.dumps(record, allow_nan=False)

@@ -14,13 +14,14 @@ from pathlib import Path
 
 from core.effects import catalogue
 from core.errors import InputError
+from core.resumable.processes import WORKERS
 from core.sentences import did_you_mean
-from core.study.blind_case import run_case
+from core.study.blind_case import answer_text
+from core.study.blind_run import finished, run_all
 from core.study.blind_tables import tables
 from core.study.cases import PARTS, Choice
 from core.study.noise import COLOURS
 from core.study.outside import OUTSIDE
-from core.study.runner import PROCESSES, finished, run_all
 
 OUT = Path("reports/blind.jsonl")
 
@@ -38,10 +39,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         cases = choice.cases()
         if asked.tables:
-            have = finished(asked.out)
-            records = {c.key: have[c.key] for c in cases if c.key in have}
+            records = finished(cases, asked.out)
         else:
-            records = run_all(cases, run_case, asked.out, _say, asked.processes)
+            records = run_all(cases, answer_text, asked.out, _say, asked.processes)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
@@ -69,7 +69,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--noise", help=f"some of {', '.join(COLOURS)}; all by default")
     parser.add_argument("--level", help="weak, strong or switched; all by default")
     parser.add_argument("--out", type=Path, default=OUT, help=f"results; {OUT} by default")
-    parser.add_argument("--processes", type=int, default=PROCESSES)
+    parser.add_argument("--processes", type=int, default=WORKERS)
     parser.add_argument("--tables", action="store_true", help="only print what is there")
     return parser
 

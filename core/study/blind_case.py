@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,10 +12,12 @@ import numpy as np
 
 from core.diagnose.diagnose import Options, diagnose
 from core.effects import effect, with_included
+from core.identify.predictor import single_threaded
 from core.identify.setup import make_setup
 from core.model import Model
 from core.recording.recording import Recording
 from core.results import Diagnosis
+from core.study.blind_run import kept
 from core.study.cases import Case
 from core.study.crossing import UnreachableError
 from core.study.hidden import LEVELS, Hidden, added, hidden, knobs_on
@@ -45,6 +48,14 @@ class Made:
 def made(case: Case) -> Made:
     """The data of a case; UnreachableError where no size shows what was asked for."""
     return _MAKERS[case.part](case)
+
+
+def answer_text(order: str) -> str:
+    """The record of the case that a worker is sent."""
+    said = json.loads(order)
+    case = Case(**{**said, "what": tuple(said["what"])})
+    with single_threaded():
+        return json.dumps(kept(case, run_case))
 
 
 def run_case(case: Case, max_effects: int = 3) -> dict[str, Any]:

@@ -7,8 +7,8 @@ from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 
 from core.errors import InputError
-from core.montecarlo.executor import CALM, Executor, Stop, never
-from core.montecarlo.processes import MOST_LOSSES
+from core.resumable.executor import CALM, Answers, Executor, Stop, Work, never
+from core.resumable.processes import MOST_LOSSES
 from flexgui.jobs.events import Failed, Stopped, WorkerLost
 from flexgui.jobs.job import Job, State
 from flexgui.jobs.pool import JobPool
@@ -27,26 +27,31 @@ class QueueExecutor(Executor):
         self._pool, self._session, self._at_once = pool, session, at_once
         self._news = threading.Event()
 
-    def answers(self, orders: Sequence[str], stop: Stop = never) -> Iterator[tuple[int, str]]:
-        waiting, losses = deque(range(len(orders))), Counter[int]()
+    def answers(self, work: Work, orders: Sequence[str], stop: Stop = never) -> Answers:
+        tasks = [
+            Task.of(study_case, "A case of the study", work=Task.name(work), order=order)
+            for order in orders
+        ]
+        waiting, losses = deque(range(len(tasks))), Counter[int]()
         running: dict[int, Job] = {}
         try:
             while waiting or running:
                 if stop():
                     waiting.clear()
                     _stop(running)
-                self._submit(waiting, running, orders)
+                self._submit(waiting, running, tasks)
                 self._news.wait(CALM)
                 self._news.clear()
                 yield from _collect(waiting, running, losses)
         finally:
             _stop(running)
 
-    def _submit(self, waiting: deque[int], running: dict[int, Job], orders: Sequence[str]) -> None:
+    def _submit(self, waiting: deque[int], running: dict[int, Job], tasks: Sequence[Task]) -> None:
         while waiting and len(running) < self._at_once and not _queued(running):
             index = waiting.popleft()
-            task = Task.of(study_case, "A case of the study", order=orders[index])
-            running[index] = self._pool.submit(self._session, task, lambda _: self._news.set())
+            running[index] = self._pool.submit(
+                self._session, tasks[index], lambda _: self._news.set()
+            )
 
 
 def _queued(running: dict[int, Job]) -> bool:

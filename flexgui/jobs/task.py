@@ -23,7 +23,12 @@ class Task:
     def of(function: Callable[..., Any], title: str = "The work", **arguments: Any) -> Task:
         """From the function itself; TypeError at once where the arguments do not suit it."""
         inspect.signature(function).bind(progress=None, **arguments)
-        return Task(f"{function.__module__}:{function.__qualname__}", arguments, title)
+        return Task(Task.name(function), arguments, title)
+
+    @staticmethod
+    def name(function: Callable[..., Any]) -> str:
+        """By which a worker finds a function."""
+        return f"{function.__module__}:{function.__qualname__}"
 
     def resolve(self) -> Callable[..., Any]:
         """The function, imported."""

@@ -9,11 +9,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from core.errors import InputError
-from core.montecarlo.executor import Executor
-from core.montecarlo.journal import Journal, Record
 from core.montecarlo.part import Case
 from core.montecarlo.settings import StudySettings
-from core.montecarlo.study import Finished, study, study_cases
+from core.montecarlo.study import study, study_cases
+from core.resumable.executor import Executor
+from core.resumable.going_on import Finished
+from core.resumable.journal import Journal, Record
 from flexgui.jobs.tasks.study_report import JOURNAL
 from flexgui.session.study_state import DONE, FAILED, RUNNING, STOPPED, STOPPING, remaining
 

@@ -6,8 +6,8 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from core.montecarlo.journal import Record
 from core.montecarlo.settings import StudySettings
+from core.resumable.journal import Record
 from flexgui.session.study_shown import ShownSection
 
 IDLE, RUNNING, STOPPING = "idle", "running", "stopping"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from core.montecarlo.journal import Record
 from core.montecarlo.paper import paper_scenario
 from core.montecarlo.settings import StudySettings, make_settings
+from core.resumable.journal import Record
 from core.scenario.write import write_scenario
 
 FITS = ["fits"]

@@ -5,34 +5,35 @@ from __future__ import annotations
 import json
 import os
 import signal
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
 
 from core.errors import InputError
-from core.montecarlo.executor import Executor, Here, Stop, never
-from core.montecarlo.processes import Processes
-from core.montecarlo.study import run_study, study, study_cases
+from core.montecarlo.study import study, study_cases
+from core.resumable.executor import Answers, Executor, Here, Stop, Work, never
+from core.resumable.going_on import records_of
+from core.resumable.processes import Processes
 from tests.paper_study.helpers import FITS, numbers, short
 
 
 class Backwards(Executor):
     """The last order first."""
 
-    def answers(self, orders: Sequence[str], stop: Stop = never) -> Iterator[tuple[int, str]]:
-        for index, text in Here().answers(orders[::-1], stop):
+    def answers(self, work: Work, orders: Sequence[str], stop: Stop = never) -> Answers:
+        for index, text in Here().answers(work, orders[::-1], stop):
             yield len(orders) - 1 - index, text
 
 
 @pytest.fixture(scope="module")
 def expected() -> dict[str, object]:
-    return numbers(run_study(short(), executor=Here(), only=FITS))
+    return numbers(records_of(study(short(), executor=Here(), only=FITS)))
 
 
 def test_the_order_of_the_cases_changes_nothing(expected: dict[str, object]) -> None:
-    assert numbers(run_study(short(), executor=Backwards(), only=FITS)) == expected
+    assert numbers(records_of(study(short(), executor=Backwards(), only=FITS))) == expected
 
 
 def test_a_killed_worker_is_replaced_and_the_numbers_are_the_same(
@@ -50,7 +51,7 @@ def test_a_killed_worker_is_replaced_and_the_numbers_are_the_same(
 
 
 def test_more_runs_keep_the_first_ones(expected: dict[str, object]) -> None:
-    more = numbers(run_study(short(runs=3), executor=Here(), only=FITS))
+    more = numbers(records_of(study(short(runs=3), executor=Here(), only=FITS)))
     assert {key: more[key] for key in expected} == expected
     assert len(more) == len(expected) + 2
 
@@ -80,15 +81,12 @@ def test_results_of_another_study_are_not_mixed_in(tmp_path: Path) -> None:
         list(study(short(seed=2), executor=Here(), path=path, only=FITS))
 
 
-def test_every_result_is_told_once() -> None:
-    told: list[str] = []
+def test_every_case_comes_once() -> None:
     settings = short(runs=1)
-    steps = study(
-        settings, executor=Here(), only=FITS, on_result=lambda f: told.append(f.record["key"])
-    )
-    last = list(steps)[-1]
-    assert sorted(told) == sorted(c.key for c in study_cases(settings, FITS))
-    assert last.done == last.total == len(told)
+    steps = list(study(settings, executor=Here(), only=FITS))
+    keys = [step.record["key"] for step in steps]
+    assert sorted(keys) == sorted(c.key for c in study_cases(settings, FITS))
+    assert [step.done for step in steps] == list(range(1, steps[-1].total + 1))
 
 
 def test_bad_input_in_a_worker_is_one_sentence() -> None:
@@ -101,16 +99,16 @@ def test_bad_input_in_a_worker_is_one_sentence() -> None:
 def test_a_dask_cluster_gives_the_same_numbers(expected: dict[str, object]) -> None:
     from distributed import LocalCluster
 
-    from core.montecarlo.cluster import Cluster
+    from core.resumable.cluster import Cluster
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
-        found = run_study(short(), executor=Cluster(cluster.scheduler_address), only=FITS)
+        found = records_of(study(short(), executor=Cluster(cluster.scheduler_address), only=FITS))
     assert numbers(found) == expected
 
 
 @pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")
 def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    from core.montecarlo import cluster
+    from core.resumable import cluster
 
     monkeypatch.setattr(cluster, "PATIENCE", 1)
     with pytest.raises(InputError, match="tcp://127.0.0.1:9"):

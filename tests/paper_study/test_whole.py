@@ -10,11 +10,12 @@ import pytest
 from core.montecarlo.agreement import agreements
 from core.montecarlo.findings import ratio_of_deviations
 from core.montecarlo.printed import FITS
-from core.montecarlo.processes import Processes
 from core.montecarlo.settings import make_settings
-from core.montecarlo.study import run_study
+from core.montecarlo.study import study
 from core.montecarlo.summary import Summary, summarise
 from core.montecarlo.valley import WITHIN, explained, pooled
+from core.resumable.going_on import records_of
+from core.resumable.processes import Processes
 from core.scenario.read import read_scenario
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "paper_glocal.toml"
@@ -40,9 +41,11 @@ pytestmark = pytest.mark.long
 def whole() -> tuple[Summary, float]:
     settings = make_settings(read_scenario(SCENARIO))
     begun = time.monotonic()
-    records = run_study(settings, executor=Processes(2), only=["fits"])
+    records = records_of(study(settings, executor=Processes(2), only=["fits"]))
     seconds = time.monotonic() - begun
-    records |= run_study(settings, executor=Processes(2), only=["sweeps", "prior", "advice"])
+    records |= records_of(
+        study(settings, executor=Processes(2), only=["sweeps", "prior", "advice"])
+    )
     return summarise(settings, records), seconds
 
 

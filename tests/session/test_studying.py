@@ -11,11 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from core.montecarlo.executor import Here
-from core.montecarlo.journal import Journal
 from core.montecarlo.settings import make_settings
-from core.montecarlo.study import run_study
+from core.montecarlo.study import study
 from core.montecarlo.summary import summarise
+from core.resumable.executor import Here
+from core.resumable.going_on import records_of
+from core.resumable.journal import Journal
 from core.scenario.read import parse_scenario, read_scenario
 from flexgui.jobs.tasks.study_report import JOURNAL
 from flexgui.session import Session, Topic
@@ -57,7 +58,7 @@ def test_a_study_gives_the_same_numbers_as_without_a_page(
     ended(quick)
     assert (quick.study.phase, quick.study.done, quick.study.total) == (DONE, 4, 4)
     assert quick._study_run is not None
-    expected = run_study(short(runs=2), executor=Here(), only=["fits"])
+    expected = records_of(study(short(runs=2), executor=Here(), only=["fits"]))
     assert numbers(quick._study_run.records) == numbers(expected)
 
 
@@ -232,7 +233,7 @@ def test_a_failing_case_ends_the_study_in_a_sentence(quick: Session, services: O
 @pytest.mark.long
 def test_every_beginning_of_a_study_can_be_shown() -> None:
     settings = short(runs=2)
-    records = run_study(settings, executor=Here(), only=whole().parts)
+    records = records_of(study(settings, executor=Here(), only=whole().parts))
     keys = list(records)
     for count in range(1, len(keys) + 1):
         some = {key: records[key] for key in keys[:count]}

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from core.errors import InputError
-from core.study import blind
-from core.study.blind_case import made, run_case
+from core.study import blind, blind_case
+from core.study.blind_case import answer_text, made, run_case
+from core.study.blind_run import finished, order_text, run_all
 from core.study.blind_tables import both, near_floor, right, tables, unlisted
 from core.study.cases import Case, Choice, candidates
 from core.study.rig import noisy
-from core.study.runner import finished, run_all
-from tests.study.counting import Number, nothing, squared
+from tests.study import counting
+from tests.study.counting import MORTAL, UNLUCKY, Number
 
 MEAN_SQUARE = 0.15
 """Relative scatter of the mean square of four thousand coloured samples, three deviations."""
@@ -66,18 +67,57 @@ def test_both_colours_hide_the_same_truth_and_the_noise_is_as_stated() -> None:
 
 def test_finished_cases_are_not_run_again_and_failures_are_kept(tmp_path: Path) -> None:
     out, said = tmp_path / "x.jsonl", []
-    first = run_all([Number(k) for k in (2, 13)], squared, out, said.append, begin=nothing)
-    assert first["n2"]["square"] == 4 and "unlucky" in first["n13"]["failed"]
+    work, two = counting.answer_text, [Number(2), Number(UNLUCKY)]
+    first = run_all(two, work, out, said.append)
+    assert first["n2"]["square"] == 4 and first["n13"]["failed"] == "ValueError: unlucky"
+    assert said[0] == "2 cases, 0 of them finished before."
+    assert sorted(said[1:]) in (["1/2 n13", "2/2 n2"], ["1/2 n2", "2/2 n13"])
     out.write_text(out.read_text() + '{"key": "n5", "squ')  # as if the power had failed
-    later = run_all([Number(k) for k in (2, 13, 5)], squared, out, said.append, 1, nothing)
+    later = run_all([*two, Number(5)], work, out, said.append, 1)
+    assert said[3:] == ["3 cases, 2 of them finished before.", "1/1 n5"]
     assert later["n5"]["square"] == 25
     lines = out.read_text().splitlines()
     assert sum('"n2"' in line for line in lines) == 1
-    assert set(finished(out)) == {"n2", "n13", "n5"}
+    assert finished([*two, Number(5), Number(6)], out) == later
+
+
+def test_a_killed_worker_is_replaced_and_no_case_is_lost(tmp_path: Path) -> None:
+    cases = [*map(Number, range(4)), Number(MORTAL, str(tmp_path / "mark"))]
+    found = run_all(cases, counting.answer_text, tmp_path / "x.jsonl", lambda _: None)
+    assert {r["key"]: r["square"] for r in found.values()} == {c.key: c.value**2 for c in cases}
+
+
+def test_a_case_that_kills_every_worker_ends_the_matrix_and_keeps_the_rest(tmp_path: Path) -> None:
+    cases, out = [*map(Number, range(3)), Number(MORTAL)], tmp_path / "x.jsonl"
+    with pytest.raises(InputError, match="workers ended"):
+        run_all(cases, counting.answer_text, out, lambda _: None, 1)
+    assert set(finished(cases, out)) == {"n0", "n1", "n2"}
+
+
+def test_ctrl_c_ends_with_what_is_finished(tmp_path: Path) -> None:
+    cases, out, said = [Number(k) for k in range(40)], tmp_path / "x.jsonl", []
+
+    def told(text: str) -> None:
+        said.append(text)
+        if text.startswith("2/"):
+            raise KeyboardInterrupt
+
+    found = run_all(cases, counting.slow_answer_text, out, told)
+    assert 2 <= len(found) < len(cases)
+    assert said[-1] == "Stopped; the same command goes on from here."
+    later = run_all(cases[: len(found) + 1], counting.answer_text, out, lambda _: None)
+    assert later.items() >= found.items() and len(later) == len(found) + 1
+
+
+def test_a_case_reaches_a_worker_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(blind_case, "run_case", lambda case: {"key": case.key, "seen": case == one})
+    one = SHORT[4]
+    assert json.loads(answer_text(order_text(one))) == {"key": one.key, "seen": True}
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--part", "singels"], ["--effects", "coulomb"], ["--noise", "pink"]]
+    "arguments",
+    [["--part", "singels"], ["--effects", "coulomb"], ["--noise", "pink"], ["--processes", "0"]],
 )
 def test_a_slip_is_one_sentence_and_two(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
@@ -88,8 +128,8 @@ def test_a_slip_is_one_sentence_and_two(
 
 def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
     (tmp_path / "x").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match="cannot be read"):
-        finished(tmp_path / "x")
+    with pytest.raises(InputError, match="something else"):
+        finished([], tmp_path / "x")
 
 
 def test_the_short_matrix_is_right(tmp_path: Path) -> None:

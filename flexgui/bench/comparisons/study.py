@@ -8,14 +8,15 @@ from core.identify.evolution import evolve
 from core.identify.predictor import Predictor
 from core.identify.residuals import Residuals, channel_weights
 from core.identify.unknowns import collect_unknowns
-from core.montecarlo.executor import Here
 from core.montecarlo.paper import paper_scenario
 from core.montecarlo.parts.fits import run_data
-from core.montecarlo.processes import WORKERS, Processes
 from core.montecarlo.rig import Rig
 from core.montecarlo.settings import StudySettings, make_settings
-from core.montecarlo.study import run_study
+from core.montecarlo.study import study
 from core.recording.recording import Recording
+from core.resumable.executor import Here
+from core.resumable.going_on import records_of
+from core.resumable.processes import WORKERS, Processes
 from flexgui.bench.case import GENERATIONS, LOWER, MEMBERS, UPPER, Case
 from flexgui.bench.comparisons.evolution import SAME, SEED, peer_search
 from flexgui.bench.row import Row, seconds
@@ -50,7 +51,7 @@ def rows(size: Size) -> list[Row]:
 def _ours(settings: StudySettings) -> float:
     """Seconds; few runs stay in this process, where starting others would be all there is."""
     executor = Processes(WORKERS) if settings.runs >= RUNS else Here()
-    return seconds(lambda: run_study(settings, executor=executor, only=["fits"]))
+    return seconds(lambda: records_of(study(settings, executor=executor, only=["fits"])))
 
 
 def _peer(rig: Rig, data: list[Recording], generations: int) -> tuple[float, bool]:

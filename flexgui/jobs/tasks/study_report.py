@@ -14,9 +14,9 @@ JOURNAL = "results.jsonl"
 
 def study_report(settings: str, folder: str, *, progress: Progress) -> str:
     """Page, tables and result into `folder`, from the journal in it; `settings` as JSON."""
-    from core.montecarlo.journal import Journal
     from core.montecarlo.settings import settings_of
     from core.montecarlo.summary import summarise
+    from core.resumable.journal import Journal
     from flexgui.export.study_report import write_study
 
     progress.stage("Writing the report of the study")

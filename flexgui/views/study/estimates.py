@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from core.montecarlo.agreement import comparable, implied_bias, least_scatter
 from core.montecarlo.estimates import EstimateRow, EstimateTable, Spread
-from core.montecarlo.printed import Numbers, stiffness
+from core.montecarlo.printed import stiffness
 from core.montecarlo.valley import ValleyPrior, explained, pooled
 from flexgui.views.numbers import format_number
 from flexgui.views.study.words import fit_name, percent, shown, signed, snr
@@ -18,39 +18,32 @@ DIGITS = {"epsilon": (4, 4), "d": (1, 3)}
 
 STRONG = ("local mean", "glocal")
 
+Filled = tuple[str, Sequence[str]]
+"""A column: its title, and what it says of each fit."""
+
 
 def parameter_table(tables: Sequence[EstimateTable]) -> Table:
     """Rows as in the paper; per ratio and parameter the paper's mean and deviation, then ours."""
-    columns, names = [Column("Fit")], list(tables[0].rows[0].values)
-    for table in tables:
-        for name in names:
-            symbol, unit, _ = shown(name)
-            title = f"{symbol} [{unit}] {snr(table.snr_db)}"
-            if comparable(table) is not None:
-                columns.append(Column(f"{title} paper", numeric=True))
-            columns.append(Column(f"{title} here", numeric=True))
-    rows = [_parameter_row(tables, k, names) for k in range(len(tables[0].rows))]
     runs = " and ".join(str(n) for n in sorted({t.runs for t in tables}))
     text = (
         f"Mean over {runs} runs, standard deviation in brackets. The local mean's deviation is "
         f"sqrt(Σ std²)/δ, as in the paper."
     )
-    return Table(tuple(columns), tuple(rows), text)
+    return _by_fit(tables, _parameter_columns, text)
 
 
-def _parameter_row(tables: Sequence[EstimateTable], k: int, names: Sequence[str]) -> Row:
-    first = tables[0].rows[k]
-    cells = [fit_name(first.label, first.theta2)]
-    for table in tables:
-        told, row = comparable(table), table.rows[k]
-        for name in names:
-            if told is not None:
-                at = 0 if name == "epsilon" else 2
-                cells.append(_bracketed(told[k][at], told[k][at + 1], name))
-            std = _printed_deviation(table, row, name)
-            factor = shown(name)[2]
-            cells.append(_bracketed(row.values[name].mean * factor, std * factor, name))
-    return Row(tuple(cells), strong=first.label in STRONG)
+def _parameter_columns(table: EstimateTable) -> Iterator[Filled]:
+    told = comparable(table)
+    for name in table.rows[0].values:
+        symbol, unit, factor = shown(name)
+        title = f"{symbol} [{unit}] {snr(table.snr_db)}"
+        if told is not None:
+            at = 0 if name == "epsilon" else 2
+            yield f"{title} paper", [_bracketed(n[at], n[at + 1], name) for n in told]
+        means = [row.values[name].mean * factor for row in table.rows]
+        stds = [_printed_deviation(table, row, name) * factor for row in table.rows]
+        pairs = zip(means, stds, strict=True)
+        yield f"{title} here", [_bracketed(mean, std, name) for mean, std in pairs]
 
 
 def _printed_deviation(table: EstimateTable, row: EstimateRow, name: str) -> float:
@@ -72,49 +65,44 @@ def _bracketed(mean: float, std: float, name: str) -> str:
 
 def stiffness_table(tables: Sequence[EstimateTable], true: Sequence[float]) -> Table:
     """The same rows in EI, with the bias and the scatter that the paper's numbers imply."""
-    columns = [Column("Fit")]
-    for table in tables:
-        said = snr(table.snr_db)
-        if comparable(table) is not None:
-            columns += [
-                Column(f"{said}: paper's means imply [N m²]", numeric=True),
-                Column("bias", numeric=True),
-                Column("scatter at least", numeric=True),
-            ]
-        columns += [
-            Column(f"{said}: EI here [N m²]", numeric=True),
-            Column("bias", numeric=True),
-            Column("deviation", numeric=True),
-            Column("of the means [N m²]", numeric=True),
-        ]
-    rows = [_stiffness_row(tables, k, true) for k in range(len(tables[0].rows))]
     text = (
         f"True EI = {_each(f'{EI:.2f}' for EI in true)} N m². 'Of the means' is what the mean ε "
         f"and d give, as a reader of a printed table computes it; 'scatter at least' is "
         f"|4 std(d)/d − std(ε)/ε|."
     )
-    return Table(tuple(columns), tuple(rows), text)
+    return _by_fit(tables, lambda table: _stiffness_columns(table, true), text)
 
 
-def _stiffness_row(tables: Sequence[EstimateTable], k: int, true: Sequence[float]) -> Row:
-    first = tables[0].rows[k]
-    cells = [fit_name(first.label, first.theta2)]
-    for table in tables:
-        told, row = comparable(table), table.rows[k]
-        if told is not None:
-            cells += _paper_cells(told[k], true[0])
-        cells += [
-            _each(f"{EI.mean:.3f}" for EI in row.EI),
-            _each(signed(e.mean / EI - 1.0) for e, EI in zip(row.EI, true, strict=True)),
-            _each(map(_relative, row.EI)),
-            format_number(row.EI_of_means, 5, keep_zeros=True),
-        ]  # fmt: skip
-    return Row(tuple(cells), strong=first.label in STRONG)
+def _stiffness_columns(table: EstimateTable, true: Sequence[float]) -> Iterator[Filled]:
+    said, told, rows = snr(table.snr_db), comparable(table), table.rows
+    if told is not None:
+        implied = [stiffness(n[0], n[2]) for n in told]
+        yield f"{said}: paper's means imply [N m²]", [f"{EI:.1f}" for EI in implied]
+        yield "bias", [signed(implied_bias(n, true[0])) for n in told]
+        yield "scatter at least", [percent(least_scatter(n), 2) for n in told]
+    yield f"{said}: EI here [N m²]", [_each(f"{EI.mean:.3f}" for EI in row.EI) for row in rows]
+    yield "bias", [_each(_biases(row.EI, true)) for row in rows]
+    yield "deviation", [_each(map(_relative, row.EI)) for row in rows]
+    means = [format_number(row.EI_of_means, 5, keep_zeros=True) for row in rows]
+    yield "of the means [N m²]", means
 
 
-def _paper_cells(numbers: Numbers, true_EI: float) -> list[str]:
-    EI = stiffness(numbers[0], numbers[2])
-    return [f"{EI:.1f}", signed(implied_bias(numbers, true_EI)), percent(least_scatter(numbers), 2)]
+def _by_fit(
+    tables: Sequence[EstimateTable], columns: Callable[[EstimateTable], Iterable[Filled]], text: str
+) -> Table:
+    """A row per fit; beside each other the columns of each table."""
+    filled = [column for table in tables for column in columns(table)]
+    heads = (Column("Fit"), *(Column(title, numeric=True) for title, _ in filled))
+    cells = zip(*(each for _, each in filled), strict=True)
+    rows = (
+        Row((fit_name(fit.label, fit.theta2), *here), strong=fit.label in STRONG)
+        for fit, here in zip(tables[0].rows, cells, strict=True)
+    )
+    return Table(heads, tuple(rows), text)
+
+
+def _biases(found: Iterable[Spread], true: Sequence[float]) -> Iterator[str]:
+    return (signed(e.mean / EI - 1.0) for e, EI in zip(found, true, strict=True))
 
 
 def _each(texts: Iterable[str]) -> str:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from queue import Empty, Queue
 from typing import Any
 
 from core.errors import InputError
-from core.montecarlo.executor import CALM, Executor, Stop, never
-from core.montecarlo.work import answer_text
+from core.resumable.executor import CALM, Answers, Executor, Stop, Work, never
 
 PATIENCE = 10
 """s to reach the scheduler."""
@@ -25,13 +24,12 @@ class Cluster(Executor):
     def __init__(self, address: str) -> None:
         self.address = address
 
-    def answers(self, orders: Sequence[str], stop: Stop = never) -> Iterator[tuple[int, str]]:
+    def answers(self, work: Work, orders: Sequence[str], stop: Stop = never) -> Answers:
         distributed = _distributed()
         with self._client(distributed) as client:
             done: Queue[Any] = Queue()
             futures = {
-                client.submit(answer_text, order, pure=False): index
-                for index, order in enumerate(orders)
+                client.submit(work, order, pure=False): index for index, order in enumerate(orders)
             }
             for future in futures:
                 future.add_done_callback(done.put)

@@ -1,4 +1,4 @@
-"""What a study has found so far: one line of JSON per finished case, never lost."""
+"""What has been found so far: one line of JSON per finished case, never lost."""
 
 from __future__ import annotations
 
@@ -12,15 +12,19 @@ from typing import Any, TextIO
 from core.errors import InputError
 
 Record = dict[str, Any]
-"""`key`, `part`, `answer`, `seconds`."""
+"""Plain values; `key` says of which case."""
 
 FORMAT = 1
 
 
 class Journal:
-    """Lines that are on the disk before they count; the last may be torn, and is done again."""
+    """Lines that are on the disk before they count; the last may be torn, and is done again.
 
-    def __init__(self, path: Path, identity: str) -> None:
+    Results of different studies have the same keys where a study has settings: its `identity`
+    then heads the file, and results under another one are refused.
+    """
+
+    def __init__(self, path: Path, identity: str | None = None) -> None:
         self.path, self.identity = path, identity
         self.records = self._read()
 
@@ -36,26 +40,26 @@ class Journal:
                 text = self.path.read_bytes()
                 if text and not text.endswith(b"\n"):
                     file.write("\n")
-            if not text:
-                writer.line({"format": FORMAT, "study": self.identity})
+            if not text and self.identity is not None:
+                writer.line(json.dumps({"format": FORMAT, "study": self.identity}))
             yield writer
 
     def _read(self) -> dict[str, Record]:
         if not self.path.exists():
             return {}
         try:
-            lines = self.path.read_text(encoding="utf-8", errors="replace").splitlines()
+            text = self.path.read_text(encoding="utf-8", errors="replace")
         except OSError as error:
             reason = error.strerror or str(error)
             raise InputError(f"{self.path} cannot be read: {reason}.") from error
-        found = [record for record in map(_parsed, lines) if record is not None]
-        head = next((r for r in found if "study" in r), None)
-        if lines and (head is None or head["study"] != self.identity):
+        found = [r for r in map(_parsed, text.splitlines()) if r is not None]
+        head = next((r["study"] for r in found if "study" in r), None)
+        if text and (head != self.identity or not text.startswith("{")):
             raise InputError(
-                f"{self.path} holds the results of another study; choose another --out or remove "
-                f"the file."
+                f"{self.path} holds something else, perhaps the results of another study; choose "
+                f"another --out or remove the file."
             )
-        return {r["key"]: r for r in found if {"key", "part", "answer"} <= r.keys()}
+        return {r["key"]: r for r in found if "key" in r}
 
 
 class Writer:
@@ -64,10 +68,10 @@ class Writer:
     def __init__(self, file: TextIO, path: Path) -> None:
         self.file, self.path = file, path
 
-    def line(self, record: Record) -> None:
+    def line(self, text: str) -> None:
         """On the disk when this returns."""
         with _refusing(self.path):
-            self.file.write(json.dumps(record, allow_nan=False) + "\n")
+            self.file.write(text + "\n")
             self.file.flush()
             os.fsync(self.file.fileno())
 

@@ -12,9 +12,8 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
 from core.errors import InputError
-from core.montecarlo.executor import CALM, Executor, Stop, never
-from core.montecarlo.work import answer_text
-from core.study.runner import one_thread_each
+from core.resumable.executor import CALM, Answers, Executor, Stop, Work, never
+from core.resumable.threads import one_thread_each
 
 WORKERS = 2
 """The machines that this is meant for have two cores."""
@@ -40,9 +39,10 @@ class _Worker:
 class Processes(Executor):
     """As many at a time as there are workers, each with one thread of linear algebra."""
 
-    def __init__(self, workers: int = WORKERS) -> None:
+    def __init__(self, workers: int = WORKERS, option: str = "--workers") -> None:
+        """`option` is how whoever chose the number of workers knows it."""
         if workers < 1:
-            raise InputError(f"--workers is {workers}; it must be at least 1.")
+            raise InputError(f"{option} is {workers}; it must be at least 1.")
         self.count = workers
         self._workers: list[_Worker] = []
 
@@ -50,11 +50,11 @@ class Processes(Executor):
         """Of the workers that there are now."""
         return [w.process.pid for w in self._workers if w.process.pid is not None]
 
-    def answers(self, orders: Sequence[str], stop: Stop = never) -> Iterator[tuple[int, str]]:
+    def answers(self, work: Work, orders: Sequence[str], stop: Stop = never) -> Answers:
         waiting, losses = deque(range(len(orders))), Counter[int]()
         try:
             while waiting or self._busy():
-                self._replace_the_dead(min(self.count, len(waiting) + len(self._busy())))
+                self._replace_the_dead(work, min(self.count, len(waiting) + len(self._busy())))
                 for worker in self._workers:
                     if waiting and worker.order is None:
                         _give(worker, waiting.popleft(), orders)
@@ -68,9 +68,9 @@ class Processes(Executor):
     def _busy(self) -> list[_Worker]:
         return [w for w in self._workers if w.order is not None]
 
-    def _replace_the_dead(self, wanted: int) -> None:
+    def _replace_the_dead(self, work: Work, wanted: int) -> None:
         while len(self._workers) < wanted:
-            self._workers.append(_hire())
+            self._workers.append(_hire(work))
 
     def _collect(self, waiting: deque[int], losses: Counter[int]) -> Iterator[tuple[int, str]]:
         """Answers that have come; the order of a worker that died goes back to the front."""
@@ -121,17 +121,17 @@ def _give(worker: _Worker, index: int, orders: Sequence[str]) -> None:
         worker.connection.send_bytes(orders[index].encode())
 
 
-def _hire() -> _Worker:
+def _hire(work: Work) -> _Worker:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=_serve, args=(theirs,), daemon=True, name="study")
+    process = context.Process(target=_serve, args=(theirs, work), daemon=True, name="cases")
     with one_thread_each():
         process.start()
     theirs.close()
     return _Worker(process, ours)
 
 
-def _serve(connection: Connection) -> None:
+def _serve(connection: Connection, work: Work) -> None:
     """A worker: orders in, answers out, until nobody is there any more."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
     while True:
@@ -139,11 +139,11 @@ def _serve(connection: Connection) -> None:
             order = connection.recv_bytes().decode()
         except (EOFError, OSError):
             return
-        connection.send_bytes(_answer(order).encode())
+        connection.send_bytes(_answer(work, order).encode())
 
 
-def _answer(order: str) -> str:
+def _answer(work: Work, order: str) -> str:
     try:
-        return answer_text(order)
+        return work(order)
     except InputError as error:
         return f"{ERROR}{error}"

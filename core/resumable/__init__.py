@@ -1,0 +1,1 @@
+"""Many independent cases: who runs them, a file that nothing finished is lost from, going on."""

@@ -1,0 +1,66 @@
+"""The cases of the blind matrix on a few processes, and what is said meanwhile."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import asdict
+from pathlib import Path
+from typing import TypeVar
+
+from core.resumable.executor import Work
+from core.resumable.going_on import Keyed, go_on
+from core.resumable.journal import Journal, Record
+from core.resumable.processes import WORKERS, Processes
+
+C = TypeVar("C", bound=Keyed)
+
+
+def run_all(
+    cases: Sequence[C],
+    work: Work,
+    path: Path,
+    told: Callable[[str], None] = print,
+    processes: int = WORKERS,
+) -> dict[str, Record]:
+    """Runs the cases (dataclasses) that the file does not hold yet; the records of all of them.
+
+    Ctrl-C ends it with what is finished; the next call goes on from there.
+    """
+    executor, journal = Processes(processes, "--processes"), Journal(path)
+    left = sum(case.key not in journal.records for case in cases)
+    told(f"{len(cases)} cases, {len(cases) - left} of them finished before.")
+    begun = time.monotonic()
+    try:
+        with closing(go_on(cases, order_text, work, executor, journal)) as steps:
+            for number, step in enumerate((s for s in steps if not s.before), start=1):
+                told(f"{number}/{left} {step.record['key']}{_time_left(begun, number, left)}")
+    except KeyboardInterrupt:
+        told("Stopped; the same command goes on from here.")
+    return finished(cases, path)
+
+
+def finished(cases: Sequence[C], path: Path) -> dict[str, Record]:
+    """key -> record of those of the cases that a file holds."""
+    have = Journal(path).records
+    return {case.key: have[case.key] for case in cases if case.key in have}
+
+
+def order_text(case: Keyed) -> str:
+    """What a worker is sent."""
+    return json.dumps(asdict(case))  # type: ignore[call-overload]
+
+
+def kept(case: C, run: Callable[[C], Record]) -> Record:
+    """What a case gave; a case that failed is a result too, and counts as one."""
+    try:
+        return run(case)
+    except Exception as error:
+        return {"key": case.key, "failed": f"{type(error).__name__}: {error}"}
+
+
+def _time_left(begun: float, done: int, total: int) -> str:
+    minutes = (time.monotonic() - begun) / done * (total - done) / 60.0
+    return f", about {minutes:.0f} min left" if minutes >= 1.0 else ""
