@@ -49,10 +49,12 @@ class Case:
 
     name: str
     effects: Effects = field(default_factory=dict)
+    rotors: tuple[float, float] = (0.0, 0.0)
+    """kg m², which the scenario states."""
 
     @property
     def plant(self) -> Plant:
-        return with_effects(self.effects)
+        return with_effects(self.effects, self.rotors)
 
     @property
     def step(self) -> float:
@@ -75,8 +77,12 @@ ELASTICITY = {"joint_elasticity": {"k1": 8000.0, "k2": 4000.0, "Jm1": 0.05, "Jm2
 ROTOR = {"rotor_inertia": {"Jh1": 0.3, "Jh2": 0.1}}
 TILT = {"gravity_tilt": {"g1": 0.20, "g2": -0.10}}
 DELAY = {"camera_delay": {"td": 0.006}}
-LIMIT = {"drive_saturation": {"ul1": 12.0, "ul2": 6.0}}
-"""At its limit for 15 to 30 % of the time."""
+LIMIT = {"drive_saturation": {"ul1": 20.0, "ul2": 10.0}}
+"""At its limit for about a tenth of the time."""
+ROTORS = (0.05, 0.02)
+"""kg m². Known, not hidden: at a limit a motor without a rotor pushes on the first grain of the
+beam, and how that gives way is a matter of all its modes. A simulation with three modes then misses
+one with five by as much as the limit itself moves the tip; with these rotors by a twentieth."""
 MATERIAL = {"structural_damping": {"tau": 1e-3}}
 
 CASES = (
@@ -88,7 +94,7 @@ CASES = (
     Case("rotor_inertia", ROTOR),
     Case("gravity_tilt", TILT),
     Case("camera_delay", DELAY),
-    Case("drive_saturation", LIMIT),
+    Case("drive_saturation", LIMIT, ROTORS),
     Case("structural_damping", MATERIAL),
     Case("coulomb_friction-tip_payload", COULOMB | PAYLOAD),
     Case("viscous_friction-joint_elasticity", VISCOUS | ELASTICITY),

@@ -70,10 +70,10 @@ EFFECTS: dict[str, Callable[..., Plant]] = {
 }  # fmt: skip
 
 
-def with_effects(effects: Effects) -> Plant:
-    """The paper's arm with these effects in it."""
+def with_effects(effects: Effects, rotors: tuple[float, float] = (0.0, 0.0)) -> Plant:
+    """The paper's arm, on motors with these rotors (kg m²), with these effects in it."""
 
     def add(plant: Plant, item: tuple[str, Mapping[str, Any]]) -> Plant:
         return EFFECTS[item[0]](plant, **item[1])
 
-    return reduce(add, effects.items(), Plant())
+    return reduce(add, effects.items(), rotor_inertia(Plant(), *rotors))

@@ -28,7 +28,7 @@ title = "Recordings of a chain of rigid bodies: {title}"
 [arm]
 preset = "paper"
 modes = [3, 3]
-
+{rotors}
 [drive]
 kind = "velocity_loop"
 gains = [60.0, 30.0]        # N m s/rad
@@ -88,7 +88,8 @@ def write_scenario(case: Case, folder: Path) -> None:
     if path.exists():
         return
     title = case.name.replace("-", " and ").replace("_", " ")
-    text = SCENARIO.format(title=title, camera=CAMERA_NOISE, encoder=ENCODER_NOISE)
+    rotors = f"hub_inertia = {list(case.rotors)}  # kg m^2, known\n" if any(case.rotors) else ""
+    text = SCENARIO.format(title=title, rotors=rotors, camera=CAMERA_NOISE, encoder=ENCODER_NOISE)
     for e in EXPERIMENTS:
         text += f'\n[[recordings]]\nname = "{e.name}"\nfile = "{case.name}/{e.name}.csv.gz"\n'
         text += f'role = "{e.role}"\n'
