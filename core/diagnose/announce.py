@@ -5,21 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from core.arm.arm import Arm
-from core.arm.compiled import is_compiled
-from core.arm.symbols import Structure
-from core.effects.effect import Effect
+from core.diagnose.columns import Trial, must_compile
 from core.sentences import listed
 
 
-def round_title(number: int, arm: Arm, candidates: Sequence[Effect]) -> str:
-    """Names the candidates whose arm this machine has never compiled."""
+def round_title(number: int, arm: Arm, planned: Sequence[Trial]) -> str:
+    """Names the effects among the trials whose arm this machine has never compiled."""
     title = f"Looking for what is missing, round {number}"
-    new = [one.title for one in candidates if _is_new(one, arm)]
+    new = list(dict.fromkeys(t.effect.title for t in planned if must_compile(t, arm)))
     if not new:
         return title
     return f"{title} (compiled for the first time, up to a minute each: {listed(new)})"
-
-
-def _is_new(one: Effect, arm: Arm) -> bool:
-    changed = Structure.of(one.changed_arm(arm, {}))
-    return changed != Structure.of(arm) and not is_compiled(changed)

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from core.arm.arm import Arm
+from core.arm.compiled import is_compiled
+from core.arm.symbols import Structure
 from core.diagnose.data import Data, Hypothesis, coarser, hypothesis
 from core.effects.effect import Effect, Knob
 from core.identify.unknowns import Unknown
@@ -64,6 +67,12 @@ def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
                 name = knob.parameter.name
                 found.append(Trial(candidate, name, values, size, fixed, scanned, shape))
     return found
+
+
+def must_compile(trial: Trial, arm: Arm) -> bool:
+    """Whether the trial is of an arm that this machine has never compiled, which takes seconds."""
+    changed = Structure.of(trial.effect.changed_arm(arm, trial.values))
+    return changed != Structure.of(arm) and not is_compiled(changed)
 
 
 def _sizes(knob: Knob) -> tuple[float, ...]:

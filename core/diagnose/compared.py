@@ -7,7 +7,6 @@ from dataclasses import replace
 from core.diagnose.data import Data, Hypothesis
 from core.diagnose.missing_torque import missing_torque
 from core.diagnose.start import Begun
-from core.diagnose.steps import validated
 from core.identify.compare import compare
 from core.results import RecordingComparison
 
@@ -18,8 +17,7 @@ LABEL = "the diagnosis, starts free"
 def compared(begun: Begun) -> tuple[RecordingComparison, ...]:
     """All recordings: those fitted, then those that no fit saw, with starts of their own."""
     pairs = [(begun.base.hypothesis, begun.data)]
-    if begun.validation is not None:
-        later = validated(begun.validation, begun.base)
+    if (later := begun.validated) is not None:
         pairs.append((later.hypothesis, later.data))
     found: list[RecordingComparison] = []
     agility: float | None = None  # once chosen it serves all

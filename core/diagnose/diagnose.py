@@ -5,8 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from core.diagnose.announce import round_title
+from core.diagnose.columns import trials
 from core.diagnose.compared import compared
 from core.diagnose.data import Data, names_of
 from core.diagnose.deciding import deciding
@@ -17,7 +19,7 @@ from core.diagnose.prune import without_needless
 from core.diagnose.refit import Refit
 from core.diagnose.screen import Screen
 from core.diagnose.start import Begun, begin
-from core.diagnose.steps import ladder_step
+from core.diagnose.steps import ladder_step, validated
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
 from core.diagnose.words import Told, say
 from core.effects import with_included
@@ -49,8 +51,17 @@ class Options:
     """Whether measured and modelled signals are kept, of the first model and the last."""
 
 
-Listener = Callable[[tuple[RankedEffect, ...]], None]
-"""Called with the ranking as it stands: after the screen, after each refit."""
+class ToCome(NamedTuple):
+    """What a ranking does not know yet."""
+
+    sizes: int
+    """That are still to be tried."""
+    effects: tuple[str, ...]
+    """Titles of those of which no size was tried yet."""
+
+
+Listener = Callable[[tuple[RankedEffect, ...], ToCome], None]
+"""Called with the ranking as it stands: while the screen goes on, after it, after each refit."""
 
 
 @dataclass
@@ -78,7 +89,7 @@ def diagnose(
     recordings: Sequence[Recording],
     options: Options | None = None,
     progress: Progress | None = None,
-    listen: Listener = lambda _: None,
+    listen: Listener | None = None,
     begun: Begun | None = None,
 ) -> Diagnosis:
     """Names what the model lacks on the estimation recordings, and adds it step by step.
@@ -156,9 +167,8 @@ def begin_on(
 
 def _state(setup: Setup, begun: Begun) -> _State:
     present = list(setup.model.effects)
-    state = _State(begun.data, begun.base, present, len(present), [], [], begun.validation)
-    state.steps.append(_step(state, None, "The model as given"))
-    return state
+    first = ladder_step(begun.data, begun.validated, begun.base, None, "The model as given", ())
+    return _State(begun.data, begun.base, present, len(present), [], [first], begun.validation)
 
 
 def _step(state: _State, added: Effect | None, title: str) -> LadderStep:
@@ -166,10 +176,11 @@ def _step(state: _State, added: Effect | None, title: str) -> LadderStep:
     if added is not None:
         names = names_of(added, state.refit.hypothesis.model, state.data.sizes) or ("",)
     kind = None if added is None else added.kind
-    return ladder_step(state.data, state.validation, state.refit, kind, title, names)
+    later = validated(state.validation, state.refit)
+    return ladder_step(state.data, later, state.refit, kind, title, names)
 
 
-def _climb(state: _State, options: Options, progress: Progress, listen: Listener) -> bool:
+def _climb(state: _State, options: Options, progress: Progress, listen: Listener | None) -> bool:
     """Adds effects while there is one to add; whether another one is known to be missing.
 
     At the limit one more look tells whether what is left above the floor is on the list.
@@ -189,19 +200,19 @@ def _climb(state: _State, options: Options, progress: Progress, listen: Listener
 
 
 def _look(
-    state: _State, options: Options, add: bool, progress: Progress, listen: Listener
+    state: _State, options: Options, add: bool, progress: Progress, listen: Listener | None
 ) -> Round:
     """One round, kept with its ranking; its model is the state's."""
-    candidates = applicable(state.data, state.present, options.candidates)
-    arm = state.refit.hypothesis.model.arm
-    title = round_title(len(state.rounds) + 1, arm, candidates)
+    candidates, at = applicable(state.data, state.present, options.candidates), state.refit
+    planned = [t for c in candidates for t in trials(at.hypothesis, c, state.data)]
+    title = round_title(len(state.rounds) + 1, at.hypothesis.model.arm, planned)
     progress.stage(title, len(candidates) + REFITTED)
     seen = _round(state, candidates, add, progress, listen)
     kind = seen.accepted.screened.effect.kind if add and seen.accepted is not None else None
     ranking = ranking_of(seen, state.data)
-    planned = deciding(seen, ranking, state.data, progress)
-    sentence = planned[0].sentence if planned else ""
-    state.rounds.append(DiagnosisRound(ranking, kind, sentence, planned))
+    next_ones = deciding(seen, ranking, state.data, progress)
+    sentence = next_ones[0].sentence if next_ones else ""
+    state.rounds.append(DiagnosisRound(ranking, kind, sentence, next_ones))
     state.refit = seen.after
     return seen
 
@@ -217,21 +228,31 @@ def _prune(state: _State, progress: Progress) -> None:
 
 
 def _round(
-    state: _State, candidates: Sequence[Effect], add: bool, progress: Progress, listen: Listener
+    state: _State,
+    candidates: Sequence[Effect],
+    add: bool,
+    progress: Progress,
+    listen: Listener | None,
 ) -> Round:
     def told(text: str) -> bool:
         if text:
             progress.advance(text=text)
         return progress.stopped()
 
+    if listen is None:
+        return one_round(state.data, state.refit, state.present, candidates, told, add=add)
+
     def screened(seen: Screen) -> None:
-        empty = Round(seen, (), None, state.refit, state.refit)
-        listen(ranking_of(empty, state.data))
+        refitted(Round(seen, (), None, state.refit, state.refit))
+
+    def refitted(partial: Round) -> None:
+        known, sizes = {c.effect.kind for c in partial.screen.columns}, partial.screen.to_come
+        untried = tuple(c.title for c in candidates if sizes and c.kind not in known)
+        listen(ranking_of(partial, state.data), ToCome(sizes, untried))
 
     return one_round(
-        state.data, state.refit, state.present, candidates, told, screened,
-        lambda partial: listen(ranking_of(partial, state.data)), add,
-    )  # fmt: skip
+        state.data, state.refit, state.present, candidates, told, screened, refitted, add
+    )
 
 
 def _settings(state: _State) -> list[dict[str, object]]:

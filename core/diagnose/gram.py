@@ -81,6 +81,8 @@ class Explained:
 def explain(projected: np.ndarray, which: Sequence[int], one_sided: Sequence[bool]) -> Explained:
     """Least squares on some of the projected columns, with fixed signs where so said."""
     at = list(which)
+    if not at:
+        return Explained(0.0, np.zeros(0))
     A, b = projected[np.ix_(at, at)], projected[at, -1]
     there = np.diag(A) > NOTHING
     d = np.where(there, np.sqrt(np.maximum(np.diag(A), NOTHING)), np.inf)

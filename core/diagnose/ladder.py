@@ -73,16 +73,18 @@ def one_round(
     present: Sequence[Effect],
     candidates: Sequence[Effect],
     told: Told,
-    on_screen: Callable[[Screen], None] = lambda _: None,
+    on_screen: Callable[[Screen], None] | None = None,
     on_refit: Callable[[Round], None] = lambda _: None,
     add: bool = True,
 ) -> Round:
     """Ranks the candidates and polishes the model with the best, where it is acceptable.
 
-    Without `add` it only looks: `after` is `before`.
+    `on_screen` gets the screen while it goes on, and at its end. Without `add` it only looks:
+    `after` is `before`.
     """
-    seen = screen(data, before.hypothesis, present, candidates, told)
-    on_screen(seen)
+    seen = screen(data, before.hypothesis, present, candidates, told, on_screen)
+    if on_screen is not None:
+        on_screen(seen)
     white, _ = whitened(before.hypothesis, before.descended, seen.whitener)
     before = replace(before, white_cost=white)
     stopped = lambda: told("")  # noqa: E731

@@ -108,7 +108,7 @@ def refit_with(
     neutral.
     """
     known = columns_of(base, slopes)
-    begun = _starts(data, base, effects, values, scanned)
+    begun = _starts(data, base, effects, values, scanned, stopped)
     tried = [hypothesis(data, effects, start) for start in begun]
     spent = 0
     if len(tried) > 1 and not stopped():
@@ -123,6 +123,7 @@ def _starts(
     effects: Sequence[Effect],
     values: Mapping[str, float],
     scanned: Sequence[str],
+    stopped: Callable[[], bool],
 ) -> list[dict[str, float]]:
     """From the base's nuisance and what the screen found, and where these may mislead also from
 
@@ -131,7 +132,7 @@ def _starts(
       there can stick (design section 6, 1).
     """
     begun = {**base.values(), **values}
-    best = narrowed(data, effects, begun, scanned)
+    best = narrowed(data, effects, begun, scanned, stopped)
     nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
     apart = any(abs(base.values()[k] - v) > NOMINAL_MOVED * abs(v) for k, v in nominal.items())
     others = [best] if best != begun else []
@@ -161,7 +162,11 @@ were scanned."""
 
 
 def narrowed(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float], scanned: Sequence[str]
+    data: Data,
+    effects: Sequence[Effect],
+    values: Mapping[str, float],
+    scanned: Sequence[str],
+    stopped: Callable[[], bool] = lambda: False,
 ) -> dict[str, float]:
     """The values with each scanned size moved to the best of its neighbours, one by one."""
     best = dict(values)
@@ -169,6 +174,8 @@ def narrowed(
     for name in scanned:
         middle = best[name]
         for factor in FACTORS:
+            if stopped():
+                return best
             tried = {**best, name: middle * factor}
             found = _cost_at(data, effects, tried)
             if found < cost:

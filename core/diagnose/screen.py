@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import chi2
 
-from core.diagnose.columns import Column, Trial, Zeros, simulated, trials
+from core.diagnose.columns import Column, Trial, Zeros, must_compile, simulated, trials
 from core.diagnose.data import Data, Hypothesis
 from core.diagnose.descent import whole
 from core.diagnose.gram import NOTHING, Gram, explain, gram
@@ -56,6 +56,13 @@ class Screen:
     """The base's errors (M, k) per recording, in floors."""
     slopes: tuple[np.ndarray, ...]
     columns: tuple[Column, ...]
+    to_come: int = 0
+    """Sizes that are still to be tried."""
+
+
+SKETCHED = (1, 2, 4)
+"""Rounds after which a screen is scored before it is through: each scoring costs as much as some
+simulations."""
 
 
 def screen(
@@ -64,24 +71,74 @@ def screen(
     accepted: Sequence[Effect],
     candidates: Sequence[Effect],
     told: Callable[[str], bool] = lambda _: False,
+    sketched: Callable[[Screen], None] | None = None,
 ) -> Screen:
-    """Scores every candidate; `told(title)` after each, True stops early."""
+    """Scores every candidate; `told(title)` after each, True stops early. `sketched` gets the
+    screen as far as it has come, after the first round and now and then.
+
+    First each is tried at one size, then at another one, so that early on all can be compared; what
+    must be compiled has its first turn in the second round.
+    """
     errors = [np.asarray(b) for b in base.errors(base.vector)]
     slopes = [whole(s) for s in base.slopes(base.vector)]
-    columns: list[Column] = []
-    zeros = Zeros(base)
-    for candidate in candidates:
-        tried: list[Trial] = trials(base, candidate, data)
-        columns += [simulated(data, base, accepted, t, zeros) for t in tried]
-        if told(candidate.title):
-            break
+    planned = [t for c in candidates for t in trials(base, c, data)]
+    new = {i for i, t in enumerate(planned) if must_compile(t, base.model.arm)}
+    rounds = in_rounds(planned, new)
+    zeros, columns = Zeros(base), dict[int, Column]()
+
+    def scored() -> Screen:
+        known = [columns[i] for i in sorted(columns)]
+        return _scored(errors, slopes, known, candidates, len(planned) - len(columns))
+
+    for number, which in enumerate(rounds, start=1):
+        for i in which:
+            columns[i] = simulated(data, base, accepted, planned[i], zeros)
+            if told(_done(i, planned, columns)):
+                return scored()
+        if sketched is not None and number in SKETCHED and number < len(rounds):
+            sketched(scored())
+    return scored()
+
+
+def in_rounds(planned: Sequence[Trial], late: Container[int] = ()) -> list[list[int]]:
+    """Indices of the trials: each round tries each knob of each candidate at one more size, the
+    middle of its grid first. Those that are `late` begin one round after the others."""
+    grids: dict[tuple[str, str, bool], list[int]] = {}
+    for i, trial in enumerate(planned):
+        grids.setdefault((trial.effect.kind, trial.knob, i in late), []).append(i)
+    rounds: dict[int, list[int]] = {}
+    for (_, _, later), grid in grids.items():
+        middle = (len(grid) - 1) / 2.0
+        nearest = sorted(range(len(grid)), key=lambda k: abs(k - middle))
+        for number, k in enumerate(nearest, start=int(later)):
+            rounds.setdefault(number, []).append(grid[k])
+    return [rounds[number] for number in sorted(rounds)]
+
+
+def _done(i: int, planned: Sequence[Trial], columns: Mapping[int, Column]) -> str:
+    """The title of a candidate that has been tried at all sizes by trial i, else ''."""
+    effect = planned[i].effect
+    waits = any(t.effect is effect and k not in columns for k, t in enumerate(planned))
+    return "" if waits else effect.title
+
+
+def _scored(
+    errors: list[np.ndarray],
+    slopes: list[np.ndarray],
+    columns: list[Column],
+    candidates: Sequence[Effect],
+    to_come: int,
+) -> Screen:
     blocks = [c.blocks for c in columns]
     plain = gram(errors, slopes, blocks, no_whitening(errors[0].shape[1]))
     whitener = fit_whitener(_remainders(plain, errors, slopes, blocks))
     white = gram(errors, slopes, blocks, whitener)
-    found = [_score(c, columns, white, plain) for c in candidates]
+    w, u = white.projected(), plain.projected()
+    found = [_score(c, columns, w, u) for c in candidates]
     kept = sorted((s for s in found if s is not None), key=lambda s: -s.score)
-    return Screen(tuple(kept), white, plain, whitener, tuple(errors), tuple(slopes), tuple(columns))
+    return Screen(
+        tuple(kept), white, plain, whitener, tuple(errors), tuple(slopes), tuple(columns), to_come
+    )
 
 
 def _remainders(  # type: ignore[no-untyped-def]
@@ -100,12 +157,12 @@ def _remainders(  # type: ignore[no-untyped-def]
 
 
 def _score(
-    candidate: Effect, columns: Sequence[Column], white: Gram, plain: Gram
+    candidate: Effect, columns: Sequence[Column], w: np.ndarray, u: np.ndarray
 ) -> Screened | None:
+    """`w`, `u`: the projected products, whitened and plain."""
     mine = [i for i, c in enumerate(columns) if c.effect is candidate]
     if not mine:
         return None
-    w, u = white.projected(), plain.projected()
     best = best_shape(mine, columns, w)
     chosen, explained = best.chosen, best.explained
     p = min(float(chi2.sf(explained.drop, len(chosen))) * best.tried, 1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from core.diagnose.data import Data, Hypothesis, hypothesis, moved
 from core.diagnose.descent import MOST_ITERATIONS
 from core.diagnose.floor import channel_floors
 from core.diagnose.refit import EXACT, Refit, fit, settled
+from core.diagnose.steps import Validated, validated
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
 from core.identify.prepared import Prepared, Processing, can_measure, prepare
@@ -39,6 +41,11 @@ class Begun:
     base: Refit
     validation: Data | None = None
     """Recordings that no fit sees."""
+
+    @cached_property
+    def validated(self) -> Validated | None:
+        """The base on them."""
+        return validated(self.validation, self.base)
 
     def for_others(
         self, processing: Processing, spec: IdentifySpec, recordings: Sequence[Recording]

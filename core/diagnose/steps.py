@@ -19,13 +19,12 @@ VALIDATION_ITERATIONS = 4
 
 
 def ladder_step(
-    data: Data, validation: Data | None, refit: Refit, added: str | None, title: str,
+    data: Data, later: Validated | None, refit: Refit, added: str | None, title: str,
     names: Sequence[str],
 ) -> LadderStep:  # fmt: skip
     """`names`: parameters to list, all unknowns where empty."""
     errors = _by_channel(data, refit.errors)
-    seen = None if validation is None else validated(validation, refit)
-    later = {} if seen is None else _by_channel(seen.data, seen.errors)
+    unseen = {} if later is None else _by_channel(later.data, later.errors)
     listed = estimates(refit)
     return LadderStep(
         added=added,
@@ -35,14 +34,14 @@ def ladder_step(
         errors=tuple(
             ChannelError(
                 name, unit, rms, data.floors.get(name, float("nan")),
-                later.get(name, (unit, float("nan"), 0.0))[1],
+                unseen.get(name, (unit, float("nan"), 0.0))[1],
             )
             for name, (unit, rms, _) in errors.items()
         ),
         tip_rms=_tip(errors),
         cost_per_sample=refit.cost / data.count,
         fit_percent=tuple(f for _, _, f in errors.values()),
-        validation_fit_percent=tuple(f for _, _, f in later.values()),
+        validation_fit_percent=tuple(f for _, _, f in unseen.values()),
     )  # fmt: skip
 
 
@@ -90,8 +89,11 @@ class Validated:
     """(M, k) per recording, in floors."""
 
 
-def validated(validation: Data, refit: Refit) -> Validated:
-    """What belongs to a recording is fitted to it alone; all else stays as it was found."""
+def validated(validation: Data | None, refit: Refit) -> Validated | None:
+    """What belongs to a recording is fitted to it alone; all else stays as it was found. None
+    where there is no such recording."""
+    if validation is None:
+        return None
     h = refit.hypothesis
     shared = {k: v for k, v in h.values().items() if "@" not in k}
     anew = _anew(validation, h)

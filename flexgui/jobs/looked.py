@@ -26,6 +26,10 @@ class Looked:
     """(rows, channels) per recording, in floors."""
     ranking: tuple[RankedEffect, ...] = ()
     """As it stands; predictions have the rows of `residual`."""
+    to_come: int = 0
+    """Sizes of effects that are still to be tried before the ranking is more than a first one."""
+    untried: tuple[str, ...] = ()
+    """Titles of effects of which no size was tried yet."""
     diagnosis: Diagnosis | None = None
     """Once it is complete."""
     outcome: Outcome | None = None

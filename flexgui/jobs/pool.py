@@ -39,6 +39,7 @@ class JobPool:
         self._queue: FairQueue[Job] = FairQueue()
         self._active: set[Job] = set()
         self._courier: Courier | None = None
+        self._stirred = 0.0
         self._slots = [Slot(self, k + 1) for k in range(workers)]
 
     def __enter__(self) -> JobPool:
@@ -144,6 +145,19 @@ class JobPool:
 
     # What follows is for jobs and slots.
 
+    @property
+    def wants_worker(self) -> bool:
+        """Whether one more is worth the cores that its start takes from what runs: where a job
+        waits in vain, there is none yet, or all has been calm for a while."""
+        with self.lock:
+            idle = self.workers_ready - len(self._active)
+            calm = time.monotonic() - self._stirred > self.settings.calm
+            return calm or not self.workers_ready or len(self._queue) > max(idle, 0)
+
+    def stir(self) -> None:
+        """A worker came, or a job began: whoever clicks now shall have the cores."""
+        self._stirred = time.monotonic()
+
     def next_job(self, timeout: float) -> Job | None:
         """The next job, started; None where there is none within `timeout` s."""
         with self.lock:
@@ -153,6 +167,7 @@ class JobPool:
             if job is not None:
                 self._active.add(job)
                 job.started()
+                self.stir()
                 self._tell_places()
             return job
 

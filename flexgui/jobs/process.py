@@ -7,6 +7,7 @@ import multiprocessing
 from multiprocessing.connection import wait
 from typing import Any
 
+from core.resumable.threads import one_thread_each
 from flexgui.jobs.messages import Order
 from flexgui.jobs.settings import PoolSettings
 from flexgui.jobs.worker import work
@@ -35,7 +36,9 @@ class WorkerProcess:
                 name="flexgui-worker",
                 daemon=True,
             )
-            self._process.start()
+            # Threads of its algebra would only wait for each other: the cores are the page's too.
+            with one_thread_each():
+                self._process.start()
         except BaseException:
             self._pipe.close()
             raise

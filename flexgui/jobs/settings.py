@@ -17,6 +17,9 @@ class PoolSettings:
     """s that a paused job may keep its worker while others wait; then it is stopped."""
     recycle_after: int = 200
     """Jobs, after which a worker is replaced: whatever memory it gathered is given back."""
+    calm: float = 6.0
+    """s after a worker's or a job's start in which no further worker is started that nobody waits
+    for: it would take the cores from the first ranking of whoever clicks at once."""
     start_limit: float = 300.0
     """s that a worker may need to be ready; on a new machine everything is compiled first."""
     niceness: int = 10

@@ -72,9 +72,10 @@ class Slot:
         if self._worker is None:
             # One after the other: on a new machine the first compiles what the next only load.
             with self._pool.warming:
-                self._worker = self._started()
-        if self._worker is None and self._failures:
-            self._pool.closing.wait(min(2.0**self._failures / 2.0, LONGEST_PAUSE))
+                self._worker = self._started() if self._pool.wants_worker else None
+        if self._worker is None:
+            pause = min(2.0**self._failures / 2.0, LONGEST_PAUSE) if self._failures else TICK
+            self._pool.closing.wait(pause)
         return self._worker is not None
 
     def _started(self) -> WorkerProcess | None:
@@ -88,6 +89,7 @@ class Slot:
         reason = self._not_ready(worker)
         if reason is None:
             self._failures = 0
+            self._pool.stir()
             return worker
         worker.end(0.0)
         if not self._pool.closing.is_set():

@@ -28,6 +28,8 @@ from flexgui.views.live_prediction import live_prediction
 from flexgui.views.numbers import format_number
 from flexgui.views.ranking import ranking
 
+FIRST = "A first ranking: {} more sizes of the effects have not been tried yet."
+UNTRIED = " Not in it: {}."
 BEST = "the first in the list"
 BARS = 6
 EMPTY = (
@@ -67,6 +69,7 @@ class DiagnosePanel(Panel):
             Words(desk.gui),
             widgets.button(desk, "Undo the last step", session.undo),
         )
+        self._so_far = Words(desk.gui)
         self._candidates = Candidates(desk)
         self._rest = Words(desk.gui)
         self._grown = Grown(desk)
@@ -98,6 +101,7 @@ class DiagnosePanel(Panel):
         self._grown.refresh(not session.run.busy)
         self._show_added()
         best = look is not None and (look.diagnosis is None or look.diagnosis.verdict != NOTHING)
+        self._so_far.show(_so_far(found))
         self._candidates.show(found, self._titles(found), best)
         able = not session.run.busy or (run_is_ours and session.pending is not None)
         self._candidates.enable(able and not self._old())
@@ -190,6 +194,14 @@ def _verdict(look: Look | None) -> Markup:
         rest = joined(*(paragraph(text) for text in more))
         body += Markup("<details><summary>All that it says</summary>{}</details>").format(rest)
     return Markup("<div class='verdict {}'>{}</div>").format(found.verdict, body)
+
+
+def _so_far(found: Looked | None) -> Markup:
+    """What a ranking does not know yet."""
+    if found is None or not (found.ranking and found.to_come):
+        return Markup("")
+    untried = UNTRIED.format(", ".join(found.untried)) if found.untried else ""
+    return paragraph(FIRST.format(found.to_come) + untried, "soft")
 
 
 def _rest(look: Look | None) -> Markup:

@@ -9,7 +9,7 @@ import pytest
 from flexgui.jobs import JobPool, PoolSettings
 from tests.jobs.helpers import eventually
 
-LIGHT = PoolSettings(queued_per_session=60, grace=1.0, warm_up=None, niceness=0)
+LIGHT = PoolSettings(queued_per_session=60, grace=1.0, calm=0.0, warm_up=None, niceness=0)
 """Workers that load nothing, and that are not waited for long."""
 
 

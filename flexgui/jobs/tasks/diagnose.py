@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 if TYPE_CHECKING:
-    from core.diagnose.diagnose import Options
+    from core.diagnose.diagnose import Options, ToCome
     from core.diagnose.start import Begun
     from core.identify.setup import Setup
     from core.recording.recording import Recording
@@ -50,7 +50,7 @@ def diagnose(
     """The ranking on the scenario's model, with nothing added to it.
 
     `fit`: also identify, from where the parameters start, "before" or "after" the ranking. The step
-    of the error ladder is told first; the ranking after the screen and after each refit.
+    of the error ladder is told first; then the ranking, again and again as it gets finer.
     """
     from core.diagnose.diagnose import diagnose as look_for
     from core.scenario.read import parse_scenario
@@ -62,25 +62,25 @@ def diagnose(
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
     asked = _asked(scenario, model, spec, where, progress)
-    state, begun = first_look(asked, progress)
+    look = FirstLook(asked, progress)
     if fit == BEFORE and not progress.stopped():
-        state = replace(state, outcome=refined(scenario_toml, where, progress))
-        progress.partial(LOOKED, state)
+        look.check()
+        look.tell(outcome=refined(scenario_toml, where, progress))
 
-    def listen(ranking: tuple[RankedEffect, ...]) -> None:
-        nonlocal state
-        state = replace(state, ranking=thinned(ranking))
-        progress.partial(LOOKED, state)
+    def listen(ranking: tuple[RankedEffect, ...], to_come: ToCome) -> None:
+        sizes, effects = to_come
+        look.tell(ranking=thinned(ranking), to_come=sizes, untried=effects)
+        if not sizes:
+            look.check()
 
     found = look_for(
-        asked.setup, asked.spec, asked.recordings, asked.options, progress, listen, begun
+        asked.setup, asked.spec, asked.recordings, asked.options, progress, listen, look.begun
     )
     light = tuple(replace(r, ranking=thinned(r.ranking)) for r in found.rounds)
-    state = replace(state, ranking=thinned(found.ranking), diagnosis=replace(found, rounds=light))
+    look.tell(ranking=thinned(found.ranking), diagnosis=replace(found, rounds=light))
     if fit == AFTER and not progress.stopped():
-        progress.partial(LOOKED, state)
-        state = replace(state, outcome=refined(scenario_toml, where, progress))
-    return state
+        return replace(look.seen, outcome=refined(scenario_toml, where, progress))
+    return look.seen
 
 
 def _asked(
@@ -113,20 +113,42 @@ def _asked(
     return Asked(recordings, setup, spec, options)
 
 
-def first_look(asked: Asked, progress: Teller) -> tuple[Looked, Begun]:
-    """The model fitted as it is: its step of the ladder and what it leaves of the recordings; told
-    at once, and after it measured against modelled by the same fit."""
-    from core.diagnose.compared import compared
-    from core.diagnose.diagnose import begin_on
+class FirstLook:
+    """The model fitted as it is: its step of the ladder and what it leaves of the recordings, told
+    at once; what else is found is told with them."""
+
+    def __init__(self, asked: Asked, progress: Teller) -> None:
+        from core.diagnose.diagnose import begin_on
+
+        self._progress = progress
+        self._whole = begin_on(asked.setup, asked.spec, asked.recordings, asked.options, progress)
+        self._checked = False
+        self.begun = replace(self._whole, validation=None)  # they have their look here
+        self.seen = _seen(_as_given(self.begun), self.begun)
+        self.tell()
+
+    def tell(self, **found: Any) -> None:
+        """With what is new."""
+        self.seen = replace(self.seen, **found)
+        self._progress.partial(LOOKED, self.seen)
+
+    def check(self) -> None:
+        """The same fit on recordings that it did not see, and measured against modelled by it. As
+        dear as the first ranking, which need not wait for it."""
+        from core.diagnose.compared import compared
+
+        if self._checked or self._progress.stopped():
+            return
+        self._checked = True
+        self.tell(step=_as_given(self._whole))
+        if not self._progress.stopped():
+            self._progress.partial(COMPARED, compared(self._whole))
+
+
+def _as_given(begun: Begun) -> LadderStep:
     from core.diagnose.steps import ladder_step
 
-    begun = begin_on(asked.setup, asked.spec, asked.recordings, asked.options, progress)
-    step: LadderStep = ladder_step(begun.data, begun.validation, begun.base, None, "As given", ())
-    looked = _seen(step, begun)
-    progress.partial(LOOKED, looked)
-    if not progress.stopped():
-        progress.partial(COMPARED, compared(begun))
-    return looked, replace(begun, validation=None)  # the others have had their look
+    return ladder_step(begun.data, begun.validated, begun.base, None, "As given", ())
 
 
 def _seen(step: LadderStep, begun: Begun) -> Looked:

@@ -1,0 +1,142 @@
+"""The order in which a screen tries its sizes, and what it says on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from core.diagnose.columns import Trial
+from core.diagnose.ladder import applicable
+from core.diagnose.screen import Screen, in_rounds, screen
+from core.diagnose.start import Begun, begin
+from core.effects import catalogue, effect
+from core.identify.setup import make_setup
+from core.loading import load_recordings
+from core.progress import Silent
+from core.scenario.read import parse_scenario
+from core.workbench import base_model
+
+SCENARIO = """
+title = "x"
+[arm]
+preset = "paper"
+[drive]
+kind = "velocity_loop"
+gains = [60.0, 30.0]
+[model]
+level = "nonlinear"
+[identify]
+parameters = ["EI1", "EI2"]
+output = ["z", "encoder"]
+[[recordings]]
+simulate = { theta2 = 1.2, seconds = 0.3, hidden = { coulomb_friction = { fc1 = 1.2 } } }
+"""
+
+KINDS = sorted(catalogue())[:6]
+
+
+def tried(kind: str, knob: str) -> Trial:
+    return Trial(effect(kind), knob, {}, {}, False, True, ())
+
+
+@st.composite
+def plans(draw: st.DrawFn) -> list[Trial]:
+    """Sizes as `trials` lists them: effect by effect, shape by shape, knob by knob."""
+    plan = []
+    for kind in draw(st.lists(st.sampled_from(KINDS), unique=True)):
+        knobs = draw(st.integers(1, 3))
+        for _ in range(draw(st.integers(1, 4))):
+            plan += [tried(kind, f"k{k}") for k in range(knobs)]
+    return plan
+
+
+@given(plans())
+def test_every_size_is_tried_once_and_every_knob_in_the_first_round(plan: list[Trial]) -> None:
+    rounds = in_rounds(plan)
+    assert sorted(i for which in rounds for i in which) == list(range(len(plan)))
+    knobs = {(t.effect.kind, t.knob) for t in plan}
+    if rounds:
+        assert [(plan[i].effect.kind, plan[i].knob) for i in rounds[0]] == list(
+            dict.fromkeys((t.effect.kind, t.knob) for t in plan)
+        )
+    for which in rounds:
+        assert len({(plan[i].effect.kind, plan[i].knob) for i in which}) == len(which) <= len(knobs)
+
+
+@given(plans(), st.sets(st.integers(0, 20)))
+def test_what_is_late_comes_in_no_first_round_but_where_there_is_nothing_else(
+    plan: list[Trial], late: set[int]
+) -> None:
+    rounds = in_rounds(plan, late)
+    assert sorted(i for which in rounds for i in which) == list(range(len(plan)))
+    early = set(range(len(plan))) - late
+    if early:
+        assert not late & set(rounds[0])
+        assert {plan[i].knob for i in rounds[0]} == {plan[i].knob for i in early}
+
+
+@cache
+def begun() -> Begun:
+    scenario = parse_scenario(SCENARIO, "x")
+    model = base_model(scenario)
+    recordings = list(load_recordings(scenario, model, Path(), None, Silent()))
+    setup = make_setup(model, scenario.identify, recordings)
+    fitted = (setup.outputs, setup.processing, scenario.identify)
+    return begin(model, *fitted, recordings, {}, 0.001)
+
+
+def followed(stop_after: int | None = None) -> tuple[Screen, list[Screen], list[str]]:
+    """The screen of all that applies, its sketches and the titles it told."""
+    told: list[str] = []
+    calls: list[str] = []
+    sketches: list[Screen] = []
+
+    def hear(title: str) -> bool:
+        calls.append(title)
+        told.extend([title] if title else [])
+        return len(calls) == stop_after
+
+    start = begun()
+    candidates = applicable(start.data, ())
+    found = screen(start.data, start.base.hypothesis, (), candidates, hear, sketches.append)
+    return found, sketches, told
+
+
+def kinds(seen: Screen) -> set[str]:
+    return {s.effect.kind for s in seen.candidates}
+
+
+def test_the_first_ranking_knows_every_candidate_and_says_what_it_lacks() -> None:
+    followed()  # compiles what this machine has never met, which would come late
+    found, sketches, told = followed()
+    candidates = applicable(begun().data, ())
+    assert sorted(told) == sorted(c.title for c in candidates)
+    assert len(sketches) >= 2
+    assert all(kinds(s) == kinds(found) == {c.kind for c in candidates} for s in sketches)
+    left = [s.to_come for s in (*sketches, found)]
+    assert left == sorted(left, reverse=True) and left[-2] > left[-1] == 0
+    assert all(len(s.columns) + s.to_come == len(found.columns) for s in sketches)
+
+
+def test_who_follows_changes_no_figure() -> None:
+    found, _, _ = followed()
+    start = begun()
+    alone = screen(start.data, start.base.hypothesis, (), applicable(start.data, ()))
+    assert _figures(alone) == _figures(found)
+
+
+def _figures(seen: Screen) -> Sequence[object]:
+    scores = [(s.effect.kind, s.score, s.drop, dict(s.values)) for s in seen.candidates]
+    return (*scores, [(c.knob, float(np.sum(c.blocks[0]))) for c in seen.columns])
+
+
+def test_a_screen_stops_after_any_size_and_ranks_what_it_has() -> None:
+    for after in (1, 7, 40):
+        found, _, _ = followed(after)
+        assert len(found.columns) == after and found.to_come > 0
+        assert kinds(found) == {c.effect.kind for c in found.columns}

@@ -1,0 +1,95 @@
+"""In which order the search for what is missing tells what it finds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from core.progress import Silent
+from core.results import RecordingComparison
+from flexgui.jobs.looked import Looked
+from flexgui.jobs.tasks.diagnose import COMPARED, LOOKED, diagnose
+
+HIDDEN = "hidden = { coulomb_friction = { fc1 = 1.2, fc2 = 0.4 } }"
+SCENARIO = f"""
+title = "x"
+[arm]
+preset = "paper"
+[drive]
+kind = "velocity_loop"
+gains = [60.0, 30.0]
+[model]
+level = "nonlinear"
+[identify]
+parameters = ["EI"]
+output = "z"
+generations = 0
+[diagnose]
+candidates = ["coulomb_friction", "drive_saturation", "camera_delay"]
+[[recordings]]
+simulate = {{ theta2 = 1.2, seconds = 0.4, seed = 1 }}
+{HIDDEN}
+[[recordings]]
+role = "validate"
+simulate = {{ theta2 = 0.8, seconds = 0.4, seed = 2 }}
+{HIDDEN}
+"""
+
+
+class Heard(Silent):
+    """Keeps what is told; stops once a look says that it should."""
+
+    def __init__(self, stop: Any = lambda _: False) -> None:
+        self.looks: list[Looked] = []
+        self.order: list[str] = []
+        self.compared: tuple[RecordingComparison, ...] = ()
+        self._stop, self._stopped = stop, False
+
+    def partial(self, name: str, value: Any) -> None:
+        self.order.append(name)
+        if name == LOOKED:
+            self.looks.append(value)
+            self._stopped = self._stopped or self._stop(value)
+        else:
+            self.compared = value
+
+    def stopped(self) -> bool:
+        return self._stopped
+
+
+def unseen(look: Looked) -> bool:
+    """Whether the model was tried on recordings that no fit saw."""
+    return all(np.isfinite(e.validation_rms) for e in look.step.errors)
+
+
+def test_the_error_comes_first_then_a_ranking_of_all_then_the_comparison() -> None:
+    heard = Heard()
+    found = diagnose(SCENARIO, progress=heard)
+    first, *more = heard.looks
+    assert first.step.errors and not first.ranking and not unseen(first)
+    assert {r.effect for r in more[0].ranking} == {
+        "coulomb_friction", "drive_saturation", "camera_delay"
+    }  # fmt: skip
+    to_come = [look.to_come for look in more]
+    assert to_come[0] > 0 and to_come == sorted(to_come, reverse=True) and to_come[-1] == 0
+    assert not any(look.untried for look in more)
+    whole = to_come.index(0)
+    assert [unseen(look) for look in more] == [k > whole for k in range(len(more))]
+    assert heard.order.count(COMPARED) == 1 and len(heard.compared) == 2
+    assert unseen(found) and found.diagnosis is not None
+    assert found.ranking[0].effect == "coulomb_friction"
+
+
+def test_who_stops_at_the_first_ranking_keeps_it() -> None:
+    found = diagnose(SCENARIO, progress=Heard(lambda look: bool(look.ranking)))
+    assert found.ranking and found.to_come > 0
+    assert found.diagnosis is not None and "stopped" in found.diagnosis.words[-1]
+
+
+def test_an_added_effects_own_fit_is_not_held_up_by_the_ranking() -> None:
+    heard = Heard()
+    diagnose(SCENARIO, fit="before", progress=heard)
+    assert heard.order[:4] == [LOOKED, LOOKED, COMPARED, LOOKED]
+    assert heard.looks[2].outcome is not None and not heard.looks[2].ranking
+    assert heard.order.count(COMPARED) == 1
