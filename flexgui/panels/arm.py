@@ -9,6 +9,7 @@ from markupsafe import Markup
 from core.results import DescriptorModel
 from flexgui.panels import widgets
 from flexgui.panels.arm_sliders import ArmSliders
+from flexgui.panels.lines import Lines
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
@@ -24,6 +25,9 @@ NO_NOISE_DB = 60
 """The slider's end: no noise at all."""
 
 STILL, MODES = "none", 6
+
+HEIGHT = 210
+"""px of a chart, without its title and legend: all three plots fit on a usual screen."""
 
 ABOUT = "Move a slider: the arm, its poles and its responses follow at once."
 
@@ -90,8 +94,8 @@ class ArmPanel(Panel):
     def build_plots(self) -> None:
         gui = self.desk.gui
         self._about = Words(gui, paragraph(ABOUT, "soft"))
-        self._step = Plot(gui, 0.46, "Step")
-        self._response = Plot(gui, 0.46, "Gain")
+        self._step = Lines(gui, HEIGHT, "Step")
+        self._response = Lines(gui, HEIGHT, "Gain")
         self._poles = Plot(gui, 0.46, "Poles")
 
     def refresh(self) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from core.arm.arm import Arm
 from flexgui.panels.desk import Desk
 from flexgui.panels.errors_in_scene import ErrorsInScene
+from flexgui.panels.keys import keep_view_still
 from flexgui.session import Topic
 from flexgui.session.effects import places
 from flexgui.session.live import LiveModel
@@ -61,6 +62,7 @@ class Scene:
         self._swing = threading.Thread(target=self._run, name="swing", daemon=True)
         self._swing.start()
         desk.darkened.append(self.set_dark)
+        keep_view_still(desk.client)
 
     def draw(self, topics: frozenset[Topic]) -> None:
         """Shows what the session says now."""

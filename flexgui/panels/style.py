@@ -47,6 +47,8 @@ STYLE = Markup("""<style>
 .fx .verdict.missing, .fx .verdict.unlisted { border-color: #d9730d;
   background: rgba(217,115,13,.10); }
 .fx .verdict.nothing_missing { border-color: #1f9470; background: rgba(31,148,112,.10); }
+.uplot .u-title { text-align: left; padding: .2em .5em 0; font-size: 12px; font-weight: 400;
+  color: var(--mantine-color-dimmed); }
 .fx .tour { border: 1.5px solid var(--mantine-primary-color-filled); border-radius: 6px;
   padding: .4em .8em; }
 .mantine-Slider-root:has([data-disabled]) ~ div input { opacity: .5; pointer-events: none; }

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from viser import FrameHandle, MeshHandle, SceneApi
 
-from flexgui.stage import paint
+from flexgui.stage import floor, paint
 from flexgui.stage.pose import Body, Pose, Spot
 from flexgui.stage.section import beam_faces
 
@@ -17,8 +17,7 @@ LEAST_HUB, HUB_SHARE = 0.035, 0.62
 """Radius: at least this share of the reach, and this one of the beam's thickness."""
 TIP_RADIUS = 0.018
 PEDESTAL_RADIUS, FOOT_RADIUS = 0.055, 0.10
-FLOOR_DEPTH = 0.32
-"""How far the floor lies below the arm. All are shares of the reach."""
+"""All are shares of the reach."""
 
 
 class Style(NamedTuple):
@@ -118,7 +117,7 @@ class ArmNodes:
     def _add_base(self, k: int, body: Body) -> None:
         """A pedestal to the floor below a turning joint, a rail on two feet below a sliding one."""
         reach, level = body.reach, body.levels[k]
-        height = FLOOR_DEPTH * reach if not k else level - body.levels[k - 1]
+        height = floor.DEPTH * reach if not k else level - body.levels[k - 1]
         origin = self.origins[k].name
         if body.geometry.kinds[k].turn:
             self.scene.add_cylinder(

@@ -19,12 +19,6 @@ FIELD = 0.62
 HALF_WIDTH, HALF_HEIGHT = 0.78, 0.60
 """In sight on either side of the aim, in shares of the reach."""
 
-
-LIGHT_FLOOR = ((230, 233, 237), (205, 210, 217))
-DARK_FLOOR = ((48, 53, 59), (72, 78, 86))
-"""Lines of the floor: each metre fraction, and every fifth of them."""
-
-
 AMBIENT = 1.6
 """Of the light from everywhere where nothing is reflected."""
 

@@ -7,12 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from viser import FrameHandle, SceneApi, SceneNodeHandle
+from viser import FrameHandle, SceneNodeHandle
 
 from core.arm.arm import Arm
-from flexgui.stage.arm_nodes import FLOOR_DEPTH, GHOST, MODEL, ArmNodes
+from flexgui.stage.arm_nodes import GHOST, MODEL, ArmNodes
 from flexgui.stage.camera_nodes import CameraNodes
-from flexgui.stage.look import DARK_FLOOR, LIGHT_FLOOR, ROOT, Owner, View, light, view_of
+from flexgui.stage.floor import add_floor
+from flexgui.stage.look import ROOT, Owner, View, light, view_of
 from flexgui.stage.mark_nodes import MarkNodes
 from flexgui.stage.paint import Rgb
 from flexgui.stage.path_nodes import PathNodes
@@ -49,7 +50,7 @@ class Stage:
         fine: bool = False,
     ) -> None:
         """`fine`: shadows and reflections; without a graphics card they cost most of the time."""
-        self._owner = owner
+        self._owner, self._fine = owner, fine
         light(owner.scene, fine)
         self._lock = threading.RLock()
         self._exaggeration = LEAST_EXAGGERATION
@@ -110,8 +111,7 @@ class Stage:
         """Lines of the floor that suit the page's ground; all else is readable on both."""
         with self._lock, self._owner.atomic():
             self._dark = dark
-            lines = DARK_FLOOR if dark else LIGHT_FLOOR
-            self._floor.cell_color, self._floor.section_color = lines
+            self._floor.set_dark(dark)
 
     def reshape(self, arm: Arm, p: np.ndarray, q: np.ndarray | None = None) -> None:
         """Another arm or other numbers; nodes are made anew only for another kind of arm."""
@@ -197,7 +197,7 @@ class Stage:
                 name: scene.add_frame(f"{path}/{name}", show_axes=False, visible=self._shown[name])
                 for name in GROUPS
             }
-            self._add_floor(scene, path)
+            self._floor = add_floor(scene, f"{path}_floor", self.body.reach, self._dark, self._fine)
             self.model = ArmNodes(scene, f"{path}/model", self.body, MODEL, self._pose)
             ghost_pose = self.body.pose(q, self._exaggeration, GHOST.grown)
             self.ghost = ArmNodes(scene, f"{path}/ghost", self.body, GHOST, ghost_pose)
@@ -211,17 +211,6 @@ class Stage:
     @property
     def _ghost_group(self) -> FrameHandle:
         return self._groups["ghost"]
-
-    def _add_floor(self, scene: SceneApi, path: str) -> None:
-        r = self.body.reach
-        cell = 10.0 ** np.floor(np.log10(r))
-        lines = DARK_FLOOR if self._dark else LIGHT_FLOOR
-        cell = cell if cell <= 0.25 * r else cell / 10.0
-        self._floor = scene.add_grid(
-            f"{path}_floor", 8.0 * r, 8.0 * r, plane="xy", cell_size=cell, section_size=5.0 * cell,
-            cell_color=lines[0], section_color=lines[1], shadow_opacity=0.14,
-            fade_distance=5.0 * r, position=(0.0, 0.0, -FLOOR_DEPTH * r),
-        )  # fmt: skip
 
     def _same_arm(self, arm: Arm, p: np.ndarray) -> bool:
         return self.body.arm is arm and np.array_equal(self.body.p, p)

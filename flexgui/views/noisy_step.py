@@ -12,7 +12,7 @@ from flexgui.views.units import shown_unit
 
 OPACITY = 0.6
 DOTS = 60
-"""Per output: each is a node of its own in the browser."""
+"""Per output, in turn: no two of them at one time."""
 
 
 def noisy_step(response: StepResponse, noise: np.ndarray) -> Figure:
@@ -23,10 +23,10 @@ def noisy_step(response: StepResponse, noise: np.ndarray) -> Figure:
     clock = shown_unit(response.time, "s").factor
     unit = shown_unit(response.values, response.outputs[0].unit).factor
     measured = (response.values + noise) * unit
-    own = range(min(noise.shape[1:]))
-    every = slice(None, None, max(len(measured) // DOTS, 1))
-    x = np.concatenate([response.time[every] * clock for _ in own])
-    y = np.concatenate([measured[every, k, k] for k in own])
+    outputs = min(noise.shape[1:])
+    rows = np.arange(0, len(measured), max(len(measured) // (DOTS * outputs), 1))
+    own = np.arange(len(rows)) % outputs
     colour = colours.faded(colours.MEASURED, OPACITY)
+    x, y = response.time[rows] * clock, measured[rows, own, own]
     under = dots(x, y, "with noise", colour, size=3) | {"hoverinfo": "skip"}
     return figure | {"data": [under, *figure["data"]]}

@@ -102,6 +102,19 @@ def test_every_swinging_pole_is_inside_the_plot() -> None:
             assert mode.pole.imag < top
 
 
+def test_every_line_of_equal_damping_is_named_inside_the_plot() -> None:
+    for name in NAMES:
+        figure = FIGURES["poles"](at(name))
+        rays, named = figure["data"][:2]
+        left, top = figure["layout"]["xaxis"]["range"][0], figure["layout"]["yaxis"]["range"][1]
+        assert len(named["text"]) == 3
+        assert list(named["x"]) == rays["x"][::3]
+        assert min(named["x"]) > left
+        assert max(named["y"]) < top
+        ratios = -named["x"] / np.hypot(named["x"], named["y"])
+        assert named["text"] == [f"ζ = {ratio:.1g}" for ratio in ratios]
+
+
 def test_poles_of_an_arm_without_a_spring_can_be_drawn() -> None:
     arm = ARMS["rigid pair"]
     here = posture(Model(arm, Torque()), np.array([0.0, 1.0]))

@@ -14,6 +14,7 @@ from flexgui.jobs import JobPool
 from flexgui.page import Page, build_page
 from flexgui.session import Session
 from flexgui.session.board import Board
+from tests.page.helpers import FIRST
 
 UPLOAD_LIMIT = 1_000_000
 PATIENCE = 30_000
@@ -85,6 +86,6 @@ def page(desktop: Desktop, chromium: Any, session: Session) -> Iterator[Any]:
     context.set_default_timeout(PATIENCE)
     opened = context.new_page()
     opened.goto(desktop.address)
-    opened.wait_for_function("document.querySelectorAll('.js-plotly-plot').length >= 3")
+    opened.wait_for_function(FIRST)
     yield opened
     context.close()

@@ -7,8 +7,12 @@ from typing import Any
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
 
-PLOTS = """() => JSON.stringify([...document.querySelectorAll('.js-plotly-plot')].map(
-  p => p.data.map(t => [t.name, t.x, t.y])))"""
+PLOTS = """() => JSON.stringify([
+  [...document.querySelectorAll('.js-plotly-plot')].map(p => p.data.map(t => [t.name, t.x, t.y])),
+  Object.values(window.__viserTestpoints.uplots ?? {}).map(u => u.chart.data.map(c => [...c]))])"""
+FIRST = """document.querySelectorAll('.uplot').length >= 2
+  && document.querySelectorAll('.js-plotly-plot').length >= 1"""
+"""The plots of the first stage stand."""
 
 
 def plots(page: Any) -> str:

@@ -18,6 +18,7 @@ from flexgui.session.look import ladder_steps
 from flexgui.session.uploads import fetch_files
 from tests.page.helpers import press, sees
 from tests.page.test_diagnose import HEADLESS, answer, bars, headless
+from tests.workbench.test_real_rigs import SCENARIOS, data_folder
 
 pytestmark = pytest.mark.long
 
@@ -62,6 +63,17 @@ def test_on_recordings_of_an_independent_engine(page: Any, session: Session) -> 
     kinds = ["tip_payload", "coulomb_friction", "viscous_friction", "camera_delay"]
     assert session.change(put(("diagnose", "candidates"), kinds))
     walk(page, session, "tip_payload")
+
+
+def test_on_a_real_bench(page: Any, session: Session) -> None:
+    folder = data_folder("quanser_2dsfl_steps.csv", "ctu_2dsfl_lqr.csv")
+    path = SCENARIOS / "bench_2dsfl.toml"
+    scenario = read_scenario(path).model_copy(update={"compare": ()})
+    fetch_files(scenario, path.parent, folder, session.folder)
+    assert session.open(scenario)
+    kinds = ["coulomb_friction", "viscous_friction", "presliding_friction", "gravity_tilt"]
+    assert session.change(put(("diagnose", "candidates"), kinds))
+    walk(page, session, "presliding_friction")
 
 
 def test_on_a_challenge(page: Any, session: Session) -> None:

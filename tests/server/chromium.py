@@ -18,8 +18,12 @@ PATIENCE = 30_000
 """ms that a click or a sentence may take on a busy machine without a graphics card."""
 SIZE = {"width": 1600, "height": 900}
 
-SHOWN = """() => JSON.stringify([...document.querySelectorAll('.js-plotly-plot')].map(
-  p => p.data.map(t => [t.name, t.x, t.y])))"""
+SHOWN = """() => JSON.stringify([
+  [...document.querySelectorAll('.js-plotly-plot')].map(p => p.data.map(t => [t.name, t.x, t.y])),
+  Object.values(window.__viserTestpoints.uplots ?? {}).map(u => u.chart.data.map(c => [...c]))])"""
+FIRST = """document.querySelectorAll('.uplot').length >= 2
+  && document.querySelectorAll('.js-plotly-plot').length >= 1"""
+"""The plots of the first stage stand."""
 
 
 @contextlib.contextmanager
@@ -46,7 +50,7 @@ def visit(browser: Any, address: str) -> Iterator[Any]:
 
 
 def ready(page: Any) -> None:
-    page.wait_for_function("document.querySelectorAll('.js-plotly-plot').length >= 3")
+    page.wait_for_function(FIRST)
 
 
 def box(page: Any, label: str) -> Any:

@@ -1,0 +1,106 @@
+"""Lines over one common axis as uPlot takes them: drawn in a tenth of the time of a figure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from flexgui.views import colours
+from flexgui.views.layout import FONT
+from flexgui.views.live import Figure
+
+TICKS, LABELS = f"11px {FONT}", f"12px {FONT}"
+ROOM = {"x": 28, "y": 44}
+"""px for the numbers of an axis."""
+LABEL_ROOM = 17
+DASHES = {"solid": [], "dash": [8, 5], "dot": [2, 4]}
+STROKES = {"solid": "━", "dash": "╍", "dot": "┉"}
+"""Beside the name: the mark of uPlot's legend tells the colour only."""
+LARGEST = 1e30
+"""More has no axis: uPlot would look for its numbers for ever."""
+NO_LINE = [0, 100_000]
+"""A dash that never comes: without a width the legend would show no colour."""
+FAINT = "rgba(128,136,146,0.11)"
+"""A logarithmic axis has nine lines per decade."""
+
+
+@dataclass(frozen=True)
+class Chart:
+    """What is drawn and how; `look` stays the same while only the numbers change."""
+
+    data: tuple[np.ndarray, ...]
+    """(N,) each, float64: x, then y of each series; NaN: no point."""
+    look: dict[str, Any]
+    """series, scales, axes"""
+
+
+def chart(figure: Figure) -> Chart:
+    """Of a figure whose lines share their x; dots lie on some of these x, each on one of its own.
+
+    What is below the least of a logarithmic axis runs along it.
+    """
+    traces, layout = figure["data"], figure["layout"]
+    x = max((np.asarray(t["x"], dtype=float) for t in traces), key=len)
+    least = _least(layout["yaxis"])
+    columns = [_column(trace, x, least) for trace in traces]
+    axes = {key: layout[f"{key}axis"] for key in ("x", "y")}
+    look = {
+        "series": (
+            {"label": axes["x"]["title"]["text"]}, *(_series(trace) for trace in traces)
+        ),
+        "scales": {key: _scale(axis) for key, axis in axes.items()},
+        "axes": tuple(_axis(key, axis) for key, axis in axes.items()),
+    }  # fmt: skip
+    return Chart((x, *columns), look)
+
+
+def _column(trace: Figure, x: np.ndarray, least: float) -> np.ndarray:
+    """(N,)"""
+    values = np.asarray(trace["y"], dtype=float)
+    values = np.where(np.abs(values) < LARGEST, values, np.nan)
+    if len(values) < len(x):
+        nearest = np.searchsorted(0.5 * (x[1:] + x[:-1]), trace["x"])  # theirs may be rounded
+        values, few = np.full(len(x), np.nan), values
+        values[nearest] = few
+    return np.maximum(values, least)
+
+
+def _least(axis: Figure) -> float:
+    if axis.get("type") == "log" and "range" in axis:
+        return float(10.0 ** axis["range"][0])
+    return -np.inf
+
+
+def _series(trace: Figure) -> dict[str, Any]:
+    if trace["mode"] == "markers":
+        colour, size = trace["marker"]["color"], trace["marker"]["size"]
+        points = {"show": True, "size": size + 1, "fill": colour, "stroke": colour, "width": 0}
+        name = f"• {trace['name']}"
+        return {"label": name, "stroke": colour, "width": 1, "dash": NO_LINE, "points": points}
+    line = trace["line"]
+    return {
+        "label": f"{STROKES[line['dash']]} {trace['name']}",
+        "stroke": line["color"],
+        "width": line["width"],
+        "dash": DASHES[line["dash"]],
+        "points": {"show": False},
+    }
+
+
+def _scale(axis: Figure) -> dict[str, Any]:
+    return {"time": False, "distr": 3 if axis.get("type") == "log" else 1}
+
+
+def _axis(key: str, axis: Figure) -> dict[str, Any]:
+    return {
+        "label": axis["title"]["text"],
+        "labelSize": LABEL_ROOM,
+        "labelFont": LABELS,
+        "size": ROOM[key],
+        "font": TICKS,
+        "stroke": colours.TEXT,
+        "grid": {"stroke": FAINT if axis.get("type") == "log" else colours.GRID, "width": 1},
+        "ticks": {"stroke": colours.AXIS, "width": 1, "size": 4},
+    }
