@@ -134,11 +134,12 @@ def _steps(at: Posture, dt: float) -> np.ndarray:
     rate[:nx] = np.linalg.solve(at.E, np.hstack([at.A, at.B]))
     over = exponential(rate * dt)
     # x and r at the first 1, 2, 4, ... samples: each half follows from the one before.
-    known = np.vstack([np.zeros((nx, nr)), np.eye(nr)])[None]
-    while len(known) < STEP_SAMPLES:
-        known = np.concatenate([known, over @ known])
+    # Side by side in one matrix, for many small products cost more than a large one.
+    known = np.vstack([np.zeros((nx, nr)), np.eye(nr)])
+    while known.shape[1] < nr * STEP_SAMPLES:
+        known = np.hstack([known, over @ known])
         over = over @ over
-    return known[:STEP_SAMPLES, :nx]
+    return known[:nx, : nr * STEP_SAMPLES].reshape(nx, STEP_SAMPLES, nr).transpose(1, 0, 2)
 
 
 def exponential(A: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 
 from flexgui.session import Topic
-from flexgui.session.turn import TURN
+from flexgui.session.turn import TURNS
 
 log = logging.getLogger(__name__)
 
@@ -54,7 +54,7 @@ class Painter:
             if dirty & STREAMED:
                 self._streamed = time.monotonic()
             try:
-                with TURN:
+                with TURNS.end():
                     self._draw(dirty)
             except Exception:
                 if not self._closed:

@@ -33,9 +33,15 @@ if TYPE_CHECKING:
     from flexgui.session import Session
 
 
+SWITCH = 5e-4
+"""s that a thread may keep the interpreter while others want it: Python's own 5 ms are as long as
+a whole answer, and the thread that talks to all browsers asks for it several times per answer."""
+
+
 def serve(options: ServeOptions, say: Say) -> None:
     """Blocks until Ctrl-C; InputError where it cannot begin."""
     options.check()
+    sys.setswitchinterval(SWITCH)
     log = _quiet_log()
     make_session = _session_maker(options.scenario, options.data)
     limits = Limits()

@@ -14,10 +14,10 @@ from flexgui.session.demo import demo_scenario
 from flexgui.session.edit import Edit, edited, noise_of_simulations
 from flexgui.session.latest import LatestWins
 from flexgui.session.listened import Listened
-from flexgui.session.live import LiveModel, is_new, live_model, prepare
+from flexgui.session.live import LiveModel, Prepared, is_new, live_model, prepare
 from flexgui.session.state import STAGES, Live
 from flexgui.session.topics import Topic
-from flexgui.session.turn import TURN
+from flexgui.session.turn import TURNS
 
 COMPILING = "Another kind of arm: its equations are derived and compiled, which takes seconds."
 
@@ -73,23 +73,32 @@ class Editing(Listened, ABC):
         self._live_worker.ask(self._compute_live)
 
     def _compute_live(self) -> None:
-        with self._lock:
-            scenario, live, before = self.scenario, self.live, self.view
         try:
-            waits = before is not None and is_new(build_arm(scenario.arm), before)
-            if waits:
-                self.say(COMPILING)
-            known = prepare(scenario, before)
-            with TURN:
-                view = live_model(known, live)
+            known = self._compiled()
+            with TURNS.begin():
+                with self._lock:  # only now: what moved while others had their turn counts
+                    scenario, live = self.scenario, self.live
+                if scenario != known.scenario and is_new(build_arm(scenario.arm), known):
+                    return  # whoever changed the arm has asked anew
+                view = live_model(prepare(scenario, known), live)
         except InputError as error:
             self.say(str(error), bad=True)
             return
-        if waits and self.message.text == COMPILING:
+        if self.message.text == COMPILING:
             self.say("")
         with self._lock:
             self.view = view
         self.tell(Topic.LIVE)
+
+    def _compiled(self) -> Prepared:
+        """A model with the arm that is wanted; says so where that may take long."""
+        with self._lock:
+            scenario, before = self.scenario, self.view
+        if before is not None and not is_new(build_arm(scenario.arm), before):
+            return before
+        if before is not None:
+            self.say(COMPILING)
+        return prepare(scenario, before)
 
     def show(self, stage: str) -> None:
         """Another stage of the work."""
