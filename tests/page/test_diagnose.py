@@ -57,13 +57,17 @@ def headless(session: Session) -> float:
     from core.progress import Silent
     from core.workbench import base_model
 
-    scenario = session.scenario
+    scenario, asked, spec = session.scenario, session.scenario.diagnose, session.scenario.identify
+    if asked.output is not None:
+        spec = spec.model_copy(update={"output": asked.output})
     model = base_model(scenario)
     recordings = load_recordings(scenario, model, session.folder, None, Silent())
-    setup = make_setup(model, scenario.identify, recordings)
+    setup = make_setup(model, spec, recordings)
     noise = stated_noise(scenario, setup, recordings)
-    options = Options(1, scenario.diagnose.candidates or (), scenario.diagnose.fidelity, noise)
-    found = diagnose(setup, scenario.identify, recordings, options)
+    options = Options(
+        1, asked.candidates or (), asked.fidelity, noise, per_recording=asked.per_recording
+    )
+    found = diagnose(setup, spec, recordings, options)
     return float(np.sqrt(found.steps[-1].cost_per_sample))
 
 
