@@ -27,6 +27,8 @@ class Step:
     """What the button that leads here says."""
     done: Callable[[Session], bool] = lambda _: True
     """Whether the person has done what the step asks, so that going on is the next thing."""
+    found_at: tuple[str, ...] = ()
+    """Stages by which a person who walks without the card has come as far as this step."""
 
 
 STEPS = (
@@ -45,13 +47,13 @@ STEPS = (
         "2 of 4: compare",
         "Fit the model as it is, then see where it fails: press Start identification, and go on "
         "to Compare. The worst places are buttons.",
-        "Identify", "Next: compare", lambda s: s.outcome is not None,
+        "Identify", "Next: compare", lambda s: s.outcome is not None, ("Identify", "Compare"),
     ),
     Step(
         "3 of 4: diagnose",
         "Press Find what is missing. Every known effect is tried on what the model leaves over; "
         "the list says how much each would explain. Open What is it? to read about one.",
-        "Diagnose", "Next: diagnose", lambda s: bool(s.looks),
+        "Diagnose", "Next: diagnose", lambda s: bool(s.looks), ("Diagnose",),
     ),
     Step(
         "4 of 4: add",
@@ -60,6 +62,14 @@ STEPS = (
         "Diagnose", "Next: add", lambda s: len(s.looks) > 1,
     ),
 )  # fmt: skip
+
+
+def step_of(tour: int | None, stage: str) -> int | None:
+    """The step to show: the card's own, or the one that the person has walked to by the stages."""
+    if not tour:
+        return tour
+    ahead = [k for k, one in enumerate(STEPS) if k > tour and stage in one.found_at]
+    return max(ahead, default=tour)
 
 
 class Tour:
@@ -73,7 +83,7 @@ class Tour:
 
     def _next(self) -> None:
         session = self._desk.session
-        step = session.tour
+        step = step_of(session.tour, session.stage)
         if step is None or step + 1 >= len(STEPS):
             session.go_on_tour(None)
             return
@@ -87,7 +97,7 @@ class Tour:
 
     def refresh(self) -> None:
         """Shows the step."""
-        step = self._desk.session.tour
+        step = step_of(self._desk.session.tour, self._desk.session.stage)
         shown = step is not None and not self._desk.read_only
         self._go.visible = self._end.visible = shown
         if step is None or not shown:
