@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 import sympy as sp
@@ -32,13 +32,15 @@ class Sized:
         """From 0."""
         return int(place(self.shape.parameter.name)) - 1
 
+    @cached_property
+    def _p(self) -> np.ndarray:
+        return self.model.numbers().p
+
     def element(self, size: Knob, shape: float) -> Element | None:
         """The law of that joint with one size; None where it has a memory of its own."""
         alone = {k.parameter.name: k.neutral for k in self.sizes}
         alone |= {size.parameter.name: size.parameter.value, self.shape.parameter.name: shape}
-        arm = self.model.arm
-        p = self.model.numbers().p
-        for one in self.effect.elements(arm, p, {**self.values, **alone}):
+        for one in self.effect.elements(self.model.arm, self._p, {**self.values, **alone}):
             mine = len(one.directions) == 1 and one.directions[0][self.joint]
             if mine and not one.law.states:
                 return one

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import Counter, deque
 from collections.abc import Callable, Generator, Sequence
+
+from core.errors import InputError
 
 Work = Callable[[str], str]
 """Order in, answer out: one line of JSON with `key`. Other processes find it by the names of its
@@ -14,6 +17,9 @@ Answers = Generator[tuple[int, str], None, None]
 
 Stop = Callable[[], bool]
 
+MOST_LOSSES = 3
+"""An order that so many workers died over is not given to another."""
+
 CALM = 0.2
 """s between two looks whether somebody wants to stop."""
 
@@ -21,6 +27,17 @@ CALM = 0.2
 def never() -> bool:
     """Nobody wants to stop."""
     return False
+
+
+def give_again(index: int, waiting: deque[int], losses: Counter[int]) -> None:
+    """The order of a worker that died goes to the front; InputError where too many did over it."""
+    losses[index] += 1
+    if losses[index] >= MOST_LOSSES:
+        raise InputError(
+            f"{MOST_LOSSES} workers ended one after the other over the same piece of work; check "
+            f"the memory that is free and start again: what is finished is kept."
+        )
+    waiting.appendleft(index)
 
 
 class Executor(ABC):

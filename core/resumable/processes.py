@@ -12,14 +12,11 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
 from core.errors import InputError
-from core.resumable.executor import CALM, Answers, Executor, Stop, Work, never
+from core.resumable.executor import CALM, Answers, Executor, Stop, Work, give_again, never
 from core.resumable.threads import one_thread_each
 
 WORKERS = 2
 """The machines that this is meant for have two cores."""
-
-MOST_LOSSES = 3
-"""An order that so many workers died over is not given to another."""
 
 ERROR = "\0"
 """Begins a message that is not an answer but what went wrong."""
@@ -96,13 +93,7 @@ class Processes(Executor):
         self._workers.remove(worker)
         worker.connection.close()
         worker.process.join(FAREWELL)
-        losses[index] += 1
-        if losses[index] >= MOST_LOSSES:
-            raise InputError(
-                f"{MOST_LOSSES} workers ended one after the other over the same piece of work; "
-                f"check the memory that is free and run the same command again."
-            )
-        waiting.appendleft(index)
+        give_again(index, waiting, losses)
 
     def _dismiss(self) -> None:
         for worker in self._workers:

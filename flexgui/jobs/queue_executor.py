@@ -7,8 +7,7 @@ from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 
 from core.errors import InputError
-from core.resumable.executor import CALM, Answers, Executor, Stop, Work, never
-from core.resumable.processes import MOST_LOSSES
+from core.resumable.executor import CALM, Answers, Executor, Stop, Work, give_again, never
 from flexgui.jobs.events import Failed, Stopped, WorkerLost
 from flexgui.jobs.job import Job, State
 from flexgui.jobs.pool import JobPool
@@ -74,13 +73,7 @@ def _collect(
         if isinstance(job.ending, Failed):
             raise InputError(job.ending.sentence)
         if isinstance(job.ending, WorkerLost):
-            losses[index] += 1
-            if losses[index] >= MOST_LOSSES:
-                raise InputError(
-                    f"{MOST_LOSSES} workers ended one after the other over the same case of the "
-                    f"study; check the memory that is free and go on."
-                )
-            waiting.appendleft(index)
+            give_again(index, waiting, losses)
         if job.stop_wished is not None or isinstance(job.ending, Stopped):
             waiting.clear()  # whoever ended it wants no other one begun
         if job.result is not None:

@@ -18,24 +18,8 @@ from core.effects import catalogue, effect
 from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
-from core.scenario.read import parse_scenario
 from core.workbench import base_model
-
-SCENARIO = """
-title = "x"
-[arm]
-preset = "paper"
-[drive]
-kind = "velocity_loop"
-gains = [60.0, 30.0]
-[model]
-level = "nonlinear"
-[identify]
-parameters = ["EI1", "EI2"]
-output = ["z", "encoder"]
-[[recordings]]
-simulate = { theta2 = 1.2, seconds = 0.3, hidden = { coulomb_friction = { fc1 = 1.2 } } }
-"""
+from tests.diagnose.test_run import scenario
 
 KINDS = sorted(catalogue())[:6]
 
@@ -82,11 +66,11 @@ def test_what_is_late_comes_in_no_first_round_but_where_there_is_nothing_else(
 
 @cache
 def begun() -> Begun:
-    scenario = parse_scenario(SCENARIO, "x")
-    model = base_model(scenario)
-    recordings = list(load_recordings(scenario, model, Path(), None, Silent()))
-    setup = make_setup(model, scenario.identify, recordings)
-    fitted = (setup.outputs, setup.processing, scenario.identify)
+    asked = scenario()
+    model = base_model(asked)
+    recordings = list(load_recordings(asked, model, Path(), None, Silent()))
+    setup = make_setup(model, asked.identify, recordings)
+    fitted = (setup.outputs, setup.processing, asked.identify)
     return begin(model, *fitted, recordings, {}, 0.001)
 
 

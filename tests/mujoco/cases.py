@@ -82,7 +82,8 @@ LIMIT = {"drive_saturation": {"ul1": 20.0, "ul2": 10.0}}
 ROTORS = (0.05, 0.02)
 """kg m². Known, not hidden: at a limit a motor without a rotor pushes on the first grain of the
 beam, and how that gives way is a matter of all its modes. A simulation with three modes then misses
-one with five by as much as the limit itself moves the tip; with these rotors by a twentieth."""
+one with five by a fifth of what the limit moves the tip, and by all of it at 30 and 15 N m; with
+these rotors by a twentieth."""
 MATERIAL = {"structural_damping": {"tau": 1e-3}}
 
 CASES = (

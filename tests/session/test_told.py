@@ -10,30 +10,15 @@ from core.progress import Silent
 from core.results import RecordingComparison
 from flexgui.jobs.looked import Looked
 from flexgui.jobs.tasks.diagnose import COMPARED, LOOKED, diagnose
+from tests.diagnose.test_run import HIDDEN, text
 
-HIDDEN = "hidden = { coulomb_friction = { fc1 = 1.2, fc2 = 0.4 } }"
+CANDIDATES = """[diagnose]
+candidates = ["coulomb_friction", "drive_saturation", "camera_delay"]"""
 SCENARIO = f"""
-title = "x"
-[arm]
-preset = "paper"
-[drive]
-kind = "velocity_loop"
-gains = [60.0, 30.0]
-[model]
-level = "nonlinear"
-[identify]
-parameters = ["EI"]
-output = "z"
-generations = 0
-[diagnose]
-candidates = ["coulomb_friction", "drive_saturation", "camera_delay"]
-[[recordings]]
-simulate = {{ theta2 = 1.2, seconds = 0.4, seed = 1 }}
-{HIDDEN}
+{text(diagnose=CANDIDATES)}
 [[recordings]]
 role = "validate"
-simulate = {{ theta2 = 0.8, seconds = 0.4, seed = 2 }}
-{HIDDEN}
+simulate = {{ theta2 = 0.8, seconds = 0.4, seed = 2, {HIDDEN} }}
 """
 
 
