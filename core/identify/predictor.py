@@ -102,9 +102,10 @@ class Predictor:
         numbers: Sequence[Numbers],
         values: Sequence[Mapping[str, float]],
     ) -> list[Trajectory]:
-        """Motions; one that differs only in offsets or gains is not simulated again."""
+        """Motions, each once; one that differs only in offsets or gains is not simulated again."""
         keys = [_motion_key(e, v) for e, v in zip(chosen, values, strict=True)]
-        new = [i for i, key in enumerate(keys) if key not in self._motions]
+        first = {key: i for i, key in reversed(list(enumerate(keys)))}
+        new = [i for i, key in enumerate(keys) if key not in self._motions and first[key] == i]
         tasks = [chosen[i].task_at(values[i]) for i in new]
         some = [chosen[i] for i in new]
         found = self._run(some, [numbers[i] for i in new], tasks)

@@ -1,0 +1,55 @@
+"""Every motion is simulated once, whoever asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.identify.predictor import Predictor
+from core.identify.residuals import Residuals
+from core.simulate.motion import Task
+from tests.helpers import PAPER, looped
+from tests.identify.helpers import POINTS, residuals_of, simulated
+
+PLAIN = looped(PAPER, level="nonlinear")
+STEPS = 4
+"""Per sample: the number of simulations is counted, not their exactness."""
+
+
+class Counting(Predictor):
+    """Remembers how many motions were simulated."""
+
+    counted = 0
+
+    def _run(self, chosen: Sequence, numbers: Sequence, tasks: Sequence[Task]) -> list:  # type: ignore[type-arg]
+        self.counted += len(chosen)
+        return super()._run(chosen, numbers, tasks)
+
+
+@pytest.fixture
+def counting() -> Residuals:
+    recordings = simulated(PLAIN, points=POINTS[:2], seconds=0.05)
+    made = residuals_of(PLAIN, recordings, parameters=("EI",), per_recording=("start_theta1",))
+    p = made.predictor
+    return replace(made, predictor=Counting(p.experiments, p.unknowns, p.fixed, steps=STEPS))
+
+
+def test_one_sided_slopes_simulate_the_base_once_for_all_parameters(counting: Residuals) -> None:
+    everywhere, own = 2, 2
+    counting.sensitivities(counting.unknowns.parameters.vector(), central=False)
+    assert counting.predictor.counted == everywhere + own + len(counting.experiments)  # type: ignore[attr-defined]
+
+
+def test_motions_asked_for_together_are_those_asked_for_apart(counting: Residuals) -> None:
+    predictor, everything = counting.predictor, range(len(counting.experiments))
+    here = counting.unknowns.parameters.vector()
+    there = here * 1.01
+    together = predictor.predict_many([(here, everything), (there, everything), (here, [1])])
+    fresh = Predictor(predictor.experiments, predictor.unknowns, predictor.fixed, steps=STEPS)
+    apart = [fresh.predict(here), fresh.predict(there), fresh.predict(here)[1:]]
+    for one, other in zip(together, apart, strict=True):
+        for a, b in zip(one, other, strict=True):
+            assert np.array_equal(a, b)
