@@ -76,7 +76,7 @@ class Hypothesis:
     def slopes(self, vector: np.ndarray) -> list[np.ndarray]:
         """Their derivatives (M, k, P) per recording, with half the steps: a direction need not be
         as exact as the error that it lowers."""
-        return self._coarse.sensitivities(vector, central=False)
+        return self.coarse.residuals.sensitivities(vector, central=False)
 
     def slopes_with(
         self, vector: np.ndarray, known: Mapping[str, tuple[np.ndarray, ...]]
@@ -84,18 +84,20 @@ class Hypothesis:
         """The same, with the columns (M, k) per recording of the unknowns in `known` as given."""
         labels = self.unknowns.labels
         fresh = [j for j, label in enumerate(labels) if label not in known]
-        found = self._coarse.sensitivities(vector, central=False, only=fresh)
+        found = self.coarse.residuals.sensitivities(vector, central=False, only=fresh)
         for j, label in enumerate(labels):
             for S, column in zip(found, known.get(label, ()), strict=False):
                 S[:, :, j] = column
         return found
 
     @cached_property
-    def _coarse(self) -> Residuals:
+    def coarse(self) -> Hypothesis:
+        """With half the steps per sample."""
         fine = self.residuals.predictor
         if fine.steps is None:
-            return self.residuals
-        return replace(self.residuals, predictor=coarser(fine, max(fine.steps // 2, 1)))
+            return self
+        predictor = coarser(fine, max(fine.steps // 2, 1))
+        return replace(self, residuals=replace(self.residuals, predictor=predictor))
 
     def values(self) -> dict[str, float]:
         """label -> value."""

@@ -102,18 +102,21 @@ def refit_with(
     stopped: Callable[[], bool],
     most: int = ROUGH_ITERATIONS,
 ) -> Refit:
-    """Fits the model with `effects` from the most promising of some starts, which race coarsely.
+    """Fits the model with `effects` from the most promising of some starts.
+
+    They race coarsely: which is ahead shows without the last digit, and there are several.
 
     `slopes` are the base's, (M, k, P) per recording; the parameters `scanned` have no slope at
     neutral.
     """
     known = columns_of(base, slopes)
     begun = _starts(data, base, effects, values, scanned, stopped)
-    ahead, spent = hypothesis(data, effects, begun[0]), 0
-    if len(begun) > 1 and not stopped():
-        racing = [hypothesis(data, effects, start, finer=RACED) for start in begun]
-        looks = [fit(h, None, stopped, LOOK, known) for h in racing]
-        ahead, spent = again(data, min(looks, key=lambda r: r.cost).hypothesis, finer=1), LOOK
+    tried = [hypothesis(data, effects, start) for start in begun]
+    ahead, spent = tried[0], 0
+    if len(tried) > 1 and not stopped():
+        looks = [fit(h.coarse, None, stopped, LOOK, known) for h in tried]
+        best = min(range(len(tried)), key=lambda k: looks[k].cost)
+        ahead, spent = tried[best].at(looks[best].hypothesis.vector), LOOK
     return exactly(data, fit(ahead, None, stopped, most - spent, known), whitener)
 
 
@@ -156,10 +159,6 @@ def exactly(data: Data, rough: Refit, whitener: Whitener) -> Refit:
     return Refit(h, found, white, covariance)
 
 
-RACED = 0.5
-"""Times the steps per sample while starts are compared: which is ahead shows without the last
-digit, and the race takes longer than what follows."""
-
 FACTORS = (0.6, 0.75, 0.87, 1.15, 1.33, 1.66)
 """Of a scanned size: a spring's ringing has its best fit in a narrow valley between the sizes that
 were scanned."""
@@ -188,7 +187,7 @@ def narrowed(
 
 
 def _cost_at(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> float:
-    h = hypothesis(data, effects, values, finer=RACED)
+    h = hypothesis(data, effects, values).coarse
     return cost_of(h.errors(h.vector))
 
 
