@@ -103,15 +103,30 @@ def degenerate(w: Weighed, polished: Refit) -> bool:
 
 def ranked(found: list[Weighed]) -> list[Weighed]:
     """Best first: by merit; among those that come close by the sharper whitened evidence; among
-    those that tie in it the simplest."""
+    those that tie in it the simplest; and a part of the best before it, where that does as well."""
     best = min((w.merit for w in found), default=0.0)
     close = [w for w in found if w.merit <= best + CLOSE]
     rest = [w for w in found if w.merit > best + CLOSE]
     most = max((w.delta_bic for w in close), default=0.0)
     level = [w for w in close if w.delta_bic > most - TIE]
     below = [w for w in close if w.delta_bic <= most - TIE]
-    return (
+    return _part_first(
         sorted(level, key=lambda w: (w.parameters, -w.delta_bic))
         + sorted(below, key=lambda w: -w.delta_bic)
         + sorted(rest, key=lambda w: w.merit)
     )
+
+
+def _part_first(found: list[Weighed]) -> list[Weighed]:
+    """While a second effect is missing, the sizes that an effect has beside a simpler one that it
+    includes take up some of it, and the evidence is for them. By merit the simpler one is no worse
+    then; what else there is to it has its turn in the next round."""
+    parts = [
+        w
+        for w in found[1:]
+        if w.screened.effect.kind in found[0].screened.effect.includes
+        and w.merit <= found[0].merit
+        and acceptable(w)
+    ]
+    kinds = {w.screened.effect.kind for w in parts}
+    return parts + [w for w in found if w.screened.effect.kind not in kinds]
