@@ -6,12 +6,10 @@ from dataclasses import replace
 
 from core.diagnose.data import Data, Hypothesis
 from core.diagnose.missing_torque import missing_torque
+from core.diagnose.phrases import LABEL
 from core.diagnose.start import Begun
 from core.identify.compare import compare
 from core.results import RecordingComparison
-
-LABEL = "the diagnosis, starts free"
-"""Of the fit; an identification holds the starts on the encoders' first samples."""
 
 
 def compared(begun: Begun) -> tuple[RecordingComparison, ...]:

@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from core.diagnose.data import Data, names_of
 from core.diagnose.refit import Refit
 from core.diagnose.steps import estimates
+from core.effects import catalogue
 from core.effects.effect import Effect
+from core.effects.sizes import typical
+from core.model import Model
 from core.results import Estimate
 
 
@@ -19,6 +22,17 @@ def sizes_of(found: Sequence[Effect], refit: Refit, data: Data) -> dict[str, tup
 
 
 def titles_of(refit: Refit) -> dict[str, str]:
-    """Parameter -> its title."""
+    """Parameter -> its title, also of effects that were only tried."""
     model = refit.hypothesis.model
-    return {name: item.title or name for name, item in model.parameters.items()}
+    known = {name: item.title or name for name, item in model.parameters.items()}
+    return {**titles_in_catalogue(model), **known}
+
+
+def titles_in_catalogue(model: Model) -> dict[str, str]:
+    """Of all effects of the catalogue, as this arm would have them."""
+    found: dict[str, str] = {}
+    for one in catalogue().values():
+        arm = one.changed_arm(model.arm, {})
+        for knob in one.knobs(arm, model.drive, typical(arm)):
+            found[knob.parameter.name] = knob.parameter.title or knob.parameter.name
+    return found

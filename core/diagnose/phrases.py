@@ -19,6 +19,17 @@ ENDLESS = 1000.0
 CERTAIN = 1e-9
 """A chance below this is only said to be below it."""
 
+LABEL = "the diagnosis, starts free"
+"""Of its fit; an identification holds the starts on the encoders' first samples."""
+
+LEFT_BY_ALL = (
+    "what a complete model would still leave: the sensors' noise, and the small share of each "
+    "signal that no model is asked to explain"
+)
+"""The floor in plain words."""
+
+FLOOR_IS = f"The floor is {LEFT_BY_ALL}."
+
 
 def times(ratio: float) -> str:
     """'18 times'; two digits say enough."""
@@ -112,14 +123,27 @@ def fell(before: LadderStep, after: LadderStep) -> str:
 
 def by_channel(left: Remains, step: LadderStep) -> str:
     """'θ₁ 1.0, z₁ 0.98 times the floor, and the tip is missed by 0.043 mm rms'."""
-    parts = [
-        f"{channel_symbol(name)} {format_number(ratio, 2, keep_zeros=True)}"
-        for name, ratio in left.by_channel.items()
-    ]
-    text = f"{listed(parts)} times the floor"
+    parts = [f"{name} {ratio}" for name, ratio in _ratios(left)]
+    return _and_tip(f"{listed(parts)} times the floor", "the tip is missed", step)
+
+
+def misses(left: Remains, step: LadderStep) -> str:
+    """'misses θ₁ by 10 and z₁ by 5.4 times the floor, and the tip by 0.20 mm rms'."""
+    parts = [f"{name} by {ratio}" for name, ratio in _ratios(left)]
+    return _and_tip(f"misses {listed(parts)} times the floor", "the tip", step)
+
+
+def _and_tip(text: str, missed: str, step: LadderStep) -> str:
     if step.tip_rms is None:
         return text
-    return f"{text}, and the tip is missed by {quantity(step.tip_rms, 'm', 2)} rms"
+    return f"{text}, and {missed} by {quantity(step.tip_rms, 'm', 2)} rms"
+
+
+def _ratios(left: Remains) -> list[tuple[str, str]]:
+    return [
+        (channel_symbol(name), format_number(ratio, 2, keep_zeros=True))
+        for name, ratio in left.by_channel.items()
+    ]
 
 
 def on_validation(errors: Sequence[ChannelError]) -> str:

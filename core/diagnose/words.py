@@ -7,25 +7,24 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from core.diagnose.phrases import (
+    FLOOR_IS,
     by_channel,
-    evidence,
     explained,
     how_big,
     how_sure,
+    misses,
     on_validation,
     percent,
     times,
     vibration,
 )
+from core.diagnose.rivals import Finding, what_else
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains
 from core.effects import catalogue
-from core.results import DiagnosisRound, Estimate, LadderStep, RankedEffect
+from core.results import DiagnosisRound, Estimate, LadderStep
 from core.sentences import first_sentence, listed
 
-FLOOR = "the floor, which is what the noise and the stated fidelity account for"
-
-CLOSE_SECOND = 0.9
-"""Share of the best effect's explained error from which on a rival deserves a reason."""
+FLOOR = f"the floor. {FLOOR_IS}"
 
 
 @dataclass(frozen=True)
@@ -53,17 +52,6 @@ class Told:
     """Whether the user stopped the search before it was through."""
 
 
-@dataclass(frozen=True)
-class _Finding:
-    """One effect that was named."""
-
-    ranked: RankedEffect
-    found_in: DiagnosisRound
-    before: LadderStep
-    after: LadderStep | None
-    """None where nothing was to be added."""
-
-
 def say(told: Told) -> tuple[str, ...]:
     """One paragraph each."""
     opening = {MISSING: _missing, NOTHING: _nothing, UNLISTED: _unlisted}[told.verdict]
@@ -78,12 +66,11 @@ def say(told: Told) -> tuple[str, ...]:
     return tuple(p for p in paragraphs if p)
 
 
-def _findings(told: Told) -> list[_Finding]:
+def _findings(told: Told) -> list[Finding]:
     """The effects that are in the model at the end; the best of the ranking where none was to be
     added."""
     if not told.limit:
-        first = told.rounds[0]
-        return [_Finding(first.ranking[0], first, told.steps[0], None)] if first.ranking else []
+        return _named_first(told)
     accepted = [one for one in told.rounds if one.accepted is not None]
     added = [(a, b) for a, b in pairwise(told.steps) if b.added is not None]
     found = []
@@ -91,8 +78,16 @@ def _findings(told: Told) -> list[_Finding]:
         kind = _at_the_end(one.accepted or "", told.kept)
         ranked = next((r for r in one.ranking if r.effect == kind), None)
         if ranked is not None:
-            found.append(_Finding(ranked, one, before, after))
+            found.append(Finding(ranked, one, before, after))
     return found
+
+
+def _named_first(told: Told) -> list[Finding]:
+    """The best of a ranking that went through; of one that was stopped none is the best yet."""
+    first = told.rounds[0] if told.rounds and not told.stopped else None
+    if first is None or not first.ranking:
+        return []
+    return [Finding(first.ranking[0], first, told.steps[0], None)]
 
 
 def _at_the_end(kind: str, kept: Sequence[str]) -> str:
@@ -107,18 +102,18 @@ def _missing(told: Told) -> list[str]:
     if not findings:
         return _unlisted(told)
     names = listed([f.ranked.title for f in findings])
-    how_many = "an effect" if len(findings) == 1 else f"{len(findings)} effects"
+    how_many = "one effect" if len(findings) == 1 else f"{len(findings)} effects"
     opening = (
         f"The model lacks {how_many}: {names}. As given, its error is {times(told.given.rms)} "
-        f"{FLOOR}."
+        f"{FLOOR}"
     )
     paragraphs = [opening]
     for f in findings:
-        paragraphs += [_found(f, told), _else(f)]
+        paragraphs += [_found(f, told), what_else(f)]
     return [*paragraphs, _removed(told), _remains(told)]
 
 
-def _found(f: _Finding, told: Told) -> str:
+def _found(f: Finding, told: Told) -> str:
     """What it is, how big, what it explains, how sure."""
     effect = catalogue().get(f.ranked.effect)
     gist = first_sentence(effect.story) if effect is not None else ""
@@ -126,40 +121,6 @@ def _found(f: _Finding, told: Told) -> str:
     explains = explained(f.ranked, f.before, f.after)
     parts = (f"{f.ranked.title}. {gist}", big, explains, how_sure(f.ranked))
     return " ".join(p for p in parts if p)
-
-
-def _else(f: _Finding) -> str:
-    """What else could explain it, and which experiment would decide."""
-    titles = {r.effect: r.title for r in f.found_in.ranking}
-    if f.ranked.confused_with:
-        rivals = listed([titles.get(kind, kind) for kind in f.ranked.confused_with], "or")
-        text = (
-            f"These recordings cannot tell {f.ranked.title} from {rivals}: refitted, each "
-            f"explains the same within the noise."
-        )
-        return f"{text} {f.found_in.sentence}".strip()
-    second = _second(f)
-    if second is None:
-        return ""
-    share, own = second.refit_drop_percent or 0.0, f.ranked.refit_drop_percent or 0.0
-    text = f"The next best explanation, {second.title}, reaches {percent(share)}"
-    if share < CLOSE_SECOND * own or second.delta_bic is None or f.ranked.delta_bic is None:
-        return f"{text}."
-    behind = f.ranked.delta_bic - second.delta_bic
-    if behind <= 0.0:
-        return f"{text}, with more parameters for the same: the simpler one is preferred."
-    return f"{text}, but the evidence for it is weaker by ΔBIC {evidence(behind)}."
-
-
-def _second(f: _Finding) -> RankedEffect | None:
-    """The best refitted rival that does not contain the effect itself."""
-    known = catalogue()
-    for r in f.found_in.ranking:
-        one = known.get(r.effect)
-        contains = one is not None and f.ranked.effect in one.includes
-        if r.effect != f.ranked.effect and r.refit_drop_percent is not None and not contains:
-            return r
-    return None
 
 
 def _removed(told: Told) -> str:
@@ -178,15 +139,23 @@ def _removed(told: Told) -> str:
 def _remains(told: Told) -> str:
     """What is left after the last step, and what to make of it."""
     last = told.steps[-1]
-    text = f"What remains: {by_channel(told.left, last)}."
     endings = {
         None: "",
         NOTHING: "That is the floor: these recordings hold nothing more that could be explained.",
         UNLISTED: _unexplained(told),
         MISSING: _more(told),
     }
-    parts = (text, on_validation(last.errors), endings[told.final])
+    parts = (_left(told), on_validation(last.errors), endings[told.final])
     return " ".join(p for p in parts if p)
+
+
+def _left(told: Told) -> str:
+    """By channel; before anything was added it is no rest but the error itself."""
+    last = told.steps[-1]
+    if any(step.added for step in told.steps):
+        return f"What remains: {by_channel(told.left, last)}."
+    without = "Without it the" if told.verdict == MISSING and _findings(told) else "The"
+    return f"{without} model {misses(told.left, last)}."
 
 
 def _more(told: Told) -> str:
@@ -214,9 +183,9 @@ def _nothing(told: Told) -> list[str]:
     count = len(told.rounds[0].ranking) if told.rounds else 0
     text = (
         f"Nothing is missing that these recordings could show. The error of the model is "
-        f"{times(told.given.rms)} {FLOOR}."
+        f"{times(told.given.rms)} {FLOOR}"
     )
-    tried = f" {count} effects were tried, and none explains enough of it to count."
+    tried = f" {count} effects were tried, and none explains enough of the error to count."
     hidden = "An effect that these motions hardly call for can still be there."
     return [f"{text}{tried if count else ''} {hidden}", _not_tried(told), _remains(told)]
 
@@ -225,8 +194,8 @@ def _unlisted(told: Told) -> list[str]:
     ranking = told.rounds[0].ranking if told.rounds else ()
     opening = (
         f"Something is missing that is not in the list of effects. The error of the model is "
-        f"{times(told.given.rms)} {FLOOR}. None of the {len(ranking)} effects that were tried "
-        f"brings it down enough."
+        f"{times(told.given.rms)} {FLOOR} None of the {len(ranking)} effects that were tried "
+        f"brings the error down enough."
     )
     refitted = [(r.refit_drop_percent, r.title) for r in ranking if r.refit_drop_percent]
     if refitted:
@@ -234,17 +203,23 @@ def _unlisted(told: Told) -> list[str]:
         closest = f"The closest, {title}, explains {percent(share)} of the error above the floor."
         opening = f"{opening} {closest}"
     rest = (
-        f"What remains: {by_channel(told.left, told.steps[-1])}. The maps of the error tell when "
-        f"and where it happens; an effect of your own can be written as a formula."
+        f"{_left(told)} The maps of the error tell when and where it happens; an effect of your "
+        f"own can be written as a formula."
     )
     return [opening, vibration(told.left), _not_tried(told), rest]
 
 
 def _unfinished(told: Told) -> list[str]:
     """A stopped search that named nothing proves nothing about the list."""
+    ranking = told.rounds[-1].ranking if told.rounds else ()
+    refitted = [(r.refit_drop_percent, r.title) for r in ranking if r.refit_drop_percent]
+    best = ""
+    if refitted:
+        share, title = max(refitted)
+        best = f" So far {title} explains most, {percent(share)} of the error above the floor."
     return [
-        f"Something is missing: the error of the model is {times(told.given.rms)} {FLOOR}. What "
-        f"it is was not found yet."
+        f"Something is missing: the error of the model is {times(told.given.rms)} {FLOOR} What "
+        f"it is was not found yet.{best}"
     ]
 
 

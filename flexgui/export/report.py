@@ -13,6 +13,7 @@ from plotly.offline import get_plotlyjs
 from core.results import MissingTorque, Outcome, RecordingComparison
 from flexgui import __version__
 from flexgui.export.diagnosis_report import diagnosis_block
+from flexgui.export.glue import glued
 from flexgui.export.motion import Motion
 from flexgui.export.plot import Plot, plot
 from flexgui.views.comparison import comparison
@@ -30,6 +31,7 @@ from flexgui.views.table import Column, Row, Table
 from flexgui.views.units import shown_unit
 from flexgui.views.valley import valley
 from flexgui.views.variants import variants
+from flexgui.views.which_fit import told_apart
 
 OPEN = 3
 """So many recordings are open; the others open with a click, which keeps the page quick."""
@@ -63,19 +65,22 @@ def report_html(outcome: Outcome, scenario_text: str, motion: Motion | None = No
 
 @cache
 def _environment() -> Environment:
-    return Environment(
+    made = Environment(
         loader=PackageLoader("flexgui.export"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    made.filters["glued"] = glued
+    return made
 
 
 def _content(outcome: Outcome) -> dict[str, Any]:
     return {
         "title": outcome.title,
         "summary": summary(outcome),
+        "which_fit": told_apart(outcome),
         "diagnosis": diagnosis_block(outcome),
         "parameters": parameters(outcome.fits) if outcome.fits else None,
         "sentences": _sentences(outcome),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.effects.over_speed import OverSpeed
 from core.parameters import Parameter
 
 
@@ -28,3 +29,5 @@ class Demonstration:
     """Of the effect, at the values that were simulated."""
     floor: float | None = None
     """Of the output's error, where it is known."""
+    torques: tuple[OverSpeed, ...] = ()
+    """What the effect does to each joint, over its speed; empty where no such law says it."""

@@ -8,6 +8,8 @@ from typing import Any
 
 from markupsafe import Markup
 
+from core.diagnose.kin import kinship
+from core.diagnose.verdict import ABOVE, NOTHING
 from core.effects import catalogue
 from core.results import RankedEffect
 from flexgui.jobs.looked import Looked
@@ -17,7 +19,14 @@ from flexgui.panels.words import Words, joined, paragraph
 from flexgui.views.equations import mathml
 from flexgui.views.glimpse import glimpse, picture
 from flexgui.views.numbers import format_number
-from flexgui.views.ranking import chance, sizes
+from flexgui.views.ranking import chance, typeset_sizes
+
+NOTHING_SAID = "Nothing is missing; what stands below explains too little to count."
+READ = (
+    "Refitted: the share of the squared error above the floor that is gone once the effect is "
+    "fitted with all else. Expected (≈): what a straight line from no effect promises. Score: "
+    "about 1 per size for pure noise, large where the error has the effect's shape."
+)
 
 SHOW, HIDE = "Show what it does", "Hide what it does"
 
@@ -29,24 +38,40 @@ class Candidates:
     """Rows that are made once and then filled."""
 
     def __init__(self, desk: Desk) -> None:
+        self._head = Words(desk.gui)
         self._rows = [_Row(desk) for _ in range(SHOWN)]
         self._shown: object = None
 
     def show(self, found: Looked | None, titles: dict[str, str], best: bool) -> None:
         """The best of a ranking; `titles` of what each cannot be told from; `best`: whether adding
         the first is the next sensible thing."""
+        self._rows[0].prominent(best and found is not None and inviting(found))
         if found is self._shown:
             return
         self._shown = found
         ranking: Sequence[RankedEffect] = () if found is None else found.ranking
+        self._head.show(_head(found) if found is not None and ranking else "")
         for k, row in enumerate(self._rows):
             row.show(k, ranking[k] if k < len(ranking) else None, found, titles)
-        self._rows[0].prominent(best)
 
     def enable(self, able: bool) -> None:
         """Whether something can be added now; marks the row whose effect is demonstrated."""
         for row in self._rows:
             row.enable(able)
+
+
+def inviting(found: Looked) -> bool:
+    """Whether something is to be explained: of a model at its floor no verdict is waited for."""
+    if found.diagnosis is not None:
+        return found.diagnosis.verdict != NOTHING
+    return bool(found.step.cost_per_sample > ABOVE**2)
+
+
+def _head(found: Looked) -> Markup:
+    """What the list is worth, and how its figures are read."""
+    over = found.diagnosis is not None and found.diagnosis.verdict == NOTHING
+    note = paragraph(NOTHING_SAID) if over else Markup("")
+    return note + paragraph(READ, "soft")
 
 
 class _Row:
@@ -65,7 +90,9 @@ class _Row:
         self._show.refresh()
 
     def prominent(self, best: bool) -> None:
-        self._add.color = "blue" if best else "gray"
+        color = "blue" if best else "gray"
+        if self._add.color != color:
+            self._add.color = color
 
     def show(
         self, place: int, one: RankedEffect | None, found: Looked | None, titles: dict[str, str]
@@ -110,7 +137,9 @@ def _row(place: int, one: RankedEffect, found: Looked, titles: dict[str, str]) -
     )
     parts = [head, paragraph(_figures(one), "soft")]
     if one.parameters:
-        parts.append(paragraph(f"Size: {sizes(one)}."))
+        parts.append(paragraph(Markup("Size: {}.").format(typeset_sizes(one))))
+    if related := kinship(one.effect, found.ranking[0].effect):
+        parts.append(paragraph(f"{related[0].upper()}{related[1:]}."))
     if one.confused_with:
         others = ", ".join(titles.get(kind, kind) for kind in one.confused_with)
         parts.append(paragraph(f"Cannot be told from: {others}.", "bad"))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from core.diagnose.phrases import FLOOR_IS
 from core.results import ErrorMap, ErrorMaps, ErrorOver, RecordingComparison, WorstCell
 from flexgui.panels import widgets
 from flexgui.panels.desk import Desk
@@ -14,7 +15,7 @@ from flexgui.panels.missing import Missing
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, paragraph
 from flexgui.views.error_map import error_map, place
-from flexgui.views.names import channel_symbol
+from flexgui.views.names import output_title
 from flexgui.views.numbers import format_number
 from flexgui.views.residual_over import residual_over
 
@@ -27,6 +28,7 @@ WORST = 10
 PATTERN = 0.05
 """Share of the error's variance below which a pattern over the motion is not drawn."""
 
+FLOOR = f"× means times the floor. {FLOOR_IS}"
 NO_PATTERN = "The error follows neither speed, place, acceleration nor deflection."
 MAPS = {
     FREQUENCY: "Working point × frequency, in times the floor: pale is noise, dark is failing.",
@@ -50,6 +52,7 @@ class Failing:
         )  # fmt: skip
         self._folder: Any = desk.gui.add_folder("The worst places", visible=False)
         with self._folder:
+            Words(desk.gui, paragraph(FLOOR, "soft"))
             self._buttons = [self._button(k) for k in range(WORST)]
 
     def _button(self, k: int) -> Any:
@@ -149,6 +152,8 @@ def patterns(maps: ErrorMaps) -> list[ErrorOver]:
 
 
 def cell_label(cell: WorstCell) -> str:
-    """'th3: z₁, 0.5 to 0.7 s, 8.2 × floor'"""
+    """'recording th3: tip z₁, 0.5 to 0.7 s, 8.2 ×'; a button has room for little more."""
     times = format_number(cell.ratio, 2, keep_zeros=True)
-    return f"{cell.recording}: {channel_symbol(cell.channel)}, {place(cell)}, {times} × floor"
+    output = output_title(cell.channel, cell.unit)
+    short = output.replace("joint angle", "angle").replace("tip position", "tip")
+    return f"recording {cell.recording}: {short}, {place(cell)}, {times} ×"

@@ -6,11 +6,13 @@ from abc import ABC
 from pathlib import Path
 
 from core.errors import InputError
+from core.results import MissingTorque
 from core.scenario.write import scenario_toml
 from flexgui.jobs import Event, Failed, Finished, Job, Task, WorkerLost
 from flexgui.jobs.shown import Demonstration
 from flexgui.jobs.tasks.demonstrate import demonstrate
 from flexgui.session.diagnosing import Diagnosing
+from flexgui.session.effects import present
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 from flexgui.stage.recorded import fitted_values
@@ -53,6 +55,18 @@ class Demonstrating(Diagnosing, ABC):
             self._shower = job
         self.tell(Topic.DEMONSTRATION)
         return True
+
+    @property
+    def torques_demonstrated(self) -> tuple[MissingTorque, ...]:
+        """What the demonstrated effect would have to explain at the joints of its recording; empty
+        where no diagnosis of the model without the effect has found it."""
+        shown, look = self.demonstration, self.look
+        if shown is None or look is None or not shown.torques:
+            return ()
+        if look.scenario != self.scenario or shown.kind in dict(present(look.scenario)):
+            return ()
+        found = [c for c in look.comparisons if c.recording == shown.recording]
+        return found[0].missing_torque if found else ()
 
     def end_demonstration(self) -> None:
         """Shows none any more."""

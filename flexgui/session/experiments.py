@@ -61,5 +61,6 @@ def point_name(theta2: float) -> str:
     """'θ2 = 3π/8', or in degrees where it is no eighth of π."""
     eighths = 8.0 * theta2 / math.pi
     if abs(eighths - round(eighths)) < 1e-6:
-        return f"θ2 = {round(eighths)}π/8"
+        whole = round(eighths)
+        return "θ2 = π/8" if whole == 1 else f"θ2 = {whole}π/8"
     return f"θ2 = {math.degrees(theta2):.1f}°"

@@ -9,6 +9,9 @@ from flexgui.views.table import Column, Row, Table
 
 SOMEBODY = "somebody"
 
+MARKS = {"*": "asked the tool before the guess", "°": "changed the guess"}
+"""Behind a name."""
+
 
 class Found(Protocol):
     """One person's end of a challenge."""
@@ -29,6 +32,8 @@ class Found(Protocol):
     def seconds(self) -> float: ...
     @property
     def asked(self) -> bool: ...
+    @property
+    def changed(self) -> bool: ...
 
 
 def board_table(entries: Sequence[Found], waiting: int) -> Table:
@@ -40,17 +45,22 @@ def board_table(entries: Sequence[Found], waiting: int) -> Table:
     rows = tuple(
         Row(
             (
-                (e.name or SOMEBODY) + (" *" if e.asked else ""), e.guess,
+                " ".join(((e.name or SOMEBODY), *_marks(e))), e.guess,
                 f"{e.found} of {e.hidden}", e.size or "–", clock(e.seconds),
             ),
             strong=e.complete,
         )
         for e in entries
     )  # fmt: skip
-    notes = ["* asked the tool before the guess."] if any(e.asked for e in entries) else []
+    used = {mark for e in entries for mark in _marks(e)}
+    notes = [f"{mark} {meaning}." for mark, meaning in MARKS.items() if mark in used]
     if waiting:
         notes.append(f"{waiting} more committed to a guess and did not look yet.")
     return Table(columns, rows, " ".join(notes))
+
+
+def _marks(e: Found) -> tuple[str, ...]:
+    return tuple(m for m, it in zip(MARKS, (e.asked, e.changed), strict=True) if it)
 
 
 def clock(seconds: float) -> str:

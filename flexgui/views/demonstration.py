@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
+from markupsafe import Markup
 
 from core.parameters import Parameter
 from flexgui.views import colours
 from flexgui.views.decimate import trace
 from flexgui.views.layout import axis, frame
 from flexgui.views.live import Figure, short
-from flexgui.views.names import channel_symbol, plain_symbol
+from flexgui.views.names import channel_symbol, output_title, typeset
 from flexgui.views.numbers import format_number
 from flexgui.views.units import ShownUnit, shown_unit
 
@@ -78,12 +79,15 @@ def _line(
     }  # fmt: skip
 
 
-def told(shown: Shown) -> str:
-    """'With f_c1 = 1.2 N m: θ₁ of th3, where it changes most.'"""
-    texts = []
+def told(shown: Shown) -> Markup:
+    """'With f_c1 = 1.2 N m: joint angle θ₁ in recording th3, where it changes most.'"""
+    texts: list[Markup] = []
     for p in shown.sizes:
         unit = shown_unit(p.value, p.unit)
         number = f"{format_number(p.value * unit.factor, 3)} {unit.name}".strip()
-        texts.append(f"{plain_symbol(p.symbol, p.name).replace('_', '')} = {number}")
-    size = f"With {', '.join(texts)}" if texts else "With it"
-    return f"{size}: {channel_symbol(shown.channel)} of {shown.recording}, where it changes most."
+        texts.append(Markup("{} = {}").format(typeset(p.symbol, p.name), number))
+    size = Markup("With {}").format(Markup(", ").join(texts)) if texts else "With it"
+    output = output_title(shown.channel, shown.unit)
+    return Markup("{}: {} in recording {}, where it changes most.").format(
+        size, output, shown.recording
+    )

@@ -141,5 +141,5 @@ def worst_table(cells: Sequence[WorstCell]) -> Table:
 
 def place(cell: WorstCell) -> str:
     """'3.9 to 7.8 Hz'"""
-    ends = (format_number(cell.low, 3), format_number(cell.high, 3))
+    ends = (format_number(cell.low, 2), format_number(cell.high, 2))
     return f"{ends[0]} to {ends[1]} {cell.axis_unit}"

@@ -43,6 +43,7 @@ def fit_table(comparisons: Sequence[RecordingComparison]) -> Table:
         COLUMNS,
         tuple(rows),
         "r: measured minus model. y: measured. An output marked * was not fitted. "
+        "FIT = 100 (1 − ‖r‖ / ‖y − mean‖), not below 0. "
         "In the rows of all recordings FIT is a mean and the rms error counts all samples alike.",
     )
 

@@ -81,7 +81,8 @@ def picture(seen: Glimpse) -> Markup:
     )
     told = Markup(
         "<p class='soft'><span class='key' style='background:{}'></span>left over"
-        "<span class='key' style='background:{}'></span>it predicts: {}, {}, {:.2g} s</p>"
+        "<span class='key' style='background:{}'></span>"
+        "it predicts: {} in recording {}, {:.2g} s</p>"
     )
     return frame.format(WIDTH, HEIGHT, middle, colours.GRID, lines) + told.format(
         colours.RESIDUAL, colours.ADDED, channel_symbol(seen.channel), seen.recording, seen.seconds

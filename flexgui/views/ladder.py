@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
+from core.diagnose.phrases import LEFT_BY_ALL
 from core.results import ChannelError, Diagnosis, LadderStep
 from flexgui.views import colours
 from flexgui.views.fit_table import in_unit
@@ -19,6 +20,9 @@ GIVEN = "as given"
 
 ROOM = 1.6
 """Times the highest bar: the axis ends there, with room for the bar's number."""
+
+MANY = 300.0
+"""Times the floor, from which the axis names decades only."""
 
 
 def ladder(steps: Sequence[LadderStep]) -> go.Figure | None:
@@ -35,15 +39,22 @@ def ladder(steps: Sequence[LadderStep]) -> go.Figure | None:
     figure.add_hline(y=1.0, line={"color": colours.AXIS, "width": 2})
     highest = max([v for v in (*estimation, *validation) if np.isfinite(v)], default=1.0)
     figure.update_yaxes(
-        type="log", title_text="error [times its floor]", dtick="D1" if highest < 8 else 1,
+        type="log", title_text="error [times its floor]", **_ticks(ROOM * highest),
         range=[np.log10(0.8), np.log10(ROOM * max(highest, 1.5))],
     )  # fmt: skip
     figure.update_xaxes(type="category", automargin=True)
     text = (
-        "Root mean square error over all outputs, each in units of its floor (the noise and the "
-        "stated fidelity). At 1, the line, nothing is left to explain."
+        f"Root mean square error over all outputs, each in times its floor ({LEFT_BY_ALL}). At 1, "
+        f"the line, nothing is left to explain."
     )
     return styled(figure, 340, text, barmode="group", bargap=0.45, bargroupgap=0.08)
+
+
+def _ticks(end: float) -> dict[str, list[float] | list[str]]:
+    """1, 2, 5, 10, ... as they are read; decades alone where these would be many."""
+    steps = (1, 2, 5) if end < MANY else (1,)
+    ticks = [s * 10**k for k in range(int(np.log10(max(end, 1.0))) + 1) for s in steps]
+    return {"tickvals": ticks, "ticktext": [f"{tick:g}" for tick in ticks]}
 
 
 def _bars(

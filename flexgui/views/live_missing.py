@@ -6,13 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from core.effects.over_speed import OverSpeed
 from core.results import MissingTorque
 from flexgui.views import colours
 from flexgui.views.decimate import trace
 from flexgui.views.layout import axis, frame
 from flexgui.views.live import Figure, short
 from flexgui.views.residual_over import DIRECTIONS
-from flexgui.views.units import shown_unit
+from flexgui.views.units import ShownUnit, shown_unit
 
 POINTS = 600
 
@@ -37,8 +38,11 @@ def missing_curve(torques: Sequence[MissingTorque]) -> Figure:
     return {"data": data, "layout": layout}
 
 
-def missing_cloud(torques: Sequence[MissingTorque]) -> Figure:
-    """A row per joint over its own velocity, both directions in their colours."""
+def missing_cloud(
+    torques: Sequence[MissingTorque], laws: Sequence[OverSpeed] = (), effect: str = ""
+) -> Figure:
+    """A row per joint over its own velocity, both directions in their colours; in it what the
+    drive would spend on an effect with these laws."""
     layout = _frame(torques, 0.17)
     data = []
     for k, one in enumerate(torques):
@@ -64,7 +68,25 @@ def missing_cloud(torques: Sequence[MissingTorque]) -> Figure:
                     "<extra></extra>",
                 }
             )  # fmt: skip
+        data += [_law(law, unit, speed, k, effect) for law in laws if law.joint == one.joint]
     return {"data": data, "layout": layout}
+
+
+def _law(law: OverSpeed, unit: ShownUnit, speed: ShownUnit, k: int, effect: str) -> Figure:
+    """Turned round: the drive spends what the effect takes."""
+    number = _number(k)
+    how: Figure = (
+        {"mode": "lines", "line": {"color": colours.ADDED, "width": 2.6}}
+        if law.line
+        else {"mode": "markers", "marker": {"color": colours.ADDED, "size": 3}}
+    )
+    return how | {
+        "type": "scatter", "name": effect, "legendgroup": effect, "showlegend": k == 0,
+        "x": short(law.speed * speed.factor), "y": short(-law.torque * unit.factor),
+        "xaxis": f"x{number}", "yaxis": f"y{number}",
+        "hovertemplate": f"{effect}: %{{x:.3g}} {speed.name}, %{{y:.4g}} {unit.name}"
+        "<extra></extra>",
+    }  # fmt: skip
 
 
 def _frame(torques: Sequence[MissingTorque], gap: float = 0.05) -> Figure:

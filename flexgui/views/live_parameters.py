@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flexgui.views.live_search import History, Searched
-from flexgui.views.names import plain_symbol
+from flexgui.views.names import typeset
 from flexgui.views.numbers import format_number, with_unit
 from flexgui.views.table import Column, Row, Table
 from flexgui.views.units import shown_unit
@@ -37,7 +37,7 @@ def live_parameters(history: History, searched: Sequence[Searched]) -> Table | N
         rows.append(
             Row(
                 (
-                    plain_symbol(s.symbol, s.name),
+                    typeset(s.symbol, s.name),
                     with_unit(format_number(value * unit.factor, 5, keep_zeros=True), unit.name),
                     with_unit(format_number(spread * unit.factor, 2), unit.name),
                     with_unit(ends, unit.name),

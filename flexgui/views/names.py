@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 
+from markupsafe import Markup, escape
+
 from core.written import DOT, SUBSCRIPTS, channel_symbol, split_name
 
-__all__ = ["channel_symbol", "channel_title", "plain_symbol"]
+__all__ = ["channel_symbol", "channel_title", "output_title", "plain_symbol", "typeset"]
 
 SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -37,6 +39,12 @@ def channel_title(channel: str) -> str:
     return f"{TITLES[stem]} {channel_symbol(channel)}" if stem in TITLES else channel
 
 
+def output_title(channel: str, unit: str) -> str:
+    """The same with the angle of a revolute joint called that: 'joint angle θ₂'."""
+    title = channel_title(channel)
+    return title.replace("joint position", "joint angle") if unit == "rad" else title
+
+
 def plain_symbol(symbol: str, name: str) -> str:
     r"""A symbol in LaTeX as plain text: '\varepsilon_{1}' -> 'ε₁'; `name` where there is none."""
     if not symbol:
@@ -48,3 +56,11 @@ def plain_symbol(symbol: str, name: str) -> str:
     text = re.sub(r"_\{?(\d+)\}?", lambda m: m[1].translate(SUBSCRIPTS), text)
     text = re.sub(r"\^\{?(\d+)\}?", lambda m: m[1].translate(SUPERSCRIPTS), text)
     return re.sub(r"[{}\\]", "", text)
+
+
+def typeset(symbol: str, name: str) -> Markup:
+    """The same for HTML, where words can be subscripts too: 'f_{c1}' -> 'f<sub>c1</sub>'."""
+    plain = plain_symbol(symbol, name)
+    if not symbol:
+        return escape(plain)  # an underscore of a name says nothing about a subscript
+    return Markup(re.sub(r"_([\w,]+)", r"<sub>\1</sub>", str(escape(plain))))

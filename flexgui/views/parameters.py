@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from markupsafe import Markup
 
 from core.results import Estimate, Fit
-from flexgui.views.names import plain_symbol
+from flexgui.views.names import typeset
 from flexgui.views.numbers import format_number, format_value, with_unit
 from flexgui.views.pooled import overall_estimates
 from flexgui.views.table import Column, Row, Table
@@ -51,7 +52,7 @@ def _row(fit: Fit, estimate: Estimate, label: str, labelled: bool, strong: bool 
     unit = shown_unit(estimate.value, estimate.unit)
     derived = any(e.name == estimate.name for e in fit.derived)
     cells = (
-        plain_symbol(estimate.symbol, estimate.name) + (" (follows)" if derived else ""),
+        typeset(estimate.symbol, estimate.name) + (" (follows)" if derived else ""),
         estimate_text(estimate),
         interval(estimate, unit),
         with_unit(format_number(estimate.start * unit.factor), unit.name)
@@ -68,6 +69,12 @@ def estimate_text(estimate: Estimate) -> str:
     unit = shown_unit(estimate.value, estimate.unit)
     std = estimate.std * unit.factor if estimate.identifiable else float("nan")
     return format_value(estimate.value * unit.factor, std, unit.name)
+
+
+def equation(estimate: Estimate) -> Markup:
+    """'EI₁ = 520.83 ± 0.02 N m²', for HTML."""
+    symbol = typeset(estimate.symbol, estimate.name)
+    return Markup("{} = {}").format(symbol, estimate_text(estimate))
 
 
 def interval(estimate: Estimate, unit: ShownUnit) -> str:

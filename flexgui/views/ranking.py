@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import plotly.graph_objects as go
+from markupsafe import Markup
 
-from core.results import RankedEffect
+from core.diagnose.kin import kinship
+from core.results import Estimate, RankedEffect
 from flexgui.views import colours
 from flexgui.views.layout import styled
-from flexgui.views.names import plain_symbol
+from flexgui.views.names import plain_symbol, typeset
 from flexgui.views.numbers import format_number, format_value
 from flexgui.views.table import Column, Row, Table
 from flexgui.views.units import shown_unit
@@ -23,7 +25,7 @@ COLUMNS = (
     Column("Expected from the slope [%]", numeric=True),
     Column("Evidence ΔBIC", numeric=True),
     Column("Chance of noise", numeric=True),
-    Column("Cannot be told from"),
+    Column("Beside others"),
     Column("Size when refitted"),
 )
 
@@ -46,11 +48,12 @@ def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> go.F
         marker={"color": [_colour(r, accepted) for r in shown]},
         hovertemplate="%{y}: %{x:.2f} % after a refit<extra></extra>",
     )  # fmt: skip
-    figure.update_xaxes(title_text="share of the squared error above the floor [%]", range=[0, 103])
+    figure.update_xaxes(title_text="error explained [%]", range=[0, 103])
     figure.update_yaxes(autorange="reversed", automargin=True, type="category")
     text = (
-        "Pale: what a straight line from no effect at all promises. Full: what is explained once "
-        "the effect and all other parameters are fitted anew; the best few are refitted."
+        "Error: squared, above its floor. Pale: what a straight line from no effect at all "
+        "promises. Full: what is explained once the effect and all other parameters are fitted "
+        "anew; the best few are refitted."
     )
     height = 150 + 34 * len(shown)
     return styled(figure, height, text, barmode="group", bargap=0.3)
@@ -63,7 +66,8 @@ def _colour(ranked: RankedEffect, accepted: str | None) -> str:
 def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -> Table:
     """All candidates with their figures."""
     titles = {r.effect: r.title for r in ranked}
-    rows = tuple(_row(r, titles, accepted) for r in ranked)
+    best = accepted or (ranked[0].effect if ranked else "")
+    rows = tuple(_row(r, titles, accepted, best) for r in ranked)
     text = (
         "Explains: share of the squared error above the floor. ΔBIC: gain in evidence after a "
         "price for each parameter; above 10 is very strong. Chance of noise: that noise alone "
@@ -72,27 +76,42 @@ def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -
     return Table(COLUMNS, rows, text)
 
 
-def _row(ranked: RankedEffect, titles: dict[str, str], accepted: str | None) -> Row:
+def _row(ranked: RankedEffect, titles: dict[str, str], accepted: str | None, best: str) -> Row:
     cells = (
         ranked.title,
         _share(ranked.refit_drop_percent),
         _share(ranked.expected_drop_percent),
         "" if ranked.delta_bic is None else format_number(ranked.delta_bic, 3),
         chance(ranked.p_value),
-        ", ".join(titles.get(kind, kind) for kind in ranked.confused_with),
-        sizes(ranked),
+        _beside(ranked, titles, best),
+        typeset_sizes(ranked),
     )
     return Row(cells, strong=ranked.effect == accepted)
 
 
+def _beside(ranked: RankedEffect, titles: dict[str, str], best: str) -> str:
+    """What it cannot be told from, and how it is related to the best."""
+    others = ", ".join(titles.get(kind, kind) for kind in ranked.confused_with)
+    parts = (f"cannot be told from {others}" if others else "", kinship(ranked.effect, best))
+    return "; ".join(p for p in parts if p)
+
+
 def sizes(ranked: RankedEffect) -> str:
-    """'f_c1 = 1.201 ± 0.001 N m, ...'"""
-    texts = []
-    for e in ranked.parameters:
-        unit = shown_unit(e.value, e.unit)
-        number = format_value(e.value * unit.factor, e.std * unit.factor, unit.name)
-        texts.append(f"{plain_symbol(e.symbol, e.name).replace('_', '')} = {number}")
-    return ", ".join(texts)
+    """'f_c1 = 1.201 ± 0.001 N m, ...' for plain text."""
+    return ", ".join(f"{plain_symbol(e.symbol, e.name)} = {_size(e)}" for e in ranked.parameters)
+
+
+def typeset_sizes(ranked: RankedEffect) -> Markup:
+    """The same with subscripts, for HTML."""
+    one = Markup("{} = {}")
+    return Markup(", ").join(
+        one.format(typeset(e.symbol, e.name), _size(e)) for e in ranked.parameters
+    )
+
+
+def _size(e: Estimate) -> str:
+    unit = shown_unit(e.value, e.unit)
+    return format_value(e.value * unit.factor, e.std * unit.factor, unit.name)
 
 
 def _share(percent: float | None) -> str:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from markupsafe import Markup, escape
 
 from core.results import Estimate, Fit, Outcome, RecordingComparison
 from flexgui.views.fit_table import in_unit
-from flexgui.views.names import channel_symbol, plain_symbol
+from flexgui.views.names import channel_symbol, typeset
 from flexgui.views.numbers import format_percent
-from flexgui.views.parameters import estimate_text
+from flexgui.views.parameters import equation
 from flexgui.views.pooled import (
     ESTIMATE,
     VALIDATE,
@@ -22,17 +23,20 @@ from flexgui.views.pooled import (
 
 LEVELS = {"lpv": "the LPV descriptor model", "nonlinear": "the non-linear model"}
 METHODS = {"glocal": "in one fit over all of them", "local": "in a fit for each"}
+FIT_IS = "FIT is 100 % for a perfect match and 0 % for a model no better than a constant."
 NAMED = 6
 """More estimates than this are counted, not listed."""
 
 
 def summary(outcome: Outcome) -> tuple[str, ...]:
-    """Sentences in reading order."""
-    sentences = [_what(outcome)]
+    """Sentences in reading order; symbols are typeset for HTML."""
+    sentences: list[str] = [_what(outcome)]
     for role, words in ((ESTIMATE, "On the estimation recordings"), (VALIDATE, "On validation")):
         text = _quality(with_role(outcome.comparisons, role))
         if text:
             sentences.append(f"{words} the model reaches {text}.")
+    if any("FIT" in each for each in sentences):
+        sentences.append(FIT_IS)
     sentences.append(_doubt(outcome.fits))
     if any(fit.stopped for fit in outcome.fits):
         sentences.append("The search was stopped early; the numbers are the best until then.")
@@ -52,13 +56,13 @@ def _what(outcome: Outcome) -> str:
     if not sure:
         return f"{text}, no parameter could be determined by itself."
     mean = "on average " if len(outcome.fits) > 1 else ""
-    return f"{text}: {mean}{_listed(sure)}."
+    return Markup("{}: {}{}.").format(text, mean, _listed(sure))
 
 
-def _listed(estimates: Sequence[Estimate]) -> str:
-    texts = [f"{plain_symbol(e.symbol, e.name)} = {estimate_text(e)}" for e in estimates[:NAMED]]
+def _listed(estimates: Sequence[Estimate]) -> Markup:
+    texts = Markup(", ").join(equation(e) for e in estimates[:NAMED])
     more = len(estimates) - NAMED
-    return ", ".join(texts) + (f" and {more} more" if more > 0 else "")
+    return texts + (f" and {more} more" if more > 0 else "")
 
 
 def _quality(comparisons: Sequence[RecordingComparison]) -> str:
@@ -78,19 +82,21 @@ def _doubt(fits: Sequence[Fit]) -> str:
     estimates = [e for fit in fits for e in fit.estimates]
     free = _symbols(e for e in estimates if not e.identifiable)
     stuck = _symbols(e for e in estimates if e.at_bound)
-    text = "The data determine every parameter by itself."
+    text = Markup("The data determine every parameter by itself.")
     if free:
-        text = f"The data do not determine {_joined(free)}{' one by one' if len(free) > 1 else ''}"
+        text = Markup("The data do not determine ") + _joined(free)
+        text += " one by one" if len(free) > 1 else ""
         valley = next((f.identifiability.valley for f in fits if f.identifiability.valley), None)
         text += f", only {valley.invariant}." if valley else "."
     if stuck:
-        text += f" {_joined(stuck)} ended at a bound: widen it, or doubt the model."
+        text += Markup(" {} ended at a bound: widen it, or doubt the model.").format(_joined(stuck))
     return text
 
 
-def _symbols(estimates: Iterable[Estimate]) -> list[str]:
-    return list(dict.fromkeys(plain_symbol(e.symbol, e.name) for e in estimates))
+def _symbols(estimates: Iterable[Estimate]) -> list[Markup]:
+    return list(dict.fromkeys(typeset(e.symbol, e.name) for e in estimates))
 
 
-def _joined(parts: Sequence[str]) -> str:
-    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"
+def _joined(parts: Sequence[str]) -> Markup:
+    *first, last = parts
+    return Markup("{} and {}").format(Markup(", ").join(first), last) if first else escape(last)

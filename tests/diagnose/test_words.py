@@ -9,61 +9,41 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from core.diagnose.facts import titles_in_catalogue
 from core.diagnose.phrases import chance, percent, strength
-from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains
-from core.diagnose.words import Told, say
-from core.effects import catalogue
-from core.results import ChannelError, DiagnosisRound, Estimate, LadderStep, RankedEffect
-
-FRICTION, VISCOUS, PAYLOAD = "coulomb_friction", "viscous_friction", "tip_payload"
-SPACE = "\N{NO-BREAK SPACE}"
-
-
-def estimate(
-    name: str = "fc1", value: float = 1.2011, std: float = 0.0012, **more: bool
-) -> Estimate:
-    return Estimate(name, value, std, "N m", True, "f_{c1}", **more)
-
-
-def ranked(kind: str, fall: float | None, bic: float | None, *confused: str) -> RankedEffect:
-    return RankedEffect(kind, catalogue()[kind].title, 50.0, 1e-40, 70.0, fall, bic, confused)
-
-
-def step(
-    added: str | None, cost: float, tip: float | None, validation: float = np.nan
-) -> LadderStep:
-    title = catalogue()[added].title if added else "The model as given"
-    errors = (ChannelError("z1", "m", 3e-5 * np.sqrt(cost), 3e-5, validation),)
-    return LadderStep(added, title, (), errors, tip, cost)
-
-
-def left(rms: float, line: tuple[str, float] | None = None) -> Remains:
-    return Remains(rms, {"theta1": 0.97, "z1": rms}, line)
-
-
-GIVEN, AFTER = step(None, 361.0, 1.96e-4), step(FRICTION, 1.0, 4.29e-5)
-RIVALS = (ranked(FRICTION, 99.4, 5000.0), ranked(VISCOUS, 46.0, 900.0), ranked(PAYLOAD, None, None))
-
-FOUND = Told(
-    MISSING, NOTHING,
-    rounds=(DiagnosisRound(RIVALS, FRICTION), DiagnosisRound(RIVALS[1:], None)),
-    steps=(GIVEN, AFTER), given=left(19.0), left=left(1.0), kept=(FRICTION,), limit=2,
-    titles={"fc1": "Coulomb friction of joint 1"}, sizes={FRICTION: (estimate(),)},
-)  # fmt: skip
-
-
-def text(told: Told) -> str:
-    return " ".join(say(told)).replace(SPACE, " ")
+from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
+from core.diagnose.words import say
+from core.results import DiagnosisRound
+from tests.diagnose.told import (
+    AFTER,
+    FOUND,
+    FRICTION,
+    GIVEN,
+    PAYLOAD,
+    RIVALS,
+    estimate,
+    left,
+    ranked,
+    step,
+    text,
+)
+from tests.helpers import PAPER, looped
 
 
 def test_a_found_effect_is_named_with_what_it_is() -> None:
     said = text(FOUND)
-    assert "lacks an effect: Coulomb friction" in say(FOUND)[0]
+    assert "lacks one effect: Coulomb friction" in say(FOUND)[0]
     assert "Two dry surfaces rub: the friction has the same level at every speed" in said
 
 
 def test_its_size_is_told_in_si_units_rounded_to_its_deviation() -> None:
     assert "Coulomb friction of joint 1 is 1.2011 ± 0.0012 N m." in text(FOUND)
+
+
+def test_sizes_of_effects_that_were_only_tried_have_titles_too() -> None:
+    titles = titles_in_catalogue(looped(PAPER))
+    assert titles["fc1"] == "Coulomb friction of joint 1"
+    assert all(" " in title for title in titles.values()), "words and no symbols"
 
 
 def test_how_sure_is_told_by_chance_and_evidence() -> None:
@@ -96,33 +76,9 @@ def test_what_remains_is_told_by_channel() -> None:
     assert "That is the floor" in said
 
 
-def test_a_confusable_effect_is_named_with_the_experiment_that_decides() -> None:
-    first = ranked(FRICTION, 99.4, 12.0, VISCOUS)
-    sentence = "To tell them apart, record 3 s."
-    one = DiagnosisRound((first, *RIVALS[1:]), FRICTION, sentence)
-    said = text(replace(FOUND, rounds=(one,)))
-    assert "cannot tell Coulomb friction from Viscous joint friction" in said
-    assert sentence in said
-    assert "next best" not in said
-
-
-def test_what_contains_the_effect_is_no_rival_of_it() -> None:
-    stribeck = ranked("stribeck_friction", 99.5, 4990.0)
-    one = DiagnosisRound((RIVALS[0], stribeck, *RIVALS[1:]), FRICTION)
-    assert "Stribeck" not in text(replace(FOUND, rounds=(one,)))
-
-
-def test_a_close_rival_is_told_with_the_reason_against_it() -> None:
-    close = ranked("torque_ripple", 99.3, 4800.0)
-    one = DiagnosisRound((RIVALS[0], close), FRICTION)
-    assert "reaches 99.3 %, but the evidence for it is weaker by ΔBIC 200" in text(
-        replace(FOUND, rounds=(one,))
-    )
-
-
 def test_something_found_and_something_left_are_both_told() -> None:
     said = text(replace(FOUND, final=UNLISTED, left=left(4.2, ("z1", 12.34))))
-    assert "lacks an effect: Coulomb friction" in said
+    assert "lacks one effect: Coulomb friction" in said
     assert "4.2 times the floor is left that no effect of the list explains" in said
     assert "z₁ holds a vibration of 12.3 Hz" in said
     assert "That is the floor" not in said
@@ -154,7 +110,7 @@ def test_what_became_needless_is_told_and_not_claimed() -> None:
     steps = (GIVEN, AFTER, step(PAYLOAD, 1.0, None), replace(GIVEN, title="Without: x"))
     told = replace(FOUND, rounds=(FOUND.rounds[0], second), steps=steps, kept=(PAYLOAD,))
     said = say(told)
-    assert "lacks an effect: Tip payload" in said[0]
+    assert "lacks one effect: Tip payload" in said[0]
     assert any("Coulomb friction seemed to be missing at first" in p for p in said)
 
 
@@ -181,12 +137,40 @@ def test_unlisted_says_so_with_the_closest_and_the_vibration() -> None:
     assert "cannot show it: Camera delay" in said
 
 
+RANKED_ONLY = replace(
+    FOUND, final=None, limit=0, kept=(), steps=(GIVEN,), sizes={},
+    rounds=(DiagnosisRound(RIVALS, None),), left=left(19.0),
+)  # fmt: skip
+
+
 def test_a_ranking_without_adding_names_the_first() -> None:
-    told = replace(FOUND, final=None, limit=0, kept=(), steps=(GIVEN,), sizes={},
-                   rounds=(DiagnosisRound(RIVALS, None),), left=left(19.0))  # fmt: skip
-    said = text(told)
-    assert "lacks an effect: Coulomb friction" in said
+    said = text(RANKED_ONLY)
+    assert "lacks one effect: Coulomb friction" in said
     assert "explains 99.4 % of the error above the floor." in said
+
+
+def test_before_anything_was_added_nothing_is_said_to_remain() -> None:
+    said = text(RANKED_ONLY)
+    assert (
+        "Without it the model misses θ₁ by 0.97 and z₁ by 19 times the floor, and the tip by "
+        "0.20 mm rms." in said
+    )
+    for verdict in (NOTHING, UNLISTED):
+        said = text(replace(RANKED_ONLY, verdict=verdict))
+        assert "The model misses θ₁ by 0.97" in said and "remains" not in said, verdict
+
+
+def test_a_stopped_ranking_names_no_effect_as_missing() -> None:
+    said = text(replace(RANKED_ONLY, stopped=True))
+    assert "lacks" not in said and "remains" not in said
+    assert "What it is was not found yet. So far Coulomb friction explains most, 99.4 %" in said
+
+
+@pytest.mark.parametrize("verdict", [MISSING, NOTHING, UNLISTED])
+def test_the_floor_is_explained_where_it_is_first_named(verdict: str) -> None:
+    said = say(replace(RANKED_ONLY, verdict=verdict))[0]
+    assert "times the floor. The floor is what a complete model would still leave" in said
+    assert "fidelity" not in said
 
 
 def test_an_effect_without_size_is_said_to_have_none() -> None:

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 
 from core.diagnose.maps import error_maps
+from core.diagnose.phrases import LABEL
 from core.results import (
     ChannelError,
     Diagnosis,
@@ -28,6 +29,7 @@ from flexgui.views.error_map import cell_labels, error_map, place, row_labels, w
 from flexgui.views.ladder import ladder, ladder_table, step_labels
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.residual_over import residual_over
+from flexgui.views.which_fit import starts_freed, told_apart, which_fit
 
 FLOORS = {"ydot1": 2.4e-3, "ydot2": 2.5e-3}
 NASTY = "<script>alert(1)</script> the friction"
@@ -189,6 +191,40 @@ def test_steps_with_the_same_effect_have_labels_of_their_own() -> None:
     assert labels == ["as given", "+ Extra mode", "+ Extra mode (2)"]
 
 
+def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> None:
+    size = replace(RANKING[0].parameters[0], value=1.1998, std=0.0015)
+    steps = (FOUND.steps[0], replace(FOUND.steps[1], parameters=(size,)))
+    told = told_apart(replace(diagnosed, diagnosis=replace(FOUND, steps=steps)))
+    assert "The estimates above are of the identification" in told
+    assert ", each in times its floor, and it also fits how each recording begins." in told
+    assert "By that fit f<sub>c1</sub> = 1.1998 ± 0.0015" in told
+    assert "FIT" not in told, "the comparisons are the identification's here"
+    theirs = tuple(replace(c, fit_label=LABEL) for c in diagnosed.comparisons)
+    theirs_too = told_apart(replace(diagnosed, comparisons=theirs)).unescape()
+    assert "The FIT and the tip's error above are of that fit too." in theirs_too
+    assert not told_apart(replace(diagnosed, diagnosis=None))
+
+
+def test_errors_say_on_the_spot_which_fit_they_are_of(diagnosed: Outcome) -> None:
+    assert which_fit(diagnosed.comparisons, diagnosed.fits).startswith("Of the identification's")
+    theirs = [replace(c, fit_label=LABEL) for c in diagnosed.comparisons]
+    assert which_fit(theirs, diagnosed.fits).startswith("Of the diagnosis' own fit")
+    assert "also fits how each recording begins" in which_fit(theirs, diagnosed.fits)
+
+
+def test_where_a_servo_follows_the_encoders_no_start_is_said_to_be_fitted() -> None:
+    assert starts_freed(["z1", "theta1"], ())
+    assert not starts_freed(["u1"], ())
+
+
+def test_an_effect_that_contains_the_best_says_so() -> None:
+    larger = ranked("stribeck_friction", "Stribeck friction", 97.0)
+    table = ranking_table((RANKING[0], larger), "coulomb_friction")
+    assert "contains Coulomb friction" in table.rows[1].cells
+    table = ranking_table((larger, RANKING[0]))
+    assert "cannot be told from viscous_friction; part of Stribeck friction" in table.rows[1].cells
+
+
 def test_the_ladders_table_has_a_row_per_step_and_output() -> None:
     table = ladder_table(FOUND)
     assert len(table.rows) == 2 * (len(FLOORS) + 1)
@@ -198,7 +234,8 @@ def test_the_ladders_table_has_a_row_per_step_and_output() -> None:
 def test_the_ranking_marks_what_was_added_and_names_its_rivals() -> None:
     table = ranking_table(RANKING, "coulomb_friction")
     assert [r.strong for r in table.rows] == [True, False, False]
-    assert "Viscous joint friction" in table.rows[0].cells
+    assert "cannot be told from Viscous joint friction" in table.rows[0].cells
+    assert "f<sub>c1</sub> = 1.200" in table.rows[0].cells[-1]
     figure = ranking(RANKING, "coulomb_friction")
     assert figure is not None
     assert list(figure.data[1].x) == [97.0, 95.0, None]

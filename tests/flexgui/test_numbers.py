@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgui.views.names import channel_symbol, plain_symbol
+from flexgui.views.names import channel_symbol, output_title, plain_symbol, typeset
 from flexgui.views.numbers import format_number, format_value
 from flexgui.views.units import shown_unit
 
@@ -77,3 +77,16 @@ def test_names_read_as_written_by_hand() -> None:
     assert plain_symbol("\\lambda_{1}", "lambda1") == "λ₁"
     assert plain_symbol("", "EI1") == "EI₁"
     assert plain_symbol("\\dot{\\theta}_1", "x").endswith("₁")
+
+
+def test_subscripts_that_are_words_are_typeset_for_html_and_everything_is_escaped() -> None:
+    assert typeset("f_{c1}", "fc1") == "f<sub>c1</sub>"
+    assert typeset("\\lambda_{1}", "lambda1") == "λ₁"
+    assert typeset("", "my_gain") == "my_gain", "a name is no symbol"
+    assert typeset("<b>_{c1}", "x") == "&lt;b&gt;<sub>c1</sub>"
+
+
+def test_an_output_is_told_from_a_recording_of_the_same_name() -> None:
+    assert output_title("theta2", "rad") == "joint angle θ₂"
+    assert output_title("theta2", "m") == "joint position θ₂"
+    assert output_title("z1", "m") == "tip position z₁"

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from core.results import LadderStep, MissingTorque, RecordingComparison
+from flexgui.jobs.looked import Looked
 from flexgui.session import Session
 from flexgui.session.edit import Document
+from flexgui.session.look import Look
 from flexgui.views.demonstration import demonstration, told
+from flexgui.views.live_missing import missing_cloud
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 
@@ -27,7 +31,7 @@ def test_an_effect_is_shown_where_it_changes_most(session: Session, services: Of
     shown = session.demonstration
     assert shown is not None, session.not_shown
     assert shown.kind == session.demonstrated == "coulomb_friction"
-    assert {p.name for p in shown.sizes} == {"fc1", "fc2"} and "fc" in told(shown)
+    assert {p.name for p in shown.sizes} == {"fc1", "fc2"} and "f<sub>c1</sub>" in told(shown)
     assert np.abs(shown.with_it - shown.without).max() > 0.0
     assert len(shown.time) == len(shown.measured) < 1000
     names = [t["name"] for t in demonstration(shown)["data"]]
@@ -51,3 +55,52 @@ def test_another_model_ends_it(session: Session, services: Offered) -> None:
     until(lambda: session.demonstration is not None)
     session.change(lambda document: document["recordings"][0].update(role="validate"))
     assert session.demonstration is None and not session.demonstrated
+
+
+def test_the_missing_torque_is_shown_with_the_law_of_the_effect_in_it(
+    session: Session, services: Offered
+) -> None:
+    short(session)
+    assert session.demonstrate("coulomb_friction", services)
+    until(lambda: session.demonstration is not None)
+    shown = session.demonstration
+    assert shown is not None and [t.joint for t in shown.torques] == [1, 2]
+    assert session.torques_demonstrated == (), "no diagnosis has told what is missing"
+    torques = tuple(missing(joint) for joint in (1, 2))
+    seen = RecordingComparison(shown.recording, "estimate", "", (), torques)
+    session.looks = (Look(session.scenario, found=LOOKED, comparisons=(seen,)),)
+    assert session.torques_demonstrated == torques
+    data = missing_cloud(torques, shown.torques, shown.title)["data"]
+    laws = [t for t in data if t["name"] == "Coulomb friction"]
+    assert [t["yaxis"] for t in laws] == ["y", "y2"] and laws[0]["mode"] == "lines"
+    assert laws[0]["y"][-1] > 0.0, "the drive spends what friction takes"
+    assert session.change(lambda d: d["recordings"][0].update(role="validate"))
+    assert session.torques_demonstrated == ()
+
+
+def test_an_effect_that_is_in_the_model_is_not_drawn_into_what_the_model_lacks(
+    session: Session, services: Offered
+) -> None:
+    short(session)
+    fixed = {"id": "coulomb_friction", "fc1": 1.2, "fc2": 0.4}
+    assert session.change(lambda d: d.setdefault("model", {}).update(effects=[fixed]))
+    assert session.demonstrate("coulomb_friction", services)
+    until(lambda: session.demonstration is not None)
+    assert session.demonstration is not None
+    seen = RecordingComparison(
+        session.demonstration.recording, "estimate", "", (), (missing(1), missing(2))
+    )
+    session.looks = (Look(session.scenario, found=LOOKED, comparisons=(seen,)),)
+    assert session.torques_demonstrated == ()
+
+
+def missing(joint: int) -> MissingTorque:
+    """Of Coulomb friction, without noise."""
+    time = np.linspace(0.0, 1.0, 50)
+    speed = np.sin(20.0 * time)
+    return MissingTorque(
+        joint, "N m", time, speed, "rad/s", np.sign(speed), speed, np.ones(50, dtype=bool)
+    )
+
+
+LOOKED = Looked(LadderStep(None, "As given", (), (), None, 81.0), (), (), (), ())

@@ -5,7 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.results import ChannelComparison, RecordingComparison
+from core.diagnose.verdict import MISSING, NOTHING
+from core.results import (
+    ChannelComparison,
+    Diagnosis,
+    LadderStep,
+    RecordingComparison,
+    WorstCell,
+)
+from flexgui.jobs.looked import Looked
+from flexgui.panels.candidates import inviting
+from flexgui.panels.failing import cell_label
+from flexgui.session.experiments import point_name
 from flexgui.session.failing import where_it_fails
 from flexgui.views.error_now import words
 
@@ -51,3 +62,25 @@ def test_the_error_at_a_moment_is_told_part_by_part() -> None:
 def test_an_exact_sensor_has_a_floor_all_the_same() -> None:
     exact = seen("a", 1.0, {"theta1": 1e-12})
     assert where_it_fails((exact,), None).floors["theta1"] > 1e-4, "a thousandth of its motion"
+
+
+def test_a_worst_place_is_told_in_words_that_keep_recording_and_output_apart() -> None:
+    cell = WorstCell("θ2 = 2π/8", "theta2", "rad", "frequency", "Hz", 0.0, 3.90625, 1e-3, 287.3)
+    assert cell_label(cell) == "recording θ2 = 2π/8: angle θ₂, 0 to 3.9 Hz, 287 ×"
+
+
+def test_the_first_working_point_is_named_as_people_write_it() -> None:
+    assert point_name(np.pi / 8) == "θ2 = π/8"
+    assert point_name(3 * np.pi / 8) == "θ2 = 3π/8"
+
+
+@pytest.mark.parametrize(
+    ("error", "verdict", "invites"),
+    [(9.7, None, True), (1.0, None, False), (9.7, MISSING, True), (0.99, NOTHING, False)],
+)
+def test_adding_invites_only_where_something_is_to_be_explained(
+    error: float, verdict: str | None, invites: bool
+) -> None:
+    step = LadderStep(None, "As given", (), (), None, error**2)
+    told = None if verdict is None else Diagnosis(verdict, None, (), (step,), (), {})
+    assert inviting(Looked(step, (), (), (), (), diagnosis=told)) is invites

@@ -11,6 +11,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from core.effects.effect import Effect
+    from core.effects.over_speed import OverSpeed
     from core.identify.setup import Setup
     from core.model import Model
     from core.parameters import Parameter
@@ -69,6 +70,7 @@ def demonstrate(
         with_it=with_it.model[rows],
         sizes=_sizes(one, grown),
         floor=floors.get(without.channel),
+        torques=_torques(bare, grown, plain, values),
     )
 
 
@@ -135,6 +137,20 @@ def _sizes(one: Effect, grown: Model) -> tuple[Parameter, ...]:
         for k in knobs
         if (value := float(known.get(k.parameter.name, np.nan))) == value
     )
+
+
+def _torques(
+    bare: Model, grown: Model, plain: RecordingComparison, values: Mapping[str, float]
+) -> tuple[OverSpeed, ...]:
+    """Of the effect with those that it brings along, over the speeds of the motion."""
+    from core.effects.over_speed import over_speed
+
+    have, motion = {e.kind for e in bare.effects}, plain.motion
+    added = [e for e in grown.effects if e.kind not in have]
+    if motion is None or not any(e.acts_at in ("joints", "drive") for e in added):
+        return ()
+    p = grown.numbers({**values, **grown.effect_values}).p
+    return over_speed(added, grown.arm, p, grown.effect_values, motion.position, motion.velocity)
 
 
 def _compared(

@@ -1,0 +1,75 @@
+"""The torque that effects put on a joint, over the joint's speed: what a student draws of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.effects.effect import Effect, Values
+from core.effects.per_joint import joint_direction
+from core.forces.compiled import compile_law
+from core.forces.element import Element
+
+POINTS = 401
+"""Of a line; odd, so that it has one at rest."""
+
+
+@dataclass(frozen=True)
+class OverSpeed:
+    """Of one joint."""
+
+    joint: int
+    """From 1."""
+    speed: np.ndarray
+    """(N,) rad/s or m/s"""
+    torque: np.ndarray
+    """(N,) N m or N, as it acts on the joint"""
+    line: bool
+    """Whether the speed alone says it; otherwise N samples of a motion."""
+
+
+def over_speed(
+    effects: Sequence[Effect], arm: Arm, p: np.ndarray, values: Values,
+    place: np.ndarray, speed: np.ndarray,
+) -> tuple[OverSpeed, ...]:  # fmt: skip
+    """Along a motion with joint positions and speeds (M, joints) of an arm with numbers p.
+
+    Empty where an effect is no force law at a joint, or one with a memory: dry friction is at the
+    level on which it slides.
+    """
+    elements = [e for one in effects for e in one.elements(arm, p, values)]
+    if not elements or not all(_known(e, arm) for e in elements):
+        return ()
+    found = []
+    for k in range(arm.joints):
+        own = [e for e in elements if _at(e, arm, k)]
+        line = not any(set(e.law.x) & e.law.forces[0].free_symbols for e in own)
+        x, v = place[:, k], speed[:, k]
+        if line:
+            v = np.linspace(v.min(), v.max(), POINTS)
+            x = np.zeros(POINTS)
+        torque = sum((_torque(e, x, v) for e in own), np.zeros(len(v)))
+        found.append(OverSpeed(k + 1, v, torque, line))
+    return tuple(found)
+
+
+def _known(e: Element, arm: Arm) -> bool:
+    remembers = bool(e.law.states) and not e.law.bristle
+    return not remembers and any(_at(e, arm, k) for k in range(arm.joints))
+
+
+def _at(e: Element, arm: Arm, k: int) -> bool:
+    """Whether it acts on joint k (from 0) and nowhere else."""
+    alone = len(e.law.x) == 1 and not e.at_tip
+    return alone and np.array_equal(e.directions[0], joint_direction(arm, k))
+
+
+def _torque(e: Element, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+    """(N,); a bristle that slides is bent all the way to one side."""
+    compiled, values = compile_law(e.law), np.array(e.values, dtype=float)
+    w = np.sign(v)[:, None] if e.law.bristle else np.zeros((len(v), 0))
+    forces = [compiled(x[i : i + 1], v[i : i + 1], w[i], values)[0] for i in range(len(v))]
+    return np.array(forces)

@@ -1,0 +1,74 @@
+"""Which fit some figures are of: the identification's or the diagnosis', and why they differ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from markupsafe import Markup
+
+from core.diagnose.phrases import LABEL
+from core.identify.unknowns import START
+from core.results import Diagnosis, Estimate, Fit, Outcome, RecordingComparison
+from core.sentences import listed
+from core.written import split_name
+from flexgui.views.names import channel_symbol
+from flexgui.views.parameters import equation
+
+HELD = "takes the beginning of each recording from the encoders' first sample"
+FREE = ", and it also fits how each recording begins"
+
+
+def of_diagnosis(comparisons: Sequence[RecordingComparison]) -> bool:
+    """Whether they show the fit that a diagnosis looks at."""
+    return any(c.fit_label == LABEL for c in comparisons)
+
+
+def which_fit(comparisons: Sequence[RecordingComparison], fits: Sequence[Fit]) -> str:
+    """For the place where the errors are shown; `fits` of the identification."""
+    names = list(dict.fromkeys(k.channel for c in comparisons for k in c.channels if k.fitted))
+    outputs, starts = listed([channel_symbol(name) for name in names]), starts_freed(names, fits)
+    held = f" and {HELD}" if starts else ""
+    if not of_diagnosis(comparisons):
+        return (
+            f"Of the identification's fit: it compares {outputs}{held}. After Find what is missing "
+            f"the diagnosis' own fit is shown here, whose errors are a little different."
+        )
+    return (
+        f"Of the diagnosis' own fit: it compares {outputs}, each in times its floor"
+        f"{FREE if starts else ''}. Therefore these errors differ from those of the "
+        f"identification{f', which {HELD}' if starts else ''}."
+    )
+
+
+def told_apart(outcome: Outcome) -> Markup:
+    """For a report with a diagnosis: which figures are of which fit; empty without a diagnosis."""
+    found = outcome.diagnosis
+    if found is None or not outcome.fits:
+        return Markup("")
+    names = [e.channel for e in found.steps[0].errors]
+    outputs, starts = listed([channel_symbol(n) for n in names]), starts_freed(names, outcome.fits)
+    text = (
+        f"The estimates above are of the identification, which compares the outputs that were "
+        f"asked for{f' and {HELD}' if starts else ''}. What is missing is told from the diagnosis' "
+        f"own fit: it compares {outputs}, each in times its floor{FREE if starts else ''}."
+    )
+    if of_diagnosis(outcome.comparisons):
+        text += " The FIT and the tip's error above are of that fit too."
+    sizes = Markup(", ").join(equation(e) for e in sizes_added(found))
+    there = Markup(" By that fit {}.").format(sizes) if sizes else Markup("")
+    return Markup("{}{}").format(text, there)
+
+
+def starts_freed(channels: Sequence[str], fits: Sequence[Fit]) -> bool:
+    """Whether the diagnosis fits how a recording begins and the identification does not: neither
+    does where a servo follows the encoders, both do where it was asked for."""
+    servo = any(split_name(name)[0] in ("u", "torque") for name in channels)
+    asked = any(e.name.startswith(START) for fit in fits for e in fit.estimates)
+    return not servo and not asked
+
+
+def sizes_added(found: Diagnosis) -> list[Estimate]:
+    """Of the effects that were added, as the diagnosis fitted them last."""
+    names = {name for entry in found.effects for name in entry if name != "id"}
+    latest = {e.name: e for step in found.steps[1:] for e in step.parameters if e.name in names}
+    return list(latest.values())

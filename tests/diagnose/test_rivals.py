@@ -1,0 +1,72 @@
+"""What is said of other explanations, by facts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from core.results import DiagnosisRound
+from tests.diagnose.told import AFTER, FOUND, FRICTION, GIVEN, RIVALS, VISCOUS, ranked, text
+
+
+def test_a_confusable_effect_is_named_with_the_experiment_that_decides() -> None:
+    first = ranked(FRICTION, 99.4, 12.0, VISCOUS)
+    sentence = "To tell them apart, record 3 s."
+    one = DiagnosisRound((first, *RIVALS[1:]), FRICTION, sentence)
+    said = text(replace(FOUND, rounds=(one,)))
+    assert "cannot tell Coulomb friction from Viscous joint friction" in said
+    assert sentence in said
+    assert "next best" not in said
+
+
+def test_what_contains_the_effect_is_told_as_that_and_not_as_a_rival() -> None:
+    larger = [
+        ranked("presliding_friction", 99.4, 4990.0),
+        ranked("stribeck_friction", 99.5, 4990.0),
+    ]
+    one = DiagnosisRound((RIVALS[0], *larger, *RIVALS[1:]), FRICTION)
+    said = text(replace(FOUND, rounds=(one,)))
+    assert (
+        "Presliding friction and Stribeck friction contain Coulomb friction and explain no more: "
+        "their additional sizes are not needed." in said
+    )
+    assert "The next different explanation, Viscous joint friction, reaches 46 %." in said
+    assert "next best" not in said
+
+
+def test_what_contains_the_effect_and_gains_a_little_is_told_with_its_figure() -> None:
+    first, larger = ranked(FRICTION, 80.0, 5000.0), ranked("stribeck_friction", 84.0, 4990.0)
+    said = text(replace(FOUND, rounds=(DiagnosisRound((first, larger), FRICTION),)))
+    assert "Stribeck friction (84 %) contains Coulomb friction; what is gained is not" in said
+
+
+def test_a_part_of_the_effect_is_told_as_that_and_not_as_a_rival() -> None:
+    first = ranked("stribeck_friction", 99.5, 5000.0)
+    rounds = (DiagnosisRound((first, ranked(FRICTION, 80.0, 900.0)), "stribeck_friction"),)
+    steps = (GIVEN, replace(AFTER, added="stribeck_friction"))
+    said = text(replace(FOUND, rounds=rounds, steps=steps, kept=("stribeck_friction",)))
+    assert (
+        "Coulomb friction (80 %) is part of Stribeck friction; by itself it is the weaker" in said
+    )
+    assert "next" not in said
+
+
+def test_the_next_best_is_the_one_that_explains_most_of_the_others() -> None:
+    """Whatever its place: the ranking also weighs evidence."""
+    ripple = ranked("torque_ripple", 60.0, 100.0)
+    one = DiagnosisRound((*RIVALS, ripple), FRICTION)
+    assert "The next best explanation, Torque ripple, reaches 60 %." in text(
+        replace(FOUND, rounds=(one,))
+    )
+
+
+def test_a_higher_figure_that_was_not_refitted_is_not_passed_over() -> None:
+    """RIVALS' payload is expected to explain 70 %, more than viscous friction does."""
+    assert "The list expects more of Tip payload (≈ 70 %), without a refit." in text(FOUND)
+
+
+def test_a_close_rival_is_told_with_the_reason_against_it() -> None:
+    close = ranked("torque_ripple", 99.3, 4800.0)
+    one = DiagnosisRound((RIVALS[0], close), FRICTION)
+    assert "reaches 99.3 %, but the evidence for it is weaker by ΔBIC 200" in text(
+        replace(FOUND, rounds=(one,))
+    )

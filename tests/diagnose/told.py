@@ -1,0 +1,50 @@
+"""A finished search whose words are read."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.diagnose.verdict import MISSING, NOTHING, Remains
+from core.diagnose.words import Told, say
+from core.effects import catalogue
+from core.results import ChannelError, DiagnosisRound, Estimate, LadderStep, RankedEffect
+
+FRICTION, VISCOUS, PAYLOAD = "coulomb_friction", "viscous_friction", "tip_payload"
+SPACE = "\N{NO-BREAK SPACE}"
+
+
+def estimate(
+    name: str = "fc1", value: float = 1.2011, std: float = 0.0012, **more: bool
+) -> Estimate:
+    return Estimate(name, value, std, "N m", True, "f_{c1}", **more)
+
+
+def ranked(kind: str, fall: float | None, bic: float | None, *confused: str) -> RankedEffect:
+    return RankedEffect(kind, catalogue()[kind].title, 50.0, 1e-40, 70.0, fall, bic, confused)
+
+
+def step(
+    added: str | None, cost: float, tip: float | None, validation: float = np.nan
+) -> LadderStep:
+    title = catalogue()[added].title if added else "The model as given"
+    errors = (ChannelError("z1", "m", 3e-5 * np.sqrt(cost), 3e-5, validation),)
+    return LadderStep(added, title, (), errors, tip, cost)
+
+
+def left(rms: float, line: tuple[str, float] | None = None) -> Remains:
+    return Remains(rms, {"theta1": 0.97, "z1": rms}, line)
+
+
+GIVEN, AFTER = step(None, 361.0, 1.96e-4), step(FRICTION, 1.0, 4.29e-5)
+RIVALS = (ranked(FRICTION, 99.4, 5000.0), ranked(VISCOUS, 46.0, 900.0), ranked(PAYLOAD, None, None))
+
+FOUND = Told(
+    MISSING, NOTHING,
+    rounds=(DiagnosisRound(RIVALS, FRICTION), DiagnosisRound(RIVALS[1:], None)),
+    steps=(GIVEN, AFTER), given=left(19.0), left=left(1.0), kept=(FRICTION,), limit=2,
+    titles={"fc1": "Coulomb friction of joint 1"}, sizes={FRICTION: (estimate(),)},
+)  # fmt: skip
+
+
+def text(told: Told) -> str:
+    return " ".join(say(told)).replace(SPACE, " ")
