@@ -11,6 +11,8 @@ from core.plugins import classes_of
 from flexgui.panels.desk import Desk
 from flexgui.panels.painter import Painter
 from flexgui.panels.panel import Panel
+from flexgui.panels.plot import paper_of
+from flexgui.panels.room import CONTROLS, PLOTS, Room, Widths, Window
 from flexgui.panels.scene import Scene
 from flexgui.panels.stagebar import StageBar
 from flexgui.panels.timeline import TimeLine
@@ -25,8 +27,8 @@ CURSOR_INTERVAL = 0.12
 FOLLOWER = "follower"
 """The role of who watches a demo."""
 
-RIGHT, LEFT = 400, 560
-"""px; at 1600 the arm keeps 640."""
+BESIDE = 20.0
+"""px of the left panel that are not the figures'."""
 
 
 def build_page(
@@ -44,10 +46,12 @@ class Page:
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
         gui = desk.gui
+        self._room = Room(desk.client)
         others = set(gui._gui_input_handle_from_uuid)
         gui.set_panel_label("FlexGUI")
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(RIGHT)
+        self._docked = (PLOTS, CONTROLS)
+        gui.main_panel.set_width(CONTROLS)
         kinds = classes_of("flexgui.panels", Panel)
         self._panels: dict[str, Panel] = {stage: kinds[stage](desk) for stage in STAGES}
         self._folders: dict[str, tuple[Any, Any]] = {}
@@ -57,9 +61,10 @@ class Page:
         self._left = gui.add_panel()
         self._build(gui)
         self._left.dock_left()
-        self._left.set_width(LEFT)
+        self._left.set_width(PLOTS)
         self._scene = Scene(desk)
         self._timeline = TimeLine(desk)
+        self._room.begin(self._fit, self._timeline.fit, self._scene.fit)
         if desk.read_only:
             grey(gui, others)
         self._painter = Painter(self._draw)
@@ -74,9 +79,19 @@ class Page:
     def close(self) -> None:
         """Stops drawing; the session lives on."""
         self._end()
+        self._room.close()
         self._painter.close()
         self._timeline.close()
         self._scene.close()
+
+    def _fit(self, window: Window, shares: Widths) -> None:
+        """Whoever has moved a border keeps it until the window itself asks for others."""
+        if (shares.plots, shares.controls) != self._docked:
+            self._docked = (shares.plots, shares.controls)
+            self._left.set_width(shares.plots)
+            self.desk.gui.main_panel.set_width(shares.controls)
+        width = window.width if window.phone else shares.plots
+        paper_of(self.desk.gui).resize(width - BESIDE)
 
     def _cursor_is_due(self) -> bool:
         """While it plays the arm moves at every frame, plots and slider less often."""
@@ -108,7 +123,7 @@ class Page:
                         folder.visible = stage == session.stage
             if topics & {Topic.STAGE, Topic.MESSAGE}:
                 self._bar.refresh()
-            if topics & {Topic.TOUR, Topic.STAGE, Topic.OUTCOME, Topic.DIAGNOSIS}:
+            if topics - {Topic.CURSOR, Topic.LIVE, Topic.MESSAGE}:
                 self._tour.refresh()
             self._scene.draw(topics)
             if Topic.STAGE in topics or topics & shown.topics:
@@ -116,6 +131,8 @@ class Page:
             if topics & {Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME} and self._cursor_is_due():
                 self._timeline.refresh()
                 shown.move_cursor()
+            elif Topic.STAGE in topics:
+                self._timeline.refresh()
             if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN, Topic.DIAGNOSIS, Topic.TOUR}:
                 for sync in tuple(self.desk.syncs):
                     sync()

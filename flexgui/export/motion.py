@@ -13,9 +13,6 @@ from core.recording.recording import Recording
 from core.results import Outcome
 from core.scenario.schema import Scenario
 
-EXAGGERATION = 10.0
-"""The deflection is drawn so much larger: at its true size hardly anybody would see it."""
-
 
 @dataclass(frozen=True)
 class Motion:
@@ -41,12 +38,12 @@ def report_motion(
     try:
         recording = _first(read_one(scenario, ordered[0].name, folder, data), MOST_SECONDS)
         shown = playback(scenario, outcome, recording)
-        page = playback_html(shown.motion, shown.ghost, EXAGGERATION)
+        page = playback_html(shown.motion, shown.ghost, shown.exaggeration)
     except (InputError, OSError):
         return None
     title = f"Motion of {shown.recording}"
     ghost = "" if shown.ghost is None else " The translucent arm is the measured one."
-    note = f"{shown.recording}: {playback_note(shown.motion, EXAGGERATION)}{ghost}"
+    note = f"{shown.recording}: {playback_note(shown.motion, shown.exaggeration)}{ghost}"
     return Motion(Markup(embedded(page, title)), note)
 
 

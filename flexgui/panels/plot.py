@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Any, cast
+from weakref import WeakKeyDictionary, WeakSet
 
 import plotly.graph_objects as go
 import viser
@@ -17,6 +18,29 @@ WIDTH = 540.0
 """px of the panel on the left."""
 
 
+class Paper:
+    """How wide the figures of one page are: they keep their height in px in a narrower panel."""
+
+    def __init__(self) -> None:
+        self.width = WIDTH
+        self.plots: WeakSet[Plot] = WeakSet()
+
+    def resize(self, width: float) -> None:
+        """px; all figures follow."""
+        if width != self.width:
+            self.width = width
+            for plot in tuple(self.plots):
+                plot.fit(width)
+
+
+_PAPERS: WeakKeyDictionary[viser.GuiApi, Paper] = WeakKeyDictionary()
+
+
+def paper_of(gui: viser.GuiApi) -> Paper:
+    """The one of a page."""
+    return _PAPERS.setdefault(gui, Paper())
+
+
 class _Blank:
     """What viser asks of a figure: Plotly's own takes longer to make than a page's other parts."""
 
@@ -28,9 +52,13 @@ class Plot:
     """One figure; hidden where there is nothing to draw."""
 
     def __init__(self, gui: viser.GuiApi, aspect: float, title: str = "") -> None:
-        """`aspect` is height over width; `title` for figures that have none."""
-        self._title = title
-        self._handle = gui.add_plotly(cast(Any, _Blank()), aspect=aspect, visible=False)
+        """`aspect` is height over width in a wide window; `title` for figures that have none."""
+        self._title, self._height = title, aspect * WIDTH
+        self._paper = paper_of(gui)
+        self._handle = gui.add_plotly(
+            cast(Any, _Blank()), aspect=self._height / self._paper.width, visible=False
+        )
+        self._paper.plots.add(self)
         self._before, self._shapes, self._after = "", "", ""
 
     def show(self, figure: Figure | None, cursor: float | None = None, height: float = 0.0) -> None:
@@ -39,8 +67,9 @@ class Plot:
         if figure is None:
             self._handle.visible = False
             return
-        if height and self._handle.aspect != height / WIDTH:
-            self._handle.aspect = height / WIDTH
+        if height and height != self._height:
+            self._height = height
+            self.fit(self._paper.width)
         layout = dict(figure["layout"])
         shapes = layout.pop("shapes", [])
         layout |= {"margin": MARGIN, "height": None}
@@ -63,6 +92,10 @@ class Plot:
         height = height or float(plain["layout"].get("height") or WIDTH / 2)
         plain["layout"] |= {"template": "none", "font": {**plain["layout"]["font"], "size": 11}}
         self.show(plain, height=height)
+
+    def fit(self, width: float) -> None:
+        """As high as it was, in a panel of another width in px."""
+        self._handle.aspect = self._height / width
 
     def move_cursor(self, cursor: float | None) -> None:
         """The same figure with the cursor elsewhere."""

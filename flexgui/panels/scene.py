@@ -9,8 +9,10 @@ import numpy as np
 
 from core.arm.arm import Arm
 from flexgui.panels.desk import Desk
+from flexgui.panels.drawn_bending import exaggeration, plays
 from flexgui.panels.errors_in_scene import ErrorsInScene
 from flexgui.panels.keys import keep_view_still
+from flexgui.panels.room import Widths, Window, aspect
 from flexgui.session import Topic
 from flexgui.session.effects import places
 from flexgui.session.live import LiveModel
@@ -19,14 +21,14 @@ from flexgui.stage.recorded import Playback
 from flexgui.stage.scene import Stage
 
 ASPECT = 0.68
-"""Width over height of what the panels leave of a usual screen."""
+"""Width over height of what the panels leave of a usual screen; a narrower one is looked at from
+further away."""
 
 DOWN = 1.2
-"""Of the arm's reach."""
+"""Of the arm's reach: on a phone the panels lie over the lower part of the arm's picture."""
 
-NARROW = 0.5
-"""Width over height: on a phone the panels lie over the arm and leave it the whole screen. Not in
-px: beside docked panels the arm of a wide screen has 640 of them, before they are docked 1600."""
+TURNED = 1e-3
+"""Of the reach: a camera further from its place was moved by a person."""
 
 SWINGS_PER_SECOND = 0.6
 """A mode is played so slowly that the eye follows; its true frequency stands beside it."""
@@ -57,6 +59,9 @@ class Scene:
         self._written: object = None
         self._errors = ErrorsInScene(desk)
         self._reach = 1.0
+        self._window = Window()
+        self._eye = np.zeros(3)
+        """Where the camera was put, (3,) m."""
         self._lock = threading.RLock()
         self._closed = threading.Event()
         self._swing = threading.Thread(target=self._run, name="swing", daemon=True)
@@ -72,9 +77,10 @@ class Scene:
             return
         with self._lock:
             stage = self._made(view)
-            if stage.exaggeration != session.live.exaggeration:
-                stage.exaggeration = session.live.exaggeration
-            if session.stage == "Arm" or motion is None:
+            factor = exaggeration(session)
+            if stage.exaggeration != factor:
+                stage.exaggeration = factor
+            if motion is None or not plays(session):
                 self._show_live(stage, view)
             else:
                 self._show_recording(stage, motion)
@@ -94,16 +100,28 @@ class Scene:
             self._aim(self._stage)
         return self._stage
 
+    def fit(self, window: Window, shares: Widths) -> None:
+        """The whole arm stays in sight in a picture of another shape."""
+        with self._lock:
+            before, self._window = self._window, window
+            if self._stage is not None and aspect(before) != aspect(window) and self._is_aimed():
+                self._aim(self._stage)
+
+    def _is_aimed(self) -> bool:
+        """Whether nobody has turned the view since."""
+        moved = self._desk.client.camera.position - self._eye
+        return bool(np.linalg.norm(moved) < TURNED * self._reach)
+
     def _aim(self, stage: Stage) -> None:
         """Looks at the whole arm; what a person turns stays so until another arm comes."""
         self._reach = stage.body.reach
-        camera = self._desk.client.camera
-        narrow = camera.aspect < NARROW
-        eye = stage.view(camera.aspect if narrow else ASPECT)
+        camera, phone = self._desk.client.camera, self._window.phone
+        eye = stage.view(min(aspect(self._window), ASPECT))
         # On a phone the panels cover the lower part: the arm goes up, the aim down.
-        down = np.array([0.0, -DOWN if narrow else 0.0, 0.0]) * self._reach
+        down = np.array([0.0, -DOWN if phone else 0.0, 0.0]) * self._reach
+        self._eye = eye.position + down
         camera.up_direction, camera.fov = eye.up, eye.fov
-        camera.position, camera.look_at = eye.position + down, eye.look_at + down
+        camera.position, camera.look_at = self._eye, eye.look_at + down
 
     def _reshape(self, stage: Stage, arm: Arm, p: np.ndarray, q: np.ndarray) -> None:
         stage.reshape(arm, p, q)

@@ -49,11 +49,22 @@ STYLE = Markup("""<style>
 .fx .verdict.nothing_missing { border-color: #1f9470; background: rgba(31,148,112,.10); }
 .uplot .u-title { text-align: left; padding: .2em .5em 0; font-size: 12px; font-weight: 400;
   color: var(--mantine-color-dimmed); }
+.uplot .u-legend { min-height: 3.9em; }
+.uplot:not(:hover) .u-value, .uplot:not(:hover) .u-series:first-child { display: none; }
+.uplot:not(:hover) .u-series > th::after { content: none !important; }
 .fx .tour { border: 1.5px solid var(--mantine-primary-color-filled); border-radius: 6px;
   padding: .4em .8em; }
 .mantine-Slider-root:has([data-disabled]) ~ div input { opacity: .5; pointer-events: none; }
 div:has(> .fx > .fx-bar) + div > div > div:first-child { display: none; }
 div:has(> .fx > .fx-bar) + div button { height: 2.1em; font-size: .8em; padding: 0 .2em; }
+@media (max-width: 36em) {
+  .mantine-Paper-root[style*="position: fixed"][style*="width: 20em"]:has(.fx),
+  .mantine-Paper-root[style*="position: fixed"]:has(.fx) div[style="width: 20em;"] {
+    width: 100vw !important; }
+}
+@media (max-width: 75em) {
+  div:has(> .fx > .fx-bar) + div button { font-size: .7em; padding: 0; }
+}
 </style>""")
 """`:has` finds the row of buttons after the mark `fx-bar`; a browser without it shows a label."""
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from flexgui.panels import widgets
 from flexgui.panels.desk import Desk
+from flexgui.panels.drawn_bending import legend
 from flexgui.panels.errors_in_scene import COLOURED
-from flexgui.panels.words import Words, paragraph
+from flexgui.panels.room import LINE_MARGIN, Widths, Window
+from flexgui.panels.words import Words, joined, paragraph
 from flexgui.views.error_now import words
 
 SPEEDS = {"×0.1": 0.1, "×0.25": 0.25, "×0.5": 0.5, "×1": 1.0, "×2": 2.0}
 STEP = 0.02
 """s, one frame."""
-WIDTH, HEIGHT, MARGIN = 600, 176, 10
 
 
 class TimeLine:
@@ -28,12 +29,22 @@ class TimeLine:
             )
             self._buttons = gui.add_button_group("Move", ("◀ step", "Play", "Pause", "step ▶"))
             self._speeds = gui.add_button_group("Speed", tuple(SPEEDS))
-        self._panel.float(x=MARGIN, y=-MARGIN, width=WIDTH, height=HEIGHT)
+        self._size = (0.0, 0.0)
         if not desk.read_only:
             self._buttons.on_click(lambda _: self._pressed(str(self._buttons.value)))
             self._speeds.on_click(
                 lambda _: session.set_cursor(speed=SPEEDS.get(str(self._speeds.value), 1.0))
             )
+
+    def fit(self, window: Window, shares: Widths) -> None:
+        """Into the picture of the arm; where a person has put it, it stays."""
+        size = (shares.line, shares.line_height)
+        if not any(self._size):
+            self._panel.float(x=LINE_MARGIN, y=-LINE_MARGIN, width=size[0], height=size[1])
+        elif size != self._size:
+            self._panel.set_width(size[0])
+            self._panel.set_height(size[1])
+        self._size = size
 
     def refresh(self) -> None:
         """Shows the cursor."""
@@ -43,10 +54,12 @@ class TimeLine:
             self._about.show(paragraph("Here a recording will play, once there is one.", "soft"))
             return
         who = "identified model" if motion.fitted else "model as stated"
-        self._about.show(
+        now = (
             f"{motion.recording}: {who}, {cursor.time:.2f} s of {motion.seconds:.2f} s, "
-            f"×{cursor.speed:g}{self._error()}"
+            f"speed ×{cursor.speed:g}{self._error()}"
         )
+        what = legend(session)
+        self._about.show(joined(paragraph(now), paragraph(what, "soft")) if what else now)
         if self._seek.max != motion.seconds:
             self._seek.max = motion.seconds
         shown = round(min(cursor.time, motion.seconds), 2)

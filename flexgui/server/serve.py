@@ -26,7 +26,7 @@ from flexgui.server.limits import Limits
 from flexgui.server.options import ServeOptions
 from flexgui.server.plotly_script import send_plotly
 from flexgui.server.services import Services
-from flexgui.server.warming import warm_up
+from flexgui.server.warming import Warming
 
 if TYPE_CHECKING:
     from flexgui.page import Page
@@ -51,11 +51,13 @@ def serve(options: ServeOptions, say: Say) -> None:
         say(f"Port {options.port} is busy; FlexGUI takes {port}.")
     join, teacher = options.join_word(), options.teacher_word()
     more = options.more_origins(port)
+    pool = JobPool(options.workers)
+    warming = Warming(pool, log, say)
     settings = Settings(
         make_session=make_session,
-        build_page=_build_page,
-        welcome=send_plotly,
-        services=Services(JobPool(options.workers), options.data, limits.upload_bytes, log=log),
+        build_page=_page_builder(warming),
+        welcome=_welcome(warming),
+        services=Services(pool, options.data, limits.upload_bytes, log=log),
         stop_jobs=_leave_alone,
         copy_session=_copy_session if options.demo else None,
         origins=more,
@@ -66,23 +68,38 @@ def serve(options: ServeOptions, say: Say) -> None:
     with until_asked() as asked:
         server = PageServer(listener, settings)
         try:
-            warm_up(settings.services.pool, log)
+            warming.start()
             _greet(server, more, (join, teacher), say)
             if options.browser and can_open():
                 open_soon(teacher_address(server.address, join, teacher))
             wait(asked)
         finally:
             end_in_any_case()
-            _close(server, settings.services.pool)
+            _close(server, pool)
     say("FlexGUI has ended.")
 
 
-def _build_page(
-    client: viser.ClientHandle, session: Session, services: Services, read_only: bool
-) -> Page:
-    from flexgui.page import build_page
+def _welcome(warming: Warming) -> Callable[[viser.ClientHandle], None]:
+    def welcome(client: viser.ClientHandle) -> None:
+        warming.receive(client)
+        send_plotly(client)
+        warming.wait()
 
-    return build_page(client, session, services, read_only)
+    return welcome
+
+
+def _page_builder(
+    warming: Warming,
+) -> Callable[[viser.ClientHandle, Session, Services, bool], Page]:
+    def build(
+        client: viser.ClientHandle, session: Session, services: Services, read_only: bool
+    ) -> Page:
+        from flexgui.page import build_page
+
+        warming.admit(client)
+        return build_page(client, session, services, read_only)
+
+    return build
 
 
 def _copy_session(teacher: Session, own: Session) -> None:

@@ -6,25 +6,79 @@ import contextlib
 import gc
 import logging
 import threading
+from weakref import WeakKeyDictionary
+
+import viser
 
 from core.errors import InputError
 from flexgui.jobs import JobPool
+from flexgui.server.greeting import Say
+
+PREPARING = "Preparing for this machine, once: about 20 s."
+READY = "Ready."
+LONGEST = 120.0
+"""s that a page waits; then it compiles for itself what it needs."""
 
 
-def warm_up(pool: JobPool, log: logging.Logger) -> threading.Thread:
-    """In the background; the workers start last, since they would take the first page's time."""
+class Warming:
+    """In the background; the workers start last, since they would take the first page's time.
 
-    def run() -> None:
+    On a machine where nothing was compiled yet, who comes meanwhile reads what is waited for.
+    """
+
+    def __init__(self, pool: JobPool, log: logging.Logger, say: Say) -> None:
+        self._pool, self._log, self._say = pool, log, say
+        self._compiled = threading.Event()
+        self._compiled.set()
+        self._notes: WeakKeyDictionary[viser.ClientHandle, viser.GuiMarkdownHandle] = (
+            WeakKeyDictionary()
+        )
+
+    def start(self) -> threading.Thread:
+        """Returns at once."""
+        thread = threading.Thread(target=self._run, name="flexgui-warming", daemon=True)
+        thread.start()
+        return thread
+
+    def receive(self, client: viser.ClientHandle) -> None:
+        """Tells a browser that its page will take a while, where it will."""
+        if not self._compiled.is_set():
+            client.gui.main_panel.dock_right()
+            text = f"**{PREPARING}** The page comes by itself."
+            self._notes[client] = client.gui.add_markdown(text)
+
+    def wait(self) -> None:
+        """A page that compiles at the same time would do the same work once more."""
+        self._compiled.wait(LONGEST)
+
+    def admit(self, client: viser.ClientHandle) -> None:
+        """Its page is being built."""
+        note = self._notes.pop(client, None)
+        if note is not None:
+            note.remove()
+
+    def _run(self) -> None:
         try:
+            self._compile()
             _load()
         except Exception:
-            log.exception("Warming up failed; the first page does it")
+            self._log.exception("Warming up failed; the first page does it")
         with contextlib.suppress(InputError):  # it has been closed meanwhile
-            pool.start()
+            self._pool.start()
 
-    thread = threading.Thread(target=run, name="flexgui-warming", daemon=True)
-    thread.start()
-    return thread
+    def _compile(self) -> None:
+        from core.progress import Silent
+        from core.warm import is_warm, warm_up
+
+        if is_warm():
+            return
+        self._compiled.clear()
+        self._say(PREPARING)
+        try:
+            warm_up(Silent())
+        finally:
+            self._compiled.set()
+        self._say(READY)
 
 
 def _load() -> None:

@@ -88,11 +88,12 @@ def playback_note(motion: Trajectory, exaggeration: float = 1.0) -> str:
     length = float(motion.time[-1] - motion.time[0])
     shown = f"the first {MOST_SECONDS:g} s" if length > MOST_SECONDS else f"{length:.3g} s"
     larger = "" if exaggeration == 1.0 else f"; the bending is drawn {exaggeration:g} times larger"
-    return f"{_title(motion.arm)}, {shown} at {FRAMES_PER_SECOND:g} frames per second{larger}."
+    return f"Motion of {_named(motion.arm)}, {shown} at {FRAMES_PER_SECOND:g} frames/s{larger}."
 
 
-def _title(arm: Arm) -> str:
-    return f"Motion of the arm {arm.name}"
+def _named(arm: Arm) -> str:
+    """'the arm "paper"': as a bare word some names read as a part of the sentence."""
+    return f'the arm "{arm.name}"' if arm.name else "the arm"
 
 
 def embedded(page: str, title: str, height: int = 520) -> str:

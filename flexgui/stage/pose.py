@@ -22,6 +22,8 @@ ARC_RADIUS, ARC_WIDTH, BASE_LINE = 0.26, 0.018, 0.36
 """Of the segment's length: radius and width of a joint's arc, length of the line it starts from."""
 LABEL_RADIUS, LABEL_ASIDE = 0.40, 0.35
 """The text stands by the line that the arc starts from, rad away from the arc's side."""
+LABEL_CHANGES = -0.25
+"""rad: a joint that swings about zero does not make its text jump from side to side."""
 
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
@@ -144,7 +146,7 @@ def _arc(start: Spot, value: float, length: float, top: float) -> tuple[np.ndarr
     inner, outer = (ARC_RADIUS - 0.5 * ARC_WIDTH) * length, (ARC_RADIUS + 0.5 * ARC_WIDTH) * length
     rim[0, :, 0], rim[0, :, 1] = inner * c, inner * s
     rim[1, :, 0], rim[1, :, 1] = outer * c, outer * s
-    beside = start.angle - np.copysign(LABEL_ASIDE, value)
+    beside = start.angle - np.copysign(LABEL_ASIDE, value - LABEL_CHANGES)
     label = LABEL_RADIUS * length * np.array([np.cos(beside), np.sin(beside)])
     base = _bar(start.angle, BASE_LINE * length, 0.25 * ARC_WIDTH * length)
     return _flat(rim, base, start, top), np.append(start.place[:2] + label, top)

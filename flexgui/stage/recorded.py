@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +21,7 @@ from core.simulate.linear import respond
 from core.simulate.nonlinear import simulate
 from core.trajectory import Trajectory
 from core.workbench import base_model
+from flexgui.stage.bending import fitting_factor
 from flexgui.stage.ghost import filled, measured_postures
 
 FRAMES_PER_SECOND = 50.0
@@ -44,6 +46,11 @@ class Playback:
     @property
     def arm(self) -> Arm:
         return self.motion.arm
+
+    @cached_property
+    def exaggeration(self) -> float:
+        """How much larger the bending is drawn where nobody has chosen."""
+        return fitting_factor(self.arm, self.motion.p, self.motion.q)
 
     def frame(self, time: float) -> int:
         """The frame at a time in s, clipped."""

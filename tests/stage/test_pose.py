@@ -133,3 +133,14 @@ def test_uncoupled_segments_are_drawn_one_above_another() -> None:
     pose = body.pose(np.zeros(arm.coordinates))
     assert pose.joints[1].place[2] == pytest.approx(STACK * body.reach)
     assert np.allclose(pose.joints[1].place[:2], 0.0)
+
+
+@pytest.mark.parametrize("size", [1e-12, 0.01, 0.1])
+def test_the_text_of_a_joint_that_swings_about_zero_stays(size: float) -> None:
+    body = Body(PAPER, arm_vector(PAPER))
+    places = []
+    for angle in (-size, size):
+        q = np.zeros(PAPER.coordinates)
+        q[0] = angle
+        places.append(body.marks(body.pose(q))[0].label)
+    assert np.abs(places[0] - places[1]).max() < SAME_PLACE

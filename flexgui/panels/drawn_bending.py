@@ -1,0 +1,36 @@
+"""How much larger the bending is drawn: as a person chose, else as the recording needs it."""
+
+from __future__ import annotations
+
+from flexgui.session import Session
+from flexgui.session.state import Live
+
+BEFORE = Live().exaggeration
+"""Where the slider stands until somebody moves it."""
+
+
+def plays(session: Session) -> bool:
+    """Whether the scene shows the recording and not the arm of the sliders."""
+    return session.stage != "Arm" and session.playback is not None
+
+
+def exaggeration(session: Session) -> float:
+    """Of what the scene shows now."""
+    chosen, motion = session.live.exaggeration, session.playback
+    if motion is None or not plays(session) or chosen != BEFORE:
+        return chosen
+    return motion.exaggeration
+
+
+def legend(session: Session) -> str:
+    """What is what in the scene, in words; empty where it shows no recording."""
+    motion = session.playback
+    if motion is None or not plays(session):
+        return ""
+    arms = () if motion.ghost is None else (
+        "Solid: model.", "Translucent: measured.", "Line at the tip: error."
+    )  # fmt: skip
+    factor = exaggeration(session)
+    bends = motion.arm.coordinates > motion.arm.joints
+    bending = f"Bending drawn ×{factor:g}." if factor > 1.0 else "Bending drawn as it is."
+    return " ".join((*arms, *((bending,) if bends else ())))

@@ -1,0 +1,160 @@
+"""Who gets how much of the window: in a narrow one plots and stages leave the arm its room.
+
+The server is told the size of the 3-D picture only, in pixels of the screen; the window's is
+written down by the browser when it is asked, in the pixels that panels are measured in.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import viser
+from viser import _messages
+
+log = logging.getLogger(__name__)
+
+PLOTS, CONTROLS, ARM = 560.0, 400.0, 420.0
+"""px: what each wants."""
+BORDERS = 8.0
+"""px of both panels' borders."""
+LEAST_PLOTS, LEAST_CONTROLS = 320.0, 340.0
+"""px below which figures cannot be read, and the stages' buttons not be pressed."""
+PHONE = 576.0
+"""px: viser puts all panels into one sheet, up to here."""
+LINE, LINE_HEIGHT, LINE_MARGIN = 600.0, 186.0, 10.0
+"""px of the time-line over the 3-D picture; it shrinks with it."""
+LEAST_LINE, NARROW_LINE, NARROW_LINE_HEIGHT = 260.0, 480.0, 222.0
+"""A narrow one needs more lines for its words."""
+
+STORED_AS = "flexgui-window"
+SCRIPT = f"""(() => {{
+  const canvas = document.querySelector("canvas[data-engine]");
+  const sizes = [innerWidth, innerHeight, canvas ? canvas.clientWidth : 0];
+  try {{ localStorage.setItem("viser-user:{STORED_AS}", sizes.join(" ")); }} catch (error) {{}}
+}})();"""
+PATIENCE, CALM = 0.5, 0.3
+"""s for an answer, and from the first change of a size to the question."""
+NOTICED = 0.005
+"""Share by which the picture's shape changes when it counts."""
+_SIZES = re.compile(r"(\d{2,5}) (\d{2,5}) (\d{1,5})", re.ASCII)
+
+
+@dataclass(frozen=True)
+class Window:
+    """A browser's window in px; `picture` is the width left for the arm, 0 where not known."""
+
+    width: float = 1600.0
+    height: float = 900.0
+    picture: float = 0.0
+
+    @property
+    def phone(self) -> bool:
+        return self.width <= PHONE
+
+
+@dataclass(frozen=True)
+class Widths:
+    """px of everything that stands beside or over the 3-D picture."""
+
+    plots: float
+    controls: float
+    line: float
+    line_height: float
+
+
+def window_of(text: str | None) -> Window | None:
+    """Of what the browser wrote down; None where that makes no sense."""
+    found = _SIZES.fullmatch(text or "")
+    return None if found is None else Window(*(float(part) for part in found.groups()))
+
+
+def widths(window: Window) -> Widths:
+    """Plots and stages give what the arm misses, each in proportion to what it can spare."""
+    spare_plots, spare_controls = PLOTS - LEAST_PLOTS, CONTROLS - LEAST_CONTROLS
+    missing = PLOTS + CONTROLS + BORDERS + ARM - window.width
+    share = min(max(missing / (spare_plots + spare_controls), 0.0), 1.0)
+    plots, controls = round(PLOTS - share * spare_plots), round(CONTROLS - share * spare_controls)
+    picture = window.picture or window.width - plots - controls - BORDERS
+    line = min(max(picture - 2.0 * LINE_MARGIN, LEAST_LINE), LINE)
+    height = LINE_HEIGHT if line >= NARROW_LINE else NARROW_LINE_HEIGHT
+    return Widths(plots, controls, round(line), height)
+
+
+def aspect(window: Window) -> float:
+    """Width over height of what the panels leave of the window."""
+    if window.phone:
+        return window.width / window.height
+    shares = widths(window)
+    left = window.width - shares.plots - shares.controls - BORDERS
+    return (window.picture or left) / window.height
+
+
+Take = Callable[[Window, Widths], None]
+
+
+class Room:
+    """Asks one browser at the start, and again when its picture has changed its shape."""
+
+    def __init__(self, client: viser.ClientHandle) -> None:
+        self._client = client
+        self._takers: list[Take] = []
+        self._lock = threading.Lock()
+        self._waits, self._closed = False, False
+        self._shape = client.camera.aspect
+        self.window = Window()
+        # Meanwhile the page is built.
+        self._first = threading.Thread(target=self._ask, name="window", daemon=True)
+        self._first.start()
+        client.camera.on_update(self._moved)
+
+    def begin(self, *takers: Take) -> None:
+        """Tells them at once, and after each change."""
+        self._first.join(2.0 * PATIENCE)
+        # It was the whole window's: no panel stood there yet.
+        self.window = replace(self.window, picture=0.0)
+        self._takers += takers
+        self._tell()
+
+    def close(self) -> None:
+        """Asks nothing more."""
+        self._closed = True
+
+    async def _moved(self, camera: viser.CameraHandle) -> None:
+        """On the event loop, with every turn of the view."""
+        if abs(camera.aspect / self._shape - 1.0) < NOTICED:
+            return
+        with self._lock:
+            if self._waits or self._closed:
+                return
+            self._waits = True
+        timer = threading.Timer(CALM, self._again)
+        timer.daemon = True
+        timer.start()
+
+    def _again(self) -> None:
+        with self._lock:
+            self._waits = False
+        self._shape = self._client.camera.aspect
+        before = self.window
+        self._ask()
+        if self.window != before and not self._closed:
+            self._tell()
+
+    def _ask(self) -> None:
+        connection = self._client._websock_connection
+        connection.queue_message(_messages.RunJavascriptMessage(SCRIPT))
+        try:
+            told = window_of(self._client.local_storage.get_item(STORED_AS, PATIENCE))
+        except (RuntimeError, TimeoutError) as error:
+            log.debug("Client %d does not tell its size: %s", self._client.client_id, error)
+            return
+        self.window = told or self.window
+
+    def _tell(self) -> None:
+        shares = widths(self.window)
+        for take in self._takers:
+            take(self.window, shares)
