@@ -6,57 +6,81 @@ from typing import Any
 
 from markupsafe import Markup
 
-from core.effects import catalogue
 from core.study.challenge import LEVELS
 from flexgui.panels import widgets
 from flexgui.panels.desk import Desk
+from flexgui.panels.guess import GuessFields
+from flexgui.panels.late_click import let_typing_arrive
 from flexgui.panels.words import Words, joined, paragraph
-from flexgui.session.challenging import NONE_GUESSED, Challenge, Guess, Revealed, ToolSaid
+from flexgui.session.challenging import NONE_TITLE, Challenge, Revealed, ToolSaid
 from flexgui.session.effects import titled
 from flexgui.session.judging import Judged
 from flexgui.views.board import board_table
 from flexgui.views.html import html_table
+from flexgui.views.ladder import validation_ratio
+from flexgui.views.validation_words import validation_words
 
 MOST = 99_999
+SEED = 30
+"""Easy to begin with: one effect that shows well, another one than the tour's."""
+
 SAID = (
     "The program hides an effect in an arm and records it; the same seed gives everybody the same "
-    "data. Look, compare, diagnose – then commit to a guess and reveal."
+    "data. Look, compare, and commit to a guess; then ask the tool, and reveal. Who asks the tool "
+    "before the guess is marked on the board."
 )
+ABOVE = "Your guess is asked for at the top of this page."
+FIRST = (
+    "Look at the data and compare first. Who presses “Find what is missing” before committing "
+    "gets a * on the board."
+)
+TOO_EARLY = "You asked the tool before the guess: your line on the board gets a *."
+STANDS = "It stands. Ask the tool now, or reveal."
+AGAIN = "Another guess than before is noted on the board with a °"
 NO_SECOND = "no second effect"
+TOP = -1.0
+"""Order of what stands above all else in the panel; viser counts from 0."""
 
 
 class ChallengeControls:
-    """Stands in a folder of its own."""
+    """The guess on top of the panel while there is a challenge; how to begin one in a folder."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
         gui = desk.gui
-        self._titles = {e.title: kind for kind, e in catalogue().items()}
-        self._folder = gui.add_folder("Challenge", expand_by_default=False)
-        with self._folder:
-            self._said = Words(gui, paragraph(SAID, "soft"))
-            self._seed = gui.add_number("Seed", 4, min=0, max=MOST, step=1, disabled=desk.read_only)
+        let_typing_arrive(desk.client)
+        self._drawn: Challenge | None = None
+        self._form = gui.add_folder("The challenge", order=TOP, visible=False)
+        with self._form:
+            self._guess_controls()
+        with gui.add_folder("Challenge", expand_by_default=False):
+            Words(gui, paragraph(SAID, "soft"))
+            self._seed = gui.add_number(
+                "Seed", SEED, min=0, max=MOST, step=1, disabled=desk.read_only
+            )
             self._level = gui.add_dropdown("Level", tuple(LEVELS), disabled=desk.read_only)
             self._hide = widgets.button(desk, "Hide an effect", self._hidden)
-            self._state = Words(gui)
-            self._guess, self._size = self._fields("Your guess", NONE_GUESSED)
-            self._second, self._second_size = self._fields("And", NO_SECOND)
-            self._name = gui.add_text(
-                "Your name", "", hint="On the class's board; may stay empty.",
-                disabled=desk.read_only,
-            )  # fmt: skip
-            self._commit = widgets.button(desk, "Commit to this guess", self._guessed)
-            self._reveal = widgets.button(
-                desk, "Reveal", lambda: desk.session.reveal(desk.services), prominent=True
-            )
-            self._truth, self._board = Words(gui), Words(gui)
+            self._above = Words(gui)
 
-    def _fields(self, label: str, none: str) -> tuple[Any, Any]:
-        """An effect and its size."""
-        gui, off = self._desk.gui, self._desk.read_only
-        kind = gui.add_dropdown(label, (none, *sorted(self._titles)), disabled=off)
-        hint = "With its unit, for instance fc1 = 0.2 N m."
-        return kind, gui.add_text("Its size", "", hint=hint, disabled=off)
+    def _guess_controls(self) -> None:
+        desk, gui = self._desk, self._desk.gui
+        self._state = Words(gui)
+        self._fields = (
+            GuessFields(desk, "Your guess", NONE_TITLE),
+            GuessFields(desk, "And", NO_SECOND),
+        )
+        self._name: Any = gui.add_text(
+            "Your name", "", hint="On the class's board; may stay empty.",
+            disabled=desk.read_only,
+        )  # fmt: skip
+        self._commit = widgets.button(desk, "Commit to this guess", self._guessed, prominent=True)
+        self._reveal = widgets.button(
+            desk, "Reveal", lambda: desk.session.reveal(desk.services), prominent=True
+        )
+        self._change = widgets.button(
+            desk, "Change my guess (it will be noted)", desk.session.change_guess
+        )
+        self._truth, self._board = Words(gui), Words(gui)
 
     def _hidden(self) -> None:
         session, desk = self._desk.session, self._desk
@@ -68,33 +92,48 @@ class ChallengeControls:
 
     def _guessed(self) -> None:
         known, desk = self._desk.session.challenge, self._desk
-        first = self._titles.get(str(self._guess.value), NONE_GUESSED)
-        guesses = [Guess(first, str(self._size.value))]
-        second = self._titles.get(str(self._second.value))
-        if second is not None and known is not None and known.count > 1:
-            guesses.append(Guess(second, str(self._second_size.value)))
-        desk.session.guess(tuple(guesses), desk.services, str(self._name.value))
+        second = known is not None and known.count > 1 and bool(self._fields[1].kind)
+        found = [fields.guess() for fields in self._fields[: 1 + second]]
+        guesses = tuple(one for one in found if one is not None)
+        if len(guesses) == len(found):
+            desk.session.guess(guesses, desk.services, str(self._name.value))
 
     def refresh(self) -> None:
         """Shows what can be done next."""
         session = self._desk.session
         known = session.challenge
-        # A stage that comes back unfolds its folders as stated: who has a challenge wants it open.
-        if self._folder.expand_by_default != (known is not None):
-            self._folder.expand_by_default = known is not None
         self._hide.disabled = session.run.busy or self._desk.read_only
         self._hide.color = "blue" if known is None else "gray"
-        open_ = known is not None and known.revealed is None
-        for each in (self._guess, self._size, self._name, self._commit):
-            each.visible = open_
-        for each in (self._second, self._second_size):
-            each.visible = open_ and known is not None and known.count > 1
-        guessed = open_ and known is not None and bool(known.guesses)
-        self._reveal.visible = guessed
-        self._commit.color = "gray" if guessed else "blue"
-        self._state.show("" if known is None else _state(known))
+        self._above.show("" if known is None else paragraph(ABOVE, "soft"))
+        # Fields first: a folder that comes is measured with what is in it.
+        self._show_fields(known)
+        self._state.show("" if known is None else self._said(known))
         self._truth.show("" if known is None else _end(known, session.tool_said, session.run.busy))
         self._board.show("" if known is None else self._class(known))
+        self._form.visible = known is not None
+
+    def _show_fields(self, known: Challenge | None) -> None:
+        """Either the fields, or what may follow a guess that stands."""
+        open_ = known is not None and known.revealed is None
+        stands = open_ and known is not None and bool(known.guesses) and not known.changing
+        asks = open_ and not stands
+        if asks and known is not None and known.changing and self._drawn != known:
+            for fields, guess in zip(self._fields, known.guesses, strict=False):
+                fields.fill(guess)
+            self._name.value = self._desk.session.nickname
+        self._drawn = known
+        self._fields[0].show(asks)
+        self._fields[1].show(asks and known is not None and known.count > 1)
+        self._name.visible = self._commit.visible = asks
+        self._reveal.visible = self._change.visible = stands
+
+    def _said(self, known: Challenge) -> Markup:
+        parts = [_state(known, self._desk.session.tool_asked)]
+        look = self._desk.session.look
+        if known.revealed is None and look is not None and look.found is not None:
+            said = validation_words(look.error, validation_ratio(look.found.step.errors))
+            parts += [paragraph(said, "soft")] if said else []
+        return joined(*parts)
 
     def _class(self, known: Challenge) -> Markup:
         """What others found, told to those who know the truth; before it only how many there
@@ -111,13 +150,20 @@ class ChallengeControls:
         return joined(Markup("<h4>Who found what</h4>"), html_table(table))
 
 
-def _state(known: Challenge) -> Markup:
-    head = paragraph(f"Challenge {known.seed}, {known.level}.", "lead")
-    if not known.guesses:
-        return joined(head, paragraph("You have not guessed yet."))
+def _state(known: Challenge, asked: bool) -> Markup:
+    tense = ("is", "are") if known.revealed is None else ("was", "were")
+    count = f"One effect {tense[0]}" if known.count == 1 else f"Two effects {tense[1]}"
+    head = paragraph(f"Challenge {known.seed}, {known.level}. {count} hidden.", "lead")
     if known.revealed is not None:
         return head
-    return joined(head, paragraph(f"Your guess: {_guess_words(known)}.", "good"))
+    if known.guesses and not known.changing:
+        guess = paragraph(f"Your guess: {_guess_words(known)}.", "good")
+        return joined(head, guess, paragraph(STANDS, "soft"))
+    if known.changing:
+        said = AGAIN + (", and with a *, for the tool was asked before it." if asked else ".")
+    else:
+        said = TOO_EARLY if asked else FIRST
+    return joined(head, paragraph(said, "soft"))
 
 
 def _guess_words(known: Challenge) -> str:
@@ -153,10 +199,13 @@ def _tool(found: Revealed, tool: ToolSaid | None, busy: bool) -> list[Markup]:
     """Its verdict, judged the same way."""
     if tool is None:
         return [paragraph("It looks at the recordings now." if busy else "It was not asked.")]
+    late = "" if found.asked else " (asked only now)"
+    if not tool.whole:
+        said = "It looks at the recordings now." if busy else f"Stopped early{late}: {tool.words}."
+        return [paragraph(said)]
     hidden = found.judgement.hidden
     right = [kind for kind in tool.effects if kind in hidden]
     mark = "✓" if len(right) == len(hidden) else "✓ in part:" if right else "✗"
-    late = "" if found.asked else " (asked only now)"
     missed = [kind for kind in hidden if kind not in tool.effects]
     rest = f" Not named: {', '.join(titled(missed))}." if missed else ""
     return [paragraph(f"{mark} Verdict{late}: {tool.words}.{rest}")]

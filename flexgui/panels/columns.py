@@ -8,55 +8,99 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.panels import widgets
+from flexgui.panels.arrivals import TOP
 from flexgui.panels.desk import Desk
 from flexgui.panels.words import Words, joined, paragraph
-from flexgui.session.columns import Waiting
+from flexgui.session.columns import POINT, Waiting
 from flexgui.views.html import html_table
 from flexgui.views.table import Column, Row, Table
 
-ROWS = (Column("Channel"), Column("Column of the file"), Column("Gain", numeric=True))
+ROWS = (Column("What"), Column("Column of the file"), Column("Times", numeric=True))
+ALL_KNOWN = "All that is needed is known."
+REST = "Read the file, or name another column if you like."
 
 
 class ColumnChoice:
-    """One channel at a time, the needed ones first; then the file is read."""
+    """One question at a time, what is needed first; then the file is read."""
 
     def __init__(self, desk: Desk) -> None:
         self._desk, gui = desk, desk.gui
         self._shown: Waiting | None = None
-        self._folder = gui.add_folder("Which column is which", visible=False)
+        self._folder = gui.add_folder("Which column is which", order=TOP, visible=False)
         with self._folder:
             self._said = Words(gui)
-            self._channel: Any = gui.add_dropdown("Channel", ("t",), disabled=desk.read_only)
-            self._column: Any = gui.add_dropdown("Is column", ("–",), disabled=desk.read_only)
-            self._unit: Any = gui.add_text(
-                "Unit", "", disabled=desk.read_only,
-                hint="Where the heading has none: deg, mm, 1/s …; SI where empty.",
-            )  # fmt: skip
-            self._gain: Any = gui.add_number("Times", 1.0, step=0.01, disabled=desk.read_only)
-            self._negative: Any = gui.add_checkbox("Turn its sign", False, disabled=desk.read_only)
-            self._assign = widgets.button(desk, "That column it is", self._put, prominent=True)
+            self._question_controls()
+            self._again = widgets.button(desk, "Begin again", lambda: desk.session.ask_again())
             self._read = widgets.button(
                 desk, "Read the file", lambda: desk.session.read_waiting(), prominent=True
             )
-            widgets.button(desk, "Leave it", lambda: desk.session.leave_waiting())
+            widgets.button(desk, "Leave it", lambda: desk.session.leave_file())
+
+    def _question_controls(self) -> None:
+        desk, gui, off = self._desk, self._desk.gui, self._desk.read_only
+        self._channel: Any = gui.add_dropdown("Asked for", ("–",), disabled=off)
+        if not off:
+            self._channel.on_update(lambda _: self._show_question())
+        self._question = Words(gui)
+        self._column: Any = gui.add_dropdown("Column", ("–",), disabled=off)
+        self._unit: Any = gui.add_text(
+            "Unit", "", disabled=off,
+            hint="Where the heading has none: deg, mm, 1/s …; SI where empty.",
+        )  # fmt: skip
+        self._gain: Any = gui.add_number("Times", 1.0, step=0.01, disabled=off)
+        self._negative: Any = gui.add_checkbox("Turn its sign", False, disabled=off)
+        self._assign = widgets.button(desk, "That column it is", self._put, prominent=True)
+        self._point: Any = gui.add_number("It stood at [deg]", 90.0, step=0.1, disabled=off)
+        self._stood = widgets.button(desk, "No column: θ₂ stood still there", self._put_point)
+        self._none = widgets.button(
+            desk, "The file has none", lambda: desk.session.no_column(self._asked)
+        )
 
     def refresh(self) -> None:
         """Hidden where no file waits."""
-        waiting = self._desk.session.waiting
-        self._folder.visible = waiting is not None
-        if waiting is None or waiting is self._shown:
-            self._shown = waiting
-            return
+        waiting, before = self._desk.session.waiting, self._shown
         self._shown = waiting
-        missing = waiting.missing
-        _offer(self._channel, waiting.offered, missing[0] if missing else self._channel.value)
-        _offer(self._column, waiting.headers, self._column.value)
+        if waiting is not None and waiting is not before:
+            self._draw(waiting)
+        self._folder.visible = waiting is not None
+
+    def _draw(self, waiting: Waiting) -> None:
+        open_ = waiting.questions
+        words = tuple(waiting.words(c) for c in waiting.offered)
+        _offer(self._channel, words, waiting.words(open_[0]) if open_ else self._channel.value)
+        free = waiting.unused
+        _offer(self._column, waiting.headers, free[0] if free else self._column.value)
         self._unit.value, self._gain.value, self._negative.value = "", 1.0, False
-        self._read.visible = not missing
-        wanted = (
-            f"Still needed: {', '.join(missing)}." if missing else "All that is needed is known."
-        )
-        self._said.show(joined(paragraph(f"{waiting.file}: {wanted}"), _known(waiting)))
+        self._again.visible = bool(waiting.columns or waiting.absent or waiting.theta2 is not None)
+        self._read.visible = not waiting.missing
+        self._read.color = "gray" if open_ else "blue"
+        self._assign.color = "blue" if open_ else "gray"
+        left = len(waiting.missing)
+        state = f"Still needed: {left}." if left else ALL_KNOWN
+        self._said.show(joined(paragraph(f"{waiting.file}: {state}"), _known(waiting)))
+        self._show_question()
+
+    def _show_question(self) -> None:
+        waiting = self._shown
+        if waiting is None:
+            return
+        asked = self._asked
+        question = f"Which column is {waiting.words(asked)}?" if waiting.questions else REST
+        self._question.show(paragraph(question, "lead"))
+        turns = waiting.units.get(POINT, "rad") == "rad"
+        self._point.label = "It stood at [deg]" if turns else "It stood at [m]"
+        still = asked == POINT and POINT in waiting.missing
+        self._point.visible = self._stood.visible = still
+        self._none.visible = asked in waiting.questions and asked not in waiting.missing
+
+    @property
+    def _asked(self) -> str:
+        """The channel that is asked for."""
+        waiting = self._shown
+        if waiting is None:
+            return ""
+        said = {waiting.words(c): c for c in waiting.offered}
+        return said.get(str(self._channel.value), waiting.offered[0])
 
     def _put(self) -> bool:
         gain = float(self._gain.value)
@@ -64,19 +108,31 @@ class ColumnChoice:
             self._desk.session.say("A column times zero is nothing; give another number.", bad=True)
             return False
         return self._desk.session.map_column(
-            str(self._channel.value), str(self._column.value), gain,
+            self._asked, str(self._column.value), gain,
             -1 if self._negative.value else 1, str(self._unit.value),
         )  # fmt: skip
 
+    def _put_point(self) -> None:
+        waiting, value = self._shown, float(self._point.value)
+        if waiting is None or not math.isfinite(value):
+            return
+        turns = waiting.units.get(POINT, "rad") == "rad"
+        self._desk.session.stood_at(math.radians(value) if turns else value)
+
 
 def _known(waiting: Waiting) -> Markup:
-    if not waiting.columns:
-        return paragraph("Columns with a channel's own name need no choice.", "soft")
-    rows = tuple(
-        Row((channel, entry["name"], f"{entry['gain'] * entry['sign']:g}"))
-        for channel, entry in waiting.columns.items()
-    )
-    return html_table(Table(ROWS, rows))
+    """What is known, also by a column's own name."""
+    rows = []
+    for channel in (c for c in waiting.offered if c in waiting.known):
+        entry = waiting.columns.get(channel)
+        factor = "" if entry is None else f"{entry['gain'] * entry['sign']:g}"
+        header = waiting.known[channel] if entry is None else entry["name"]
+        rows.append(Row((waiting.words(channel).removeprefix("the "), header, factor)))
+    if waiting.theta2 is not None and POINT not in waiting.known:
+        degrees = waiting.units.get(POINT, "rad") == "rad"
+        place = f"{math.degrees(waiting.theta2):g}°" if degrees else f"{waiting.theta2:g} m"
+        rows.append(Row((waiting.words(POINT).removeprefix("the "), f"stood at {place}", "")))
+    return html_table(Table(ROWS, tuple(rows))) if rows else Markup("")
 
 
 def _offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:

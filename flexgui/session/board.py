@@ -27,7 +27,9 @@ class Entry:
     seconds: float
     """From the data to the truth."""
     asked: bool
-    """Whether the tool was asked before."""
+    """Whether the tool was asked before the guess."""
+    changed: bool = False
+    """Whether another guess was committed to before this one."""
 
 
 @dataclass

@@ -17,7 +17,7 @@ from flexgui.jobs import Event, Finished, Task
 from flexgui.jobs.tasks.hide import hide
 from flexgui.session.board import Entry, plain_name
 from flexgui.session.effects import present, titled
-from flexgui.session.judging import NONE_GUESSED, Guess, Judgement, judged
+from flexgui.session.judging import NONE_GUESSED, NONE_TITLE, Guess, Judgement, judged
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 from flexgui.session.uploading import Uploading
@@ -26,7 +26,15 @@ from flexgui.views.ranking import sizes
 SOURCE = "The challenge"
 LONGEST_SIZE = 80
 
-__all__ = ["NONE_GUESSED", "Challenge", "Challenging", "Guess", "Revealed", "ToolSaid"]
+__all__ = [
+    "NONE_GUESSED",
+    "NONE_TITLE",
+    "Challenge",
+    "Challenging",
+    "Guess",
+    "Revealed",
+    "ToolSaid",
+]
 
 
 @dataclass(frozen=True)
@@ -37,7 +45,7 @@ class Revealed:
     """Lines."""
     judgement: Judgement
     asked: bool
-    """Whether the tool had been asked before."""
+    """Whether the tool had been asked before the truth was seen."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +55,8 @@ class ToolSaid:
     effects: tuple[str, ...]
     """Ids: what was added to the model, else the first of its list."""
     words: str
+    whole: bool = True
+    """Whether it has tried all that it knows; what was added is its last word, too."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +67,13 @@ class Challenge:
     level: str
     sealed: str
     guesses: tuple[Guess, ...] = ()
-    """Empty: none yet."""
+    """Empty: none yet. They stand until the person asks to change them."""
+    changing: bool = False
+    """Whether the person is about to change them."""
+    asked: bool = False
+    """Whether the tool had been asked before they were committed to."""
+    changed: bool = False
+    """Whether others were committed to before."""
     revealed: Revealed | None = None
     started: float = field(default_factory=time.monotonic)
 
@@ -65,6 +81,17 @@ class Challenge:
     def count(self) -> int:
         """How many effects are hidden at this level."""
         return LEVELS[self.level][0] if self.level in LEVELS else 1
+
+    def committed(self, guesses: tuple[Guess, ...], asked: bool) -> Challenge:
+        """With these guesses; the same ones again change nothing, whatever the tool has said."""
+        same = guesses == self.guesses
+        return replace(
+            self,
+            guesses=guesses,
+            changing=False,
+            asked=self.asked or (asked and not same),
+            changed=self.changed or (bool(self.guesses) and not same),
+        )
 
 
 class Challenging(Uploading, ABC):
@@ -76,8 +103,10 @@ class Challenging(Uploading, ABC):
         self.nickname = ""
         """On the class's board; empty: somebody."""
         self.tour: int | None = 0
-        """Step of the first visit's tour; None once it was dismissed."""
+        """The first visit's tour: 0 while it is offered, 1 once begun, None where dismissed."""
         self._unlisten: Callable[[], None] = lambda: None
+        self._shelved: Challenge | None = None
+        """Whose recordings made room for a person's own."""
 
     def hide(self, seed: int, level: str, services: Services) -> bool:
         """Starts over with recordings of an arm in which something is hidden."""
@@ -104,6 +133,29 @@ class Challenging(Uploading, ABC):
         self._unlisten()
         self._unlisten = services.board.listen(lambda: self.tell(Topic.CHALLENGE))
 
+    def use_arrived(self, alone: bool) -> bool:
+        """Who uses own recordings alone leaves the challenge until its recordings come back."""
+        if not super().use_arrived(alone):
+            return False
+        if alone and self.challenge is not None:
+            with self._lock:
+                self._shelved, self.challenge = self.challenge, None
+            self.tell(Topic.CHALLENGE)
+        return True
+
+    def bring_back(self) -> bool:
+        if not super().bring_back():
+            return False
+        if self._shelved is not None:
+            with self._lock:
+                self.challenge, self._shelved = self._shelved, None
+            self.tell(Topic.CHALLENGE)
+        return True
+
+    def leave_waiting(self) -> None:
+        super().leave_waiting()
+        self._shelved = None
+
     def take_up(self, known: Challenge) -> None:
         """Another one's challenge, whose recordings are here already, from its beginning."""
         with self._lock:
@@ -111,24 +163,43 @@ class Challenging(Uploading, ABC):
         self.tell(Topic.CHALLENGE)
 
     def guess(self, guesses: tuple[Guess, ...], services: Services, name: str = "") -> bool:
-        """Commits to an answer; it may be changed until the truth is revealed."""
+        """Commits to an answer, which stands until `change_guess`."""
         known = self.challenge
         if known is None or known.revealed is not None:
             self.say("There is no challenge to guess at; hide an effect first.", bad=True)
             return False
+        if known.guesses and not known.changing:
+            self.say("Your guess stands; ask to change it first, which is noted.", bad=True)
+            return False
         short = tuple(replace(one, size=one.size.strip()[:LONGEST_SIZE]) for one in guesses)
         unique = tuple({one.kind: one for one in short}.values())
         with self._lock:
-            self.challenge, self.nickname = replace(known, guesses=unique), plain_name(name)
+            self.challenge = known.committed(unique, self.tool_asked)
+            self.nickname = plain_name(name)
         self._listen(services)
         services.board.committed(known.seed, known.level, self.key)
         self.tell(Topic.CHALLENGE)
         return True
 
+    def change_guess(self) -> bool:
+        """Lets the person commit anew; another guess than before is noted on the board."""
+        known = self.challenge
+        if known is None or not known.guesses or known.revealed is not None:
+            return False
+        with self._lock:
+            self.challenge = replace(known, changing=True)
+        self.tell(Topic.CHALLENGE)
+        return True
+
+    @property
+    def tool_asked(self) -> bool:
+        """Whether the person has seen a ranking of these recordings."""
+        return any(look.ranking for look in self.shown_looks)
+
     def reveal(self, services: Services) -> bool:
         """Opens the seal, after a guess; a tool that was not asked yet is asked now."""
         known = self.challenge
-        if known is None or not known.guesses:
+        if known is None or not known.guesses or known.changing:
             self.say("Guess first: the truth cannot be hidden again.", bad=True)
             return False
         if known.revealed is not None:
@@ -139,7 +210,7 @@ class Challenging(Uploading, ABC):
             self.say(str(error), bad=True)
             return False
         judgement = judged(known.guesses, json.loads(text))
-        asked = any(look.ranking for look in self.shown_looks)
+        asked = self.tool_asked
         found = Revealed(tuple(truth_in_words(text).splitlines()), judgement, asked)
         with self._lock:
             self.challenge = replace(known, revealed=found)
@@ -160,7 +231,8 @@ class Challenging(Uploading, ABC):
             complete=judgement.complete,
             size="" if not near else "near" if all(one.near for one in near) else "far off",
             seconds=time.monotonic() - known.started,
-            asked=found.asked,
+            asked=known.asked,
+            changed=known.changed,
         )
 
     @property
@@ -176,10 +248,11 @@ class Challenging(Uploading, ABC):
         added = [kind for kind, _ in present(self.scenario)]
         if added:
             words += f"; added: {', '.join(titled(added))}"
-        return ToolSaid(tuple(added) or (best.effect,), words)
+        tried = first.diagnosis is not None and not (first.found and first.found.to_come)
+        return ToolSaid(tuple(added) or (best.effect,), words, bool(added) or tried)
 
     def go_on_tour(self, step: int | None) -> None:
-        """Shows a step of the tour; None ends it."""
+        """Offers or begins the tour; None dismisses it."""
         with self._lock:
             self.tour = step
         self.tell(Topic.TOUR)

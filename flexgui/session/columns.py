@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from core.arm.arm import Arm
 from core.errors import InputError
-from core.recording.channels import channel_names, joint_of
+from core.loading import joint_units
+from core.recording.channels import channel_kind, channel_names, is_channel, joint_of
 from core.recording.read_table import read_table
 from core.recording.spec import RecordingSpec
 from core.units import parse_header
+from flexgui.views.names import channel_symbol
+
+POINT = "theta2"
+"""The channel that says at which working point the arm stood, where nothing else does."""
 
 
 @dataclass(frozen=True)
@@ -25,45 +30,119 @@ class Waiting:
     offered: tuple[str, ...]
     """Channels that the arm may have; those that every recording needs come first."""
     needed: frozenset[str]
+    useful: frozenset[str] = frozenset()
+    """Asked for as well; a file may have none of them."""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """SI units of the joints' channels."""
     columns: dict[str, dict[str, Any]] = field(default_factory=dict)
     """Channel -> the scenario's entry under `columns`."""
+    headers_of: dict[str, str] = field(default_factory=dict)
+    """Channel -> the header that was chosen for it."""
+    absent: frozenset[str] = frozenset()
+    """Channels of which the person said that the file has none."""
+    theta2: float | None = None
+    """rad (m): where joint 2 stood, in a file without a column of it."""
     recording: str = ""
     """The recording that is read anew; a new one where empty."""
 
     @property
+    def known(self) -> dict[str, str]:
+        """Channel -> header: those that were chosen, then columns of a channel's own name."""
+        taken = set(self.headers_of.values())
+        own = {parse_header(h)[0]: h for h in self.headers if h not in taken}
+        plain = {name: h for name, h in own.items() if is_channel(name)}
+        return {**plain, **self.headers_of}
+
+    @property
+    def _held(self) -> frozenset[str]:
+        return frozenset({*self.known, *((POINT,) if self.theta2 is not None else ())})
+
+    @property
+    def unused(self) -> tuple[str, ...]:
+        """Columns that hold nothing yet, in the file's order."""
+        used = set(self.known.values())
+        return tuple(header for header in self.headers if header not in used)
+
+    @property
     def missing(self) -> tuple[str, ...]:
         """Needed channels that nothing holds yet, in order."""
-        own = {parse_header(header)[0] for header in self.headers}
-        return tuple(c for c in self.offered if c in self.needed - own - set(self.columns))
+        return tuple(c for c in self.offered if c in self.needed - self._held)
+
+    @property
+    def questions(self) -> tuple[str, ...]:
+        """What is still to be asked: what is needed, and what a column without use may hold."""
+        open_ = self.useful - self._held - self.absent if self.unused else frozenset()
+        more = [c for c in self.offered if c in open_]
+        return tuple(dict.fromkeys((*self.missing, *more)))
 
     def mapped(self, channel: str, header: str, gain: float, sign: int, unit: str) -> Waiting:
-        """With one more channel known; `unit` is for a heading without one."""
+        """With one more channel known; `unit` is for a heading without one. InputError where the
+        column holds another channel already."""
+        other = next((c for c, h in self.headers_of.items() if h == header and c != channel), None)
+        if other is not None:
+            raise InputError(
+                f"Column {header} is {self.words(other)} already; choose another one, or begin "
+                f"again."
+            )
         name, stated = parse_header(header)
         wanted = f"{name} [{unit.strip()}]" if unit.strip() and not stated else header
         entry = {"name": wanted, "gain": gain, "sign": sign}
-        return replace(self, columns={**self.columns, channel: entry})
+        return replace(
+            self,
+            columns={**self.columns, channel: entry},
+            headers_of={**self.headers_of, channel: header},
+            theta2=None if channel == POINT and not self.recording else self.theta2,
+        )
+
+    def without(self, channel: str) -> Waiting:
+        """Knowing that the file has no such column."""
+        return replace(self, absent=self.absent | {channel})
+
+    def at(self, theta2: float) -> Waiting:
+        """Knowing where joint 2 stood; rad (m)."""
+        return replace(self, theta2=theta2)
+
+    def begun_again(self) -> Waiting:
+        """Without all answers; the working point that a recording had is none."""
+        theta2 = self.theta2 if self.recording else None
+        return replace(self, columns={}, headers_of={}, absent=frozenset(), theta2=theta2)
+
+    def words(self, channel: str) -> str:
+        """'the time t [s]'"""
+        kind = channel_kind(channel)
+        name, star = (channel[:-4], "*") if channel.endswith("_ref") else (channel, "")
+        unit = self.units.get(channel, kind.units[0])
+        return f"the {kind.title} {channel_symbol(name)}{star}{f' [{unit}]' if unit else ''}"
 
 
-def waiting_for(path: Path, arm: Arm, needed: Iterable[str]) -> Waiting | None:
-    """None where the file cannot be read at all, or has every needed column by its name."""
+def waiting_for(path: Path, arm: Arm, references: Iterable[str]) -> Waiting | None:
+    """None where the file cannot be read at all, or nothing is to be asked about its columns."""
     try:
-        headers = tuple(read_table(path).columns)
+        found = _waiting(path, arm, tuple(references))
     except InputError:
         return None
-    found = Waiting(path.name, headers, _offered(arm, needed), frozenset(("t", *needed)))
-    return found if found.missing else None
+    return found if found.questions else None
 
 
-def waiting_again(path: Path, arm: Arm, needed: Iterable[str], spec: RecordingSpec) -> Waiting:
+def waiting_again(path: Path, arm: Arm, references: Iterable[str], spec: RecordingSpec) -> Waiting:
     """A recording of the scenario, to choose other columns; InputError where its file is gone."""
-    headers = tuple(read_table(path).columns)
+    found = _waiting(path, arm, tuple(references))
     columns = {c: column.model_dump() for c, column in spec.columns.items()}
-    wanted = frozenset(("t", *needed))
-    return Waiting(path.name, headers, _offered(arm, needed), wanted, columns, spec.name)
+    names = {parse_header(header)[0]: header for header in found.headers}
+    chosen = {c: names.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
+    return replace(
+        found, columns=columns, headers_of=chosen, theta2=spec.theta2, recording=spec.name
+    )
 
 
-def _offered(arm: Arm, needed: Iterable[str]) -> tuple[str, ...]:
-    first = ("t", *needed)
+def _waiting(path: Path, arm: Arm, references: tuple[str, ...]) -> Waiting:
+    headers = tuple(read_table(path).columns)
+    encoders = tuple(f"theta{k + 1}" for k in range(arm.joints))
+    useful = (*encoders, "z1", "z2")
+    needed = ("t", *references, *((POINT,) if arm.joints > 1 else ()))
     joints = [(name, joint_of(name)) for name in channel_names()]
     own = [name for name, joint in joints if joint is None or joint < arm.joints]
-    return tuple(dict.fromkeys((*first, *own)))
+    offered = tuple(dict.fromkeys(("t", *references, *useful, *own)))
+    return Waiting(
+        path.name, headers, offered, frozenset(needed), frozenset(useful), joint_units(arm)
+    )

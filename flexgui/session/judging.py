@@ -1,4 +1,4 @@
-"""A guess against the truth: kind and size."""
+"""What a guess may say, and a guess against the truth: kind and size."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from core.effects import catalogue, effect, with_included
@@ -18,12 +19,14 @@ from flexgui.views.numbers import format_number
 from flexgui.views.units import shown_unit
 
 NONE_GUESSED = "nothing"
+NONE_TITLE = "nothing is hidden"
 
 RIGHT, NEAR = 1.25, 2.0
 """Times too large or too small: a size within the first is right, within the second near."""
 
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?")
 _SIZE = re.compile(
-    r"(?:([A-Za-zθα-ω]\w*)\s*[=:]\s*)?([-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?)\s*([^\d,;=]*)"
+    r"(?:([A-Za-zθα-ω]\w*)\s*[=:]\s*)?([-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?)\s*(1/[^\d,;=]*|[^\d,;=]*)"
 )
 
 
@@ -38,7 +41,35 @@ class Guess:
     @property
     def title(self) -> str:
         one = catalogue().get(self.kind)
-        return "nothing is hidden" if one is None else one.title
+        return NONE_TITLE if one is None else one.title
+
+
+@dataclass(frozen=True)
+class AskedSize:
+    """A parameter of an effect, and the unit in which a person states its size."""
+
+    name: str
+    title: str
+    unit: str
+    """Of a size that is typical of the parameter: it tells nothing of the hidden one."""
+
+    @property
+    def label(self) -> str:
+        """'mt2 [kg]'"""
+        return f"{self.name} [{self.unit or '–'}]"
+
+    def stated(self, text: str) -> str:
+        """'mt2 = 0.15 kg' from what was typed, '' from nothing; InputError where it is no
+        number."""
+        plain = text.strip().replace("\N{MINUS SIGN}", "-").replace(",", ".")
+        if not plain:
+            return ""
+        if _NUMBER.fullmatch(plain) is None or not math.isfinite(float(plain)):
+            raise InputError(
+                f"“{text.strip()}” is no number: write the size of {self.name} as a number alone"
+                f"{f' in {self.unit}' if self.unit else ''}, such as 0.2 or 0,2, or leave it empty."
+            )
+        return f"{self.name} = {float(plain):.10g} {self.unit}".strip()
 
 
 @dataclass(frozen=True)
@@ -83,6 +114,18 @@ def judged(guesses: Sequence[Guess], truth: Mapping[str, Any]) -> Judgement:
     each = tuple(_one(guess, hidden, knobs, truth["values"]) for guess in guesses)
     named = {k.kind for one in each if one.right for k in with_included([effect(one.guess.kind)])}
     return Judgement(each, hidden, len(named & set(hidden)))
+
+
+@cache
+def asked_sizes(kind: str) -> tuple[AskedSize, ...]:
+    """What may be asked of an effect; empty where it has no size, or is none."""
+    known = catalogue().get(kind)
+    if known is None:
+        return ()
+    found = _knobs([one.kind for one in with_included([known])])[kind]
+    return tuple(
+        AskedSize(p.name, p.title, shown_unit(p.value or p.scale, p.unit).name) for p in found
+    )
 
 
 def _knobs(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:

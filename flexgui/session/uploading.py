@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,18 +11,30 @@ from core.errors import InputError
 from core.loading import joint_units
 from core.model import Model
 from core.recording.load import load_recording
+from core.recording.recording import Recording
 from core.recording.spec import RecordingSpec
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
-from flexgui.session.columns import Waiting, waiting_again, waiting_for
+from flexgui.session.columns import POINT, Waiting, waiting_again, waiting_for
 from flexgui.session.demonstrating import Demonstrating
-from flexgui.session.edit import put, recording
+from flexgui.session.edit import Document, put, recording, thawed
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 from flexgui.session.uploads import keep_upload, unpacked
 
-CHOOSE = "Or say under “Which column is which” what the file's columns hold."
+ASKED = "{} has no column {} by name: say below, under “Which column is which”, what it holds."
+MORE = "{} has columns with names of their own: say below what they hold, or read it as it is."
+
+
+@dataclass(frozen=True)
+class Arrived:
+    """A file that was read and is no recording of the scenario yet."""
+
+    entry: Document
+    """The scenario's table of it."""
+    words: str
+    """What was read."""
 
 
 class Uploading(Demonstrating, ABC):
@@ -30,23 +43,32 @@ class Uploading(Demonstrating, ABC):
     def __init__(self, key: str, folder: Path) -> None:
         super().__init__(key, folder)
         self.waiting: Waiting | None = None
+        self.arrived: tuple[Arrived, ...] = ()
+        """Files of which the person has not said yet whether they are used alone."""
+        self.aside: tuple[Document, ...] = ()
+        """Recordings that made room for them."""
+        self._own: frozenset[str] = frozenset()
+        """Files of the person that are recordings by now."""
 
     @abstractmethod
     def open(self, scenario: Scenario) -> bool:
         """Starts over with a scenario; its files must lie in the session's folder."""
 
     def upload(self, name: str, content: bytes, services: Services) -> bool:
-        """Keeps a file and adds it to the scenario; a scenario file is opened instead."""
-        self.leave_waiting()
+        """Keeps a file and reads it, or asks for its columns; a scenario file is opened instead.
+
+        Whether it is used alone is asked where recordings of another origin stand already.
+        """
+        self.leave_file()
         try:
             path = keep_upload(self.folder, name, content, services.upload_limit_bytes)
+            if path.suffix.lower() not in (".zip", ".toml") and self._waits(path):
+                return False
             try:
                 self._take_in(path, services.upload_limit_bytes)
-            except InputError as error:
-                if not self._waits(path, str(error)):
-                    path.unlink(missing_ok=True)
-                    raise
-                return False
+            except InputError:
+                path.unlink(missing_ok=True)
+                raise
         except InputError as error:
             self.say(str(error), bad=True)
             return False
@@ -61,7 +83,7 @@ class Uploading(Demonstrating, ABC):
         model = base_model(self.scenario)
         try:
             path = self.folder / spec.file
-            self._wait(waiting_again(path, model.arm, _needed(model), spec))
+            self._wait(waiting_again(path, model.arm, _references(model), spec))
         except InputError as error:
             self.say(str(error), bad=True)
             return False
@@ -74,8 +96,27 @@ class Uploading(Demonstrating, ABC):
         waiting = self.waiting
         if waiting is None or channel not in waiting.offered or header not in waiting.headers:
             return False
-        self._wait(waiting.mapped(channel, header, gain, sign, unit))
+        try:
+            self._answered(waiting.mapped(channel, header, gain, sign, unit))
+        except InputError as error:
+            self.say(str(error), bad=True)
+            return False
         return True
+
+    def no_column(self, channel: str) -> None:
+        """Says that the waiting file has none of a channel that it could do without."""
+        if self.waiting is not None and channel not in self.waiting.missing:
+            self._answered(self.waiting.without(channel))
+
+    def stood_at(self, theta2: float) -> None:
+        """Says where joint 2 stood, in rad (m), as the waiting file has no column of it."""
+        if self.waiting is not None:
+            self._answered(self.waiting.at(theta2))
+
+    def ask_again(self) -> None:
+        """Forgets what was said about the waiting file."""
+        if self.waiting is not None:
+            self._answered(self.waiting.begun_again())
 
     def read_waiting(self) -> bool:
         """Reads the waiting file with the columns that were chosen."""
@@ -83,33 +124,80 @@ class Uploading(Demonstrating, ABC):
         if waiting is None:
             return False
         try:
-            self._read(waiting.file, waiting.columns, waiting.recording)
+            if waiting.missing:
+                raise InputError(_still(waiting))
+            self._read(waiting.file, waiting.columns, waiting.theta2, waiting.recording)
         except InputError as error:
             self.say(str(error), bad=True)
             return False
         self._wait(None)
         return True
 
-    def leave_waiting(self) -> None:
-        """Forgets the waiting file; a recording that has it already keeps it."""
-        waiting = self.waiting
-        if waiting is None:
-            return
-        if waiting.file not in {spec.file for spec in self.scenario.recordings}:
-            (self.folder / waiting.file).unlink(missing_ok=True)
-        self._wait(None)
-
-    def _waits(self, path: Path, sentence: str) -> bool:
-        """Whether only the names of the columns are in the way."""
-        if path.suffix.lower() in (".zip", ".toml"):
+    def use_arrived(self, alone: bool) -> bool:
+        """Makes what has arrived recordings, in place of those that stand or beside them."""
+        arrived, before = self.arrived, self._entries()
+        entries = [one.entry for one in arrived]
+        if not arrived or not self._put_recordings(entries if alone else [*before, *entries]):
             return False
+        with self._lock:
+            self._own |= {one.entry["file"] for one in arrived}
+            self.arrived, self.aside = (), (*self.aside, *(before if alone else ()))
+        self.say(" ".join(one.words for one in arrived))
+        self.set_cursor(recording=self.scenario.recordings[-1].name, time=0.0, playing=False)
+        self.tell(Topic.RECORDINGS)
+        return True
+
+    def bring_back(self) -> bool:
+        """Puts the recordings that made room before those that stand now."""
+        if not self.aside or not self._put_recordings([*self.aside, *self._entries()]):
+            return False
+        with self._lock:
+            self.aside = ()
+        self.tell(Topic.RECORDINGS)
+        return True
+
+    def leave_arrived(self) -> None:
+        """Forgets the files of which was asked whether they are used alone."""
+        with self._lock:
+            left, self.arrived = self.arrived, ()
+        for one in left:
+            self._drop(one.entry["file"])
+        self.tell(Topic.RECORDINGS)
+
+    def leave_file(self) -> None:
+        """Forgets the waiting file; a recording that has it already keeps it."""
+        if self.waiting is not None:
+            self._drop(self.waiting.file)
+            self._wait(None)
+
+    def leave_waiting(self) -> None:
+        """Forgets all that a person was asked about, and what stands aside."""
+        self.leave_file()
+        self.leave_arrived()
+        with self._lock:
+            self.aside, self._own = (), frozenset()
+
+    def _drop(self, file: str) -> None:
+        if file not in {spec.file for spec in self.scenario.recordings}:
+            (self.folder / file).unlink(missing_ok=True)
+
+    def _waits(self, path: Path) -> bool:
+        """Whether its columns have to be asked for."""
         model = base_model(self.scenario)
-        waiting = waiting_for(path, model.arm, _needed(model))
+        waiting = waiting_for(path, model.arm, _references(model))
         if waiting is None:
             return False
         self._wait(waiting)
-        self.say(f"{sentence} {CHOOSE}", bad=True)
+        missing = waiting.missing
+        said = ASKED.format(path.name, _named(missing[0])) if missing else MORE.format(path.name)
+        self.say(said, bad=bool(missing))
         return True
+
+    def _answered(self, waiting: Waiting) -> None:
+        """A sentence about the answer before is out of date."""
+        if self.message.bad:
+            self.say("")
+        self._wait(waiting)
 
     def _wait(self, waiting: Waiting | None) -> None:
         with self._lock:
@@ -122,27 +210,71 @@ class Uploading(Demonstrating, ABC):
         if path.suffix.lower() == ".toml":
             self.open(parse_scenario(path.read_text("utf-8", "replace"), path.name))
             return
-        self._read(path.name, {}, "")
+        self._read(path.name, {}, None, "")
 
-    def _read(self, file: str, columns: dict[str, dict[str, Any]], name: str) -> None:
-        """Adds the file, or gives the recording of that name other columns; InputError else."""
+    def _read(
+        self, file: str, columns: dict[str, dict[str, Any]], theta2: float | None, name: str
+    ) -> None:
+        """Takes the file in, or gives the recording of that name other columns; InputError else."""
+        entry: Document = {"file": file} | ({"columns": columns} if columns else {})
+        entry |= {} if theta2 is None else {"theta2": theta2}
         with self._lock:
             model = base_model(self.scenario)
+        words = _words(file, _loaded(self.folder / file, entry, model))
         names = [spec.name for spec in self.scenario.recordings]
-        known = self.scenario.recordings[names.index(name)] if name in names else None
-        entry: dict[str, Any] = {"file": file} | ({"columns": columns} if columns else {})
-        spec = RecordingSpec.model_validate(entry)
-        found = load_recording(self.folder / file, spec, _needed(model), joint_units(model.arm))
-        if known is not None:
-            done = self.change(put(recording(names.index(name), "columns"), columns or None))
-        else:
-            done = self.change(lambda d: d.setdefault("recordings", []).append(entry))
-        if done:
-            rate = 1.0 / found.sample_time
-            self.say(f"{file}: {len(found.time)} samples at {rate:.4g} Hz.")
-            shown = name if known is not None else self.scenario.recordings[-1].name
-            self.set_cursor(recording=shown, time=0.0, playing=False)
+        if name not in names:
+            self._arrive(Arrived(entry, words))
+            return
+        place = recording(names.index(name))
+        edits = put((*place, "columns"), columns or None), put((*place, POINT), theta2)
+        if self.change(*edits):
+            self.say(words)
+            self.set_cursor(recording=name, time=0.0, playing=False)
+
+    def _arrive(self, one: Arrived) -> None:
+        """Asks where recordings of another origin stand alone; a person's own stand together."""
+        files = {spec.file for spec in self.scenario.recordings}
+        with self._lock:
+            self.arrived = (*self.arrived, one)
+        if not files or files & self._own:
+            self.use_arrived(alone=False)
+            return
+        self.say(one.words)
+        self.tell(Topic.RECORDINGS)
+
+    def _entries(self) -> list[Document]:
+        found: list[Document] = thawed(
+            self.scenario.model_dump(exclude_defaults=True).get("recordings", ())
+        )
+        return found
+
+    def _put_recordings(self, entries: list[Document]) -> bool:
+        return self.change(put(("recordings",), entries))
 
 
-def _needed(model: Model) -> tuple[str, ...]:
+def _references(model: Model) -> tuple[str, ...]:
     return tuple(model.drive.reference_channels(model.arm))
+
+
+def _loaded(path: Path, entry: Document, model: Model) -> Recording:
+    """The recording, of which nothing is missing that a motion needs; InputError else."""
+    spec = RecordingSpec.model_validate(entry)
+    found = load_recording(path, spec, _references(model), joint_units(model.arm))
+    if model.arm.joints > 1 and found.theta2 is None and not found.has(POINT):
+        raise InputError(
+            f"{path.name} does not say where joint 2 stood; add a column {POINT} to it."
+        )
+    return found
+
+
+def _words(file: str, found: Recording) -> str:
+    return f"{file}: {len(found.time)} samples at {1.0 / found.sample_time:.4g} Hz."
+
+
+def _named(channel: str) -> str:
+    return "t (time)" if channel == "t" else channel
+
+
+def _still(waiting: Waiting) -> str:
+    channel = waiting.missing[0]
+    return f"{waiting.file}: say first which column is {waiting.words(channel)}, {channel}."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from flexgui.session import Session
+from flexgui.session import Services, Session
 from flexgui.session.edit import Document, put
 
 SOON = 60.0
@@ -37,6 +37,16 @@ def until(condition: Callable[[], bool], seconds: float = SOON) -> None:
     while not condition():
         assert time.monotonic() < end, "it did not happen in time"
         time.sleep(0.02)
+
+
+def bring(session: Session, name: str, content: bytes, services: Services) -> bool:
+    """Uploads a recording and uses it beside those that stand."""
+    return session.upload(name, content, services) and settle(session)
+
+
+def settle(session: Session) -> bool:
+    """Beside those that stand, where that is asked."""
+    return not session.arrived or session.use_arrived(alone=False)
 
 
 def good_csv(session: Session) -> bytes:

@@ -6,11 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from core.effects import catalogue
+from core.errors import InputError
 from core.scenario.write import scenario_toml
 from flexgui.session import Session
 from flexgui.session.board import MOST, Board, Entry
-from flexgui.session.challenging import Guess
-from flexgui.session.judging import judged, read_sizes
+from flexgui.session.challenging import Challenge, Guess
+from flexgui.session.judging import asked_sizes, judged, read_sizes
+from flexgui.views.board import board_table
+from flexgui.views.validation_words import validation_words
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 
@@ -36,6 +40,7 @@ def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
     assert not session.reveal(services) and session.message.bad, "no truth before a guess"
     assert session.guess((FRICTION,), services, " Ada \n Lovelace ")
     assert services.board.guessing(SEED, "easy") == 1
+    assert not session.guess((Guess("rotor_inertia"),), services), "a guess stands"
     assert session.reveal(services)
     found = session.challenge
     assert found is not None and found.revealed is not None
@@ -46,8 +51,10 @@ def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
     assert any("fc1" in line for line in found.revealed.truth)
     assert not found.revealed.asked
     assert not session.guess((Guess("rotor_inertia"),), services), "the truth is known"
+    assert not session.change_guess()
     entry = services.board.entries(SEED, "easy")[0]
-    assert (entry.name, entry.complete, entry.asked) == ("Ada Lovelace", True, False)
+    assert (entry.name, entry.complete) == ("Ada Lovelace", True)
+    assert not entry.asked and not entry.changed
     assert services.board.guessing(SEED, "easy") == 0
     # Whoever did not ask the tool gets its verdict beside the truth.
     assert session.busy
@@ -55,6 +62,8 @@ def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
     assert session.tool_said is not None and "first in its list" in session.tool_said.words
     session.stop()
     until(lambda: not session.busy)
+    if session.look is not None and session.look.found is not None and session.look.found.to_come:
+        assert not session.tool_said.whole, "a tool that was stopped has no verdict to judge"
 
 
 def test_a_class_hears_of_each_other(session: Session, services: Offered, tmp_path: Path) -> None:
@@ -73,8 +82,79 @@ def test_a_class_hears_of_each_other(session: Session, services: Offered, tmp_pa
     assert heard, "a guess of somebody else moves the board"
     other.close()
     heard.clear()
-    session.guess((FRICTION,), services)
+    assert session.change_guess() and session.guess((FRICTION,), services)
     assert not heard
+
+
+def test_a_changed_guess_is_noted_and_the_same_one_is_not() -> None:
+    first, second = (Guess("rotor_inertia"),), (FRICTION,)
+    once = Challenge(1, "easy", "sealed").committed(first, asked=False)
+    again = once.committed(first, asked=True)
+    assert not again.changed and not again.asked, "the guess was there before the tool spoke"
+    other = again.committed(second, asked=True)
+    assert other.changed and other.asked
+    assert other.committed(second, asked=False).changed
+
+
+def test_a_guess_after_the_tool_is_noted() -> None:
+    assert Challenge(1, "easy", "sealed").committed((FRICTION,), asked=True).asked
+
+
+def test_no_truth_while_the_guess_is_being_changed(session: Session, services: Offered) -> None:
+    session.challenge = Challenge(1, "easy", "sealed")
+    assert not session.change_guess(), "there is none yet"
+    assert session.guess((FRICTION,), services) and session.change_guess()
+    assert not session.reveal(services) and session.message.bad
+    assert session.challenge.guesses, "nothing is lost"
+
+
+def test_the_board_says_who_asked_and_who_changed() -> None:
+    plain = Entry("Ada", "nothing", 0, 1, False, "", 1.0, False)
+    both = Entry("Bob", "nothing", 0, 1, False, "", 2.0, True, True)
+    table = board_table([plain, both], 0)
+    assert [row.cells[0] for row in table.rows] == ["Ada", "Bob * °"]
+    assert table.caption == "* asked the tool before the guess. ° changed the guess."
+    assert not board_table([plain], 0).caption
+
+
+@pytest.mark.parametrize(
+    ("text", "size"),
+    [
+        ("0.2", "fc1 = 0.2 N m"),
+        (" 0,2 ", "fc1 = 0.2 N m"),
+        (",5", "fc1 = 0.5 N m"),
+        ("2E-1", "fc1 = 0.2 N m"),
+        ("\N{MINUS SIGN}3", "fc1 = -3 N m"),
+        ("  ", ""),
+    ],
+)
+def test_a_size_is_a_number_with_point_or_comma(text: str, size: str) -> None:
+    one = asked_sizes("coulomb_friction")[0]
+    assert one.title == "Coulomb friction of joint 1" and one.label == "fc1 [N m]"
+    assert one.stated(text) == size
+
+
+@pytest.mark.parametrize("text", ["banana", "0.2 N m", "1e999", "nan", "1.234,5", "٣", "1_0"])
+def test_anything_else_is_refused_in_one_sentence(text: str) -> None:
+    with pytest.raises(InputError, match="fc1") as caught:
+        asked_sizes("coulomb_friction")[0].stated(text)
+    assert text in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", sorted(catalogue()))
+def test_a_size_that_is_asked_for_is_read_back_as_stated(kind: str) -> None:
+    for one in asked_sizes(kind):
+        assert read_sizes(one.stated("0,25")) == [(one.name, 0.25, one.unit)]
+
+
+def test_nothing_has_no_size() -> None:
+    assert asked_sizes("nothing") == ()
+
+
+def test_only_a_much_larger_validation_error_is_explained() -> None:
+    assert "131 times" in validation_words(3.1, 131.0) and "3.1 times" in validation_words(3.1, 131)
+    for estimation, validation in ((3.1, 9.0), (0.5, 2.9), (1.0, float("nan"))):
+        assert validation_words(estimation, validation) == ""
 
 
 def test_kind_and_size_are_judged() -> None:
@@ -131,7 +211,7 @@ def test_a_wrong_level_and_another_scenario(session: Session, services: Offered)
     assert session.challenge is None and not session.looks
 
 
-def test_the_tour_ends_for_good(session: Session) -> None:
+def test_the_tour_can_be_dismissed(session: Session) -> None:
     assert session.tour == 0
     session.go_on_tour(None)
     assert session.tour is None

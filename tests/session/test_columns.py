@@ -8,7 +8,7 @@ import pytest
 from flexgui.session import Session
 from flexgui.session.bundle import scenario_file
 from tests.session.conftest import Offered
-from tests.session.helpers import good_csv
+from tests.session.helpers import bring, good_csv, settle
 
 TEXT_DIGITS = 1e-9
 """Relative: a degree written as text is as exact as its digits."""
@@ -40,7 +40,7 @@ def test_chosen_columns_make_it_a_recording(session: Session, services: Offered)
     assert session.map_column("t", "clock")
     assert session.map_column("dtheta1_ref", "speed")
     assert session.map_column("theta1", "motor", gain=2.0, sign=-1, unit="deg")
-    assert session.read_waiting(), session.message.text
+    assert session.read_waiting() and settle(session), session.message.text
     assert session.waiting is None
     assert session.wait_idle()
     found, spec = session.recording, session.scenario.recordings[-1]
@@ -76,16 +76,21 @@ def test_what_is_not_there_cannot_be_chosen(
 
 def test_another_upload_forgets_the_file(session: Session, services: Offered) -> None:
     waits(session, services)
-    assert session.upload("th1.csv", good_csv(session), services)
+    assert bring(session, "th1.csv", good_csv(session), services)
     assert session.waiting is None
     assert [p.name for p in session.folder.iterdir()] == ["th1.csv"]
 
 
 def test_columns_of_a_recording_can_be_chosen_again(session: Session, services: Offered) -> None:
-    assert session.upload("th1.csv", good_csv(session), services)
+    assert bring(session, "th1.csv", good_csv(session), services)
     assert session.choose_columns("th1")
-    header = next(h for h in session.waiting.headers if h.startswith("theta2"))  # type: ignore[union-attr]
-    assert session.map_column("theta1", header, sign=-1)
+    one, two = (
+        next(h for h in session.waiting.headers if h.startswith(name))  # type: ignore[union-attr]
+        for name in ("theta1", "theta2")
+    )
+    assert session.map_column("theta1", two, sign=-1)
+    assert session.waiting is not None and session.waiting.missing == ("theta2",)
+    assert session.map_column("theta2", one)
     count = len(session.scenario.recordings)
     assert session.read_waiting(), session.message.text
     assert len(session.scenario.recordings) == count
@@ -104,10 +109,100 @@ def test_the_choice_travels_with_the_scenario(session: Session, services: Offere
     waits(session, services)
     session.map_column("t", "clock")
     session.map_column("dtheta1_ref", "speed")
-    assert session.read_waiting()
+    assert session.read_waiting() and settle(session)
     name, data = scenario_file(session.scenario, session.folder)
     session.choose("demo", services)
     for path in session.folder.iterdir():
         path.unlink()
     assert session.upload(name, data, services), session.message.text
     assert session.scenario.recordings[-1].columns["t"].name == "clock"
+
+
+def bare(session: Session) -> bytes:
+    """A good recording with a semicolon, a decimal comma, and no name that is known."""
+    lines = good_csv(session).decode().splitlines()
+    names = [cell.split(" ")[0].strip() for cell in lines[0].split(",")]
+    kept = [k for k, name in enumerate(names) if name != "theta2"]
+    new = {"t": "Zeit", "theta1": "Winkel A", "z1": "cam x", "z2": "cam y",
+           "dtheta1_ref": "ref A", "dtheta2_ref": "ref B"}  # fmt: skip
+    head = ";".join(new.get(names[k], f"other {k}") for k in kept)
+    rows = (line.split(",") for line in lines[1:])
+    body = (";".join(row[k].replace(".", ",") for k in kept) for row in rows)
+    return "\n".join([head, *body, ""]).encode()
+
+
+ANSWERS = {"t": "Zeit", "dtheta1_ref": "ref A", "dtheta2_ref": "ref B", "theta1": "Winkel A",
+           "z1": "cam x", "z2": "cam y"}  # fmt: skip
+
+
+def test_what_is_asked_follows_the_answers_and_ends(session: Session, services: Offered) -> None:
+    assert not session.upload("rig.csv", bare(session), services)
+    asked = []
+    for _ in range(len(ANSWERS) + 1):
+        assert session.waiting is not None and session.waiting.questions
+        channel = session.waiting.questions[0]
+        asked.append(channel)
+        assert channel == "theta2" or ANSWERS[channel] in session.waiting.unused
+        if channel == "theta2":
+            session.stood_at(0.7)
+        else:
+            assert session.map_column(channel, ANSWERS[channel])
+        assert not session.message.bad, "an answer clears the sentence before it"
+    assert session.waiting is not None and not session.waiting.questions
+    assert asked[:4] == ["t", "dtheta1_ref", "dtheta2_ref", "theta2"]
+    assert set(asked) == {*ANSWERS, "theta2"}
+    assert session.read_waiting() and session.use_arrived(alone=True), session.message.text
+    assert session.wait_idle()
+    spec, found = session.scenario.recordings[-1], session.recording
+    assert spec.theta2 == 0.7 and found is not None and found.has("z1", "z2", "theta1")
+    assert session.playback is not None and not session.message.bad
+
+
+def test_a_column_holds_one_channel(session: Session, services: Offered) -> None:
+    waits(session, services)
+    assert session.map_column("t", "clock")
+    before = session.waiting
+    assert not session.map_column("dtheta1_ref", "clock")
+    assert session.message.bad and "clock is the time t [s] already" in session.message.text
+    assert session.waiting == before
+    assert session.map_column("t", "speed") and session.map_column("dtheta1_ref", "clock")
+
+
+def test_the_working_point_is_needed_where_no_column_has_it(
+    session: Session, services: Offered
+) -> None:
+    before = session.scenario
+    content = good_csv(session).replace(b",theta2,", b",angle,", 1)
+    assert not session.upload("rig.csv", content, services)
+    assert session.waiting is not None and session.waiting.missing == ("theta2",)
+    assert not session.read_waiting() and session.scenario == before
+    assert "[[" not in session.message.text and not session.arrived
+    session.stood_at(0.5)
+    assert session.read_waiting() and session.arrived
+
+
+def test_what_is_only_useful_may_be_absent(session: Session, services: Offered) -> None:
+    content = good_csv(session).replace(b",z1 ", b",remark ", 1)
+    assert not session.upload("rig.csv", content, services)
+    assert session.waiting is not None and session.waiting.questions == ("z1",)
+    assert not session.message.bad and not session.waiting.missing
+    session.no_column("t")
+    assert session.waiting.questions == ("z1",)
+    session.no_column("z1")
+    assert session.waiting.questions == () and session.read_waiting()
+
+
+def test_begun_again_nothing_is_known(session: Session, services: Offered) -> None:
+    waits(session, services)
+    first = session.waiting
+    assert session.map_column("t", "clock")
+    session.ask_again()
+    assert session.waiting == first
+
+
+def test_channels_are_named_in_plain_words(session: Session, services: Offered) -> None:
+    waits(session, services)
+    assert session.waiting is not None
+    said = [session.waiting.words(channel) for channel in session.waiting.offered]
+    assert said[0] == "the time t [s]" and len(set(said)) == len(said)
+    assert not [text for text in said if "_ref" in text]

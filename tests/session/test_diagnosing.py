@@ -136,8 +136,7 @@ def test_adding_ends_a_ranking_that_still_goes_on(friction: Session, services: O
     friction.diagnose(services)
     until(lambda: friction.look is not None and bool(friction.look.ranking))
     assert friction.add("coulomb_friction", services)
-    until(lambda: present(friction.scenario) != () and not friction.busy)
-    over(friction)
+    until(lambda: len(friction.looks) == 2 and not friction.busy)
     assert [look.added for look in friction.looks] == [None, "coulomb_friction"]
     assert friction.looks[1].error < FLOOR < friction.looks[0].error
 

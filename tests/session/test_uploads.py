@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 
 from flexgui.session import Session
 from flexgui.session.bundle import scenario_file, zipped
+from flexgui.session.challenging import Challenge
 from flexgui.session.uploads import safe_name
 from tests.session.conftest import UPLOAD_LIMIT, Offered
-from tests.session.helpers import good_csv
+from tests.session.helpers import bring, good_csv
 
 
 def lines(content: bytes) -> list[str]:
@@ -45,23 +46,81 @@ def test_a_bad_file_leaves_one_sentence_and_nothing_else(
 
 
 def test_a_good_file_becomes_a_recording_and_is_shown(session: Session, services: Offered) -> None:
-    assert session.upload("th1.csv", good_csv(session), services)
+    assert bring(session, "th1.csv", good_csv(session), services)
     assert session.scenario.recordings[-1].file == "th1.csv"
     assert session.wait_idle()
     assert session.recording is not None and session.recording.name == "th1"
     assert session.playback is not None and session.playback.ghost is not None
 
 
+def test_an_arrived_file_is_no_recording_before_its_place_is_chosen(
+    session: Session, services: Offered
+) -> None:
+    before = session.scenario
+    assert session.upload("own.csv", good_csv(session), services)
+    assert session.scenario == before and len(session.arrived) == 1
+    session.leave_arrived()
+    assert session.scenario == before and not session.arrived
+    assert not list(session.folder.iterdir())
+
+
+def test_used_alone_it_takes_the_place_of_the_others_which_can_be_brought_back(
+    session: Session, services: Offered
+) -> None:
+    before = session.scenario.recordings
+    assert session.upload("own.csv", good_csv(session), services)
+    assert session.use_arrived(alone=True)
+    assert [s.file for s in session.scenario.recordings] == ["own.csv"]
+    assert len(session.aside) == len(before)
+    assert session.bring_back() and not session.aside
+    assert session.scenario.recordings[:-1] == before
+    assert session.scenario.recordings[-1].file == "own.csv"
+
+
+def test_own_recordings_stand_together_without_being_asked(
+    session: Session, services: Offered
+) -> None:
+    content = good_csv(session)
+    assert session.upload("a.csv", content, services) and session.use_arrived(alone=True)
+    assert session.upload("b.csv", content, services) and not session.arrived
+    assert [s.file for s in session.scenario.recordings] == ["a.csv", "b.csv"]
+
+
+def test_two_files_that_arrive_wait_for_one_answer(session: Session, services: Offered) -> None:
+    content = good_csv(session)
+    assert session.upload("a.csv", content, services)
+    assert session.upload("b.csv", content, services)
+    assert session.use_arrived(alone=True)
+    assert [s.file for s in session.scenario.recordings] == ["a.csv", "b.csv"]
+
+
+def test_another_scenario_forgets_what_stood_aside(session: Session, services: Offered) -> None:
+    assert session.upload("own.csv", good_csv(session), services)
+    assert session.use_arrived(alone=True)
+    session.choose("demo", services)
+    assert not session.aside and not session.bring_back()
+    assert session.upload("own.csv", good_csv(session), services) and session.arrived
+
+
+def test_a_challenge_waits_while_own_recordings_are_used_alone(
+    session: Session, services: Offered
+) -> None:
+    known = session.challenge = Challenge(4, "easy", "sealed")
+    assert session.upload("own.csv", good_csv(session), services)
+    assert session.use_arrived(alone=True) and session.challenge is None
+    assert session.bring_back() and session.challenge == known
+
+
 def test_the_same_name_twice_gives_two_recordings(session: Session, services: Offered) -> None:
     content = good_csv(session)
-    assert session.upload("th1.csv", content, services)
-    assert session.upload("th1.csv", content, services)
+    assert bring(session, "th1.csv", content, services)
+    assert bring(session, "th1.csv", content, services)
     assert [s.file for s in session.scenario.recordings[-2:]] == ["th1.csv", "th1-2.csv"]
 
 
 def test_a_scenario_with_files_is_one_zip(session: Session, services: Offered) -> None:
     content = good_csv(session)
-    session.upload("th1.csv", content, services)
+    bring(session, "th1.csv", content, services)
     name, data = scenario_file(session.scenario, session.folder)
     assert name.endswith(".zip")
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -79,7 +138,7 @@ def test_a_scenario_can_be_brought_back(session: Session, services: Offered) -> 
 def test_a_zip_of_scenario_and_recordings_can_be_brought_back(
     session: Session, services: Offered
 ) -> None:
-    session.upload("th1.csv", good_csv(session), services)
+    bring(session, "th1.csv", good_csv(session), services)
     name, data = scenario_file(session.scenario, session.folder)
     (session.folder / "th1.csv").unlink()
     session.choose("demo", services)
