@@ -1,18 +1,76 @@
-"""What a round's progress says: how far it is, and why it may take long."""
+"""What a round's progress says: what is tried, which came last, and what must be compiled first."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from core.arm.arm import Arm
+from core.arm.compiled import is_compiled
+from core.arm.symbols import Structure
 from core.diagnose.columns import Trial, must_compile
+from core.effects.effect import Effect
+from core.progress import Progress
 from core.sentences import listed
 
+NAMED = 2
+"""Effects of the model that a title names; more are counted: it stands on one line or two."""
 
-def round_title(number: int, arm: Arm, planned: Sequence[Trial]) -> str:
-    """Names the effects among the trials whose arm this machine has never compiled."""
-    title = f"Looking for what is missing, round {number}"
-    new = list(dict.fromkeys(t.effect.title for t in planned if must_compile(t, arm)))
-    if not new:
-        return title
-    return f"{title} (compiled for the first time, up to a minute each: {listed(new)})"
+ASIDE = "("
+"""Begins what is said in a lower voice; no effect's title holds it."""
+
+
+def fit_title(present: Sequence[Effect]) -> str:
+    """While the model is fitted to the recordings with the effects that it has."""
+    return f"Fitting the model with {_named(present)}" if present else "Fitting the model as it is"
+
+
+def round_title(present: Sequence[Effect], chosen: bool = False) -> str:
+    """While candidates are tried: all that are known, or those that were `chosen`."""
+    if present:
+        return f"Looking on with {_named(present)} in the model"
+    return "Trying the chosen effects" if chosen else "Trying every known effect"
+
+
+def aside(text: str) -> tuple[str, str]:
+    """What a step's text says, and what it says in a lower voice."""
+    said, mark, note = text.partition(ASIDE)
+    return said.strip(), mark + note
+
+
+def _named(effects: Sequence[Effect]) -> str:
+    titles = list(dict.fromkeys(e.title for e in effects))
+    return listed(titles) if len(titles) <= NAMED else f"{len(titles)} effects"
+
+
+class Steps:
+    """Tells what was tried, step by step, and what this machine has yet to compile for the rest."""
+
+    def __init__(self, progress: Progress, arm: Arm, planned: Sequence[Trial]) -> None:
+        self._progress = progress
+        self._waiting = [
+            (t.effect.title, Structure.of(t.effect.changed_arm(arm, t.values)))
+            for t in planned
+            if must_compile(t, arm)
+        ]
+        self._last, self._note = "", ""
+
+    def begin(self, title: str, total: int) -> None:
+        """The stage, with what is to be compiled in it."""
+        self._progress.stage(title, total)
+        self("")
+
+    def __call__(self, text: str) -> bool:
+        """`text`: what was just done, empty where it is but asked whether to stop."""
+        note = self._still()
+        if text or note != self._note:
+            self._last, self._note = text or self._last, note
+            said = f"{self._last} {note}".strip()
+            self._progress.advance(1 if text else 0, text=said)
+        return self._progress.stopped()
+
+    def _still(self) -> str:
+        self._waiting = [(title, new) for title, new in self._waiting if not is_compiled(new)]
+        titles = list(dict.fromkeys(title for title, _ in self._waiting))
+        if not titles:
+            return ""
+        return f"{ASIDE}still to be compiled, once, up to a minute each: {listed(titles)})"

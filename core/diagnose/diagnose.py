@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from core.diagnose.announce import round_title
+from core.diagnose.announce import Steps, fit_title, round_title
 from core.diagnose.columns import trials
 from core.diagnose.compared import compared
 from core.diagnose.data import Data, names_of
@@ -150,7 +150,7 @@ def begin_on(
     progress: Progress,
 ) -> Begun:
     """The model fitted as it is, where the search begins."""
-    progress.stage("Fitting the model as it is")
+    progress.stage(fit_title(setup.model.effects))
     chosen = [r for r in recordings if r.role == "estimate"]
     if not chosen:
         raise InputError('No recording has role = "estimate"; give at least one to diagnose.')
@@ -205,9 +205,9 @@ def _look(
     """One round, kept with its ranking; its model is the state's."""
     candidates, at = applicable(state.data, state.present, options.candidates), state.refit
     planned = [t for c in candidates for t in trials(at.hypothesis, c, state.data)]
-    title = round_title(len(state.rounds) + 1, at.hypothesis.model.arm, planned)
-    progress.stage(title, len(candidates) + REFITTED)
-    seen = _round(state, candidates, add, progress, listen)
+    told = Steps(progress, at.hypothesis.model.arm, planned)
+    told.begin(round_title(state.present, bool(options.candidates)), len(candidates) + REFITTED)
+    seen = _round(state, candidates, add, told, listen)
     kind = seen.accepted.screened.effect.kind if add and seen.accepted is not None else None
     ranking = ranking_of(seen, state.data)
     next_ones = deciding(seen, ranking, state.data, progress)
@@ -231,14 +231,9 @@ def _round(
     state: _State,
     candidates: Sequence[Effect],
     add: bool,
-    progress: Progress,
+    told: Steps,
     listen: Listener | None,
 ) -> Round:
-    def told(text: str) -> bool:
-        if text:
-            progress.advance(text=text)
-        return progress.stopped()
-
     if listen is None:
         return one_round(state.data, state.refit, state.present, candidates, told, add=add)
 

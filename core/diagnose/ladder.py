@@ -105,7 +105,7 @@ def one_round(
         if not np.isfinite(refit.cost):
             continue  # no simulation of it held together
         found.append(weigh(s, before, refit, data.count, len(candidates)))
-        told(f"{s.effect.title}: refitted")
+        told(f"{s.effect.title} refitted")
         on_refit(Round(seen, tuple(ranked(found)), None, before, before))
     found = ranked(found)
     best = found[0] if found and acceptable(found[0]) and not stopped() else None

@@ -14,6 +14,7 @@ from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
+from flexgui.session.tour_card import holds_way_on
 from flexgui.views.frequency_response import frequency_response
 from flexgui.views.html import html_equations, html_matrices, html_table
 from flexgui.views.matrices import affine, matrices
@@ -36,7 +37,7 @@ class ArmPanel(Panel):
     """Sliders on the right; step, frequency response and poles on the left."""
 
     kind: ClassVar[str] = "Arm"
-    topics: ClassVar[frozenset[Topic]] = frozenset({Topic.LIVE})
+    topics: ClassVar[frozenset[Topic]] = frozenset({Topic.LIVE, Topic.TOUR})
 
     def build_controls(self) -> None:
         desk, session = self.desk, self.desk.session
@@ -102,6 +103,7 @@ class ArmPanel(Panel):
         session, view = self.desk.session, self.desk.session.view
         self._title.show(paragraph(session.scenario.title, "lead"))
         self._sliders.refresh()
+        self._next.color = "gray" if holds_way_on(session) else "blue"
         if view is None:
             return
         self._step.show(noisy_step(view.step, view.noise))

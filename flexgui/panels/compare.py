@@ -18,7 +18,9 @@ from flexgui.views.live_fit import live_fit
 from flexgui.views.names import channel_symbol
 from flexgui.views.numbers import format_percent
 from flexgui.views.pooled import VALIDATE
+from flexgui.views.summary import FIT_IS
 from flexgui.views.table import Row, Table
+from flexgui.views.which_fit import which_fit
 
 NONE = "nothing to compare yet"
 ALL = "all fitted outputs"
@@ -42,6 +44,12 @@ class ComparePanel(Panel):
     def build_controls(self) -> None:
         desk, session = self.desk, self.desk.session
         self._said = Words(desk.gui)
+        self._back = widgets.button(
+            desk, "Identify first", lambda: session.show("Identify"), prominent=True
+        )
+        self._next = widgets.button(
+            desk, "Next: find what is missing", lambda: session.show("Diagnose"), prominent=True
+        )
         self._shown_output = ALL
         self._choice = widgets.choice(desk, "Recording", (NONE,), self._name, self._chosen)
         self._output = widgets.choice(
@@ -49,12 +57,6 @@ class ComparePanel(Panel):
         )
         self._sweep = widgets.button(desk, "Show the validation", self._validation)
         self._failing = Failing(desk)
-        self._back = widgets.button(
-            desk, "Identify first", lambda: session.show("Identify"), prominent=True
-        )
-        self._next = widgets.button(
-            desk, "Next: find what is missing", lambda: session.show("Diagnose"), prominent=True
-        )
         self._table = Words(desk.gui)
 
     def build_plots(self) -> None:
@@ -100,8 +102,14 @@ class ComparePanel(Panel):
         figure = live_comparison(current, shown) if signals else None
         self._signals.show(figure, self._cursor(), max(HEIGHT, HEIGHT_PER_OUTPUT * len(shown)))
         self._bars.show(live_fit(self._comparisons) if signals else None)
-        self._said.show(joined(*(paragraph(t) for t in _quality(current))))
+        told = joined(*(paragraph(t) for t in _quality(current)))
+        self._said.show(told + paragraph(f"{FIT_IS} {self._which()}", "soft"))
         self._table.show(html_table(_short(fit_table(self._comparisons))))
+
+    def _which(self) -> str:
+        """Which fit the errors are of: they change where the diagnosis has made its own."""
+        outcome = self.desk.session.outcome
+        return which_fit(self._comparisons, () if outcome is None else outcome.fits)
 
     def _channels(self, current: RecordingComparison) -> tuple[str, ...]:
         fitted = tuple(c.channel for c in current.channels if c.fitted)
@@ -142,7 +150,7 @@ def _offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:
 
 
 def _title(c: RecordingComparison) -> str:
-    return f"{c.recording}, {ROLES.get(c.role, c.role)}, fit of {c.fit_label}"
+    return f"Recording {c.recording}, {ROLES.get(c.role, c.role)}, fit of {c.fit_label}"
 
 
 def _quality(c: RecordingComparison) -> list[str]:
@@ -151,7 +159,7 @@ def _quality(c: RecordingComparison) -> list[str]:
         for k in c.channels
         if k.fitted
     ]
-    said = [f"{c.recording}: FIT {', '.join(fits)}."]
+    said = [f"Recording {c.recording}: FIT {', '.join(fits)}."]
     if c.tip_rms is not None:
         said.append(f"The model misses the measured tip by {in_unit(c.tip_rms, 'm')} rms.")
     return [*said, c.note] if c.note else said

@@ -11,6 +11,7 @@ from core.excitation.excitation import Excitation
 from core.plugins import classes_of
 from core.scenario.schema import Scenario
 from flexgui.panels import widgets
+from flexgui.panels.arrivals import Arrivals
 from flexgui.panels.columns import ColumnChoice
 from flexgui.panels.one_recording import OneRecording
 from flexgui.panels.panel import Panel
@@ -50,6 +51,7 @@ class DataPanel(Panel):
             desk, "Recording", self._names(), self._name, self._chosen, "Which one is shown."
         )
         self._one = OneRecording(desk)
+        self._arrived = Arrivals(desk)
         self._columns = ColumnChoice(desk)
         with gui.add_folder("Simulate experiments"):
             self._simulate_controls()
@@ -156,7 +158,11 @@ class DataPanel(Panel):
         fitted = sum(spec.role == "estimate" for spec in specs)
         self._said.show(paragraph(f"{fitted} to fit, {len(specs) - fitted} to validate.", "lead"))
         self._list.show(html_table(listed(session.scenario)))
+        # Where nothing can be fitted yet, or a file waits for an answer, that comes first.
+        asked = session.waiting is not None or session.arrived
+        self._next.color = "blue" if fitted and not asked else "gray"
         self._one.refresh()
+        self._arrived.refresh()
         self._columns.refresh()
         recording = session.recording
         if recording is None or names == (NONE,):

@@ -6,13 +6,12 @@ from typing import Any, ClassVar
 
 from markupsafe import Markup
 
-from core.diagnose.verdict import NOTHING
 from core.effects import catalogue
 from flexgui.jobs.looked import Looked
 from flexgui.panels import widgets
 from flexgui.panels.at_work import AtWork
 from flexgui.panels.busy import Busy
-from flexgui.panels.candidates import Candidates
+from flexgui.panels.candidates import Candidates, inviting
 from flexgui.panels.challenge import ChallengeControls
 from flexgui.panels.grown import Grown
 from flexgui.panels.panel import Panel
@@ -20,9 +19,11 @@ from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.effects import present
+from flexgui.session.last_step import in_vain
 from flexgui.session.look import Look, ladder_steps
 from flexgui.session.own_ranked import own_place
 from flexgui.session.run import RUNNING
+from flexgui.session.tour_card import holds_way_on
 from flexgui.views.ladder import ladder
 from flexgui.views.live_prediction import live_prediction
 from flexgui.views.numbers import format_number
@@ -31,6 +32,7 @@ from flexgui.views.ranking import ranking
 FIRST = "A first ranking: {} more sizes of the effects have not been tried yet."
 UNTRIED = " Not in it: {}."
 BEST = "the first in the list"
+FIND, ADD, UNDO, GO_ON = "find", "add", "undo", "go on"
 BARS = 6
 EMPTY = (
     "Press Find what is missing: the error of the model stands here as a ladder over its floor, "
@@ -55,6 +57,7 @@ class DiagnosePanel(Panel):
             Topic.DEMONSTRATION,
             Topic.CHALLENGE,
             Topic.RECORDINGS,
+            Topic.TOUR,
         }
     )
 
@@ -95,23 +98,39 @@ class DiagnosePanel(Panel):
         self._find.visible = not self._busy.running
         self._find.disabled = session.run.busy or self.desk.read_only
         fresh = look is not None and look.diagnosis is not None and not self._old()
+        way_on = self._way_on()
         self._find.label = "Look again" if fresh else "Find what is missing"
-        self._find.color = "gray" if fresh else "blue"
+        self._find.color = _color(way_on == FIND)
         self._verdict.show(_verdict(look))
         self._grown.refresh(not session.run.busy)
         self._show_added()
-        best = look is not None and (look.diagnosis is None or look.diagnosis.verdict != NOTHING)
+        self._undo.color = _color(way_on == UNDO)
         self._so_far.show(_so_far(found))
-        self._candidates.show(found, self._titles(found), best)
+        self._candidates.show(found, self._titles(found), way_on == ADD)
         able = not session.run.busy or (run_is_ours and session.pending is not None)
         self._candidates.enable(able and not self._old())
         self._rest.show(_rest(look))
         self._challenge.refresh()
         self._next.visible = fresh
-        self._next.color = "gray" if best else "blue"
+        self._next.color = _color(way_on == GO_ON)
         self._at_work.refresh()
         self._about.show(paragraph(EMPTY, "soft") if found is None else "")
         self._show_plots(found)
+
+    def _way_on(self) -> str:
+        """The one button that invites; the tour's card may hold it instead."""
+        look = self.desk.session.look
+        if holds_way_on(self.desk.session):
+            return ""
+        if look is None or look.found is None or not look.ranking or self._old():
+            return FIND
+        more = inviting(look.found)
+        if look.diagnosis is None:
+            # Whether an effect was enough that was just added, the whole list has to say.
+            return ADD if more and not look.added else FIND
+        if in_vain(self.desk.session.looks):
+            return UNDO
+        return ADD if more else GO_ON
 
     def _show_added(self) -> None:
         """What is in the model, and the way back."""
@@ -181,6 +200,10 @@ class DiagnosePanel(Panel):
         look = self.desk.session.look
         if look is not None and look.found is not None:
             self._residual.move_cursor(self._cursor(look.found))
+
+
+def _color(invites: bool) -> str:
+    return "blue" if invites else "gray"
 
 
 def _verdict(look: Look | None) -> Markup:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
+import numpy as np
 from markupsafe import Markup
 
 from core.errors import InputError
+from core.results import Fit
 from core.workbench import base_model
 from flexgui.panels import widgets
 from flexgui.panels.chosen import ChosenParameters
@@ -31,8 +34,8 @@ from flexgui.views.table import Table
 METHODS = ("glocal", "local")
 OUTPUTS = ("automatic", "ydot", "y", "z", "encoder", "deflection", "torque")
 EMPTY = (
-    "Press Start: the cost per generation, the population in the plane of ε and d, the parameters "
-    "and the FIT of every recording appear here while the search runs."
+    "Press Start identification: the cost, the parameters and the FIT of every recording appear "
+    "here while it runs, and the population of a search in the plane of its first two parameters."
 )
 
 
@@ -118,7 +121,7 @@ class IdentifyPanel(Panel):
             self._fit.show(None)
             self._summary.show("")
         else:
-            self._table.show(html_table(_short(parameters(outcome.fits))))
+            self._table.show(html_table(_short(outcome.fits)))
             self._fit.show(live_fit(outcome.comparisons))
             self._summary.show(_said(summary(outcome), self._old()))
         self._show_paper()
@@ -198,8 +201,10 @@ def _said(sentences: tuple[str, ...], old: bool) -> Markup:
     return joined(*(paragraph(s) for s in sentences), note if old else "")
 
 
-def _short(table: Table) -> Table:
+def _short(fits: Sequence[Fit]) -> Table:
     """Of several fits the means only, which leaves the plots in sight; the report holds all."""
+    table = parameters(fits)
     means = tuple(row for row in table.rows if row.strong)
-    text = "Without a deviation: the data leave the parameter free."
+    free = any(not np.isfinite(e.std) for fit in fits for e in fit.estimates)
+    text = "Without a deviation: the data leave the parameter free." if free else ""
     return replace(table, rows=means or table.rows, caption=text)

@@ -29,6 +29,11 @@ def hidden_scenario() -> Scenario:
     return parse_scenario(text, "hidden.toml")
 
 
+def is_of_tour(scenario: Scenario) -> bool:
+    """Whether its recordings are those of the tour, whatever was done to the model since."""
+    return scenario.recordings == hidden_scenario().recordings
+
+
 EMBEDDED = {DEMO: demo_scenario, HIDDEN: hidden_scenario}
 
 

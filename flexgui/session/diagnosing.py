@@ -19,6 +19,7 @@ from flexgui.jobs.tasks.diagnose import AFTER, BEFORE, COMPARED, diagnose
 from flexgui.session.comparing import Comparing
 from flexgui.session.edit import Edit, edited, put, thawed
 from flexgui.session.effects import present, titled, with_effect, with_own, without_effect
+from flexgui.session.last_step import last_change
 from flexgui.session.look import Look
 from flexgui.session.own_ranked import ranked_with_own
 from flexgui.session.services import Services
@@ -215,11 +216,11 @@ class Diagnosing(Comparing, ABC):
 
     def _fallen(self) -> str:
         """How the error changed in the last step."""
-        ends = [format_number(look.error, 2, keep_zeros=True) for look in self.looks[-2:]]
-        title = self.looks[-1].title
-        if len(ends) < 2:
-            return f"{title}: the error is {ends[-1]} times its floor."
-        return f"{title}: the error went from {ends[0]} to {ends[1]} times its floor."
+        last, change = self.looks[-1], last_change(self.looks)
+        if change is None:
+            error = format_number(last.error, 2, keep_zeros=True)
+            return f"{last.title}: the error is {error} times its floor."
+        return f"{last.title}: the error went {change.words}."
 
 
 def _stopped(kept: bool, any_left: bool) -> str:

@@ -1,35 +1,258 @@
-"""The card of the tour goes along with whoever walks by the stages."""
+"""The card of the tour follows from what has been done, and goes along with the person."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
 import pytest
 
-from flexgui.panels.tour import STEPS, step_of
+from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
+from core.results import ChannelError, Diagnosis, LadderStep, Outcome, RankedEffect
+from flexgui.jobs.looked import Looked
+from flexgui.panels.busy import how_it_stands
+from flexgui.session import Session
+from flexgui.session.demo import demo_scenario, hidden_scenario, is_of_tour
+from flexgui.session.edit import edited
+from flexgui.session.effects import with_effect
+from flexgui.session.last_step import Change, in_vain, last_change
+from flexgui.session.look import Look
+from flexgui.session.run import QUEUED, RUNNING, STOPPING, Run
+from flexgui.session.state import STAGES
+from flexgui.session.tour_card import (
+    ADD,
+    BEGIN,
+    BEGUN,
+    COMPARE,
+    DIAGNOSE,
+    DONE,
+    END,
+    LOOK,
+    OFFERED,
+    Card,
+    card,
+    due_stage,
+    holds_way_on,
+)
 
-LOOK, COMPARE, DIAGNOSE, ADD = range(1, 5)
+FRICTION, JOINT = "Coulomb friction", "Elastic joint"
+WITH_FRICTION = edited(hidden_scenario(), with_effect("coulomb_friction", None))
+
+
+@pytest.fixture
+def session(tmp_path: Path) -> Iterator[Session]:
+    """On the tour, with nothing done yet."""
+    (tmp_path / "own").mkdir()
+    made = Session("a-person", tmp_path / "own")
+    made.scenario = hidden_scenario()
+    made.tour = BEGUN
+    yield made
+    made.close()
+
+
+def outcome() -> Outcome:
+    return cast(Outcome, SimpleNamespace(comparisons=()))
+
+
+def ranked(title: str) -> RankedEffect:
+    return RankedEffect(title.lower(), title, 9.0, 1e-9, 50.0, None, None)
+
+
+def look(error: float, verdict: str | None, first: str, title: str = "") -> Look:
+    """One look at a model whose error is so many floors; `title` of what was added to come here."""
+    step = LadderStep(None, "", (), (ChannelError("z1", "m", error, 1.0),), None, error**2)
+    diagnosis = None if verdict is None else cast(Diagnosis, SimpleNamespace(verdict=verdict))
+    found = Looked(
+        step, ("th1",), (("z1",),), (0.1,), (np.ones((5, 1)),), (ranked(first),),
+        diagnosis=diagnosis,
+    )  # fmt: skip
+    return Look(WITH_FRICTION if title else hidden_scenario(), title, title.lower() or None, found)
+
+
+def go(session: Session, *looks: Look) -> None:
+    """The way of these looks, at whose last model the person is."""
+    session.looks = looks
+    session.scenario = looks[-1].scenario if looks else hidden_scenario()
+
+
+LACKING = look(9.7, MISSING, FRICTION)
+ADDED = look(0.99, NOTHING, JOINT, FRICTION)
+
+
+def at(session: Session, stage: str) -> Card:
+    session.stage = stage
+    shown = card(session)
+    assert shown is not None
+    return shown
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_a_tour_that_was_dismissed_says_nothing(session: Session, stage: str) -> None:
+    session.tour, session.stage = None, stage
+    assert card(session) is None
+
+
+def test_it_is_offered_at_the_first_stage_only(session: Session) -> None:
+    session.tour, session.scenario = OFFERED, demo_scenario()
+    assert at(session, "Arm").button == BEGIN
+    session.stage = "Diagnose"
+    assert card(session) is None
+
+
+def test_other_recordings_are_not_the_tours(session: Session) -> None:
+    session.scenario = demo_scenario()
+    session.stage = "Data"
+    assert card(session) is None
+
+
+def test_an_effect_in_the_model_leaves_the_recordings_those_of_the_tour() -> None:
+    assert is_of_tour(WITH_FRICTION)
+    assert not is_of_tour(demo_scenario())
+
+
+def test_walking_ahead_does_nothing_that_has_to_be_done(session: Session) -> None:
+    for stage in STAGES:
+        at(session, stage)
+    assert at(session, "Compare").title == COMPARE
+    assert "Identify first" in at(session, "Compare").text
+    shown = at(session, "Diagnose")
+    assert shown.title == DIAGNOSE
+    assert shown.text.startswith("Press Find what is missing")
 
 
 @pytest.mark.parametrize(
-    ("tour", "stage", "shown"),
-    [
-        (LOOK, "Data", LOOK),
-        (LOOK, "Identify", COMPARE),
-        (LOOK, "Compare", COMPARE),
-        (LOOK, "Diagnose", DIAGNOSE),
-        (COMPARE, "Diagnose", DIAGNOSE),
-        (ADD, "Diagnose", ADD),
-        (DIAGNOSE, "Compare", DIAGNOSE),
-        (DIAGNOSE, "Arm", DIAGNOSE),
-    ],
+    ("stage", "title"),
+    [("Arm", LOOK), ("Data", LOOK), ("Identify", COMPARE), ("Compare", COMPARE)],
 )
-def test_the_card_is_never_behind_the_person(tour: int, stage: str, shown: int) -> None:
-    assert step_of(tour, stage) == shown
+def test_the_card_goes_back_with_the_person(session: Session, stage: str, title: str) -> None:
+    session.outcome, session.outcome_of = outcome(), session.scenario
+    go(session, LACKING)
+    assert at(session, "Diagnose").title == ADD
+    assert at(session, stage).title == title
+    assert at(session, "Diagnose").title == ADD
 
 
-@pytest.mark.parametrize("tour", [None, 0])
-def test_a_tour_that_has_not_begun_does_not_begin_by_itself(tour: int | None) -> None:
-    assert step_of(tour, "Diagnose") == tour
+def test_after_the_fit_the_card_points_to_what_is_next(session: Session) -> None:
+    assert "Press Start identification" in at(session, "Identify").text
+    session.outcome, session.outcome_of = outcome(), session.scenario
+    assert "Press Next: compare" in at(session, "Identify").text
 
 
-def test_every_step_leads_to_a_stage() -> None:
-    assert all(step.stage for step in STEPS[1:])
+def test_a_fit_of_other_settings_is_to_be_done_again(session: Session) -> None:
+    session.outcome, session.outcome_of = outcome(), demo_scenario()
+    assert "Press Start identification" in at(session, "Identify").text
+
+
+def test_no_button_is_pressed_while_the_model_is_fitted(session: Session) -> None:
+    session.run = Run(kind="identify", phase=RUNNING)
+    assert "Press" not in at(session, "Identify").text
+
+
+def test_what_was_found_is_named_with_its_button(session: Session) -> None:
+    go(session, LACKING)
+    assert f"Press Add {FRICTION}." in at(session, "Diagnose").text
+
+
+def test_a_look_at_other_settings_is_to_be_taken_again(session: Session) -> None:
+    go(session, LACKING)
+    session.scenario = WITH_FRICTION
+    assert at(session, "Diagnose").title == DIAGNOSE
+
+
+def test_while_it_is_looked_for_nothing_is_pressed(session: Session) -> None:
+    session.pending = Look(session.scenario)
+    shown = at(session, "Diagnose")
+    assert (shown.title, "Press" in shown.text) == (DIAGNOSE, False)
+
+
+def test_while_it_is_added_the_card_says_what_is_fitted(session: Session) -> None:
+    go(session, LACKING)
+    session.pending = Look(WITH_FRICTION, FRICTION, "coulomb friction")
+    assert f"fitted with {FRICTION}" in at(session, "Diagnose").text
+    session.pending = look(0.99, None, JOINT, FRICTION)
+    shown = at(session, "Diagnose").text
+    assert "fell from 9.7 to 0.99 times its floor" in shown
+
+
+def test_once_it_was_added_the_tour_is_done_and_names_no_other_effect(session: Session) -> None:
+    go(session, LACKING, ADDED)
+    shown = at(session, "Diagnose")
+    assert shown.title == DONE
+    assert shown.button == END
+    assert f"fell from 9.7 to 0.99 times its floor: {FRICTION} was missing" in shown.text
+    assert "Nothing else is missing" in shown.text
+    assert JOINT not in shown.text
+
+
+def test_undoing_leads_back_to_adding(session: Session) -> None:
+    go(session, LACKING, ADDED)
+    go(session, *session.looks[:-1])
+    assert at(session, "Diagnose").title == ADD
+
+
+@pytest.mark.parametrize("verdict", [MISSING, NOTHING, UNLISTED, None])
+def test_an_error_that_did_not_fall_is_undone(session: Session, verdict: str | None) -> None:
+    go(session, LACKING, ADDED, look(2.7, verdict, "Backlash", JOINT))
+    shown = at(session, "Diagnose")
+    assert shown.title == ADD
+    assert "did not fall" in shown.text
+    assert "from 0.99 to 2.7" in shown.text
+    assert "Undo the last step" in shown.text
+    assert "Backlash" not in shown.text
+
+
+def test_an_error_that_fell_halfway_leads_on_or_back(session: Session) -> None:
+    go(session, LACKING, look(7.7, MISSING, FRICTION, "Viscous joint friction"))
+    shown = at(session, "Diagnose").text
+    assert "from 9.7 to 7.7" in shown
+    assert f"press Add {FRICTION}, or Undo" in shown
+
+
+def test_elsewhere_the_card_says_where_the_tour_goes_on(session: Session) -> None:
+    assert "goes on at Identify" in at(session, "Export").text
+    session.outcome, session.outcome_of = outcome(), session.scenario
+    assert due_stage(session) == "Compare"
+    go(session, LACKING)
+    assert "goes on at Diagnose" in at(session, "Export").text
+
+
+def test_a_tour_that_is_through_holds_nobody_elsewhere(session: Session) -> None:
+    go(session, LACKING, ADDED)
+    session.stage = "Export"
+    assert card(session) is None
+
+
+def test_the_card_has_a_button_only_at_its_ends(session: Session) -> None:
+    for looks in ((), (LACKING,), (LACKING, ADDED)):
+        go(session, *looks)
+        for stage in STAGES:
+            session.stage = stage
+            assert holds_way_on(session) == (len(looks) == 2 and stage == "Diagnose")
+
+
+def test_a_change_that_figures_do_not_show_is_none() -> None:
+    assert Change(9.7, 0.99).fell
+    assert not Change(0.99, 0.989).fell
+    assert not Change(0.99, 2.7).fell
+    assert last_change((LACKING,)) is None
+    assert not in_vain((LACKING, ADDED))
+    assert in_vain((ADDED, look(0.99, NOTHING, "Backlash", JOINT)))
+
+
+def test_progress_is_one_sentence_and_what_is_compiled_stands_apart() -> None:
+    run = Run("diagnose", RUNNING, stage="Trying every known effect", done=11, total=29)
+    text = "Slow sensor (still to be compiled, once: Soft base)"
+    assert how_it_stands(replace(run, text=text)) == (
+        "Trying every known effect, 11 of 29", ": Slow sensor",
+        "Still to be compiled, once: Soft base",
+    )  # fmt: skip
+    assert how_it_stands(replace(run, text="Slow sensor"))[2] == ""
+
+
+def test_a_job_that_waits_or_ends_says_so() -> None:
+    assert how_it_stands(Run("diagnose", QUEUED, 2))[0] == "Waiting, place 2 in the queue."
+    assert how_it_stands(Run("diagnose", STOPPING, stage="x"))[0] == "Stopping …"

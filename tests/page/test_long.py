@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,7 @@ def walk(page: Any, session: Session, right: str) -> None:
     press(page, "Start identification")
     page.get_by_role("button", name="Next: compare model and measurements").wait_for(timeout=SLOW)
     press(page, "Next: compare model and measurements")
-    page.get_by_role("button").filter(has_text="× floor").first.wait_for()
+    page.get_by_role("button").filter(has_text=re.compile(" ×$")).first.wait_for()
     press(page, "Next: find what is missing")
     press(page, "Find what is missing")
     page.get_by_text("Something is missing.").wait_for(timeout=SLOW)

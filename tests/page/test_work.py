@@ -66,6 +66,9 @@ def test_good_and_bad_recordings(page: Any, session: Session, good: Path) -> Non
         assert session.scenario == before
     give(page, good)
     sees(page, "good.csv: 3000 samples at 1000 Hz.")
+    sees(page, "Use it alone, or beside the 8 that are here?")
+    sees(page, "7 to fit, 1 to validate.")
+    press(page, "Beside the 8 that are here")
     sees(page, "8 to fit, 1 to validate.")
 
 
@@ -125,13 +128,20 @@ def test_columns_with_other_names_are_chosen_on_the_page(
     foreign.write_text(text.replace("t [s]", "clock", 1).replace("dtheta1_ref", "speed", 1))
     press(page, "Data")
     give(page, foreign)
-    sees(page, "Still needed: t, dtheta1_ref.")
-    for column, left in (("clock", "Still needed: dtheta1_ref."), ("speed", "All that is needed")):
-        pick(page, "Is column", column)
+    sees(page, "Still needed: 2.")
+    sees(page, "Which column is the time t [s]?")
+    for column, left in (("clock", "Still needed: 1."), ("speed", "All that is needed is known.")):
+        pick(page, "Column", column)
         press(page, "That column it is")
         sees(page, left)
+    assert not page.locator(".fx .bad").count()
     press(page, "Read the file")
     sees(page, "foreign.csv: 3000 samples at 1000 Hz.")
+    press(page, "Use it alone")
+    sees(page, "1 to fit, 0 to validate.")
+    sees(page, "8 recordings made room for your own.")
+    press(page, "Bring the 8 back")
+    sees(page, "8 to fit, 1 to validate.")
     columns = session.scenario.recordings[-1].columns
     assert {c: s.name.split(" ")[0] for c, s in columns.items()} == {
         "t": "clock", "dtheta1_ref": "speed",

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from core.progress import Progress, Silent
+
 if TYPE_CHECKING:
     from core.diagnose.diagnose import Options, ToCome
     from core.diagnose.start import Begun
@@ -65,7 +67,7 @@ def diagnose(
     look = FirstLook(asked, progress)
     if fit == BEFORE and not progress.stopped():
         look.check()
-        look.tell(outcome=refined(scenario_toml, where, progress))
+        look.tell(outcome=refined(scenario_toml, where, asked, progress))
 
     def listen(ranking: tuple[RankedEffect, ...], to_come: ToCome) -> None:
         sizes, effects = to_come
@@ -79,7 +81,7 @@ def diagnose(
     light = tuple(replace(r, ranking=thinned(r.ranking)) for r in found.rounds)
     look.tell(ranking=thinned(found.ranking), diagnosis=replace(found, rounds=light))
     if fit == AFTER and not progress.stopped():
-        return replace(look.seen, outcome=refined(scenario_toml, where, progress))
+        return replace(look.seen, outcome=refined(scenario_toml, where, asked, progress))
     return look.seen
 
 
@@ -167,10 +169,13 @@ def _seen(step: LadderStep, begun: Begun) -> Looked:
     )
 
 
-def refined(scenario_toml: str, where: tuple[Path, Path | None], progress: Teller) -> Outcome:
+def refined(
+    scenario_toml: str, where: tuple[Path, Path | None], asked: Asked, progress: Teller
+) -> Outcome:
     """The identification without its search: a refinement from where the parameters start."""
     import tomllib
 
+    from core.diagnose.announce import fit_title
     from core.scenario.read import check_scenario
     from core.workbench import run_scenario
 
@@ -179,7 +184,20 @@ def refined(scenario_toml: str, where: tuple[Path, Path | None], progress: Telle
         document.pop(table, None)
     document.setdefault("identify", {}).update(generations=0, refine=True)
     scenario = check_scenario(document, "The scenario")
-    return run_scenario(scenario, folder=where[0], data_folder=where[1], progress=progress)
+    progress.stage(fit_title(asked.setup.model.effects))
+    quiet = Unnamed(progress)
+    return run_scenario(scenario, folder=where[0], data_folder=where[1], progress=quiet)
+
+
+class Unnamed(Silent):
+    """Stages that are part of a larger one, which was named already."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+
+    def stopped(self) -> bool:
+        """As it is asked of the whole."""
+        return self._progress.stopped()
 
 
 def thinned(ranking: tuple[RankedEffect, ...]) -> tuple[RankedEffect, ...]:

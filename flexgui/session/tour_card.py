@@ -1,0 +1,183 @@
+"""What the card of the tour says: it follows from what has been done and from the stage shown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from core.diagnose.verdict import NOTHING
+from flexgui.session.demo import is_of_tour
+from flexgui.session.last_step import in_vain, last_change
+from flexgui.session.look import Look
+from flexgui.session.session import Session
+
+OFFERED, BEGUN = 0, 1
+"""Values of a session's `tour`; None: dismissed."""
+
+FIRST_STAGE = "Arm"
+"""Where the tour is offered: who walks on by the stages has begun by themselves."""
+
+
+@dataclass(frozen=True)
+class Card:
+    """The way on is a button of the stage, which the text names; else the card's own `button`."""
+
+    title: str
+    text: str
+    button: str = ""
+
+
+LOOK, COMPARE, DIAGNOSE, ADD = (
+    f"{k} of 4: {name}" for k, name in enumerate(("look", "compare", "diagnose", "add"), start=1)
+)
+DONE = "Done"
+BEGIN, END = "Begin the tour", "End the tour"
+
+TRIED = (
+    "Every known effect is tried on what the model leaves over; the list says how much of the "
+    "error each would explain. Open What is it? to read about one."
+)
+OFFER = Card(
+    "Find what a model lacks",
+    "In four steps: look, compare, diagnose, add. The arm of the tour has an effect that its model "
+    "does not know. It opens recordings of its own.",
+    BEGIN,
+)
+AT_ARM = Card(LOOK, "This is the arm. Press Next: take measurements to see what was recorded.")
+AT_DATA = Card(
+    LOOK,
+    "An effect is in these recordings that the model does not know. Press Play in the time-line "
+    "and watch the arm bend; the plots show what was asked of it and what the sensors saw. Then "
+    "press Next: identify.",
+)
+TO_FIT = Card(
+    COMPARE,
+    "Press Start identification: the model is fitted as it is, to see afterwards where it fails.",
+)
+FITTING = Card(COMPARE, "The model is fitted as it is, to see afterwards where it fails.")
+FITTED = Card(
+    COMPARE,
+    "The model is fitted as well as it can be. Press Next: compare model and measurements to see "
+    "where it fails.",
+)
+UNFITTED = Card(COMPARE, "The model has to be fitted first: press Identify first.")
+AT_COMPARE = Card(
+    COMPARE,
+    "The worst places are buttons: press one, and plots, time-line and arm go there. Then press "
+    "Next: find what is missing.",
+)
+TO_FIND = Card(DIAGNOSE, f"Press Find what is missing. {TRIED}")
+LOOKING = Card(DIAGNOSE, TRIED)
+
+
+def card(session: Session) -> Card | None:
+    """The card to show; None where there is nothing to be said."""
+    if session.tour == OFFERED:
+        return OFFER if session.stage == FIRST_STAGE else None
+    if session.tour is None or not is_of_tour(session.scenario):
+        return None
+    return AT.get(session.stage, _elsewhere)(session)
+
+
+def holds_way_on(session: Session) -> bool:
+    """Whether the card's own button is the next thing to press, so that no other one invites."""
+    shown = card(session)
+    return shown is not None and bool(shown.button)
+
+
+def due_stage(session: Session) -> str:
+    """Where the next thing is to be done."""
+    if session.shown_looks:
+        return "Diagnose"
+    return "Identify" if session.outcome is None else "Compare"
+
+
+def _identify(session: Session) -> Card:
+    if session.run.busy and session.run.kind == "identify":
+        return FITTING
+    fresh = session.outcome is not None and session.outcome_of == session.scenario
+    return FITTED if fresh else TO_FIT
+
+
+def _compare(session: Session) -> Card:
+    return AT_COMPARE if session.comparisons else UNFITTED
+
+
+def _diagnose(session: Session) -> Card:
+    look, pending = session.look, session.pending
+    if pending is not None:
+        return _adding(session, pending) if pending.added else LOOKING
+    if look is None or look.scenario != session.scenario or not look.ranking:
+        return TO_FIND
+    if look.added:
+        return _added(session, look)
+    if look.diagnosis is not None and look.diagnosis.verdict == NOTHING:
+        return Card(DONE, "Nothing is missing that these recordings could show.", END)
+    return Card(
+        ADD,
+        f"Press Add {look.ranking[0].title}. The model is fitted again with it, and the error "
+        "falls on the ladder if that is what was missing. Undo the last step brings it back.",
+    )
+
+
+def _adding(session: Session, pending: Look) -> Card:
+    change = last_change(session.shown_looks) if pending.found is not None else None
+    if change is None:
+        return Card(
+            ADD,
+            f"The model is fitted with {pending.title}. If that is what was missing, its error "
+            "falls on the ladder.",
+        )
+    went = "fell" if change.fell else "went"
+    return Card(
+        ADD,
+        f"With {pending.title} the error {went} {change.words}. Now the known effects are tried on "
+        "what is left.",
+    )
+
+
+def _added(session: Session, look: Look) -> Card:
+    change = last_change(session.looks)
+    words = "" if change is None else change.words
+    if in_vain(session.looks):
+        return Card(
+            ADD,
+            f"The error did not fall: it went {words}. {look.title} was not it. Press Undo the "
+            "last step and try another.",
+        )
+    verdict = None if look.diagnosis is None else look.diagnosis.verdict
+    if verdict == NOTHING:
+        return Card(
+            DONE,
+            f"The error fell {words}: {look.title} was missing. Nothing else is missing that these "
+            "recordings could show. Undo it and try another, or try a challenge of your own below.",
+            END,
+        )
+    if verdict is None:
+        on = "Press Find what is missing to look at the rest"
+    else:
+        on = f"Something is still missing: press Add {look.ranking[0].title}"
+    return Card(
+        ADD,
+        f"With {look.title} the error fell {words}. {on}, or Undo the last step and try another.",
+    )
+
+
+def _elsewhere(session: Session) -> Card | None:
+    """At a stage of which the tour does not speak; once it is through it holds nobody."""
+    shown = _diagnose(session)
+    if shown.button:
+        return None
+    stage = due_stage(session)
+    title = shown.title if stage == "Diagnose" else COMPARE
+    return Card(title, f"The tour goes on at {stage}, in the row of stages above.")
+
+
+AT: dict[str, Callable[[Session], Card | None]] = {
+    "Arm": lambda _: AT_ARM,
+    "Data": lambda _: AT_DATA,
+    "Identify": _identify,
+    "Compare": _compare,
+    "Diagnose": _diagnose,
+}
+"""Stage -> what its card says."""
