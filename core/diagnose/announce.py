@@ -38,7 +38,8 @@ def aside(text: str) -> tuple[str, str]:
 
 
 def _named(effects: Sequence[Effect]) -> str:
-    titles = list(dict.fromkeys(e.title for e in effects))
+    parts = {kind for e in effects for kind in e.includes}
+    titles = list(dict.fromkeys(e.title for e in effects if e.kind not in parts))
     return listed(titles) if len(titles) <= NAMED else f"{len(titles)} effects"
 
 

@@ -48,7 +48,7 @@ class ComparePanel(Panel):
             desk, "Identify first", lambda: session.show("Identify"), prominent=True
         )
         self._next = widgets.button(
-            desk, "Next: find what is missing", lambda: session.show("Diagnose"), prominent=True
+            desk, "Next: diagnose", lambda: session.show("Diagnose"), prominent=True
         )
         self._shown_output = ALL
         self._choice = widgets.choice(desk, "Recording", (NONE,), self._name, self._chosen)

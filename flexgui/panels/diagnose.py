@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 from markupsafe import Markup
 
 from core.effects import catalogue
+from core.workbench import base_model
 from flexgui.jobs.looked import Looked
 from flexgui.panels import widgets
 from flexgui.panels.at_work import AtWork
@@ -27,11 +28,16 @@ from flexgui.session.tour_card import holds_way_on
 from flexgui.views.ladder import ladder
 from flexgui.views.live_prediction import live_prediction
 from flexgui.views.numbers import format_number
+from flexgui.views.parameters import equation
 from flexgui.views.ranking import ranking
 
 FIRST = "A first ranking: {} more sizes of the effects have not been tried yet."
 UNTRIED = " Not in it: {}."
 BEST = "the first in the list"
+AGAINST = (
+    "With {} the model fits the recordings worse than without it: they speak against it. Undo the "
+    "last step."
+)
 FIND, ADD, UNDO, GO_ON = "find", "add", "undo", "go on"
 BARS = 6
 EMPTY = (
@@ -101,7 +107,7 @@ class DiagnosePanel(Panel):
         way_on = self._way_on()
         self._find.label = "Look again" if fresh else "Find what is missing"
         self._find.color = _color(way_on == FIND)
-        self._verdict.show(_verdict(look))
+        self._verdict.show(self._said(look))
         self._grown.refresh(not session.run.busy)
         self._show_added()
         self._undo.color = _color(way_on == UNDO)
@@ -120,7 +126,7 @@ class DiagnosePanel(Panel):
     def _way_on(self) -> str:
         """The one button that invites; the tour's card may hold it instead."""
         look = self.desk.session.look
-        if holds_way_on(self.desk.session):
+        if holds_way_on(self.desk.session) or self._guess_first():
             return ""
         if look is None or look.found is None or not look.ranking or self._old():
             return FIND
@@ -132,12 +138,29 @@ class DiagnosePanel(Panel):
             return UNDO
         return ADD if more else GO_ON
 
+    def _guess_first(self) -> bool:
+        """Whether a challenge waits for a guess, before which asking the tool is marked."""
+        known = self.desk.session.challenge
+        return known is not None and known.revealed is None and not known.guesses
+
+    def _said(self, look: Look | None) -> Markup:
+        """The verdict on the model that is shown; of one that was left none."""
+        session = self.desk.session
+        if session.pending is not None and session.pending is not look:
+            return Markup("")
+        if session.pending is None and look is not None and in_vain(session.looks):
+            text = paragraph(AGAINST.format(session.looks[-1].title))
+            return Markup("<div class='verdict unlisted'>{}</div>").format(text)
+        return _verdict(look)
+
     def _show_added(self) -> None:
-        """What is in the model, and the way back."""
+        """What is in the model with its sizes, and the way back."""
         session = self.desk.session
         titles = ", ".join(title for _, title in present(session.scenario))
-        said = paragraph(f"In the model: {titles}.", "good") if titles else Markup("")
         looks = session.shown_looks
+        sizes = _fitted_sizes(looks[-1]) if looks else Markup("")
+        text = Markup("In the model: {}.{}").format(titles, sizes)
+        said = paragraph(text, "good") if titles else Markup("")
         if len(looks) > 1 and looks[-1].added and looks[-1].added not in catalogue():
             said += paragraph(own_place(looks[-2], looks[-1]))
         self._added.show(said)
@@ -200,6 +223,14 @@ class DiagnosePanel(Panel):
         look = self.desk.session.look
         if look is not None and look.found is not None:
             self._residual.move_cursor(self._cursor(look.found))
+
+
+def _fitted_sizes(look: Look) -> Markup:
+    """Of the effects in the model, by the diagnosis' own fit."""
+    own = base_model(look.scenario).effect_parameters
+    known = () if look.found is None else look.found.step.parameters
+    sizes = Markup(", ").join(equation(e) for e in known if e.name in own)
+    return Markup(" Fitted: {}.").format(sizes) if sizes else Markup("")
 
 
 def _color(invites: bool) -> str:

@@ -146,6 +146,15 @@ class IdentifyPanel(Panel):
             return []
         return [Searched(p.name, p.symbol, p.unit, p.lower, p.upper) for p in found]
 
+    def _fitted(self) -> list[str]:
+        """Symbols of what a fit of the scenario varies, the sizes of its effects too."""
+        try:
+            sizes = base_model(self.desk.session.scenario).effect_parameters.values()
+        except InputError:
+            return []
+        searched = [plain_symbol(s.symbol, s.name) for s in self._searched()]
+        return searched + [plain_symbol(p.symbol, p.name) for p in sizes]
+
     def _old(self) -> bool:
         session = self.desk.session
         return session.outcome is not None and session.outcome_of != session.scenario
@@ -171,8 +180,7 @@ class IdentifyPanel(Panel):
         session, run = self.desk.session, self.desk.session.run
         if not self._running:
             count = sum(r.role == "estimate" for r in session.scenario.recordings)
-            searched = [plain_symbol(s.symbol, s.name) for s in self._searched()]
-            what = ", ".join(searched) or "none yet"
+            what = ", ".join(self._fitted()) or "none yet"
             return f"{count} recordings to fit; parameters: {what}."
         if run.phase == QUEUED:
             place = "" if run.place is None else f", place {run.place} in the queue"

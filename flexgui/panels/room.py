@@ -25,7 +25,7 @@ LEAST_PLOTS, LEAST_CONTROLS = 320.0, 340.0
 """px below which figures cannot be read, and the stages' buttons not be pressed."""
 PHONE = 576.0
 """px: viser puts all panels into one sheet, up to here."""
-LINE, LINE_HEIGHT, LINE_MARGIN = 600.0, 186.0, 10.0
+LINE, LINE_HEIGHT, LINE_MARGIN = 600.0, 204.0, 10.0
 """px of the time-line over the 3-D picture; it shrinks with it."""
 LEAST_LINE, NARROW_LINE, NARROW_LINE_HEIGHT = 260.0, 480.0, 222.0
 """A narrow one needs more lines for its words."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from flexgui.panels import widgets
 from flexgui.panels.desk import Desk
-from flexgui.panels.drawn_bending import legend
+from flexgui.panels.drawn_bending import legend, plays
 from flexgui.panels.errors_in_scene import COLOURED
 from flexgui.panels.room import LINE_MARGIN, Widths, Window
 from flexgui.panels.words import Words, joined, paragraph
@@ -50,13 +50,19 @@ class TimeLine:
         """Shows the cursor."""
         session = self._desk.session
         motion, cursor = session.playback, session.cursor
+        if motion is not None and not plays(session):
+            self._about.show(
+                paragraph("Here the sliders set the posture; recordings play from Data on.", "soft")
+            )
+            return
         if motion is None:
             self._about.show(paragraph("Here a recording will play, once there is one.", "soft"))
             return
         who = "identified model" if motion.fitted else "model as stated"
+        pace = "" if cursor.speed == 1.0 else f", speed ×{cursor.speed:g}"
         now = (
-            f"{motion.recording}: {who}, {cursor.time:.2f} s of {motion.seconds:.2f} s, "
-            f"speed ×{cursor.speed:g}{self._error()}"
+            f"{motion.recording}: {who}, {cursor.time:.2f} s of {motion.seconds:.2f} s"
+            f"{pace}{self._error()}"
         )
         what = legend(session)
         self._about.show(joined(paragraph(now), paragraph(what, "soft")) if what else now)

@@ -14,7 +14,7 @@ from core.errors import InputError
 from flexgui.jobs import JobPool
 from flexgui.server.greeting import Say
 
-PREPARING = "Preparing for this machine, once: about 20 s."
+PREPARING = "Preparing for this machine, once: up to a minute."
 READY = "Ready."
 LONGEST = 120.0
 """s that a page waits; then it compiles for itself what it needs."""

@@ -64,7 +64,7 @@ UNFITTED = Card(COMPARE, "The model has to be fitted first: press Identify first
 AT_COMPARE = Card(
     COMPARE,
     "The worst places are buttons: press one, and plots, time-line and arm go there. Then press "
-    "Next: find what is missing.",
+    "Next: diagnose.",
 )
 TO_FIND = Card(DIAGNOSE, f"Press Find what is missing. {TRIED}")
 LOOKING = Card(DIAGNOSE, TRIED)
@@ -100,6 +100,9 @@ def _identify(session: Session) -> Card:
 
 
 def _compare(session: Session) -> Card:
+    look = session.look
+    if look is not None and look.diagnosis is not None and look.diagnosis.verdict == NOTHING:
+        return Card(COMPARE, "What is left between model and measurements is noise now.")
     return AT_COMPARE if session.comparisons else UNFITTED
 
 
@@ -115,8 +118,9 @@ def _diagnose(session: Session) -> Card:
         return Card(DONE, "Nothing is missing that these recordings could show.", END)
     return Card(
         ADD,
-        f"Press Add {look.ranking[0].title}. The model is fitted again with it, and the error "
-        "falls on the ladder if that is what was missing. Undo the last step brings it back.",
+        f"What is it? and Show what it does tell more of an effect. Press Add "
+        f"{look.ranking[0].title}: the model is fitted again with it, and the error falls on the "
+        "ladder if that is what was missing. Undo the last step brings it back.",
     )
 
 

@@ -37,6 +37,11 @@ def planned(*kinds: str, **values: float) -> list[Trial]:
     return [Trial(effect(kind), "", values, {}, False, False, ()) for kind in kinds]
 
 
+def test_what_an_effect_brings_along_is_not_counted_as_one_more() -> None:
+    present = [effect(kind) for kind in ("rotor_inertia", "joint_elasticity", "coulomb_friction")]
+    assert fit_title(present) == "Fitting the model with Elastic joint and Coulomb friction"
+
+
 @pytest.fixture
 def nothing_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("FLEXGUI_CACHE", str(tmp_path))

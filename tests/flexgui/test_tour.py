@@ -154,7 +154,7 @@ def test_no_button_is_pressed_while_the_model_is_fitted(session: Session) -> Non
 
 def test_what_was_found_is_named_with_its_button(session: Session) -> None:
     go(session, LACKING)
-    assert f"Press Add {FRICTION}." in at(session, "Diagnose").text
+    assert f"Press Add {FRICTION}:" in at(session, "Diagnose").text
 
 
 def test_a_look_at_other_settings_is_to_be_taken_again(session: Session) -> None:
@@ -186,6 +186,11 @@ def test_once_it_was_added_the_tour_is_done_and_names_no_other_effect(session: S
     assert f"fell from 9.7 to 0.99 times its floor: {FRICTION} was missing" in shown.text
     assert "Nothing else is missing" in shown.text
     assert JOINT not in shown.text
+
+
+def test_once_nothing_is_missing_no_stage_sends_to_the_search_again(session: Session) -> None:
+    go(session, LACKING, ADDED)
+    assert "Press" not in at(session, "Compare").text
 
 
 def test_undoing_leads_back_to_adding(session: Session) -> None:

@@ -37,7 +37,7 @@ def walk(page: Any, session: Session, right: str) -> None:
     page.get_by_role("button", name="Next: compare model and measurements").wait_for(timeout=SLOW)
     press(page, "Next: compare model and measurements")
     page.get_by_role("button").filter(has_text=re.compile(" ×$")).first.wait_for()
-    press(page, "Next: find what is missing")
+    press(page, "Next: diagnose")
     press(page, "Find what is missing")
     page.get_by_text("Something is missing.").wait_for(timeout=SLOW)
     page.get_by_role("button", name=f"Add {title}", exact=True).wait_for()
