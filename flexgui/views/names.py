@@ -64,3 +64,8 @@ def typeset(symbol: str, name: str) -> Markup:
     if not symbol:
         return escape(plain)  # an underscore of a name says nothing about a subscript
     return Markup(re.sub(r"_([\w,]+)", r"<sub>\1</sub>", str(escape(plain))))
+
+
+def equals(symbol: Markup | str, value: str) -> Markup:
+    """'f_c1 = 1.2 N m' for HTML, on one line: a unit is not torn from its number."""
+    return Markup("<span style='white-space: nowrap'>{} = {}</span>").format(symbol, value)

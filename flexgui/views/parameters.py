@@ -8,7 +8,7 @@ import numpy as np
 from markupsafe import Markup
 
 from core.results import Estimate, Fit
-from flexgui.views.names import typeset
+from flexgui.views.names import equals, typeset
 from flexgui.views.numbers import format_number, format_value, with_unit
 from flexgui.views.pooled import overall_estimates
 from flexgui.views.table import Column, Row, Table
@@ -73,8 +73,7 @@ def estimate_text(estimate: Estimate) -> str:
 
 def equation(estimate: Estimate) -> Markup:
     """'EI₁ = 520.83 ± 0.02 N m²', for HTML."""
-    symbol = typeset(estimate.symbol, estimate.name)
-    return Markup("{} = {}").format(symbol, estimate_text(estimate))
+    return equals(typeset(estimate.symbol, estimate.name), estimate_text(estimate))
 
 
 def interval(estimate: Estimate, unit: ShownUnit) -> str:

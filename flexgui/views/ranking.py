@@ -11,7 +11,7 @@ from core.diagnose.kin import kinship
 from core.results import Estimate, RankedEffect
 from flexgui.views import colours
 from flexgui.views.layout import styled
-from flexgui.views.names import plain_symbol, typeset
+from flexgui.views.names import equals, plain_symbol, typeset
 from flexgui.views.numbers import format_number, format_value
 from flexgui.views.table import Column, Row, Table
 from flexgui.views.units import shown_unit
@@ -103,10 +103,7 @@ def sizes(ranked: RankedEffect) -> str:
 
 def typeset_sizes(ranked: RankedEffect) -> Markup:
     """The same with subscripts, for HTML."""
-    one = Markup("{} = {}")
-    return Markup(", ").join(
-        one.format(typeset(e.symbol, e.name), _size(e)) for e in ranked.parameters
-    )
+    return Markup(", ").join(equals(typeset(e.symbol, e.name), _size(e)) for e in ranked.parameters)
 
 
 def _size(e: Estimate) -> str:
