@@ -71,7 +71,8 @@ def _head(found: Looked) -> Markup:
     """What the list is worth, and how its figures are read."""
     over = found.diagnosis is not None and found.diagnosis.verdict == NOTHING
     note = paragraph(NOTHING_SAID) if over else Markup("")
-    return note + paragraph(READ, "soft")
+    read = Markup("<details><summary>How to read the list</summary>{}</details>")
+    return note + read.format(paragraph(READ, "soft"))
 
 
 class _Row:
