@@ -138,6 +138,8 @@ class Room:
     def _again(self) -> None:
         with self._lock:
             self._waits = False
+            if self._closed:
+                return
         self._shape = self._client.camera.aspect
         before = self.window
         self._ask()

@@ -23,6 +23,8 @@ from tests.session.helpers import until
 
 FOUND = 60_000
 """ms: two searches of a few candidates on a busy machine."""
+QUEUED = 4 * FOUND
+"""ms: the one worker may still be compiling what an earlier test looked for."""
 
 HEADLESS = 0.02
 """Relative: the command line goes on from a rough refit, the page from the end of one."""
@@ -272,7 +274,7 @@ def test_a_challenge_with_real_clicks(page: Any, session: Session) -> None:
     press(page, "Diagnose")
     page.get_by_text("Challenge", exact=True).first.click()
     press(page, "Hide an effect")
-    page.get_by_text("something is hidden in these recordings").wait_for(timeout=FOUND)
+    page.get_by_text("something is hidden in these recordings").wait_for(timeout=QUEUED)
     known = session.challenge
     assert known is not None
     hidden = json.loads(opened(known.sealed, "-"))["effects"]
