@@ -20,7 +20,7 @@ from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.effects import present
-from flexgui.session.last_step import in_vain
+from flexgui.session.last_step import in_vain, worse
 from flexgui.session.look import Look, ladder_steps
 from flexgui.session.own_ranked import own_place
 from flexgui.session.run import RUNNING
@@ -148,7 +148,7 @@ class DiagnosePanel(Panel):
         session = self.desk.session
         if session.pending is not None and session.pending is not look:
             return Markup("")
-        if session.pending is None and look is not None and in_vain(session.looks):
+        if session.pending is None and look is not None and worse(session.looks):
             text = paragraph(AGAINST.format(session.looks[-1].title))
             return Markup("<div class='verdict unlisted'>{}</div>").format(text)
         return _verdict(look)

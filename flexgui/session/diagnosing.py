@@ -19,7 +19,7 @@ from flexgui.jobs.tasks.diagnose import AFTER, BEFORE, COMPARED, diagnose
 from flexgui.session.comparing import Comparing
 from flexgui.session.edit import Edit, edited, put, thawed
 from flexgui.session.effects import present, titled, with_effect, with_own, without_effect
-from flexgui.session.last_step import in_vain, last_change
+from flexgui.session.last_step import last_change, worse
 from flexgui.session.look import Look
 from flexgui.session.own_ranked import ranked_with_own
 from flexgui.session.services import Services
@@ -187,7 +187,7 @@ class Diagnosing(Comparing, ABC):
         elif isinstance(event, Stopped):
             self.say(_stopped(kept, bool(self.looks)))
         elif isinstance(event, Finished) and look.title:
-            self.say(self._fallen(), bad=in_vain(self.looks))
+            self.say(self._fallen(), bad=worse(self.looks))
 
     def _worth_keeping(self, look: Look, event: Ended) -> bool:
         """A complete look always; one that was stopped where there is no complete one of it."""

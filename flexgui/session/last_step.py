@@ -23,6 +23,10 @@ class Change(NamedTuple):
         return self.after < FELL * self.before
 
     @property
+    def rose(self) -> bool:
+        return self.before < FELL * self.after
+
+    @property
     def words(self) -> str:
         """`from 9.7 to 0.99 times its floor`"""
         return f"from {_figure(self.before)} to {_figure(self.after)} times its floor"
@@ -41,6 +45,12 @@ def in_vain(looks: Sequence[Look]) -> bool:
     """Whether the last step added something and the error did not fall."""
     change = last_change(looks)
     return bool(looks[-1:] and looks[-1].added) and change is not None and not change.fell
+
+
+def worse(looks: Sequence[Look]) -> bool:
+    """Whether the last step added something and the error rose: that is more than needless."""
+    change = last_change(looks)
+    return bool(looks[-1:] and looks[-1].added) and change is not None and change.rose
 
 
 def _figure(value: float) -> str:

@@ -19,7 +19,7 @@ from flexgui.session import Session
 from flexgui.session.demo import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.session.edit import edited
 from flexgui.session.effects import with_effect
-from flexgui.session.last_step import Change, in_vain, last_change
+from flexgui.session.last_step import Change, in_vain, last_change, worse
 from flexgui.session.look import Look
 from flexgui.session.run import QUEUED, RUNNING, STOPPING, Run
 from flexgui.session.state import STAGES
@@ -245,7 +245,9 @@ def test_a_change_that_figures_do_not_show_is_none() -> None:
     assert not Change(0.99, 2.7).fell
     assert last_change((LACKING,)) is None
     assert not in_vain((LACKING, ADDED))
-    assert in_vain((ADDED, look(0.99, NOTHING, "Backlash", JOINT)))
+    needless = (ADDED, look(0.99, NOTHING, "Backlash", JOINT))
+    assert in_vain(needless) and not worse(needless)
+    assert worse((ADDED, look(2.7, UNLISTED, "Backlash", JOINT)))
 
 
 def test_progress_is_one_sentence_and_what_is_compiled_stands_apart() -> None:

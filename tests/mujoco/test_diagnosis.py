@@ -91,9 +91,28 @@ def test_a_single_hidden_effect_comes_first_with_its_size(name: str) -> None:
         assert measured[parameter] == pytest.approx(true, rel=SIZE), parameter
 
 
+LAGGED = "structural_damping-camera_delay"
+AT_THE_END = "a sensor lag comes first, and is removed as needless once both are in the model"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(n, marks=pytest.mark.xfail(strict=True, reason=AT_THE_END))
+        if n == LAGGED
+        else n
+        for n in PAIRS
+    ],
+)
+def test_both_of_a_hidden_pair_are_found(name: str) -> None:
+    found = diagnosed(name)
+    assert {step.added for step in found.steps[1:3]} == set(TRUTH[name])
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("name", PAIRS)
-def test_both_of_a_hidden_pair_are_found_and_nothing_else(name: str) -> None:
+def test_in_the_end_a_hidden_pair_and_nothing_else_is_in_the_model(name: str) -> None:
     assert {one["id"] for one in diagnosed(name).effects} == set(TRUTH[name])
 
 
