@@ -14,7 +14,7 @@ from core.progress import Progress
 from core.recording.load import load_recording
 from core.recording.recording import Recording
 from core.recording.spec import RecordingSpec
-from core.scenario.data_folder import resolve_file
+from core.scenario.data_folder import Folder, resolve_file
 from core.scenario.schema import Scenario, SensorsSpec
 from core.scenario.stated_effects import with_hidden_effects
 from core.simulate.experiment import NoiseLevels, simulate_recording
@@ -24,7 +24,7 @@ WORKERS = 2
 
 
 def load_recordings(
-    scenario: Scenario, model: Model, folder: Path, data_folder: Path | None, progress: Progress
+    scenario: Scenario, model: Model, folder: Folder, data_folder: Path | None, progress: Progress
 ) -> list[Recording]:
     """All of them, in the scenario's order; InputError names the file that is wrong."""
     if not scenario.recordings:
@@ -43,7 +43,7 @@ def load_recordings(
         return list(pool.map(one, scenario.recordings))
 
 
-def _read(spec: RecordingSpec, model: Model, folder: Path, data_folder: Path | None) -> Recording:
+def _read(spec: RecordingSpec, model: Model, folder: Folder, data_folder: Path | None) -> Recording:
     assert spec.file is not None
     path = resolve_file(spec.file, folder, data_folder)
     required = model.drive.reference_channels(model.arm)

@@ -26,6 +26,7 @@ from core.model import Model
 from core.progress import Progress, Silent
 from core.recording.recording import Recording
 from core.results import Diagnosis, Outcome, RecordingComparison, Variant
+from core.scenario.data_folder import Folder
 from core.scenario.schema import CompareSpec, IdentifySpec, Scenario
 from core.scenario.stated_effects import (
     candidate_effects,
@@ -55,7 +56,7 @@ class Clock:
 def run_scenario(
     scenario: Scenario,
     *,
-    folder: Path | None = None,
+    folder: Folder | None = None,
     data_folder: Path | None = None,
     progress: Progress | None = None,
 ) -> Outcome:

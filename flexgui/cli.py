@@ -65,7 +65,7 @@ def export(
     with _plain_words(), _progress(quiet) as progress:
         from flexgui.export.run import export_scenario
 
-        export_scenario(scenario, out, data, progress)
+        export_scenario(scenario, out, data, progress, _say_aside)
 
 
 @app.command()
@@ -113,6 +113,10 @@ def bench(
 
         code = run_bench(quick=quick)
     raise typer.Exit(code or 0)
+
+
+def _say_aside(text: str) -> None:
+    typer.echo(f"flexgui: {text}", err=True)
 
 
 @contextmanager

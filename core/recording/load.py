@@ -15,7 +15,7 @@ from core.recording.clock import check_rising, choose_rows, even_time
 from core.recording.read_table import read_table
 from core.recording.recording import CameraPose, Recording
 from core.recording.spec import RecordingSpec
-from core.recording.table import Table
+from core.recording.table import Table, number
 from core.sentences import did_you_mean, one_line
 from core.units import factor_to_si, parse_header
 
@@ -48,6 +48,7 @@ def load_recording(
 def _load(
     table: Table, spec: RecordingSpec, required: Sequence[str], units: Mapping[str, str]
 ) -> Recording:
+    _check_numbers(table)
     sources = _find_sources(table, spec, units)
     for name in ("t", *required):
         if name not in sources:
@@ -80,6 +81,29 @@ def _load(
         warnings=tuple(warnings),
         theta2=spec.theta2,
     )
+
+
+def _check_numbers(table: Table) -> None:
+    """A text that is no table of measurements is nobody's to quote in a sentence."""
+    if table.unusable or any(_is_numeric(column) for column in table.columns.values()):
+        return
+    raise InputError(
+        f"{table.source} is no table of measurements: no column holds numbers; choose another file."
+    )
+
+
+def _is_numeric(column: np.ndarray) -> bool:
+    """Whether any cell is a number; a slip among numbers has a sentence of its own."""
+    if column.dtype != object:
+        return bool(np.isfinite(column).any())
+    return any(_is_number(cell) for cell in column)
+
+
+def _is_number(cell: object) -> bool:
+    try:
+        return bool(np.isfinite(number(cell)))
+    except (TypeError, ValueError, OverflowError):
+        return False
 
 
 def file_stem(file: str) -> str:

@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from core.arm.build import build_arm
 from core.errors import InputError
+from core.scenario.data_folder import refuse_special
 from core.scenario.schema import Scenario
 from core.sentences import one_line, validation_sentence
 
@@ -19,6 +20,7 @@ def read_scenario(path: Path) -> Scenario:
     """The scenario in a TOML file."""
     if not path.exists():
         raise InputError(one_line(f"{path} does not exist; check the name and the folder."))
+    refuse_special(path)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from core.errors import InputError
 from core.recording.recording import Recording
 from core.results import Outcome
+from core.scenario.data_folder import Folder
 from core.scenario.schema import Scenario
 
 
@@ -23,7 +24,7 @@ class Motion:
 
 
 def report_motion(
-    scenario: Scenario, outcome: Outcome, folder: Path, data: Path | None = None
+    scenario: Scenario, outcome: Outcome, folder: Folder, data: Path | None = None
 ) -> Motion | None:
     """Of the first validation, else of the first recording; None where there is nothing to play.
 

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from core.progress import Progress
 from flexgui.export.folder import check_writable
 
 
-def export_scenario(path: Path, out: Path, data: Path | None, progress: Progress) -> None:
-    """Read, run, export; bad input is found before anything long begins."""
+def export_scenario(
+    path: Path, out: Path, data: Path | None, progress: Progress, say: Callable[[str], None]
+) -> None:
+    """Read, run, export; bad input is found before anything long begins.
+
+    `say` hears which files lie outside the scenario's folder and the data folder.
+    """
+    from core.scenario.data_folder import outside
     from core.scenario.read import read_scenario
 
     scenario = read_scenario(path)
     text = path.read_text(encoding="utf-8-sig")
     check_writable(out)
+    if far := outside(scenario, path.parent, data):
+        say(far)
 
     from core.warm import warm_up
 

@@ -17,6 +17,7 @@ from typing import Any, Generic, TypeVar
 import viser
 
 from core.errors import InputError
+from flexgui.places import without_places
 from flexgui.server.arrivals import store_key, stored_key
 from flexgui.server.binding import is_loopback, own_name, port_of
 from flexgui.server.demo import Demo
@@ -154,7 +155,7 @@ class PageServer(Generic[S]):
                 visit.session, visit.counted = self.store.join(key), True
                 self._show(visit)
         except InputError as error:
-            client.gui.add_markdown(str(error))
+            client.gui.add_markdown(without_places(str(error)))
         if visit.gone:
             self._forget(visit)
 

@@ -13,6 +13,7 @@ from typing import Any
 import viser
 
 from core.errors import InputError
+from flexgui.places import without_places
 from flexgui.server.notify import note
 
 REMEMBERED = 500
@@ -30,7 +31,7 @@ class Reports:
 
     def __call__(self, error: BaseException, client: viser.ClientHandle | None) -> None:
         if isinstance(error, InputError):
-            sentence = str(error)
+            sentence = without_places(str(error))
         else:
             self._write(error)
             sentence = (

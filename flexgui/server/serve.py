@@ -43,7 +43,7 @@ def serve(options: ServeOptions, say: Say) -> None:
     options.check()
     sys.setswitchinterval(SWITCH)
     log = _quiet_log()
-    make_session = _session_maker(options.scenario, options.data)
+    make_session = _session_maker(options.scenario, options.data, say)
     limits = Limits()
     listener = bind(options.address, options.port, limits.ports)
     port = port_of(listener)
@@ -134,20 +134,24 @@ def _leave_alone(session: Session) -> None:
         session.set_cursor(playing=False)
 
 
-def _session_maker(scenario: Path | None, data: Path | None) -> Callable[[str, Path], Session]:
+def _session_maker(
+    scenario: Path | None, data: Path | None, say: Say
+) -> Callable[[str, Path], Session]:
     """The scenario is read before anything is opened, so that its errors end the command."""
     if scenario is None:
         return _demo_session
+    from core.scenario.data_folder import outside
     from core.scenario.read import read_scenario
     from flexgui.session import Session
     from flexgui.session.uploads import fetch_files
 
     given, beside = read_scenario(scenario), scenario.resolve().parent
+    if far := outside(given, beside, data):
+        say(far)
 
     def make(key: str, folder: Path) -> Session:
         session = Session(key, folder)
-        fetch_files(given, beside, data, folder)
-        session.open(given)
+        session.open(fetch_files(given, beside, data, folder))
         return session
 
     return make

@@ -6,7 +6,7 @@ import io
 import zipfile
 from pathlib import Path
 
-from core.errors import InputError
+from core.scenario.data_folder import Within
 from core.scenario.schema import Scenario
 from core.scenario.write import scenario_toml
 from flexgui.session.uploads import safe_name
@@ -16,7 +16,10 @@ NEVER = (1980, 1, 1, 0, 0, 0)
 
 
 def scenario_file(scenario: Scenario, folder: Path) -> tuple[str, bytes]:
-    """(name, content): a TOML file, or a zip of it and its recordings' files."""
+    """(name, content): a TOML file, or a zip of it and its recordings' files.
+
+    InputError where a file is gone, or is none of the folder.
+    """
     name = safe_name(scenario.title).replace(" ", "_") or "scenario"
     text = scenario_toml(scenario).encode()
     files = sorted({spec.file for spec in scenario.recordings if spec.file is not None})
@@ -24,10 +27,7 @@ def scenario_file(scenario: Scenario, folder: Path) -> tuple[str, bytes]:
         return f"{name}.toml", text
     content = {f"{name}.toml": text}
     for file in files:
-        path = folder / file
-        if not path.is_file():
-            raise InputError(f"The file {file} is no longer there; upload it again.")
-        content[file] = path.read_bytes()
+        content[file] = Within(folder).find(file).read_bytes()
     return f"{name}.zip", zipped(content)
 
 

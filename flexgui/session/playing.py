@@ -10,7 +10,9 @@ from typing import Any
 from core.errors import InputError
 from core.recording.recording import Recording
 from core.results import Outcome
+from core.scenario.data_folder import Within
 from core.scenario.schema import Scenario
+from flexgui.places import without_places
 from flexgui.session.editing import Editing
 from flexgui.session.latest import LatestWins
 from flexgui.session.player import Player
@@ -37,6 +39,10 @@ class Playing(Editing, ABC):
         self._motion_worker = LatestWins(f"motion-{key[:8]}")
         self._playback_waits = False
         self._player = Player(self)
+
+    def say(self, text: str, bad: bool = False) -> None:
+        """A sentence for the person, which does not say where the server keeps what."""
+        super().say(without_places(text, self.folder), bad)
 
     def set_cursor(self, **changes: Any) -> None:
         """Moves the cursor, plays, changes speed or recording."""
@@ -88,7 +94,7 @@ class Playing(Editing, ABC):
             key = (name, _data_part(scenario))
             recording = self.recording if key == before else None
             if recording is None:
-                recording = read_one(scenario, name, self.folder)
+                recording = read_one(scenario, name, Within(self.folder))
             found = playback(scenario, fitted, recording)
         except InputError as error:
             self.say(str(error), bad=True)

@@ -6,6 +6,7 @@ import shutil
 from typing import final
 
 from core.errors import InputError
+from core.scenario.data_folder import check_plain
 from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
@@ -35,7 +36,7 @@ class Session(Studying):
             path = choices[name]
             scenario = EMBEDDED[name]() if path is None else read_scenario(path)
             if path is not None:
-                fetch_files(scenario, path.parent, services.data_folder, self.folder)
+                scenario = fetch_files(scenario, path.parent, services.data_folder, self.folder)
         except InputError as error:
             self.say(str(error), bad=True)
             return False
@@ -44,10 +45,18 @@ class Session(Studying):
     def open(self, scenario: Scenario) -> bool:
         """Starts over with a scenario; its files must lie in the session's folder."""
         try:
-            base_model(scenario)
+            self.begin_with(scenario)
         except InputError as error:
             self.say(str(error), bad=True)
             return False
+        return True
+
+    def begin_with(self, scenario: Scenario) -> None:
+        """As `open`, but InputError where the scenario is none for this session."""
+        for spec in scenario.recordings:
+            if spec.file is not None:
+                check_plain(spec.file)
+        base_model(scenario)
         self.forget_job()
         self.forget_study()
         self.end_demonstration()
@@ -62,7 +71,6 @@ class Session(Studying):
         self.tell(Topic.DIAGNOSIS, Topic.CHALLENGE)
         self.refresh_live()
         self.refresh_playback()
-        return True
 
     def wait_idle(self, timeout: float = 10.0) -> bool:
         """Whether the session's own threads are at rest; for tests and scripts."""

@@ -17,6 +17,7 @@ from core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Task
 from flexgui.jobs.queue_executor import QueueExecutor
 from flexgui.jobs.tasks.study_report import study_report
+from flexgui.places import without_places
 from flexgui.session.challenging import Challenging
 from flexgui.session.latest import LatestWins
 from flexgui.session.services import Services
@@ -167,5 +168,5 @@ class Studying(Challenging, ABC):
 def _state(run: StudyRun) -> StudyState:
     return StudyState(
         run.phase, run.settings, run.parts, run.done, run.total, run.before,
-        run.remaining_seconds, run.sentence,
+        run.remaining_seconds, without_places(run.sentence, run.folder),
     )  # fmt: skip

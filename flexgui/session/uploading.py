@@ -13,6 +13,7 @@ from core.model import Model
 from core.recording.load import load_recording
 from core.recording.recording import Recording
 from core.recording.spec import RecordingSpec
+from core.scenario.data_folder import Within
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
@@ -54,6 +55,10 @@ class Uploading(Demonstrating, ABC):
     def open(self, scenario: Scenario) -> bool:
         """Starts over with a scenario; its files must lie in the session's folder."""
 
+    @abstractmethod
+    def begin_with(self, scenario: Scenario) -> None:
+        """Starts over with a scenario; InputError where it is none for this session."""
+
     def upload(self, name: str, content: bytes, services: Services) -> bool:
         """Keeps a file and reads it, or asks for its columns; a scenario file is opened instead.
 
@@ -82,7 +87,7 @@ class Uploading(Demonstrating, ABC):
             return False
         model = base_model(self.scenario)
         try:
-            path = self.folder / spec.file
+            path = Within(self.folder).find(spec.file)
             self._wait(waiting_again(path, model.arm, _references(model), spec))
         except InputError as error:
             self.say(str(error), bad=True)
@@ -208,7 +213,7 @@ class Uploading(Demonstrating, ABC):
         if path.suffix.lower() == ".zip":
             path = unpacked(path, self.folder, limit)
         if path.suffix.lower() == ".toml":
-            self.open(parse_scenario(path.read_text("utf-8", "replace"), path.name))
+            self.begin_with(parse_scenario(path.read_text("utf-8", "replace"), path.name))
             return
         self._read(path.name, {}, None, "")
 
@@ -220,7 +225,7 @@ class Uploading(Demonstrating, ABC):
         entry |= {} if theta2 is None else {"theta2": theta2}
         with self._lock:
             model = base_model(self.scenario)
-        words = _words(file, _loaded(self.folder / file, entry, model))
+        words = _words(file, _loaded(Within(self.folder).find(file), entry, model))
         names = [spec.name for spec in self.scenario.recordings]
         if name not in names:
             self._arrive(Arrived(entry, words))

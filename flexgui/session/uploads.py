@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 import shutil
 import zipfile
+from filecmp import cmp
 from pathlib import Path, PureWindowsPath
 
 from core.errors import InputError
 from core.files import replacing
-from core.scenario.data_folder import resolve_file
+from core.recording.spec import RecordingSpec
+from core.scenario.data_folder import is_device, resolve_file
 from core.scenario.schema import Scenario
 
 LONGEST = 80
@@ -21,8 +23,8 @@ ZIP_GROWTH = 4
 def safe_name(name: str) -> str:
     """The last part of a name without anything that a file system or a shell could mind."""
     last = PureWindowsPath(name).name  # knows both kinds of slashes
-    plain = re.sub(r"[^\w.\-+= ]+", "_", last).strip(" .")
-    return plain[-LONGEST:] or "recording"
+    plain = re.sub(r"[^\w.\-+= ]+", "_", last)[-LONGEST:].strip(" .") or "recording"
+    return f"_{plain}" if is_device(plain) else plain
 
 
 def free_path(folder: Path, name: str) -> Path:
@@ -50,14 +52,31 @@ def keep_upload(folder: Path, name: str, content: bytes, limit: int) -> Path:
     return path
 
 
-def fetch_files(scenario: Scenario, beside: Path, data: Path | None, folder: Path) -> None:
-    """Copies what a scenario reads into the session's folder; InputError where one is missing."""
-    for spec in scenario.recordings:
-        if spec.file is None or (folder / spec.file).is_file():
-            continue
-        source, target = resolve_file(spec.file, beside, data), folder / spec.file
-        with replacing(target) as temporary:
-            shutil.copyfile(source, temporary)
+def fetch_files(scenario: Scenario, beside: Path, data: Path | None, folder: Path) -> Scenario:
+    """Copies what a trusted scenario reads into the session's folder, under plain names.
+
+    The scenario that names the copies; InputError where a file is missing.
+    """
+
+    def fetched(spec: RecordingSpec) -> RecordingSpec:
+        if spec.file is None:
+            return spec
+        name = _copied(resolve_file(spec.file, beside, data), folder)
+        return spec if name == spec.file else spec.model_copy(update={"file": name})
+
+    recordings = tuple(fetched(spec) for spec in scenario.recordings)
+    return scenario.model_copy(update={"recordings": recordings})
+
+
+def _copied(source: Path, folder: Path) -> str:
+    """The name of a copy in the folder; one that is there already serves again."""
+    target = folder / safe_name(source.name)
+    if target.is_file() and cmp(source, target, shallow=False):
+        return target.name
+    target = free_path(folder, target.name)
+    with replacing(target) as temporary:
+        shutil.copyfile(source, temporary)
+    return target.name
 
 
 def unpacked(path: Path, folder: Path, limit: int) -> Path:

@@ -16,6 +16,7 @@ from core.loading import load_recordings
 from core.progress import Silent
 from core.recording.recording import Recording
 from core.results import Outcome
+from core.scenario.data_folder import Folder
 from core.scenario.schema import Scenario
 from core.simulate.linear import respond
 from core.simulate.nonlinear import simulate
@@ -62,7 +63,7 @@ class Playback:
         return float(self.motion.time[-1])
 
 
-def read_one(scenario: Scenario, name: str, folder: Path, data: Path | None = None) -> Recording:
+def read_one(scenario: Scenario, name: str, folder: Folder, data: Path | None = None) -> Recording:
     """One recording of the scenario, read from the folders or simulated."""
     chosen = tuple(spec for spec in scenario.recordings if spec.name == name)
     alone = scenario.model_copy(update={"recordings": chosen})

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.cases import CASES
-from tests.cli.helpers import Case, arrange, export
+from tests.cli.helpers import FILE, Case, arrange, export
 
 LEAST = 200
 """Cases, so that no kind of slip is looked at once only."""
@@ -48,6 +48,19 @@ def test_the_unspoilt_scenario_runs(tmp_path: Path) -> None:
     result = export(case, tmp_path)
     assert result.exit_code == 0, result.output
     assert (tmp_path / "out" / "report.html").is_file()
+
+
+def test_a_recording_from_elsewhere_is_read_and_told(tmp_path: Path) -> None:
+    room = tmp_path / "room"
+    room.mkdir()
+    case = Case("elsewhere", (), Case("", ()).text.replace(FILE, f"../{FILE}"))
+    arrange(case, room)
+    (room / FILE).rename(tmp_path / FILE)
+    result = export(case, room)
+    assert result.exit_code == 0, result.output
+    assert result.stderr == (
+        f"flexgui: The scenario reads outside its folder and the data folder: {tmp_path / FILE}.\n"
+    )
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)

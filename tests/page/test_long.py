@@ -59,7 +59,7 @@ def walk(page: Any, session: Session, right: str) -> None:
 def test_on_recordings_of_an_independent_engine(page: Any, session: Session) -> None:
     path = RECORDED / "tip_payload.toml"
     scenario = read_scenario(path)
-    fetch_files(scenario, path.parent, None, session.folder)
+    scenario = fetch_files(scenario, path.parent, None, session.folder)
     assert session.open(scenario)
     kinds = ["tip_payload", "coulomb_friction", "viscous_friction", "camera_delay"]
     assert session.change(put(("diagnose", "candidates"), kinds))
@@ -70,7 +70,7 @@ def test_on_a_real_bench(page: Any, session: Session) -> None:
     folder = data_folder("quanser_2dsfl_steps.csv", "ctu_2dsfl_lqr.csv")
     path = SCENARIOS / "bench_2dsfl.toml"
     scenario = read_scenario(path).model_copy(update={"compare": ()})
-    fetch_files(scenario, path.parent, folder, session.folder)
+    scenario = fetch_files(scenario, path.parent, folder, session.folder)
     assert session.open(scenario)
     kinds = ["coulomb_friction", "viscous_friction", "presliding_friction", "gravity_tilt"]
     assert session.change(put(("diagnose", "candidates"), kinds))

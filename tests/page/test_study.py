@@ -51,7 +51,7 @@ def test_from_the_button_to_the_tables(page: Any, session: Session, tmp_path: Pa
 
 def test_a_scenario_that_cannot_be_studied_says_what_to_do(page: Any, session: Session) -> None:
     scenario = read_scenario(RECORDED)
-    fetch_files(scenario, RECORDED.parent, None, session.folder)
+    scenario = fetch_files(scenario, RECORDED.parent, None, session.folder)
     assert session.open(scenario)
     press(page, "Study")
     sees(page, "which is a file")

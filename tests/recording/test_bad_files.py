@@ -262,3 +262,11 @@ def test_missing_file_folder_and_unknown_kind_are_told_apart(tmp_path):
 def test_gzip_of_a_bad_table_names_the_row():
     text = sentence(gzip.compress(changed(7, "theta1", "").encode()), "th1.csv.gz")
     assert names_cell(text, 7, "theta1")
+
+
+@pytest.mark.parametrize("lines", [1, 30])
+def test_a_text_that_is_no_table_is_not_quoted(lines: int) -> None:
+    text = "Dear diary, today\n" + "nothing happened, really\n" * lines
+    for file in ("notes.txt", "notes.csv"):
+        said = sentence(text, file)
+        assert "no table" in said and "diary" not in said and "happened" not in said

@@ -1,7 +1,9 @@
 from __future__ import annotations
 
 import copy
+import os
 import tomllib
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.errors import InputError
-from core.scenario.data_folder import VARIABLE, resolve_file
+from core.scenario.data_folder import VARIABLE, outside, resolve_file
 from core.scenario.read import check_scenario, parse_scenario, read_scenario
 from core.scenario.schema import Scenario
 from core.scenario.write import scenario_toml, write_scenario
@@ -272,3 +274,32 @@ def test_a_file_that_is_nowhere_is_told_with_the_places(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=rf"gone\.csv.*{VARIABLE}") as caught:
         resolve_file("gone.csv", tmp_path)
     assert str(tmp_path) in str(caught.value)
+
+
+def recorded(*files: str) -> Scenario:
+    arm, entries = {"preset": "paper"}, [{"file": file} for file in files]
+    return Scenario.model_validate({"title": "x", "arm": arm, "recordings": entries})
+
+
+def test_files_outside_the_scenarios_and_the_data_folder_are_told(tmp_path, monkeypatch):
+    monkeypatch.delenv(VARIABLE, raising=False)
+    here, data = tmp_path / "here", tmp_path / "data"
+    for folder in (here, data):
+        folder.mkdir()
+    for path in (here / "a.csv", data / "b.csv", tmp_path / "c.csv", tmp_path / "d.csv"):
+        path.touch()
+    (here / "link.csv").symlink_to(tmp_path / "d.csv")
+    assert outside(recorded("a.csv", "b.csv"), here, data) == ""
+    for file, target in (("../c.csv", "c.csv"), ("link.csv", "d.csv"), (f"{tmp_path}/c.csv",) * 2):
+        assert str(tmp_path / target) in outside(recorded("a.csv", file), here, data)
+
+
+def test_pipes_and_devices_are_refused_before_they_are_opened(tmp_path):
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    for file in ("pipe.csv", "/dev/zero", "/dev/null"):
+        with pytest.raises(InputError, match="device or a pipe"):
+            resolve_file(file, tmp_path)
+    for path in (pipe, Path("/dev/zero")):
+        with pytest.raises(InputError, match="device or a pipe"):
+            read_scenario(path)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from core.progress import Progress
     from core.recording.recording import Recording
     from core.results import RecordingComparison
+    from core.scenario.data_folder import Within
     from core.scenario.schema import Scenario
     from flexgui.jobs.shown import Demonstration
 
@@ -44,12 +45,13 @@ def demonstrate(
     InputError where the arm cannot have the effect, or where it shows in no output.
     """
     from core.errors import InputError
+    from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
     from flexgui.jobs.shown import Demonstration
 
     scenario = parse_scenario(scenario_toml, "The scenario")
     progress.stage("Simulating the arm with and without the effect")
-    setup, data = _asked(scenario, recording, Path(folder or "."))
+    setup, data = _asked(scenario, recording, Within(Path(folder or ".")))
     one = _effect(setup, kind)
     bare, grown = _models(setup, data, one, values, sizes)
     plain, more = (_compared(model, data, setup, values) for model in (bare, grown))
@@ -74,7 +76,7 @@ def demonstrate(
     )
 
 
-def _asked(scenario: Scenario, name: str, folder: Path) -> tuple[Setup, Recording]:
+def _asked(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Recording]:
     from core.identify.setup import make_setup
     from core.scenario.stated_effects import with_effect_parameters
     from core.workbench import base_model

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from core.identify.setup import Setup
     from core.recording.recording import Recording
     from core.results import LadderStep, Outcome, RankedEffect
+    from core.scenario.data_folder import Within
     from core.scenario.schema import IdentifySpec
     from flexgui.jobs.looked import Looked, Teller
 
@@ -44,7 +45,6 @@ class Asked(NamedTuple):
 def diagnose(
     scenario_toml: str,
     folder: str | None = None,
-    data_folder: str | None = None,
     fit: str = "",
     *,
     progress: Teller,
@@ -55,12 +55,13 @@ def diagnose(
     of the error ladder is told first; then the ranking, again and again as it gets finer.
     """
     from core.diagnose.diagnose import diagnose as look_for
+    from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
     from core.scenario.stated_effects import with_effect_parameters
     from core.workbench import base_model
 
     scenario = parse_scenario(scenario_toml, "The scenario")
-    where = (Path(folder or "."), Path(data_folder) if data_folder else None)
+    where = Within(Path(folder or "."))
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
     asked = _asked(scenario, model, spec, where, progress)
@@ -85,9 +86,7 @@ def diagnose(
     return look.seen
 
 
-def _asked(
-    scenario: Any, model: Any, spec: IdentifySpec, where: tuple[Path, Path | None], progress: Teller
-) -> Asked:
+def _asked(scenario: Any, model: Any, spec: IdentifySpec, where: Within, progress: Teller) -> Asked:
     from core.diagnose.diagnose import Options
     from core.diagnose.stated_noise import stated_noise
     from core.errors import InputError
@@ -100,7 +99,7 @@ def _asked(
     if asked.output is not None:
         spec = spec.model_copy(update={"output": asked.output})
     progress.stage("Reading the recordings", len(scenario.recordings))
-    recordings = list(load_recordings(scenario, model, *where, progress))
+    recordings = list(load_recordings(scenario, model, where, None, progress))
     if not any(r.role == "estimate" for r in recordings):
         raise InputError('No recording has role = "estimate"; give at least one to diagnose.')
     setup = make_setup(model, spec, recordings)
@@ -169,9 +168,7 @@ def _seen(step: LadderStep, begun: Begun) -> Looked:
     )
 
 
-def refined(
-    scenario_toml: str, where: tuple[Path, Path | None], asked: Asked, progress: Teller
-) -> Outcome:
+def refined(scenario_toml: str, where: Within, asked: Asked, progress: Teller) -> Outcome:
     """The identification without its search: a refinement from where the parameters start."""
     import tomllib
 
@@ -186,7 +183,7 @@ def refined(
     scenario = check_scenario(document, "The scenario")
     progress.stage(fit_title(asked.setup.model.effects))
     quiet = Unnamed(progress)
-    return run_scenario(scenario, folder=where[0], data_folder=where[1], progress=quiet)
+    return run_scenario(scenario, folder=where, progress=quiet)
 
 
 class Unnamed(Silent):

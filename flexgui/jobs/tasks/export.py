@@ -15,8 +15,9 @@ def export(
 ) -> str:
     """The folder `out`, with the report of what the page shows: nothing is identified again.
 
-    `folder` holds the files that the scenario reads; its first motion is played in the report.
+    `folder` holds the files that the scenario may read; its first motion is played in the report.
     """
+    from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
     from flexgui.export.folder import check_writable
     from flexgui.export.motion import report_motion
@@ -25,6 +26,6 @@ def export(
     progress.stage("Writing the report")
     check_writable(Path(out))
     scenario = parse_scenario(scenario_toml, "scenario.toml")
-    motion = report_motion(scenario, outcome, Path(folder))
+    motion = report_motion(scenario, outcome, Within(Path(folder)))
     export_outcome(outcome, scenario_toml, Path(out), motion)
     return out

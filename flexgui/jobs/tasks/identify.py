@@ -13,17 +13,16 @@ if TYPE_CHECKING:
 def identify(
     scenario_toml: str,
     folder: str | None = None,
-    data_folder: str | None = None,
     *,
     progress: Progress,
 ) -> Outcome:
-    """Everything that the scenario asks for; `folder` is where its relative files are sought."""
+    """Everything that the scenario asks for; it may read the files of `folder` only."""
+    from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
     from core.workbench import run_scenario
 
     return run_scenario(
         parse_scenario(scenario_toml, "The scenario"),
-        folder=Path(folder) if folder else None,
-        data_folder=Path(data_folder) if data_folder else None,
+        folder=Within(Path(folder or ".")),
         progress=progress,
     )

@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 def simulate(
     scenario_toml: str,
     folder: str | None = None,
-    data_folder: str | None = None,
     *,
     progress: Progress,
 ) -> tuple[Recording, ...]:
-    """All recordings, simulated or read, in the scenario's order."""
+    """All recordings in the scenario's order, simulated or read from files of `folder` only."""
     from core.loading import load_recordings
+    from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
     from core.workbench import base_model
 
@@ -27,8 +27,8 @@ def simulate(
     found = load_recordings(
         scenario,
         base_model(scenario),
-        Path(folder) if folder else Path(),
-        Path(data_folder) if data_folder else None,
+        Within(Path(folder or ".")),
+        None,
         progress,
     )
     return tuple(found)

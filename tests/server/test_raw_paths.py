@@ -1,0 +1,114 @@
+"""Raw messages that try to read files of the server, of a follower with a copy of its own."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from pathlib import Path
+from typing import cast
+
+import pytest
+
+from flexgui.jobs import JobPool
+from flexgui.page import build_page
+from flexgui.server.app import PageServer, Settings
+from flexgui.server.binding import bind
+from flexgui.server.copying import copy_session
+from flexgui.server.demo import COPY
+from flexgui.server.services import Services
+from flexgui.session import Session
+from tests.server.helpers import Browser, announcement, part
+from tests.server.served import until, widget
+from tests.session.elsewhere import SECRET, names, secret, stated
+
+PATIENCE = 20.0
+"""s for a page, on a busy machine."""
+LONGEST = 900
+"""Characters of a file's name that pass the guard."""
+
+
+@pytest.fixture
+def sessions() -> list[Session]:
+    return []
+
+
+@pytest.fixture
+def server(sessions: list[Session]) -> Iterator[PageServer[Session]]:
+    def make(key: str, folder: Path) -> Session:
+        sessions.append(Session(key, folder))
+        return sessions[-1]
+
+    settings = Settings[Session](
+        make_session=make,
+        build_page=build_page,
+        services=Services(cast(JobPool, None), log=logging.getLogger("flexgui.test")),
+        copy_session=copy_session,
+    )
+    made = PageServer(bind("127.0.0.1", 0, 1), settings)
+    yield made
+    made.close()
+
+
+def upload(browser: Browser, name: str, content: bytes) -> None:
+    uuid = widget(browser, "Upload a recording or a scenario")
+    start = announcement(uuid, len(content), 1, name)
+    browser.send(start)
+    browser.send(part(start, 0, content))
+
+
+def press(browser: Browser, label: str) -> None:
+    browser.set(widget(browser, label, "GuiButton"), True)
+
+
+def test_nothing_of_the_server_reaches_a_browser(
+    server: PageServer[Session], sessions: list[Session], tmp_path: Path
+) -> None:
+    hidden = secret(tmp_path)
+    with Browser(server) as teacher:  # type: ignore[arg-type]
+        widget(teacher, "Scenario file", "GuiButton")
+        with Browser(server) as browser:  # type: ignore[arg-type]
+            own = own_copy(browser, sessions)
+            files = names(own.folder, hidden)
+            for file in files:
+                tried(browser, own, "it.toml", file)
+            for name in files[::4]:
+                tried(browser, own, name[:LONGEST], "th1.csv")
+            browser.listen(1.0)
+            assert own.wait_idle()
+            heard = repr(browser.heard)
+    assert "FileTransferPart" in heard, "the scenario was never downloaded"
+    assert SECRET not in heard and str(own.folder) not in heard
+    assert "root:x:" not in heard
+
+
+def own_copy(browser: Browser, sessions: list[Session]) -> Session:
+    """Of a follower, whose page may be built anew once the teacher's stands."""
+    widget(browser, "3-D playback (HTML)", "GuiButton")
+
+    def copied() -> bool:
+        browser.listen(0.5)
+        before = browser.heard.copy()
+        (*_, copy) = [m for m in before if m.get("props", {}).get("label") == COPY]
+        browser.heard.clear()  # the teacher's widgets will be gone
+        browser.set(copy["uuid"], True)
+        browser.listen(0.5)
+        if len(sessions) == 1:
+            browser.heard[:0] = before
+        return len(sessions) == 2
+
+    until(copied, PATIENCE, "a copy")
+    widget(browser, "Scenario file", "GuiButton")
+    return sessions[-1]
+
+
+def tried(browser: Browser, own: Session, name: str, file: str) -> None:
+    """Uploads under a name a scenario that names a file, and takes the scenario away."""
+    number = own.message.number
+    upload(browser, name, stated(file).encode())
+
+    def answered() -> bool:
+        browser.listen(0.02)
+        return own.message.number > number
+
+    until(answered, PATIENCE, f"an answer to {name[:40]!r}, {file[:40]!r}")
+    press(browser, "Scenario file")

@@ -1,0 +1,181 @@
+"""What a page's session reads lies in its own folder, whatever a scenario names."""
+
+from __future__ import annotations
+
+import io
+import stat
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from core.errors import InputError
+from core.scenario.data_folder import VARIABLE, Within
+from core.scenario.write import scenario_toml
+from flexgui.jobs.tasks.identify import identify
+from flexgui.jobs.tasks.simulate import simulate
+from flexgui.places import without_places
+from flexgui.server.copying import copy_session
+from flexgui.session import Session
+from flexgui.session.bundle import scenario_file, zipped
+from flexgui.session.uploads import safe_name
+from tests.session.conftest import Offered
+from tests.session.elsewhere import (
+    CONTENT,
+    SECRET,
+    lay_traps,
+    names,
+    scenario,
+    secret,
+    stated,
+)
+
+MANY = 40
+"""Ways at least."""
+
+
+class Trapped:
+    """A session whose folder has been tampered with."""
+
+    def __init__(self, session: Session) -> None:
+        self.session, self.folder = session, session.folder
+        self.secret = secret(self.folder.parent)
+        lay_traps(self.folder, self.secret)
+        self.names = names(self.folder, self.secret)
+        self.said: list[str] = []
+        session.subscribe(lambda topic: self.said.append(session.message.text))
+
+    def gives_nothing_away(self, file: str, session: Session) -> None:
+        """By no way that ends at a browser."""
+        assert session.wait_idle()
+        for content in taken(session):
+            assert SECRET.encode() not in content, file
+        told = " ".join((*self.said, session.message.text))
+        assert SECRET not in told and str(self.folder) not in told, file
+
+
+def taken(session: Session) -> list[bytes]:
+    """What Export → Scenario file gives, unpacked."""
+    try:
+        _, content = scenario_file(session.scenario, session.folder)
+    except InputError as error:
+        return [str(error).encode()]
+    if not zipfile.is_zipfile(io.BytesIO(content)):
+        return [content]
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        return [archive.read(name) for name in archive.namelist()]
+
+
+@pytest.fixture
+def trapped(session: Session) -> Trapped:
+    return Trapped(session)
+
+
+def test_there_are_many_ways(trapped: Trapped) -> None:
+    assert len(set(trapped.names)) >= MANY
+
+
+def test_an_uploaded_scenario_reads_nothing_from_elsewhere(
+    trapped: Trapped, services: Offered
+) -> None:
+    for file in trapped.names:
+        trapped.session.upload("it.toml", stated(file).encode(), services)
+        trapped.gives_nothing_away(file, trapped.session)
+
+
+def test_neither_does_one_that_is_there_already(trapped: Trapped) -> None:
+    """As it may stand in a session that was kept from before."""
+    for file in trapped.names:
+        trapped.session.scenario = scenario(file)
+        trapped.session.refresh_playback()
+        trapped.session.choose_columns("it")
+        trapped.gives_nothing_away(file, trapped.session)
+
+
+def test_the_tasks_of_a_worker_read_nothing_from_elsewhere(
+    trapped: Trapped, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from core.progress import Silent
+
+    monkeypatch.setenv(VARIABLE, str(trapped.folder.parent))
+    for file in (*trapped.names, trapped.secret.name):
+        text = scenario_toml(scenario(file))
+        for task in (simulate, identify):
+            with pytest.raises(InputError) as refused:
+                task(text, str(trapped.folder), progress=Silent())  # type: ignore[operator]
+            said = str(refused.value)
+            assert SECRET not in said and str(trapped.folder) not in said, file
+
+
+def test_a_followers_copy_takes_nothing_from_elsewhere(trapped: Trapped) -> None:
+    """Neither by the scenario's names nor by links in the teacher's folder."""
+    for k, file in enumerate(trapped.names):
+        folder = trapped.folder.parent / f"own-{k}"
+        folder.mkdir()
+        own = Session(f"own-{k}", folder)
+        trapped.session.scenario = scenario(file)
+        copy_session(trapped.session, own)
+        trapped.gives_nothing_away(file, own)
+        assert all(SECRET not in path.read_text() for path in folder.rglob("*"))
+        own.close()
+
+
+def test_a_zip_brings_no_file_out_of_the_folder_and_none_in(
+    trapped: Trapped, services: Offered
+) -> None:
+    before = set(trapped.folder.parent.rglob("*"))
+    for file in trapped.names:
+        if "\0" in file or not file.strip("./ "):
+            continue
+        room = io.BytesIO()
+        with zipfile.ZipFile(room, "w") as archive:
+            archive.writestr("it.toml", stated(safe_name(file)))
+            archive.writestr(linked(file, trapped.secret), str(trapped.secret))
+        trapped.session.upload("it.zip", room.getvalue(), services)
+        trapped.gives_nothing_away(file, trapped.session)
+    new = set(trapped.folder.parent.rglob("*")) - before
+    assert all(p.parent == trapped.folder and p.is_file() and not p.is_symlink() for p in new)
+    assert trapped.secret.read_text() == CONTENT
+
+
+def linked(name: str, target: Path) -> zipfile.ZipInfo:
+    """A member that says it is a symbolic link."""
+    member = zipfile.ZipInfo(name)
+    member.external_attr = (stat.S_IFLNK | 0o777) << 16
+    return member
+
+
+def test_an_upload_stays_in_the_folder_under_every_name(
+    trapped: Trapped, services: Offered
+) -> None:
+    before = set(trapped.folder.parent.rglob("*"))
+    for file in trapped.names:
+        trapped.session.upload(f"{file}.toml", stated("th1.csv").encode(), services)
+    new = set(trapped.folder.parent.rglob("*")) - before
+    assert new and {path.parent for path in new} == {trapped.folder}
+    assert trapped.secret.read_text() == CONTENT
+
+
+def test_a_plain_name_of_an_uploaded_file_is_found(session: Session) -> None:
+    path = session.folder / "Messung 3_ä+b=c-2.csv.gz"
+    path.write_text("t\n")
+    assert Within(session.folder).find(path.name) == path
+
+
+def test_a_scenario_with_its_recordings_in_folders_is_refused_in_words(
+    session: Session, services: Offered
+) -> None:
+    before = session.scenario
+    content = zipped({"it.toml": stated("data/th1.csv").encode(), "data/th1.csv": b"t\n"})
+    assert not session.upload("work.zip", content, services)
+    assert "no plain name" in session.message.text and session.message.bad
+    assert session.scenario == before
+
+
+@pytest.mark.parametrize("quote", ["{}", "'{}'", "in {}; and", "({})", '"{}".'])
+def test_a_sentence_tells_the_last_part_of_the_servers_paths_only(
+    tmp_path: Path, quote: str
+) -> None:
+    for path in (tmp_path / "a" / "th1.csv", Path.home() / "x" / "th1.csv"):
+        assert without_places(quote.format(path), tmp_path) == quote.format("th1.csv")
+    assert without_places("12 N m s/rad, /s or z1/z2", tmp_path) == "12 N m s/rad, /s or z1/z2"
