@@ -194,9 +194,10 @@ class Model:
             bare=bare,
         )
 
-    def steps(self, sample_time: float, fewest: int) -> int:
-        """Steps per sample: at least `fewest`, and none longer than the effects allow."""
-        longest = min((one.longest_step for one in self.effects), default=np.inf)
+    def steps(self, sample_time: float, fewest: int, times: float = 1.0) -> int:
+        """Steps per sample: at least `fewest`, and none longer than `times` what the effects
+        allow."""
+        longest = times * min((one.longest_step for one in self.effects), default=np.inf)
         return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))
 
     def at_level(self, level: str) -> Model:

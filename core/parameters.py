@@ -28,6 +28,8 @@ class Parameter:
     scale: float = 1.0
     source: str = "start"
     prior_std: float | None = None
+    prior_mean: float | None = None
+    """What the prior is about; the value where it is not stated."""
 
     def __post_init__(self) -> None:
         if not np.isfinite(self.value):

@@ -81,7 +81,7 @@ def run_scenario(
     diagnosis = None
     if diagnosis_wanted(scenario) and not progress.stopped():
         with clock.timed("diagnose"):
-            diagnosis = _diagnosis(scenario, setup, recordings, spec, progress)
+            diagnosis = _diagnosis(scenario, setup, recordings, spec, fits, progress)
     numbers = setup.model.steered_by(None).numbers(_shared(fits))
     return Outcome(
         title=scenario.title,
@@ -109,6 +109,7 @@ def _diagnosis(
     setup: Setup,
     recordings: Sequence[Recording],
     spec: IdentifySpec,
+    fits: Sequence[Fitted],
     progress: Progress,
 ) -> Diagnosis:
     """What is missing; with no effects to add, a ranking only."""
@@ -118,6 +119,7 @@ def _diagnosis(
         candidates=asked.candidates or (),
         fidelity=asked.fidelity,
         per_recording=asked.per_recording,
+        identified=_identified(fits),
     )
     if asked.output is not None:
         spec = spec.model_copy(update={"output": asked.output})
@@ -125,6 +127,16 @@ def _diagnosis(
     noise = stated_noise(scenario, setup, recordings)
     options = replace(options, stated_noise=noise)
     return diagnose(setup, spec, recordings, options, progress)
+
+
+def _identified(fits: Sequence[Fitted]) -> dict[str, float]:
+    """label -> value where the fits ended; the mean of what several share."""
+    found: dict[str, list[float]] = {}
+    for f in fits:
+        labels = f.residuals.unknowns.labels
+        for label, value in zip(labels, f.vector, strict=True):
+            found.setdefault(label, []).append(float(value))
+    return {label: float(np.mean(values)) for label, values in found.items()}
 
 
 def base_model(scenario: Scenario) -> Model:

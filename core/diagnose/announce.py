@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 
 from core.arm.arm import Arm
@@ -54,6 +55,7 @@ class Steps:
             if must_compile(t, arm)
         ]
         self._last, self._note = "", ""
+        self._lock = threading.Lock()  # refits ask from several threads
 
     def begin(self, title: str, total: int) -> None:
         """The stage, with what is to be compiled in it."""
@@ -62,12 +64,13 @@ class Steps:
 
     def __call__(self, text: str) -> bool:
         """`text`: what was just done, empty where it is but asked whether to stop."""
-        note = self._still()
-        if text or note != self._note:
-            self._last, self._note = text or self._last, note
-            said = f"{self._last} {note}".strip()
-            self._progress.advance(1 if text else 0, text=said)
-        return self._progress.stopped()
+        with self._lock:
+            note = self._still()
+            if text or note != self._note:
+                self._last, self._note = text or self._last, note
+                said = f"{self._last} {note}".strip()
+                self._progress.advance(1 if text else 0, text=said)
+            return self._progress.stopped()
 
     def _still(self) -> str:
         self._waiting = [(title, new) for title, new in self._waiting if not is_compiled(new)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -105,15 +106,17 @@ class Zeros:
 
     base: Hypothesis
     found: dict[int | None, list[np.ndarray]] = field(default_factory=dict)
+    lock: threading.Lock = field(default_factory=threading.Lock)
 
     def at(self, steps: int | None) -> list[np.ndarray]:
         """With that many steps."""
-        if steps not in self.found:
-            residuals = self.base.residuals
-            if steps is not None:
-                residuals = replace(residuals, predictor=coarser(residuals.predictor, steps))
-            self.found[steps] = residuals.blocks(self.base.vector)
-        return self.found[steps]
+        with self.lock:
+            if steps not in self.found:
+                residuals = self.base.residuals
+                if steps is not None:
+                    residuals = replace(residuals, predictor=coarser(residuals.predictor, steps))
+                self.found[steps] = residuals.blocks(self.base.vector)
+            return self.found[steps]
 
 
 def simulated(
@@ -133,7 +136,7 @@ def simulated(
         replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept,
         finer=COARSE,
     )  # fmt: skip
-    errors = tried.errors(tried.vector)
+    errors = tried.residuals.blocks(tried.vector)  # as coarse as the zero, so that steps cancel
     zero = zeros.at(tried.residuals.predictor.steps)
     blocks = tuple(_finite(a - b) for a, b in zip(zero, errors, strict=True))
     return Column(**vars(trial), blocks=blocks)

@@ -35,7 +35,7 @@ def _each(h: Hypothesis, data: Data) -> tuple[RecordingComparison, ...]:
         found.append(
             compare(
                 h.model, e.recording, e.outputs, e.processing, values, LABEL,
-                steps=predictor.steps,
+                steps=data.fine,
             )
         )  # fmt: skip
     return tuple(found)

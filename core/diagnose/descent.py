@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.parameters import ParameterSet
+
 Blocks = Sequence[np.ndarray]
 """Weighted errors (M, k) per recording."""
 Slopes = Sequence[np.ndarray]
@@ -35,16 +37,36 @@ class Descended:
 
 @dataclass(frozen=True)
 class Limits:
-    """Bounds and typical sizes (P,)."""
+    """Bounds and typical sizes (P,), and what is known beforehand: values and deviations, infinite
+    where nothing is."""
 
     lower: np.ndarray
     upper: np.ndarray
     scales: np.ndarray
+    believed: np.ndarray
+    deviations: np.ndarray
+
+    def surprise(self, x: np.ndarray) -> float:
+        """Squared deviations from what is known beforehand."""
+        return float(np.sum(((x - self.believed) / self.deviations) ** 2))
+
+
+def limits_of(parameters: ParameterSet) -> Limits:
+    """Those of a set of parameters; a prior's mean is the parameter's value."""
+    stds = [np.inf if p.prior_std is None else p.prior_std for p in parameters]
+    means = [p.prior_mean if p.prior_mean is not None else p.value for p in parameters]
+    return Limits(
+        parameters.lower(), parameters.upper(), parameters.scales(), np.array(means, dtype=float),
+        np.array(stds, dtype=float),
+    )  # fmt: skip
 
 
 MOST_ITERATIONS = 15
 GOOD_ENOUGH = 1e-4
-"""Relative fall of the cost below which an iteration is the last."""
+"""Fall of the cost per sample, in floors squared, below which an iteration is the last: with the
+100,000 samples of a long campaign it is the evidence at which two models tie."""
+SHORT = 1e-2
+"""Damping above which a step was short, so that a small fall says nothing of the next one."""
 FIRST_DAMPING = 1e-4
 WORST_DAMPING = 1e6
 AT_BOUND = 1e-9
@@ -82,23 +104,28 @@ def descend(
     """The minimum reached from `start` (P,) within the bounds."""
     x = np.clip(start, limits.lower, limits.upper)
     blocks = errors(x)
+    enough = good_enough * sum(b.size for b in blocks)
     cost, damping, gradient, done = cost_of(blocks), FIRST_DAMPING, np.nan, 0
+    cost += limits.surprise(x)
     S: Slopes = ()
     while done < most and len(x) and np.isfinite(cost) and not (S and stopped()):
         S = [whole(s) for s in slopes(x)]
         A, b = normal_equations(blocks, S)
+        A[np.diag_indices_from(A)] += limits.deviations**-2
+        b += (x - limits.believed) / limits.deviations**2
         done += 1
         free = _free(x, b, limits)
         gradient = _cosine(A, b * free, cost)
         x_new, blocks_new, cost_new, damping = _step(
             errors, x, blocks, cost, A, b, free, limits, damping
         )
-        fall = (cost - cost_new) / max(cost, 1e-300)
+        fall = cost - cost_new
+        stuck = np.array_equal(x, x_new)
         x, blocks, cost = x_new, blocks_new, cost_new
-        if fall < good_enough:
+        if stuck or (fall < enough and damping < SHORT):
             break
     S = S or [np.zeros((*b.shape, len(x))) for b in blocks]
-    return Descended(x, cost, gradient, done, tuple(blocks), tuple(S))
+    return Descended(x, cost_of(blocks), gradient, done, tuple(blocks), tuple(S))
 
 
 def whole(S: np.ndarray) -> np.ndarray:
@@ -131,7 +158,8 @@ def _step(  # type: ignore[no-untyped-def]
         move[inside] = -np.linalg.solve(normal + damping * np.eye(len(inside)), right)
         tried = np.clip(x + move / scale, limits.lower, limits.upper)
         found = errors(tried)
-        if cost_of(found) < cost:
-            return tried, found, cost_of(found), max(0.1 * damping, 1e-9)
+        new = cost_of(found) + limits.surprise(tried)
+        if new < cost:
+            return tried, found, new, max(0.1 * damping, 1e-9)
         damping = max(10.0 * damping, 1e-3)
     return x, blocks, cost, damping

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -12,11 +13,21 @@ from core.diagnose.columns import trials
 from core.diagnose.compared import compared
 from core.diagnose.data import Data, names_of
 from core.diagnose.deciding import deciding
+from core.diagnose.descent import cost_of
 from core.diagnose.describe import ranking_of
 from core.diagnose.facts import sizes_of, titles_of
-from core.diagnose.ladder import REFITTED, Round, applicable, not_applicable, one_round
+from core.diagnose.evidence import RELEVANT
+from core.diagnose.ladder import (
+    REFITTED,
+    Gate,
+    Round,
+    applicable,
+    not_applicable,
+    one_round,
+)
+from core.diagnose.phrases import times
 from core.diagnose.prune import without_needless
-from core.diagnose.refit import Refit
+from core.diagnose.refit import Refit, converged
 from core.diagnose.screen import Screen
 from core.diagnose.start import Begun, begin
 from core.diagnose.steps import ladder_step, validated
@@ -47,6 +58,8 @@ class Options:
     """channel -> standard deviation of the sensor's noise, SI, where it is known."""
     per_recording: tuple[str, ...] = ()
     """Effects whose sizes are estimated anew on validation data (another bench's friction)."""
+    identified: Mapping[str, float] = field(default_factory=dict)
+    """label -> value: where an identification ended, one of the two starts of the first fit."""
     compare: bool = True
     """Whether measured and modelled signals are kept, of the first model and the last."""
 
@@ -156,7 +169,7 @@ def begin_on(
         raise InputError('No recording has role = "estimate"; give at least one to diagnose.')
     begun = begin(
         setup.model, setup.outputs, setup.processing, spec, chosen, options.stated_noise,
-        options.fidelity, progress.stopped,
+        options.fidelity, progress.stopped, options.identified,
     )  # fmt: skip
     later = [r for r in recordings if r.role == "validate"]
     validation = begun.for_others(setup.processing, spec, later) if later else None
@@ -181,39 +194,45 @@ def _step(state: _State, added: Effect | None, title: str) -> LadderStep:
 
 
 def _climb(state: _State, options: Options, progress: Progress, listen: Listener | None) -> bool:
-    """Adds effects while there is one to add; whether another one is known to be missing.
+    """Adds effects while there are some to add; whether another one is known to be missing.
 
     At the limit one more look tells whether what is left above the floor is on the list.
     """
     while True:
-        room = len(state.found) < options.max_effects
+        room = options.max_effects - len(state.found)
         seen = _look(state, options, room, progress, listen)
-        if seen.accepted is None or not room:
+        if not seen.added:
             return seen.accepted is not None
-        added = seen.accepted.screened.effect
-        state.present.append(added)
-        state.steps.append(_step(state, added, added.title))
+        for one in seen.added:
+            added, state.refit = one.weighed.screened.effect, one.fit
+            state.present.append(added)
+            state.steps.append(_step(state, added, added.title))
         above = remains(state.data.experiments, state.refit.errors).above
         full = len(state.found) >= options.max_effects
-        if progress.stopped() or (full and not above):
+        within = state.refit.cost <= state.data.count
+        if progress.stopped() or within or (full and not above):
             return False
 
 
 def _look(
-    state: _State, options: Options, add: bool, progress: Progress, listen: Listener | None
+    state: _State, options: Options, room: int, progress: Progress, listen: Listener | None
 ) -> Round:
-    """One round, kept with its ranking; its model is the state's."""
+    """One round, kept with its ranking; what it adds is left to the caller."""
     candidates, at = applicable(state.data, state.present, options.candidates), state.refit
     planned = [t for c in candidates for t in trials(at.hypothesis, c, state.data)]
     told = Steps(progress, at.hypothesis.model.arm, planned)
     told.begin(round_title(state.present, bool(options.candidates)), len(candidates) + REFITTED)
-    seen = _round(state, candidates, add, told, listen)
-    kind = seen.accepted.screened.effect.kind if add and seen.accepted is not None else None
+    seen = _round(state, candidates, room, told, listen)
     ranking = ranking_of(seen, state.data)
     next_ones = deciding(seen, ranking, state.data, progress)
-    sentence = next_ones[0].sentence if next_ones else ""
-    state.rounds.append(DiagnosisRound(ranking, kind, sentence, next_ones))
-    state.refit = seen.after
+    sentence = next_ones[0].sentence if next_ones else seen.refused
+    kinds = [a.weighed.screened.effect.kind for a in seen.added] or [None]
+    for k, kind in enumerate(kinds):
+        left = tuple(r for r in ranking if r.effect not in kinds[:k])
+        state.rounds.append(DiagnosisRound(left, kind, sentence, next_ones))
+    state.data = seen.data
+    if state.validation is not None:
+        state.validation = replace(state.validation, fine=seen.data.fine)
     return seen
 
 
@@ -222,31 +241,60 @@ def _prune(state: _State, progress: Progress) -> None:
         state.data, state.refit, state.present, state.given, progress.stopped
     )
     if removed:
-        state.refit, state.present = kept.refit, list(kept.effects)
+        state.data, state.refit = converged(
+            state.data, kept.refit.hypothesis, None, progress.stopped
+        )
+        state.present = list(kept.effects)
         names = ", ".join(e.title for e in removed)
         state.steps.append(_step(state, None, f"Without: {names}"))
+
+
+WORSE = 1.1
+"""Times the error on unseen recordings beyond which an effect made it worse: above what starts
+that are fitted anew and noise move it (1.02 in recordings of an independent engine)."""
+
+
+def _gate(state: _State) -> Gate:
+    """Refuses what makes recordings that no fit saw worse by more than noise could."""
+    before = None if state.validation is None else validated(state.validation, state.refit)
+
+    def refuse(data: Data, refit: Refit) -> str:
+        if before is None or state.validation is None:
+            return ""
+        after = validated(replace(state.validation, fine=data.fine), refit)
+        assert after is not None
+        was, now = (cost_of(v.errors) / v.data.count for v in (before, after))
+        if now - was < RELEVANT or now < WORSE**2 * was:
+            return ""
+        return (
+            f"recordings that no fit has seen become worse with it, from "
+            f"{times(math.sqrt(was))} to {times(math.sqrt(now))} the floor, so it is likely a "
+            f"stand-in for something else."
+        )
+
+    return refuse
 
 
 def _round(
     state: _State,
     candidates: Sequence[Effect],
-    add: bool,
+    room: int,
     told: Steps,
     listen: Listener | None,
 ) -> Round:
-    if listen is None:
-        return one_round(state.data, state.refit, state.present, candidates, told, add=add)
-
     def screened(seen: Screen) -> None:
-        refitted(Round(seen, (), None, state.refit, state.refit))
+        refitted(Round(seen, (), None, state.refit, state.refit, state.data))
 
     def refitted(partial: Round) -> None:
+        assert listen is not None
         known, sizes = {c.effect.kind for c in partial.screen.columns}, partial.screen.to_come
         untried = tuple(c.title for c in candidates if sizes and c.kind not in known)
         listen(ranking_of(partial, state.data), ToCome(sizes, untried))
 
+    heard = {} if listen is None else {"on_screen": screened, "on_refit": refitted}
     return one_round(
-        state.data, state.refit, state.present, candidates, told, screened, refitted, add
+        state.data, state.refit, state.present, candidates, told, room=room, gate=_gate(state),
+        **heard,  # type: ignore[arg-type]
     )
 
 

@@ -14,7 +14,8 @@ SURE = 0.01
 """Family-wise error of the significance test, over all candidates of a round."""
 
 BAR = 0.3
-"""Share of the error above the floor that an effect must explain to be accepted."""
+"""Share of the error above the floor that must be explained for an effect to be accepted: by it,
+or by the set of effects that it belongs to. Four equal effects explain a quarter each."""
 
 RELEVANT = 0.04
 """Least explained squared error per sample, in floors squared: 0.2 of the floor's rms. With
@@ -84,9 +85,11 @@ def weigh(screened: Screened, base: Refit, refit: Refit, count: int, tried: int)
     )
 
 
-def acceptable(w: Weighed) -> bool:
-    """Significant, relevant, and a real share of what there is above the floor."""
-    return w.above and w.p_value < SURE and w.explained >= RELEVANT and w.fall >= BAR
+def acceptable(w: Weighed, part: bool = False) -> bool:
+    """Significant, relevant, and a real share of what there is above the floor, by itself or as
+    `part` of a set of effects that explains one together."""
+    sure = w.p_value < SURE and w.delta_bic > TIE
+    return w.above and sure and w.explained >= RELEVANT and (part or w.fall >= BAR)
 
 
 def degenerate(w: Weighed, polished: Refit) -> bool:

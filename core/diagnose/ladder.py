@@ -2,25 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.data import Data, again
-from core.diagnose.descent import MOST_ITERATIONS, cost_of
-from core.diagnose.evidence import Weighed, acceptable, degenerate, ranked, weigh
-from core.diagnose.refit import EXACT, Refit, fit, refit_with, settled, whitened
+from core.diagnose.data import Data
+from core.diagnose.evidence import BAR, RELEVANT, Weighed, acceptable, degenerate, ranked, weigh
+from core.diagnose.refit import Refit, converged, refit_with, whitened
 from core.diagnose.reshape import reshaped
 from core.diagnose.screen import Screen, Screened, screen
+from core.diagnose.sets import FoundSet, best_set
 from core.effects import catalogue
 from core.effects.effect import Effect, Rig
+from core.effects.sizes import typical
+from core.identify import predictor
+from core.written import format_number
 
 REFITTED = 5
 """Candidates of a round that are refitted fully: the best by score and by expected fall."""
 
 WORTH = 1e-3
 """Expected fall per sample, in floors squared, below which no refit is worth its time."""
+
+
+@dataclass(frozen=True)
+class Added:
+    """One effect that a round puts into the model."""
+
+    weighed: Weighed
+    fit: Refit
+    """The model with it and those that the round added before it."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +46,16 @@ class Round:
     accepted: Weighed | None
     before: Refit
     after: Refit
+    data: Data
+    """Anchored at `after`."""
+    added: tuple[Added, ...] = ()
+    """What leads from `before` to `after`, in the order of what each explains."""
+    refused: str = ""
+    """Why the best was not accepted, a sentence; empty where it was, or explains too little."""
+
+
+Gate = Callable[[Data, Refit], str]
+"""Why a polished model is not accepted; empty where it is."""
 
 
 Told = Callable[[str], bool]
@@ -75,75 +98,195 @@ def one_round(
     told: Told,
     on_screen: Callable[[Screen], None] | None = None,
     on_refit: Callable[[Round], None] = lambda _: None,
-    add: bool = True,
+    room: int = 1,
+    gate: Gate = lambda _data, _refit: "",
 ) -> Round:
     """Ranks the candidates and polishes the model with the best, where it is acceptable.
 
-    `on_screen` gets the screen while it goes on, and at its end. Without `add` it only looks:
-    `after` is `before`.
+    `on_screen` gets the screen while it goes on, and at its end. `room`: how many effects may be
+    added; with none it only looks: `after` is `before`. What `gate` refuses is not added.
     """
     seen = screen(data, before.hypothesis, present, candidates, told, on_screen)
     if on_screen is not None:
         on_screen(seen)
     white, _ = whitened(before.hypothesis, before.descended, seen.whitener)
     before = replace(before, white_cost=white)
-    stopped = lambda: told("")  # noqa: E731
     found: list[Weighed] = []
-    for s in promising(seen, data.count):
-        if stopped():
-            break
-        refit = refit_with(
-            data,
-            before.hypothesis,
-            [*present, s.effect],
-            s.values,
-            seen.whitener,
-            seen.slopes,
-            s.scanned,
-            stopped,
-        )
-        if not np.isfinite(refit.cost):
-            continue  # no simulation of it held together
-        found.append(weigh(s, before, refit, data.count, len(candidates)))
-        told(f"{s.effect.title} refitted")
-        on_refit(Round(seen, tuple(ranked(found)), None, before, before))
+    for one in _refitted(data, before, present, seen, len(candidates), told):
+        found.append(one)
+        told(f"{one.screened.effect.title} refitted")
+        on_refit(Round(seen, tuple(ranked(found)), None, before, before, data))
     found = ranked(found)
-    best = found[0] if found and acceptable(found[0]) and not stopped() else None
-    if best is None or not add:
-        return Round(seen, tuple(found), best, before, before)
-    after = _shaped_and_polished(data, best, seen, stopped)
-    if degenerate(best, after):
-        simple = _simpler(data, before, present, best, after, seen, len(candidates), stopped)
+    still = Round(seen, tuple(found), None, before, before, data)
+    if told("") or not found:
+        return still
+    work = _Work(data, before, present, seen, len(candidates), lambda: told(""), gate)
+    together = best_set(seen, max(room, 1), data.count)
+    if len(together.members) > 1 and room > 1:
+        joint = work.jointly(together, found)
+        if joint is not None:
+            return joint
+    return work.alone(found, together, room)
+
+
+def _refitted(
+    data: Data, before: Refit, present: Sequence[Effect], seen: Screen, tried: int, told: Told
+) -> Iterator[Weighed]:
+    """The promising candidates, refitted on all cores, as they end."""
+    stopped = lambda: told("")  # noqa: E731
+
+    def one(s: Screened) -> Refit:
+        return refit_with(
+            data, before.hypothesis, [*present, s.effect], s.values, seen.whitener, seen.slopes,
+            s.scanned, stopped,
+        )  # fmt: skip
+
+    if before.cost <= data.count:
+        return  # within the floor nothing can be missing, whatever is explained below it
+    with ThreadPoolExecutor(predictor.WORKERS) as pool:
+        waiting = {pool.submit(one, s): s for s in promising(seen, data.count)}
+        for done in as_completed(waiting):
+            refit = done.result()
+            if np.isfinite(refit.cost):  # else no simulation of it held together
+                yield weigh(waiting[done], before, refit, data.count, tried)
+
+
+@dataclass(frozen=True)
+class _Work:
+    """What is needed to accept the outcome of a round."""
+
+    data: Data
+    before: Refit
+    present: Sequence[Effect]
+    seen: Screen
+    tried: int
+    stopped: Callable[[], bool]
+    gate: Gate
+
+    def alone(self, found: list[Weighed], together: FoundSet, room: int) -> Round:
+        """The best effect that may be accepted, on its own."""
+        still = Round(self.seen, tuple(found), None, self.before, self.before, self.data)
+        share = together.plain_drop / max(self.before.cost - self.data.count, 1.0)
+        members = {s.effect.kind for s in together.members}
+        refused = ""
+        for best in found[:MOST_TRIED]:
+            part = best.screened.effect.kind in members and share >= BAR
+            if not acceptable(best, part) or self.stopped():
+                continue
+            if not room:
+                return replace(still, accepted=best)
+            weighed, data, after = self._polished(best)
+            reason = ended_at_bound(weighed, after) or self.gate(data, after)
+            if not reason:
+                order = [weighed, *[w for w in found if w.screened is not weighed.screened]]
+                kept = (Added(weighed, after),)
+                return Round(self.seen, tuple(order), weighed, self.before, after, data, kept)
+            refused = refused or f"{weighed.screened.effect.title} was not added: {reason}"
+        return replace(still, refused=refused)
+
+    def _polished(self, best: Weighed) -> tuple[Weighed, Data, Refit]:
+        """Converged, in its best shape; or the simpler effect to which it was fitted down."""
+        data, after = converged(
+            self.data, best.refit.hypothesis, self.seen.whitener, self.stopped
+        )
+        other = reshaped(data, after, best.screened.effect, self.stopped)
+        if other is not after:
+            data, after = converged(data, other.hypothesis, self.seen.whitener, self.stopped)
+        simple = self._simpler(best, after) if degenerate(best, after) else None
         if simple is not None:
-            found = [simple, *[w for w in found if w.screened.effect is not simple.screened.effect]]
-            best, after = simple, polished(data, simple.refit, seen, stopped)
-    return Round(seen, tuple(found), best, before, after)
+            h = simple.refit.hypothesis
+            return simple, *converged(self.data, h, self.seen.whitener, self.stopped)
+        return best, data, after
+
+    def _simpler(self, best: Weighed, after: Refit) -> Weighed | None:
+        """What a degenerate winner includes, fitted from where the winner ended."""
+        have = {e.kind for e in self.present}
+        kinds = [k for k in best.screened.effect.includes if k not in have]
+        for s in self.seen.candidates:
+            if s.effect.kind in kinds:
+                refit = self._refit([s], {**s.values, **after.hypothesis.values()}, ())
+                weighed = weigh(s, self.before, refit, self.data.count, self.tried)
+                return weighed if np.isfinite(refit.cost) and acceptable(weighed) else None
+        return None
+
+    def _refit(
+        self, members: Sequence[Screened], values: Mapping[str, float], scanned: Sequence[str]
+    ) -> Refit:
+        effects = [*self.present, *[s.effect for s in members]]
+        return refit_with(
+            self.data, self.before.hypothesis, effects, values, self.seen.whitener,
+            self.seen.slopes, scanned, self.stopped,
+        )  # fmt: skip
+
+    def jointly(self, together: FoundSet, found: list[Weighed]) -> Round | None:
+        """The set, where together it is worth more than the best alone and passes the gate."""
+        members = together.members
+        refitted = {w.screened.effect.kind: w.refit.hypothesis.values() for w in found}
+        values: dict[str, float] = {}
+        for s in members:
+            own = {k: v for k, v in s.values.items()}
+            values |= own | {k: refitted.get(s.effect.kind, own).get(k, v) for k, v in own.items()}
+        whole = self._refit(members, values, [name for s in members for name in s.scanned])
+        if not np.isfinite(whole.cost) or self.stopped():
+            return None
+        alone = min((w.refit.cost for w in found), default=self.before.cost)
+        share = (self.before.cost - whole.cost) / max(self.before.cost - self.data.count, 1.0)
+        if alone - whole.cost < RELEVANT * self.data.count or share < BAR:
+            return None
+        data, after = converged(self.data, whole.hypothesis, self.seen.whitener, self.stopped)
+        if ended_at_bound(None, after) or self.gate(data, after):
+            return None
+        added = self._in_order(members, after, found)
+        order = [a.weighed for a in added]
+        order += [w for w in found if w.screened not in [a.screened for a in order]]
+        return Round(
+            self.seen, tuple(order), order[0], self.before, after, data, tuple(added)
+        )
+
+    def _in_order(
+        self, members: Sequence[Screened], after: Refit, found: list[Weighed]
+    ) -> list[Added]:
+        """The fits that lead to the whole set, one effect more each."""
+        known = {w.screened.effect.kind: w for w in found}
+        values, added, base = after.hypothesis.values(), list[Added](), self.before
+        for count, s in enumerate(members, start=1):
+            last = count == len(members)
+            fit_now = after if last else self._refit(members[:count], {**s.values, **values}, ())
+            alone = known.get(s.effect.kind)
+            weighed = alone or weigh(s, base, fit_now, self.data.count, self.tried)
+            added.append(Added(weighed, fit_now))
+            base = fit_now
+        return added
 
 
-def _shaped_and_polished(
-    data: Data, best: Weighed, seen: Screen, stopped: Callable[[], bool]
-) -> Refit:
-    """Polished, and again where another shape of the effect turns out to leave less."""
-    once = polished(data, best.refit, seen, stopped)
-    other = reshaped(data, once, best.screened.effect, stopped)
-    return once if other is once else polished(data, other, seen, stopped)
+MOST_TRIED = 3
+"""Of a ranking: what is refused gives way to the next, but a fourth would be a guess."""
 
 
-def _simpler(  # type: ignore[no-untyped-def]
-    data: Data, before: Refit, present: Sequence[Effect], best: Weighed, after: Refit,
-    seen: Screen, tried: int, stopped,
-) -> Weighed | None:  # fmt: skip
-    """What a degenerate winner includes, fitted from where the winner ended."""
-    kinds = [k for k in best.screened.effect.includes if k not in {e.kind for e in present}]
-    for s in seen.candidates:
-        if s.effect.kind in kinds:
-            refit = refit_with(
-                data, before.hypothesis, [*present, s.effect],
-                {**s.values, **after.hypothesis.values()}, seen.whitener, seen.slopes, (), stopped,
-            )  # fmt: skip
-            weighed = weigh(s, before, refit, data.count, tried)
-            return weighed if np.isfinite(refit.cost) and acceptable(weighed) else None
-    return None
+def ended_at_bound(weighed: Weighed | None, after: Refit) -> str:
+    """A sentence where a size of an effect ended at the bound far from neutral."""
+    h = after.hypothesis
+    knobs = [k for one in h.model.effects for k in one.knobs(h.model.arm, h.model.drive, typical(h.model.arm))]
+    neutral = {k.parameter.name: k.neutral for k in knobs}
+    at = dict(zip(h.unknowns.labels, h.vector, strict=True))
+    for u in h.unknowns.items:
+        p = u.parameter
+        if p.name not in neutral or u.recording is not None:
+            continue
+        near = AT_BOUND_SHARE * (p.upper - p.lower)
+        for bound, gap in ((p.lower, at[u.label] - p.lower), (p.upper, p.upper - at[u.label])):
+            other = p.upper if bound == p.lower else p.lower
+            away = abs(bound - neutral[p.name]) > abs(other - neutral[p.name])
+            if gap <= near and away:
+                return (
+                    f"{p.title or p.name} ended at {format_number(bound, 3)} {p.unit}, the bound "
+                    f"of what is plausible."
+                )
+    return ""
+
+
+AT_BOUND_SHARE = 1e-6
+"""Of the distance between the bounds."""
 
 
 def promising(seen: Screen, count: int) -> list[Screened]:
@@ -156,24 +299,3 @@ def promising(seen: Screen, count: int) -> list[Screened]:
             if len(chosen) < REFITTED and s.drop > WORTH * count:
                 chosen.setdefault(s.effect.kind, s)
     return list(chosen.values())
-
-
-FINER = (4, 8, 16)
-"""Times as many steps per sample: until that lowers the error no more."""
-
-SAME = 0.05
-"""In floors, rms: by less than this finer steps change nothing."""
-
-
-def polished(data: Data, refit: Refit, seen: Screen, stopped: Callable[[], bool]) -> Refit:
-    """To convergence, with as many steps per sample as the fitted model needs."""
-    h = refit.hypothesis
-    finer, errors = EXACT, list(refit.errors)
-    for more in FINER:
-        tried = again(data, h, finer=more)
-        new = tried.errors(tried.vector)
-        moved = cost_of([a - b for a, b in zip(new, errors, strict=True)])
-        if moved < SAME**2 * data.count:
-            break
-        finer, errors = more, new
-    return settled(fit(again(data, h, finer=finer), seen.whitener, stopped, MOST_ITERATIONS))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.evidence import RELEVANT
@@ -34,8 +34,6 @@ def without_needless(
 
     The first `given` are what the user put into the model: they stay.
     """
-    # As finely simulated as what it is compared with: no model may win by its steps.
-    alike = replace(data, steps=refit.hypothesis.steps)
     kept: list[tuple[Effect, ...]] = [(one,) for one in present]
     removed: list[Effect] = []
     for place in range(given, len(present)):
@@ -43,7 +41,7 @@ def without_needless(
             if stopped():
                 break
             tried = [*kept[:place], instead, *kept[place + 1 :]]
-            start = hypothesis(alike, _flat(tried), refit.hypothesis.values())
+            start = hypothesis(data, _flat(tried), refit.hypothesis.values())
             found = fit(start, None, stopped, ITERATIONS)
             if found.cost - refit.cost < RELEVANT * data.count:
                 kept, refit = tried, settled(found)

@@ -7,8 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis, again, hypothesis
-from core.diagnose.descent import Descended, cost_of, descend, normal_equations
+from core.diagnose.data import Anchor, Data, Hypothesis, again, coarser, hypothesis
+from core.diagnose.descent import (
+    MOST_ITERATIONS,
+    Descended,
+    cost_of,
+    descend,
+    normal_equations,
+)
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
 from core.identify.uncertainty import covariance
@@ -225,3 +231,45 @@ def robust_covariance(found: Refit) -> np.ndarray:
     if len(inside):
         out[np.ix_(inside, inside)] = covariance(slopes, found.errors, len(inside))
     return out
+
+
+SAME = 0.05
+"""In floors, rms: by less than this more steps change nothing."""
+
+MOST_FINE = 256
+"""Steps per sample."""
+
+
+def anchored(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
+    """The data with the error of few steps taken from a model at its vector, and the model's
+    errors (M, k) with as many steps as it takes until more of them change nothing."""
+    dt = max(e.recording.sample_time for e in data.experiments)
+    assert data.steps is not None
+    steps = max(data.fine or 0, h.model.steps(dt, 2 * data.steps))
+    bare = replace(data, anchor=None)
+    errors = _with_steps(bare, h, steps)
+    while steps < MOST_FINE:
+        finer = _with_steps(bare, h, 2 * steps)
+        change = cost_of([a - b for a, b in zip(finer, errors, strict=True)])
+        if change < SAME**2 * data.count:
+            break
+        steps, errors = 2 * steps, finer
+    return replace(data, anchor=Anchor(h, errors), fine=steps), errors
+
+
+def _with_steps(data: Data, h: Hypothesis, steps: int) -> list[np.ndarray]:
+    residuals = replace(h.residuals, predictor=coarser(h.residuals.predictor, steps))
+    return residuals.blocks(h.vector)
+
+
+def converged(
+    data: Data, h: Hypothesis, whitener: Whitener | None, stopped: Callable[[], bool]
+) -> tuple[Data, Refit]:
+    """The minimum near a hypothesis as with as many steps as it needs, and the data anchored there."""
+    data, _ = anchored(data, h)
+    found = fit(again(data, h, finer=1), whitener, stopped, MOST_ITERATIONS)
+    data, errors = anchored(data, found.hypothesis)
+    at = replace(found.descended, blocks=tuple(errors), cost=cost_of(errors))
+    h = again(data, found.hypothesis, finer=1)
+    white, _ = whitened(h, at, whitener) if whitener is not None else (at.cost, None)
+    return data, settled(Refit(h, at, white, found.covariance))

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 
 from core.diagnose.data import Data, Hypothesis, again, hypothesis
 from core.diagnose.missing_torque import Pushed, pushed
-from core.diagnose.refit import EXACT, Refit, fit
+from core.diagnose.refit import Refit, fit
 from core.diagnose.shapes import place
 from core.diagnose.torque_shape import Sized, best_shapes
 from core.effects.effect import Effect, Knob
@@ -50,7 +50,7 @@ def _starts(
     if not motions:
         return []
     tried = Sized(effect, h.model, {**h.model.effect_values, **h.values()}, tuple(sizes), shape)
-    return [again(data, h, values, finer=EXACT) for values in best_shapes(tried, motions, RACED)]
+    return [again(data, h, values, finer=1) for values in best_shapes(tried, motions, RACED)]
 
 
 def _without(data: Data, h: Hypothesis, sizes: Sequence[Knob], shape: Knob) -> Hypothesis:
@@ -60,7 +60,7 @@ def _without(data: Data, h: Hypothesis, sizes: Sequence[Knob], shape: Knob) -> H
     free = set(h.model.effect_parameters) - held
     own = [u for u in h.unknowns.items if u.parameter.name in free]
     values = {**h.model.effect_values, **h.values(), **neutral}
-    return hypothesis(data, h.model.effects, values, freed=own, finer=EXACT)
+    return hypothesis(data, h.model.effects, values, freed=own, finer=1)
 
 
 def _pushed(h: Hypothesis, data: Data) -> list[Pushed]:

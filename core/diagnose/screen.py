@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Generator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from core.diagnose.gram import NOTHING, Gram, explain, gram
 from core.diagnose.shapes import best_shape, own_shape
 from core.diagnose.whitening import Whitener, fit_whitener, no_whitening
 from core.effects.effect import Effect
+from core.identify import predictor
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,18 @@ class Screen:
     """Sizes that are still to be tried."""
 
 
+def map_threads(work: Callable[[int], Column], which: Sequence[int]) -> Generator[Column]:
+    """The columns in their order, made on all cores; closing it drops what has not begun."""
+    with ThreadPoolExecutor(predictor.WORKERS) as pool:
+        waiting = [pool.submit(work, i) for i in which]
+        try:
+            for one in waiting:
+                yield one.result()
+        finally:
+            for one in waiting:
+                one.cancel()
+
+
 SKETCHED = (1, 2, 4)
 """Rounds after which a screen is scored before it is through: each scoring costs as much as some
 simulations."""
@@ -91,9 +105,11 @@ def screen(
         return _scored(errors, slopes, known, candidates, len(planned) - len(columns))
 
     for number, which in enumerate(rounds, start=1):
-        for i in which:
-            columns[i] = simulated(data, base, accepted, planned[i], zeros)
+        tried = map_threads(lambda i: simulated(data, base, accepted, planned[i], zeros), which)  # noqa: B023
+        for i, column in zip(which, tried, strict=True):
+            columns[i] = column
             if told(_done(i, planned, columns)):
+                tried.close()
                 return scored()
         if sketched is not None and number in SKETCHED and number < len(rounds):
             sketched(scored())

@@ -100,7 +100,7 @@ def validated(validation: Data | None, refit: Refit) -> Validated | None:
     shared = {k: v for k, v in shared.items() if k not in {u.parameter.name for u in anew}}
     own = tuple(u for u in validation.nuisance if u.recording is not None)
     fixed = {**validation.fixed, **shared}
-    held = replace(validation, nuisance=own, fixed=fixed, steps=h.steps)
+    held = replace(validation, nuisance=own, fixed=fixed, steps=validation.fine)
     values = {**h.model.effect_values, **h.values()}
     tried = hypothesis(held, h.model.effects, values, freed=anew)
     found = descend(

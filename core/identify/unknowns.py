@@ -174,11 +174,14 @@ def _stated(parameter: Parameter, spec: IdentifySpec) -> Parameter:
     value = spec.start.get(name, parameter.value)
     lower, upper = spec.bounds.get(name, (parameter.lower, parameter.upper))
     prior = spec.prior.get(name)
-    std = None
+    std = mean = None
     if prior is not None:
-        std = prior.std
+        std, mean = prior.std, prior.value
         value = prior.value if prior.value is not None and name not in spec.start else value
-    return replace(parameter, value=value, lower=lower, upper=upper, prior_std=std)
+    return replace(
+        parameter, value=value, lower=lower, upper=upper, prior_std=std,
+        prior_mean=value if std is not None and mean is None else mean,
+    )  # fmt: skip
 
 
 def fixed_values(model: Model, spec: IdentifySpec, unknowns: Unknowns) -> Mapping[str, float]:
