@@ -13,6 +13,7 @@ import numpy as np
 from core.arm.arm import Arm
 from core.arm.build import build_arm
 from core.diagnose.diagnose import Options, diagnose
+from core.diagnose.level import AUTO, choose_level
 from core.diagnose.stated_noise import stated_noise
 from core.drives import build_drive
 from core.errors import InputError
@@ -68,7 +69,9 @@ def run_scenario(
         candidate_effects(scenario.diagnose)  # a slip there is told before the long work
         spec = with_effect_parameters(scenario.identify, model, scenario.model)
         recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
+        model, why = settled_level(scenario, model, spec, recordings)
         setup = make_setup(model, spec, recordings)
+        setup = replace(setup, notes=(*why, *setup.notes))
     with clock.timed("identify"):
         fits = _fit(setup, recordings, spec, progress)
     with clock.timed("compare"):
@@ -129,6 +132,25 @@ def _diagnosis(
     return diagnose(setup, spec, recordings, options, progress)
 
 
+def settled_level(
+    scenario: Scenario, model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
+) -> tuple[Model, tuple[str, ...]]:
+    """The model at the level that the scenario states or, where it leaves that open, that the
+    recordings need, with a line that says why."""
+    if scenario.model.level != AUTO:
+        return model, ()
+    setup = make_setup(model, spec, recordings)
+    noise = stated_noise(scenario, setup, recordings)
+    fidelity = scenario.diagnose.fidelity
+    choice = choose_level(
+        setup.model, setup.outputs, setup.processing, recordings, noise, fidelity
+    )
+    if choice.level == model.level:
+        return model, (choice.sentence,)
+    bare = None if model.bare is None else model.bare.at_level(choice.level)
+    return replace(model.at_level(choice.level), bare=bare), (choice.sentence,)
+
+
 def _identified(fits: Sequence[Fitted]) -> dict[str, float]:
     """label -> value where the fits ended; the mean of what several share."""
     found: dict[str, list[float]] = {}
@@ -146,7 +168,8 @@ def base_model(scenario: Scenario) -> Model:
 
 def _bare(scenario: Scenario, arm: Arm) -> Model:
     drive = build_drive(scenario.drive.kind, scenario.drive.options)
-    return Model(arm, drive, scenario.model.level or "lpv")
+    level = scenario.model.level
+    return Model(arm, drive, "nonlinear" if level == AUTO else level)
 
 
 def _estimation(recordings: Sequence[Recording]) -> list[Recording]:

@@ -16,14 +16,12 @@ from core.diagnose.steps import Validated, validated
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
 from core.identify.prepared import Prepared, Processing, can_measure, prepare
+from core.identify.setup import MEASURED
 from core.identify.unknowns import START, Unknown, Unknowns, collect_unknowns, fixed_values
 from core.model import Model
 from core.recording.recording import Recording
 from core.scenario.schema import IdentifySpec
 from core.sensors import Sensor, sensor
-
-MEASURED = ("encoder", "z", "deflection")
-"""Outputs that are looked at where all recordings hold them as such."""
 
 START_BOUND = 0.05
 """rad (m): how far an encoder's first sample may be from the truth."""

@@ -8,6 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
+from core.identify import linear_outputs
+from core.identify.linear_outputs import LinearOutputs
 from core.identify.population import PopulationCost, applicable
 from core.identify.predictor import Predictor, Request
 from core.identify.prepared import Prepared
@@ -18,6 +20,10 @@ STEP = 1e-4
 
 ONE_SIDED_STEP = 1e-6
 """Of one-sided differences inside a descent; the uncertainty always uses central ones."""
+
+
+TOGETHER = 16
+"""Vectors simulated at once: enough to fill lanes and cores, few enough for the memory."""
 
 
 def channel_weights(
@@ -70,8 +76,23 @@ class Residuals:
         """Weighted errors (M_i, k), zero where a sample does not count."""
         return self._blocks([(vector, range(len(self.experiments)))])[0]
 
+    @cached_property
+    def linear(self) -> LinearOutputs | None:
+        """The outputs of many vectors in one pass, where all are linear."""
+        if not linear_outputs.applicable(self.experiments):
+            return None
+        return LinearOutputs(self.experiments, self.unknowns, self.predictor.fixed)
+
+    def _predicted(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
+        if self.linear is None:
+            return self.predictor.predict_many(requests)
+        if not requests:
+            return []
+        each = self.linear.blocks(np.array([vector for vector, _ in requests]))
+        return [[each[i][s] for i in which] for s, (_, which) in enumerate(requests)]
+
     def _blocks(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
-        found = self.predictor.predict_many(requests)
+        found = self._predicted(requests)
         return [
             [self._block(i, y) for i, y in zip(which, outputs, strict=True)]
             for (_, which), outputs in zip(requests, found, strict=True)
@@ -104,11 +125,13 @@ class Residuals:
         sides = [self._sides(vector, j, central) for j in range(len(vector))]
         asked = range(len(vector)) if only is None else only
         which = [self._concerned(j) if j in asked else [] for j in range(len(vector))]
-        high = self._blocks([(up, w) for (up, _), w in zip(sides, which, strict=True)])
-        low = self._blocks([(down, w) for (_, down), w in zip(sides, which, strict=True)])
-        for j, (up, down) in enumerate(sides):
+        up = [(up, w) for (up, _), w in zip(sides, which, strict=True)]
+        down = [(down, w) for (_, down), w in zip(sides, which, strict=True)]
+        both = self._blocks([*up, *down])  # together they fill the lanes
+        high, low = both[: len(sides)], both[len(sides) :]
+        for j, (above, below) in enumerate(sides):
             for i, a, b in zip(which[j], high[j], low[j], strict=True):
-                found[i][:, :, j] = (a - b) / (up[j] - down[j])
+                found[i][:, :, j] = (a - b) / (above[j] - below[j])
         return found
 
     def _sides(self, vector: np.ndarray, j: int, central: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -146,5 +169,10 @@ class Residuals:
         return PopulationCost(self.experiments, self.weights, self.unknowns, self.predictor.fixed)
 
     def costs(self, vectors: np.ndarray) -> np.ndarray:
-        """(S,) sums of squares by plain simulation."""
-        return np.array([float(np.sum(self(v) ** 2)) for v in vectors])
+        """(S,) sums of squares by plain simulation, a few vectors at a time."""
+        everything = range(len(self.experiments))
+        found = []
+        for first in range(0, len(vectors), TOGETHER):
+            some = self._blocks([(v, everything) for v in vectors[first : first + TOGETHER]])
+            found += [sum(float(np.sum(b * b)) for b in blocks) for blocks in some]
+        return np.array(found)

@@ -20,6 +20,9 @@ PREFERENCE = ("ydot", "z", "deflection", "encoder")
 """Default output: the first that all estimation recordings have and that is defined there.
 ydot is the paper's stable output; y integrates, and z is right for any arm."""
 
+MEASURED = ("encoder", "z", "deflection")
+"""Compared by default with the full equations: everything that was measured as such."""
+
 
 @dataclass(frozen=True)
 class Setup:
@@ -49,6 +52,15 @@ def _outputs(
 ) -> tuple[Sensor, ...]:
     if spec.output is not None:
         return tuple(sensor(kind) for kind in spec.output)
+    if _replayed(model):
+        shown = [sensor(kind) for kind in ("z", "deflection")]
+        direct = [s for s in shown if all(s.direct(r, model.arm) for r in recordings)]
+        return (sensor(TORQUE), *direct)
+    measured = tuple(
+        s for s in map(sensor, MEASURED) if all(s.direct(r, model.arm) for r in recordings)
+    )
+    if model.level == "nonlinear" and measured:
+        return measured
     for kind in PREFERENCE:
         candidate = sensor(kind)
         if all(_usable(candidate, model, r) for r in recordings):
@@ -57,6 +69,13 @@ def _outputs(
         f"The recordings share none of the outputs {', '.join(PREFERENCE)}; add columns of a "
         f"camera, strain gauges or encoders, or state [identify] output."
     )
+
+
+def _replayed(model: Model) -> bool:
+    """Whether the recorded torque moves the arm with nothing fed back: alone it would drift away,
+    so a servo has to hold it on the encoders."""
+    law = model.drive.law(model.arm, model.numbers().p, {})
+    return model.steering is None and not (np.any(law.P) or np.any(law.V) or law.states)
 
 
 def _usable(candidate: Sensor, model: Model, recording: Recording) -> bool:

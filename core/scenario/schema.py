@@ -145,7 +145,9 @@ class OwnSpec(Settings):
 class ModelSpec(Settings):
     """`[model]`: its level, the effects in it, and effects that the user wrote."""
 
-    level: Literal["lpv", "nonlinear"] | None = None
+    level: Literal["auto", "lpv", "nonlinear"] = "auto"
+    """auto: the linear model where it is as good as the full equations on the recordings' motions,
+    else the full equations."""
     effects: tuple[EffectSpec, ...] = ()
     own: tuple[OwnSpec, ...] = ()
 

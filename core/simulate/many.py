@@ -15,7 +15,16 @@ from core.forces.element import ElementArrays
 from core.lanes.wide import LANES
 from core.model import Model, Numbers
 from core.simulate.motion import Task, full_start
-from core.simulate.nonlinear import extrapolated, law_arrays, run
+from core.simulate.nonlinear import (
+    FEWEST_SUBSTEPS,
+    MOST_SUBSTEPS,
+    Simulated,
+    difference,
+    extrapolated,
+    law_arrays,
+    run,
+    torque_difference,
+)
 from core.simulate.rosenbrock import implicit_parts
 from core.simulate.wide_rosenbrock import integrate
 from core.trajectory import Trajectory
@@ -86,6 +95,33 @@ def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) 
         extrapolated(a, b, job.numbers.law.limit)
         for a, b, job in zip(coarse, fine, jobs, strict=True)
     ]
+
+
+def simulate_many(
+    jobs: Sequence[Job], tolerance: float, torque_tolerance: float = np.inf, workers: int = 1
+) -> list[Simulated]:
+    """As `simulate` for each job: steps are doubled until that moves no extrapolated motion by
+    more than the tolerance."""
+    limits = [job.numbers.law.limit for job in jobs]
+    steps = 2 * FEWEST_SUBSTEPS
+    fine = run_many(jobs, steps, workers)
+    first = run_many(jobs, FEWEST_SUBSTEPS, workers)
+    before = [extrapolated(*each) for each in zip(first, fine, limits, strict=True)]
+    found: dict[int, Simulated] = {}
+    left = list(range(len(jobs)))
+    while left:
+        steps *= 2
+        finer = dict(zip(left, run_many([jobs[i] for i in left], steps, workers), strict=True))
+        for i in left:
+            after = extrapolated(fine[i], finer[i], limits[i])
+            error = difference(before[i], after)
+            good = error <= tolerance
+            good = good and torque_difference(before[i], after) <= torque_tolerance
+            if good or steps >= MOST_SUBSTEPS:
+                found[i] = Simulated(after, steps, error)
+            fine[i], before[i] = finer[i], after
+        left = [i for i in left if i not in found]
+    return [found[i] for i in range(len(jobs))]
 
 
 def _structure(job: Job, elements: ElementArrays) -> tuple[object, ...]:
