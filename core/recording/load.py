@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from core.errors import InputError
+from core.progress import Progress
 from core.recording.camera import in_base_frame, shifted
 from core.recording.channels import channel_kind, is_channel
 from core.recording.clock import check_rising, choose_rows, even_time
@@ -32,15 +33,17 @@ def load_recording(
     spec: RecordingSpec,
     required: Sequence[str] = (),
     units: Mapping[str, str] | None = None,
+    progress: Progress | None = None,
 ) -> Recording:
     """The recording in the file, checked; `required` channels must be in it.
 
-    `units` are the SI units of channels whose dimension the arm fixes: a joint turns or slides.
+    `progress` hears how much of the file is read. `units` are the SI units of channels whose
+    dimension the arm fixes: a joint turns or slides.
     """
     try:
         # Damaged files hold numbers that overflow; the checks find them, warnings would not help.
         with np.errstate(over="ignore", invalid="ignore"):
-            return _load(read_table(path), spec, required, units or {})
+            return _load(read_table(path, progress), spec, required, units or {})
     except InputError as error:
         raise InputError(one_line(str(error))) from error
 
