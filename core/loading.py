@@ -32,6 +32,7 @@ def load_recordings(
 
     def one(spec: RecordingSpec) -> Recording:
         if spec.simulate is not None:
+            progress.advance(0, f"{spec.name}, {spec.simulate.samples:,} samples to simulate")
             found = _simulated(spec, scenario.sensors, model)
         else:
             found = _read(spec, model, folder, data_folder, progress)
