@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from core.errors import InputError
-from core.progress import Progress
 from core.recording.camera import in_base_frame, shifted
 from core.recording.channels import channel_kind, is_channel
 from core.recording.clock import check_rising, choose_rows, even_time
 from core.recording.read_table import read_table
+from core.recording.reading import Watching
 from core.recording.recording import CameraPose, Recording
 from core.recording.spec import RecordingSpec
 from core.recording.table import Table
@@ -33,7 +33,7 @@ def load_recording(
     spec: RecordingSpec,
     required: Sequence[str] = (),
     units: Mapping[str, str] | None = None,
-    progress: Progress | None = None,
+    progress: Watching | None = None,
 ) -> Recording:
     """The recording in the file, checked; `required` channels must be in it.
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 from core.errors import InputError
 from core.plugins import discover
-from core.progress import Progress
-from core.recording.reading import Reading
+from core.recording.reading import Reading, Watching
 from core.recording.table import Table, TableReader
 
 
@@ -17,7 +16,7 @@ def readers() -> dict[str, TableReader]:
     return {s: reader for kinds, reader in found.members.items() for s in kinds.split()}
 
 
-def read_table(path: Path, progress: Progress | None = None) -> Table:
+def read_table(path: Path, progress: Watching | None = None) -> Table:
     """The columns of a file; InputError where it is missing, damaged or of an unknown kind."""
     known = readers()
     # The longest suffix that fits, so that .csv.gz is not taken for another kind of .gz.

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Protocol
 
 from core.errors import InputError
-from core.progress import Progress, Silent
 
 MOST_BYTES = 400_000_000
 """Unpacked: the text of MOST_CELLS numbers with all their digits."""
@@ -16,18 +16,28 @@ MOST_ROWS = 5_000_000
 MEGA = 1e6
 
 
+class Watching(Protocol):
+    """What it needs of whoever waits: see `core.progress.Progress`."""
+
+    def advance(self, n: int = 1, text: str = "") -> None: ...
+
+    def stopped(self) -> bool: ...
+
+
 class Reading:
     """Counts while a file is read and says how far it is; `took` and `grew` raise InputError."""
 
-    def __init__(self, path: Path, progress: Progress | None = None) -> None:
+    def __init__(self, path: Path, progress: Watching | None = None) -> None:
         self.name = path.name
         self._size = max(path.stat().st_size, 1)
-        self._progress = progress or Silent()
+        self._progress = progress
         self._unpacked = 0
         self.took(0)
 
     def took(self, position: int) -> None:
         """The file is read up to `position` bytes; InputError where nobody waits for the rest."""
+        if self._progress is None:
+            return
         if self._progress.stopped():
             raise InputError(f"Stopped while {self.name} was read.")
         share = min(position / self._size, 1.0)

@@ -9,6 +9,7 @@ from core.errors import InputError
 from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
+from flexgui.jobs.inputs import leave
 from flexgui.session.demo import EMBEDDED, scenario_choices
 from flexgui.session.services import Services
 from flexgui.session.state import Cursor
@@ -75,6 +76,7 @@ class Session(Studying):
         self.end_demonstration()
         self.end_study()
         self.stop()
+        leave(self.key)
         self._live_worker.close()
         self._motion_worker.close()
         with self._lock:
