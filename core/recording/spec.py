@@ -85,9 +85,10 @@ class LoggerFilterSpec(Settings):
 
 LONGEST = 3600.0
 """s of one simulated recording."""
+Duration = Annotated[float, Field(strict=True, gt=0, le=LONGEST, allow_inf_nan=False)]
 MOST_SAMPLES = 500_000
 """Of one simulated recording: eight minutes at 1 kHz, which take twenty seconds to simulate."""
-Place = Annotated[Real, Field(ge=-1e3, le=1e3)]
+Place = Annotated[float, Field(strict=True, ge=-1e3, le=1e3, allow_inf_nan=False)]
 """rad or m: more than a hundred turns are a slip."""
 
 
@@ -98,16 +99,16 @@ class SimulateSpec(Settings):
     """rad, the working point; the other joints start at zero."""
     theta: tuple[Place, ...] | None = None
     """rad or m, all joints; instead of theta2."""
-    seconds: Annotated[Positive, Field(le=LONGEST)] = 3.0
-    snr_db: Annotated[Real, Field(ge=-100.0, le=300.0)] | None = None
+    seconds: Duration = 3.0
+    snr_db: Annotated[float, Field(strict=True, ge=-100, le=300, allow_inf_nan=False)] | None = None
     """Doubles have 313 dB between one and its last digit."""
     seed: Whole = 1
     excitation: Words = "prbs_balanced"
-    amplitude: Annotated[Positive, Field(le=1e6)] = 0.3
+    amplitude: Annotated[float, Field(strict=True, gt=0, le=1e6, allow_inf_nan=False)] = 0.3
     """rad/s, rad or N m; the strongest robots have 1e4 N m."""
-    hold: Annotated[Positive, Field(le=LONGEST)] = 0.02
+    hold: Duration = 0.02
     """s, how long the excitation keeps a level."""
-    sample_time: Annotated[Positive, Field(ge=1e-6, le=10.0)] = 1e-3
+    sample_time: Annotated[float, Field(strict=True, ge=1e-6, le=10, allow_inf_nan=False)] = 1e-3
     """s; the fastest loggers of rigs have 1e-6."""
     level: Literal["nonlinear", "lpv"] = "nonlinear"
     sweep: tuple[Place, Place] | None = None

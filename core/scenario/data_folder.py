@@ -22,6 +22,8 @@ def resolve_file(file: str, beside: Path, data_folder: Path | None = None) -> Pa
     for folder in folders:
         if (folder / file).is_file():
             return folder / file
+        if (folder / file).exists() and not (folder / file).is_dir():
+            raise InputError(one_line(f"{file} is a device or a pipe; name a file with a table."))
     places = " and ".join(str(folder) for folder in folders)
     raise InputError(
         one_line(

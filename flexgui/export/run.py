@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from core.errors import InputError
 from core.progress import Progress
 from flexgui.export.folder import check_writable
 
@@ -12,6 +13,8 @@ def export_scenario(path: Path, out: Path, data: Path | None, progress: Progress
     """Read, run, export; bad input is found before anything long begins."""
     from core.scenario.read import read_scenario
 
+    if data is not None and not data.is_dir():
+        raise InputError(f"--data {data} is no folder; name the one that holds the recordings.")
     scenario = read_scenario(path)
     text = path.read_text(encoding="utf-8-sig")
     check_writable(out)

@@ -17,6 +17,7 @@ from queue import SimpleQueue
 from typing import Any, NoReturn
 
 from core.errors import InputError
+from core.sentences import brief
 from flexgui.jobs.limited import TOO_LARGE, limit_memory, limit_time
 from flexgui.jobs.mailbox import Mailbox
 from flexgui.jobs.messages import Answer, Begin, Crashed, Done, Order, Ready, Refused
@@ -132,7 +133,7 @@ def attempt(task: Task, reporter: Reporter) -> Answer:
     try:
         return Done(task.resolve()(**task.arguments, progress=reporter), reporter.noticed)
     except InputError as error:
-        return Refused(" ".join(str(error).split()))
+        return Refused(brief(str(error)))
     except MemoryError:
         return Refused(f"{task.title} {TOO_LARGE}")
     except BaseException as error:
