@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import secrets
 import shutil
 import socket
 import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -57,6 +58,8 @@ class Settings(Generic[S]):
     """Besides those of this machine."""
     join: Word | None = None
     teacher: Word | None = None
+    key: bytes = field(default_factory=lambda: secrets.token_bytes(32))
+    """What tickets are made with."""
     limits: Limits = Limits()
     clock: Callable[[], float] = time.monotonic
 
@@ -85,7 +88,7 @@ class PageServer(Generic[S]):
         origins = (*loopback_origins(self.port), *settings.origins)
         self._door = Door(
             origins, settings.limits, join=settings.join, teacher=settings.teacher,
-            clock=settings.clock,
+            key=settings.key, clock=settings.clock,
         )  # fmt: skip
         self.viser = guarded_viser(listener, self._door, self, settings.limits, self._reports)
         self.viser.gui.configure_theme(show_logo=False, show_share_button=False)

@@ -35,8 +35,6 @@ class Limits:
     key_wait: float = 6.0
     """For a browser to say which session is its own."""
     wrong_codes: int = 10
-    """Per minute and address."""
-    wrong_codes_in_all: int = 200
-    """Per minute."""
+    """Wrong codes and tickets per minute and address, before it is told to wait."""
     ports: int = 20
     """Tried, from the wished one upwards."""
