@@ -31,6 +31,9 @@ class Rights(Protocol):
     def kept_bytes(self, client_id: int) -> int:
         """Of the files of the browser's session."""
 
+    def acted(self, client_id: int) -> None:
+        """What the browser sends now is admitted, and may change its session."""
+
 
 class Guard:
     """Of one connection. What it refuses changes nothing, and the connection goes on."""
@@ -57,6 +60,8 @@ class Guard:
         except RefusedError as refusal:
             self._refused(message, refusal)
             return None
+        if message["type"] not in PASSIVE:
+            self._rights.acted(self._client_id)
         assert isinstance(raw, bytes)
         return msgspec.msgpack.encode(message) if changed else raw
 
