@@ -140,5 +140,5 @@ def _decoded(raw: str | bytes) -> object:
         raise RefusedError("text, where viser sends bytes")
     try:
         return _DECODE.decode(raw)
-    except (msgspec.DecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # also for text that is no UTF-8
         raise RefusedError("no MessagePack") from error
