@@ -141,6 +141,13 @@ class Model:
             joints = one.started(joints, known)
         return joints
 
+    def followed(self, joints: np.ndarray, dt: float, values: Mapping[str, float]) -> np.ndarray:
+        """True joint positions (N, nj) over time from the encoders' that a servo follows."""
+        known = {**self.effect_values, **values}
+        for one in self.effects:
+            joints = one.followed(joints, dt, known)
+        return joints
+
     def with_effects(
         self,
         effects: Sequence[Effect],
@@ -172,7 +179,9 @@ class Model:
         arm = one.changed_arm(self.arm, given)
         knobs = one.knobs(arm, self.drive, sizes)
         names = [knob.parameter.name for knob in knobs]
-        starts = {k.parameter.name: given.get(k.parameter.name, k.parameter.value) for k in knobs}
+        some = one.apart and any(name in given for name in names)
+        plain = {k.parameter.name: k.neutral if some else k.parameter.value for k in knobs}
+        starts = {name: given.get(name, value) for name, value in plain.items()}
         neutral = {k.parameter.name: k.neutral for k in knobs if not k.secondary}
         if names and not part and all(starts[name] == value for name, value in neutral.items()):
             return self

@@ -11,6 +11,8 @@ from core.arm.arm import Arm
 from core.arm.compiled import CompiledArm
 from core.arm.signatures import OPTIONS, TIP, matrix, vector
 
+cube = types.float64[:, :, ::1]
+
 
 @dataclass(frozen=True)
 class Trajectory:
@@ -52,3 +54,19 @@ def tip_path(tip, q, v, p):  # type: ignore[no-untyped-def]
             for j in range(n):
                 speeds[t, i] += J[i, j] * v[t, j]
     return places, speeds
+
+
+@njit(cube(TIP, cube, matrix), **OPTIONS)
+def tip_places(tip, q, p):  # type: ignore[no-untyped-def]
+    """z (N, 2, S) along S motions q (N, n, S), each with its own p (S, np)."""
+    N, n, S = q.shape
+    places = np.empty((N, 2, S))
+    z, J, one = np.empty(2), np.empty((2, n)), np.empty(n)
+    for t in range(N):
+        for s in range(S):
+            for i in range(n):
+                one[i] = q[t, i, s]
+            tip(one, p[s], z, J)
+            for i in range(2):
+                places[t, i, s] = z[i]
+    return places

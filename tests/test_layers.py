@@ -25,6 +25,7 @@ RANKS = {
     "core.results": 1,
     "core.progress": 2,
     "core.excitation": 2,
+    "core.lanes": 2.5,
     "core.arm": 3,
     "core.drives": 4,
     "core.trajectory": 4.2,

@@ -11,7 +11,7 @@ from platformdirs import user_cache_path
 
 VARIABLE = "FLEXGUI_CACHE"
 _CORE = Path(__file__).parent.parent
-_COMPILED_ROOMS = ("arm", "forces", "simulate")
+_COMPILED_ROOMS = ("arm", "forces", "lanes", "simulate")
 
 
 def cache_folder() -> Path:
@@ -31,7 +31,7 @@ def sources_key() -> str:
     files = [*(_CORE / "trajectory.py",)]
     for room in _COMPILED_ROOMS:
         files += sorted((_CORE / room).rglob("*.py"))
-    files.append(_CORE / "arm" / "module_template.txt")
+    files += sorted((_CORE / "arm").glob("*template.txt"))
     for file in files:
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]

@@ -82,15 +82,18 @@ def is_compiled(structure: Structure) -> bool:
     return _file(structure).exists()
 
 
-def _module_file(structure: Structure) -> Path:
+def _module_file(structure: Structure, wide: bool = False) -> Path:
     """The generated module's file; derived and written where it does not exist yet."""
     file = _file(structure)
+    if wide:
+        file = file.with_name(f"wide_{file.name}")
     if not file.exists():
         from core.arm.generate import ArmCode
         from core.arm.kinematics import Kinematics
 
         file.parent.mkdir(parents=True, exist_ok=True)
-        text = ArmCode(Kinematics(structure)).module()
+        code = ArmCode(Kinematics(structure))
+        text = code.wide_module() if wide else code.module()
         draft = file.with_suffix(f".{os.getpid()}.tmp")
         draft.write_text(text, encoding="utf-8")
         draft.replace(file)
@@ -116,3 +119,19 @@ def compile_arm(structure: Structure) -> CompiledArm:
     with _LOADING:
         module = load_module(_module_file(structure))
     return CompiledArm(structure, module.dynamics, module.tip, module.linear)
+
+
+@dataclass(frozen=True)
+class WideArm:
+    """`dynamics` and `tip` of LANES arms side by side; arrays are (entries, LANES)."""
+
+    dynamics: Any
+    tip: Any
+
+
+@cache
+def compile_wide_arm(structure: Structure) -> WideArm:
+    """Seconds the first time, from the cache after that."""
+    with _LOADING:
+        module = load_module(_module_file(structure, wide=True))
+    return WideArm(module.dynamics, module.tip)

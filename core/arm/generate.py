@@ -20,6 +20,7 @@ from core.arm.kinematics import Kinematics, components
 from core.arm.shapes import gauss_order
 from core.arm.slots import LENGTH, MASS, TIP_MASS
 from core.arm.straight import StraightArm
+from core.arm.widen import widened
 
 INDENT = "    "
 MIRROR = ["for i in range(f.size):", "    for j in range(i):", "        M[j, i] = M[i, j]"]
@@ -92,6 +93,16 @@ class ArmCode:
             .replace("@DYNAMICS@", self._block(self.dynamics()))
             .replace("@TIP@", self._block(self.tip()))
             .replace("@LINEAR@", self._block(self.linear()))
+        )
+
+    def wide_module(self) -> str:
+        """The same functions for LANES arms side by side (core.lanes)."""
+        template = files("core.arm").joinpath("wide_module_template.txt")
+        return (
+            template.read_text(encoding="utf-8")
+            .replace("@TABLES@", self._gauss_tables())
+            .replace("@DYNAMICS@", self._block(widened(self.dynamics(), self.n)))
+            .replace("@TIP@", self._block(widened(self.tip(), self.n)))
         )
 
     @staticmethod

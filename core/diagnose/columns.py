@@ -55,9 +55,10 @@ def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
     if not knobs:
         return [Trial(candidate, "", {}, {"": 1.0}, True, True, ())]
     primary = [k for k in knobs if not k.secondary]
+    shown = [k for k in primary if candidate.shown(k.parameter.name, data.rig)]
     found = []
     for shape in _shapes([k for k in knobs if k.secondary]):
-        for knob in primary:
+        for knob in shown:
             for value in _sizes(knob):
                 values = {other.parameter.name: other.neutral for other in primary}
                 values |= dict(shape) | {knob.parameter.name: value}

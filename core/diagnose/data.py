@@ -123,8 +123,10 @@ def hypothesis(
     many steps are taken.
     """
     plain = {k: v for k, v in values.items() if "@" not in k}
-    model = data.bare.with_effects(effects, plain, data.sizes)
+    hidden = unseen(data, effects)
+    model = data.bare.with_effects(effects, {**plain, **hidden}, data.sizes)
     own = effect_unknowns(model, data.sizes, secondary) if freed is None else tuple(freed)
+    own = tuple(u for u in own if u.parameter.name not in hidden)
     names = {u.parameter.name for u in own}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in names)
     items = tuple(_started(u, values) for u in (*nuisance, *own))
@@ -158,6 +160,16 @@ def moved(experiment: Prepared, model: Model) -> Prepared:
     if experiment.model is model:
         return experiment
     return replace(experiment, model=model, task=make_task(model, experiment.recording))
+
+
+def unseen(data: Data, effects: Sequence[Effect]) -> dict[str, float]:
+    """Parameters of the effects that these recordings cannot show, at their neutral values."""
+    return {
+        knob.parameter.name: knob.neutral
+        for one in effects
+        for knob in one.knobs(data.bare.arm, data.bare.drive, data.sizes)
+        if not one.shown(knob.parameter.name, data.rig)
+    }
 
 
 def effect_unknowns(model: Model, sizes: Sizes | None, secondary: bool) -> tuple[Unknown, ...]:

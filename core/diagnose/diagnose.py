@@ -262,6 +262,8 @@ def _settings(state: _State) -> list[dict[str, object]]:
         entry: dict[str, object] = {"id": one.kind}
         for knob in one.knobs(model.arm, model.drive, state.data.sizes):
             name = knob.parameter.name
+            if not one.shown(name, state.data.rig):
+                continue
             entry[name] = {"start": float(known.get(name, knob.parameter.value)), "vary": True}
         listed.append(entry)
     return listed

@@ -9,8 +9,10 @@ import numpy as np
 from pydantic import Field
 
 from core.arm.arm import Arm
-from core.drives.drive import Drive, per_joint
+from core.arm.joints import joint
+from core.drives.drive import Drive, gain_parameter, per_joint, stated_or
 from core.drives.law import DriveLaw, static_law
+from core.parameters import Parameter
 
 Gain = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
@@ -30,6 +32,23 @@ class Cascade(Drive):
         if self.limits is not None:
             per_joint(self.limits, arm, "limits")
 
+    def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
+        def units(k: int) -> str:
+            kind = joint(arm.segments[k].joint)
+            return f"{kind.effort_unit} s/{kind.coordinate_unit}"
+
+        place = [
+            gain_parameter(f"kp{k + 1}", gain, "1/s", rf"k_{{p{k + 1}}}", f"position gain {k + 1}")
+            for k, gain in enumerate(self.position_gains)
+        ]
+        speed = [
+            gain_parameter(
+                f"kv{k + 1}", gain, units(k), rf"k_{{v{k + 1}}}", f"velocity gain {k + 1}"
+            )
+            for k, gain in enumerate(self.velocity_gains)
+        ]
+        return (*place, *speed)
+
     def reference_channels(self, arm: Arm) -> tuple[str, ...]:
         return tuple(f"theta{k + 1}_ref" for k in range(arm.joints))
 
@@ -37,8 +56,8 @@ class Cascade(Drive):
         return r"u = k_v (k_p (\theta^* - \theta) - \dot{\theta})"
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
-        speed = np.array(self.velocity_gains, dtype=float)
-        place = speed * np.array(self.position_gains, dtype=float)
+        speed = stated_or("kv", self.velocity_gains, values)
+        place = speed * stated_or("kp", self.position_gains, values)
         P = np.zeros((arm.joints, arm.coordinates))
         V = np.zeros_like(P)
         P[:, : arm.joints] = np.diag(place)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import ClassVar
 
@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from core.arm.arm import Arm
+from core.arm.joints import joint
 from core.drives.law import DriveLaw
 from core.errors import InputError
 from core.parameters import Parameter
@@ -57,6 +58,29 @@ def per_joint(values: tuple[float, ...], arm: Arm, setting: str) -> tuple[float,
             f"give one per joint."
         )
     return values
+
+
+def gain_parameter(name: str, gain: float, unit: str, symbol: str, title: str) -> Parameter:
+    """A gain of a loop: it may be zero, and up to a hundred times what was stated."""
+    scale = gain or 1.0
+    return Parameter(name, gain, unit, 0.0, 100.0 * scale, symbol, title, scale=scale)
+
+
+def torque_constants(stated: Sequence[float], arm: Arm) -> tuple[Parameter, ...]:
+    """kt of every motor, within a factor of ten of what was stated."""
+    return tuple(
+        Parameter(
+            f"kt{k + 1}", constant, f"{joint(arm.segments[k].joint).effort_unit}/A",
+            constant / 10.0, constant * 10.0, rf"k_{{t{k + 1}}}",
+            f"torque constant of motor {k + 1}", scale=constant,
+        )
+        for k, constant in enumerate(stated)
+    )  # fmt: skip
+
+
+def stated_or(name: str, stated: Sequence[float], values: Mapping[str, float]) -> np.ndarray:
+    """(joints,) the values of `name` + joint number; the stated ones where there are none."""
+    return np.array([values.get(f"{name}{k + 1}", x) for k, x in enumerate(stated)], dtype=float)
 
 
 @cache

@@ -10,8 +10,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from core.arm.arm import Arm
 from core.arm.chord import chord_matrix
-from core.drives.drive import Drive, per_joint
+from core.drives.drive import Drive, per_joint, stated_or, torque_constants
 from core.drives.law import DriveLaw
+from core.parameters import Parameter
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -48,6 +49,10 @@ class StateFeedback(Drive):
         if self.current_limits is not None:
             per_joint(self.current_limits, arm, "current_limits")
 
+    def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
+        """The torque constants: the gains are numbers in a program, what they move is not."""
+        return torque_constants(self.torque_constants, arm)
+
     def reference_channels(self, arm: Arm) -> tuple[str, ...]:
         return tuple(f"theta{k + 1}_ref" for k in range(arm.joints))
 
@@ -57,7 +62,8 @@ class StateFeedback(Drive):
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         joints, n = arm.joints, arm.coordinates
-        K = np.array(self.gains, dtype=float) * np.array(self.torque_constants)[:, None]
+        constants = stated_or("kt", self.torque_constants, values)
+        K = np.array(self.gains, dtype=float) * constants[:, None]
         chord = chord_matrix(arm, p)
         angle = np.eye(joints, n)
         P, V = K[:, :1] * angle, np.zeros((joints, n))
@@ -74,7 +80,7 @@ class StateFeedback(Drive):
             blocks.add_low_pass(g.frequency, g.damping, chord, K[:, 1], K[:, 3])
         limit = np.full(joints, np.inf)
         if self.current_limits is not None:
-            limit = np.array(self.current_limits) * np.array(self.torque_constants)
+            limit = np.array(self.current_limits) * constants
         S, Fs, Fq, Fv = blocks.matrices()
         return DriveLaw(
             R=np.diag(K[:, 0]), P=P, V=V, S=S, Fs=Fs, Fq=Fq, Fv=Fv,

@@ -9,8 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.drives.drive import Drive, per_joint
+from core.drives.drive import Drive, per_joint, stated_or, torque_constants
 from core.drives.law import DriveLaw, static_law
 from core.parameters import Parameter
 
@@ -29,13 +28,14 @@ class Torque(Drive):
             per_joint(self.torque_constants, arm, "torque_constants")
 
     def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
+        if self.torque_constants is not None:
+            return torque_constants(self.torque_constants, arm)
         return tuple(
             Parameter(
-                f"kt{k + 1}", constant, f"{joint(arm.segments[k].joint).effort_unit}/A",
-                constant / 10.0, constant * 10.0, rf"k_{{t{k + 1}}}",
-                f"torque constant of motor {k + 1}", scale=constant,
+                f"kt{k + 1}", 1.0, "", 0.1, 10.0, rf"k_{{t{k + 1}}}",
+                f"scale of the recorded torque of motor {k + 1}",
             )
-            for k, constant in enumerate(self.torque_constants or ())
+            for k in range(arm.joints)
         )  # fmt: skip
 
     def reference_channels(self, arm: Arm) -> tuple[str, ...]:
@@ -49,6 +49,6 @@ class Torque(Drive):
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         stated = self.torque_constants or (1.0,) * arm.joints
-        constants = [values.get(f"kt{k + 1}", constant) for k, constant in enumerate(stated)]
+        constants = stated_or("kt", stated, values)
         nothing = np.zeros((arm.joints, arm.coordinates))
-        return static_law(np.diag(constants).astype(float), nothing, nothing.copy())
+        return static_law(np.diag(constants), nothing, nothing.copy())

@@ -9,7 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from core.arm.arm import Arm
-from core.drives.drive import Drive, per_joint
+from core.arm.joints import joint
+from core.drives.drive import Drive, gain_parameter, per_joint, stated_or
 from core.drives.law import DriveLaw, static_law
 from core.parameters import Parameter
 
@@ -30,13 +31,13 @@ class VelocityLoop(Drive):
             per_joint(self.limits, arm, "limits")
 
     def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
-        return tuple(
-            Parameter(
-                f"lambda{k + 1}", gain, "N m s/rad", 0.0, 100.0 * (gain or 1.0),
-                rf"\lambda_{{{k + 1}}}", f"gain of velocity loop {k + 1}", scale=gain or 1.0,
-            )
-            for k, gain in enumerate(self.gains)
-        )  # fmt: skip
+        def make(k: int, gain: float) -> Parameter:
+            kind = joint(arm.segments[k].joint)
+            unit = f"{kind.effort_unit} s/{kind.coordinate_unit}"
+            title = f"gain of velocity loop {k + 1}"
+            return gain_parameter(f"lambda{k + 1}", gain, unit, rf"\lambda_{{{k + 1}}}", title)
+
+        return tuple(make(k, gain) for k, gain in enumerate(self.gains))
 
     def reference_channels(self, arm: Arm) -> tuple[str, ...]:
         return tuple(f"dtheta{k + 1}_ref" for k in range(arm.joints))
@@ -46,8 +47,7 @@ class VelocityLoop(Drive):
         return rf"u = \Lambda (\dot{{\theta}}^* - \dot{{\theta}}), \qquad {gains}"
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
-        gains = [values.get(f"lambda{k + 1}", gain) for k, gain in enumerate(self.gains)]
-        R = np.diag(gains).astype(float)
+        R = np.diag(stated_or("lambda", self.gains, values))
         feedback = np.zeros((arm.joints, arm.coordinates))
         feedback[:, : arm.joints] = R
         limit = None if self.limits is None else np.array(self.limits, dtype=float)

@@ -7,6 +7,7 @@ creep; a bristle remembers where it is.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import sympy as sp
 
@@ -36,8 +37,18 @@ def bristle_law(level: sp.Expr, parameters: tuple[sp.Symbol, ...]) -> ForceLaw:
 
     u is the share of the level that the bristle gives, in [-1, 1].
     """
+    return bristle_force(-level * W, parameters)
+
+
+def bristle_force(
+    force: sp.Expr, parameters: tuple[sp.Symbol, ...], load: sp.Symbol | None = None
+) -> ForceLaw:
+    """The same with any force of the bristle's share `W`; where it depends on the drive's torque
+    `load`, that comes last of all."""
     rate = (V - sp.Abs(V) * W) / _ZS
-    return joint_law(-level * W, (*parameters, _ZS), rate, bristle=True)
+    last = () if load is None else (load,)
+    law = joint_law(force, (*parameters, _ZS, *last), rate, bristle=True)
+    return replace(law, loaded=load is not None)
 
 
 def way(arm: Arm, k: int, values: Values) -> float:

@@ -79,6 +79,9 @@ class Effect(ABC):
     """Whether it can be in a model more than once, each time on top of the last."""
     dissipative: bool = False
     """Whether it can only take energy away."""
+    apart: bool = False
+    """Whether its parameters are about separate things: where some are stated, the others are
+    neutral."""
     longest_step: float = float("inf")
     """s: what a simulation with the effect may step at most; forces that switch have edges, and
     stiff parts bend within a millisecond."""
@@ -88,6 +91,10 @@ class Effect(ABC):
     def not_applicable(self, rig: Rig) -> str:
         """A sentence why this rig cannot show the effect; empty where it can."""
         return ""
+
+    def shown(self, name: str, rig: Rig) -> bool:
+        """Whether the rig can show its parameter of that name; where not, it stays neutral."""
+        return True
 
     @abstractmethod
     def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
@@ -111,6 +118,10 @@ class Effect(ABC):
 
     def started(self, joints: np.ndarray, values: Values) -> np.ndarray:
         """True joint positions (..., nj) from what the encoders say."""
+        return joints
+
+    def followed(self, joints: np.ndarray, dt: float, values: Values) -> np.ndarray:
+        """True joint positions (N, nj) over time from the encoders' that a servo follows."""
         return joints
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:

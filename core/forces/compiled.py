@@ -5,8 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import threading
+from collections.abc import Callable
 from functools import cache
-from pathlib import Path
+from types import ModuleType
 
 import numba
 import numpy as np
@@ -14,7 +15,7 @@ import sympy as sp
 
 from core.arm.cache import cache_folder, keep_kernels_here, sources_key
 from core.arm.compiled import load_module
-from core.forces.generate import module_text
+from core.forces.generate import module_text, wide_module_text
 from core.forces.law import ForceLaw
 
 keep_kernels_here()
@@ -50,19 +51,23 @@ def _pointer_type():  # type: ignore[no-untyped-def]
 @cache
 def compile_law(law: ForceLaw) -> CompiledLaw:
     """A tenth of a second the first time, from the cache after that."""
+    return CompiledLaw(law, _loaded("force", law, module_text).element)
+
+
+@cache
+def compile_wide_law(law: ForceLaw) -> CompiledLaw:
+    """The same for LANES arms side by side; its `address` takes rows of LANES doubles."""
+    return CompiledLaw(law, _loaded("wide_force", law, wide_module_text).element)
+
+
+def _loaded(stem: str, law: ForceLaw, write: Callable[[ForceLaw], str]) -> ModuleType:
     text = repr((sp.srepr(law.outputs()), law.x, law.v, law.states, law.parameters))
     key = hashlib.sha256(f"{text}{numba.__version__}{sources_key()}".encode()).hexdigest()[:20]
-    file = cache_folder() / f"force_{key}.py"
+    file = cache_folder() / f"{stem}_{key}.py"
     with _LOADING:
-        _write(file, law)
-        module = load_module(file)
-    return CompiledLaw(law, module.element)
-
-
-def _write(file: Path, law: ForceLaw) -> None:
-    if file.exists():
-        return
-    file.parent.mkdir(parents=True, exist_ok=True)
-    draft = file.with_suffix(f".{os.getpid()}.tmp")
-    draft.write_text(module_text(law), encoding="utf-8")
-    draft.replace(file)
+        if not file.exists():
+            file.parent.mkdir(parents=True, exist_ok=True)
+            draft = file.with_suffix(f".{os.getpid()}.tmp")
+            draft.write_text(write(law), encoding="utf-8")
+            draft.replace(file)
+        return load_module(file)

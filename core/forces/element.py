@@ -23,6 +23,8 @@ class Element:
     directions: tuple[np.ndarray, ...]
     values: tuple[float, ...]
     at_tip: bool = False
+    loaded_by: int = -1
+    """Number of the drive (from 0) whose torque a loaded law takes as its last parameter."""
 
     def rows(self, n: int) -> np.ndarray:
         """(k, n); those of the tip are filled in while simulating."""
@@ -35,8 +37,9 @@ class ElementArrays:
     """The elements of a model as compiled code takes them.
 
     Addresses (E,), first port, first state and first parameter (E + 1,) each, directions
-    (K, n), parameters, the first of each pair of ports at the tip, and the numbers of the
-    elements that are bristles, which come last.
+    (K, n), parameters, the first of each pair of ports at the tip, the numbers of the elements
+    that are bristles, which come last, and (L, 2) of the loaded ones: which drive's torque goes
+    into which place of the parameters.
     """
 
     addresses: np.ndarray
@@ -47,6 +50,7 @@ class ElementArrays:
     values: np.ndarray
     tips: np.ndarray
     bristles: np.ndarray
+    loads: np.ndarray
 
     @property
     def state_count(self) -> int:
@@ -55,7 +59,7 @@ class ElementArrays:
     def packed(self) -> tuple[np.ndarray, ...]:
         return (
             self.addresses, self.ports, self.states, self.parameters, self.directions,
-            self.values, self.tips, self.bristles,
+            self.values, self.tips, self.bristles, self.loads,
         )  # fmt: skip
 
 
@@ -69,15 +73,18 @@ def pack(elements: Sequence[Element], n: int) -> ElementArrays:
     laws = [e.law for e in elements]
     ports = _starts([len(law.x) for law in laws])
     rows = [e.rows(n) for e in elements]
+    parameters = _starts([len(law.parameters) for law in laws])
+    loads = [(e.loaded_by, parameters[i + 1] - 1) for i, e in enumerate(elements) if e.law.loaded]
     return ElementArrays(
         addresses=np.array([compile_law(law).address for law in laws], dtype=np.int64),
         ports=ports,
         states=_starts([len(law.states) for law in laws]),
-        parameters=_starts([len(law.parameters) for law in laws]),
+        parameters=parameters,
         directions=np.ascontiguousarray(np.vstack(rows) if rows else np.zeros((0, n))),
         values=np.array([value for e in elements for value in e.values], dtype=float),
         tips=np.array([ports[i] for i, e in enumerate(elements) if e.at_tip], dtype=np.int64),
         bristles=np.array([i for i, law in enumerate(laws) if law.bristle], dtype=np.int64),
+        loads=np.array(loads, dtype=np.int64).reshape(-1, 2),
     )
 
 

@@ -15,8 +15,9 @@ from core.identify.prepared import TORQUE, Prepared
 from core.identify.unknowns import GAIN, OFFSET, Unknowns
 from core.model import Numbers
 from core.simulate.linear import respond
+from core.simulate.many import Job, run_many, run_many_extrapolated
 from core.simulate.motion import Task
-from core.simulate.nonlinear import run, simulate, simulate_fixed
+from core.simulate.nonlinear import simulate
 from core.trajectory import Trajectory
 
 FIT_TOLERANCE = 1e-5
@@ -124,22 +125,34 @@ class Predictor:
         if chosen[0].model.level == "lpv":
             return respond(chosen[0].model, numbers, tasks)
 
-        def one(i: int) -> Trajectory:
-            experiment, name = chosen[i], chosen[i].recording.name
-            if self.steps is not None:
-                return run(experiment.model, numbers[i], tasks[i], self.steps)
-            if name in self.substeps:
-                steps = self.substeps[name]
-                return simulate_fixed(experiment.model, numbers[i], tasks[i], steps)
-            servo = isinstance(experiment.model.steering, FollowingServo)
-            shown = servo and any(s.kind == TORQUE for s in experiment.outputs)
-            share = TORQUE_TOLERANCE if shown else np.inf
-            result = simulate(experiment.model, numbers[i], tasks[i], FIT_TOLERANCE, share)
-            self.substeps[name], self.errors[name] = result.substeps, result.error
-            return result.trajectory
-
+        jobs = [Job(e.model, n, task) for e, n, task in zip(chosen, numbers, tasks, strict=True)]
+        if self.steps is not None:
+            return run_many(jobs, self.steps, WORKERS)
+        names = [e.recording.name for e in chosen]
         with ThreadPoolExecutor(WORKERS) as pool:
-            return list(pool.map(one, range(len(chosen))))
+            list(pool.map(lambda one: self._find_steps(*one), self._first(names, chosen, jobs)))
+        found: dict[int, Trajectory] = {}
+        for steps in {self.substeps[name] for name in names}:
+            which = [i for i, name in enumerate(names) if self.substeps[name] == steps]
+            some = run_many_extrapolated([jobs[i] for i in which], steps, WORKERS)
+            found.update(zip(which, some, strict=True))
+        return [found[i] for i in range(len(jobs))]
+
+    def _first(
+        self, names: Sequence[str], chosen: Sequence[Prepared], jobs: Sequence[Job]
+    ) -> list[tuple[Prepared, Job]]:
+        """One job of each recording whose number of steps is not known yet."""
+        first = {name: i for i, name in reversed(list(enumerate(names)))}
+        return [(chosen[i], jobs[i]) for name, i in first.items() if name not in self.substeps]
+
+    def _find_steps(self, experiment: Prepared, job: Job) -> None:
+        """How many steps per sample the stated error needs."""
+        servo = isinstance(experiment.model.steering, FollowingServo)
+        shown = servo and any(s.kind == TORQUE for s in experiment.outputs)
+        share = TORQUE_TOLERANCE if shown else np.inf
+        result = simulate(job.model, job.numbers, job.task, FIT_TOLERANCE, share)
+        name = experiment.recording.name
+        self.substeps[name], self.errors[name] = result.substeps, result.error
 
 
 def _motion_key(experiment: Prepared, values: Mapping[str, float]) -> tuple[object, ...]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.drives.servo import FollowingServo
+from core.drives.servo import FollowingServo, rates
 from core.errors import InputError
 from core.identify.unknowns import GAIN, OFFSET, START
 from core.model import Model, Numbers
@@ -74,16 +74,38 @@ class Prepared:
         joints = self.model.arm.joints
         true = self.model.started(self.task.start[:joints], values)
         shifted = true - self.task.start[:joints]
-        if not moved and not np.any(shifted):
+        task = self._followed_at(values)
+        if not moved and not np.any(shifted) and task is self.task:
             return self.task
-        start, schedule = self.task.start.copy(), self.task.schedule.copy()
-        start[:joints] += shifted
+        start, schedule = task.start.copy(), task.schedule.copy()
+        if task is self.task:
+            start[:joints] += shifted
         schedule[:, :joints] += shifted
         names = self.model.arm.coordinate_names
         for i, name in enumerate(names):
             start[i] += values.get(START + name, 0.0)
             start[len(names) + i] += values.get(f"{START}d{name}", 0.0)
-        return Task(self.task.time, self.task.references, start, schedule)
+        return Task(task.time, task.references, start, schedule)
+
+    def _followed_at(self, values: Mapping[str, float]) -> Task:
+        """The task with the motion that the values say the virtual servo must follow."""
+        if not isinstance(self.model.steering, FollowingServo):
+            return self.task
+        place, seen = self._place_at(values)
+        if place is seen:
+            return self.task
+        joints, n = self.model.arm.joints, self.model.arm.coordinates
+        speed = rates(place, self.recording.sample_time)
+        references, start = self.task.references.copy(), self.task.start.copy()
+        references[:, -2 * joints :] = np.hstack([place, speed])
+        start[:joints], start[n : n + joints] = place[0], speed[0]
+        return Task(self.task.time, references, start, self.task.schedule)
+
+    def _place_at(self, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Where the joints were (N, joints) at these values, and what the encoders say; the same
+        array where the values say nothing else."""
+        seen = self.task.references[:, -2 * self.model.arm.joints :][:, : self.model.arm.joints]
+        return self.model.followed(seen, self.recording.sample_time, values), seen
 
     def predicted(
         self, trajectory: Trajectory, numbers: Numbers, values: Mapping[str, float]
@@ -109,8 +131,9 @@ class Prepared:
             return y
         # What the servo adds is the residual, whatever torque constant is being tried.
         arm, base = self.model.arm, self.model.numbers()
-        applied = steering.recorded_torque(self.recording, arm, trajectory.p, values)
-        y += steering.between_samples(self.recording, arm)
+        known = {**self.model.effect_values, **values}
+        applied = steering.recorded_torque(self.recording, arm, trajectory.p, known)
+        y += steering.between_samples(self._place_at(values)[0], self.recording.sample_time)
         return y - applied + steering.recorded_torque(self.recording, arm, base.p, {})
 
     def _through_logger(self, name: str, y: np.ndarray, dt: float) -> np.ndarray:

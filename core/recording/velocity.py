@@ -37,8 +37,18 @@ class ZeroPhaseLowPass(BaseModel):
         Empty samples (NaN) stay empty and are never bridged: each unbroken run is filtered by
         itself, and a run that is too short for the filter becomes empty.
         """
-        shortest = 3 * (self.order + 1) + 1  # sosfiltfilt extends both ends by 3 (order + 1)
-        return _over_runs(np.asarray(x, dtype=float), dt, self._filter, shortest)
+        return _over_runs(np.asarray(x, dtype=float), dt, self._filter, self._shortest)
+
+    def apply_complete(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """`apply` along the first axis of signals (N, ...) without empty samples."""
+        if len(x) < self._shortest:
+            return np.full(x.shape, np.nan)
+        return self._filter(x, dt)
+
+    @property
+    def _shortest(self) -> int:
+        """Samples that a run needs: sosfiltfilt extends both ends by 3 (order + 1)."""
+        return 3 * (self.order + 1) + 1
 
     def _filter(self, x: np.ndarray, dt: float) -> np.ndarray:
         if self.cutoff_hz >= 0.5 / dt:
@@ -48,7 +58,7 @@ class ZeroPhaseLowPass(BaseModel):
             )
         sections = signal.butter(self.order, self.cutoff_hz, fs=1.0 / dt, output="sos")
         padding = min(3 * (self.order + 1), len(x) - 1)
-        return np.asarray(signal.sosfiltfilt(sections, x, padlen=padding))
+        return np.asarray(signal.sosfiltfilt(sections, x, axis=0, padlen=padding))
 
     def sentence(self) -> str:
         """The filter in words, as reports state it."""

@@ -73,10 +73,11 @@ def with_effect_parameters(identify: IdentifySpec, model: Model, spec: ModelSpec
     if not stated:
         return identify
     said, knobs = _said(stated), _knobs(model, stated)
+    neutral = _left_neutral(stated, knobs)
     names, bounds, prior = list(identify.parameters), dict(identify.bounds), dict(identify.prior)
     for name, knob in _all(knobs).items():
         own = said.get(name, KnobSpec())
-        if not own.vary or name not in model.parameters:
+        if not own.vary or name not in model.parameters or name in neutral:
             continue
         if name not in (*names, *identify.per_recording):
             names.append(name)
@@ -88,6 +89,14 @@ def with_effect_parameters(identify: IdentifySpec, model: Model, spec: ModelSpec
             prior.setdefault(name, own.prior)
     update = {"parameters": tuple(names), "bounds": bounds, "prior": prior}
     return identify.model_copy(update=update)
+
+
+def _left_neutral(
+    stated: Sequence[Stated], knobs: Mapping[str, Mapping[str, Knob]]
+) -> frozenset[str]:
+    """Parameters of effects about separate things of which only others are stated."""
+    some = [each for each in stated if each.effect.apart and each.knobs]
+    return frozenset(n for each in some for n in knobs[each.effect.kind] if n not in each.knobs)
 
 
 def candidate_effects(spec: DiagnoseSpec) -> tuple[Effect, ...]:

@@ -3,8 +3,11 @@
 import numpy as np
 
 from core.arm.arm import Arm
-from core.sensors.sensor import Channel, Sensor
-from core.trajectory import Trajectory
+from core.arm.compiled import CompiledArm
+from core.drives.law import DriveLaw
+from core.recording.recording import Recording
+from core.sensors.sensor import Channel, OutputRows, Sensor, rows_of
+from core.trajectory import Trajectory, tip_places
 
 
 class Camera(Sensor):
@@ -18,3 +21,15 @@ class Camera(Sensor):
 
     def measure(self, trajectory: Trajectory) -> np.ndarray:
         return trajectory.tip()[0]
+
+    def linear_rows(
+        self, recording: Recording, arm: Arm, p: np.ndarray, law: DriveLaw
+    ) -> OutputRows:
+        rows = rows_of(arm, law, arm.coordinates)
+        rows.Q[:, :] = np.eye(arm.coordinates)
+        return rows
+
+    def from_linear(
+        self, y: np.ndarray, recording: Recording, arm: Arm, compiled: CompiledArm, p: np.ndarray
+    ) -> np.ndarray:
+        return tip_places(compiled.tip, np.ascontiguousarray(y), np.ascontiguousarray(p))

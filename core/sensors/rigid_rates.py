@@ -4,6 +4,7 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.arm.chord import rigid_angle_matrix, rigid_angles, rigid_rates
+from core.arm.compiled import CompiledArm
 from core.arm.slots import arm_vector
 from core.drives.law import DriveLaw
 from core.recording.recording import Recording
@@ -58,6 +59,19 @@ class RigidRates(RigidAngles):
             return np.column_stack([central_difference(column, dt) for column in y.T])
         z = trajectory.tip()[0]
         return _sampled_rates(trajectory.joint_positions, z, dt, trajectory.p)
+
+    def linear_rows(
+        self, recording: Recording, arm: Arm, p: np.ndarray, law: DriveLaw
+    ) -> OutputRows | None:
+        route = self.rows if self.direct(recording, arm) else super().rows
+        return route(arm, p, law)
+
+    def from_linear(
+        self, y: np.ndarray, recording: Recording, arm: Arm, compiled: CompiledArm, p: np.ndarray
+    ) -> np.ndarray:
+        if self.direct(recording, arm):
+            return y
+        return np.asarray(np.gradient(y, recording.sample_time, axis=0))
 
 
 def _sampled_rates(theta: np.ndarray, z: np.ndarray, dt: float, p: np.ndarray) -> np.ndarray:

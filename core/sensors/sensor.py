@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from core.arm.arm import Arm
+from core.arm.compiled import CompiledArm
 from core.drives.law import DriveLaw
 from core.recording.recording import Recording
 from core.trajectory import Trajectory
@@ -57,6 +58,22 @@ class Sensor(ABC):
     def measure_like(self, recording: Recording, trajectory: Trajectory) -> np.ndarray:
         """(N, k) of a model's motion, by the same route as `measured` takes for the recording."""
         return self.measure(trajectory)
+
+    def linear_rows(
+        self, recording: Recording, arm: Arm, p: np.ndarray, law: DriveLaw
+    ) -> OutputRows | None:
+        """What of the linear model's state `from_linear` takes; None where only whole motions
+        can be measured."""
+        return self.rows(arm, p, law)
+
+    def from_linear(
+        self, y: np.ndarray, recording: Recording, arm: Arm, compiled: CompiledArm, p: np.ndarray
+    ) -> np.ndarray:
+        """What `measure_like` gives for many motions at once, from their `linear_rows`.
+
+        y (N, k, S) belongs to S motions with the arm's numbers p (S, np).
+        """
+        return y
 
     def direct(self, recording: Recording, arm: Arm) -> bool:
         """Whether the recording holds the channels themselves, not something they come from."""

@@ -22,7 +22,12 @@ from core.arm.signatures import matrix, vector
 from core.simulate.small import INLINE
 
 integers = types.int64[::1]
-ELEMENTS = types.Tuple((integers, integers, integers, integers, matrix, vector, integers, integers))
+ELEMENTS = types.Tuple(
+    (
+        integers, integers, integers, integers, matrix, vector, integers, integers,
+        types.int64[:, ::1],
+    )
+)  # fmt: skip
 """The arrays of core.forces.element.ElementArrays, in its order."""
 
 OUT_PER_PORT = 3
@@ -71,9 +76,17 @@ def see(tip, elements, q, v, p, x, xd, z, J):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
+def load(elements, u):  # type: ignore[no-untyped-def]
+    """Tells loaded elements the drives' torques u (nj,)."""
+    values, loads = elements[5], elements[8]
+    for i in range(loads.shape[0]):
+        values[loads[i, 1]] = u[loads[i, 0]]
+
+
+@njit(**INLINE)
 def push(elements, x, xd, w, out, f, dw):  # type: ignore[no-untyped-def]
     """f += the elements' forces; dw (nw,) the rates of their states."""
-    addresses, ports, states, parameters, directions, values, _, bristles = elements
+    addresses, ports, states, parameters, directions, values, _, bristles, _ = elements
     for e in range(addresses.size - bristles.size):
         first, count = ports[e], ports[e + 1] - ports[e]
         w0, m = states[e], states[e + 1] - states[e]
@@ -88,7 +101,7 @@ def push(elements, x, xd, w, out, f, dw):  # type: ignore[no-untyped-def]
 @njit(**INLINE)
 def push_implicitly(elements, x, xd, w, out, f, dw, g, W, Fx, Fw, rv, rw):  # type: ignore[no-untyped-def]
     """As `push`; the slopes enter W (n, n) and are kept per port (Fx) and state (Fw, rv, rw)."""
-    addresses, ports, states, parameters, directions, values, _, bristles = elements
+    addresses, ports, states, parameters, directions, values, _, bristles, _ = elements
     for e in range(addresses.size - bristles.size):
         first, count = ports[e], ports[e + 1] - ports[e]
         w0, m = states[e], states[e + 1] - states[e]

@@ -32,21 +32,26 @@ def aligned(size):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def apply(A, rows, x, x0, n, y, y0):  # type: ignore[no-untyped-def]
-    """y = A x per lane: A (rows, n), x (n) from x0 on, y (rows) from y0 on, each LANES wide."""
-    column = rows * LANES
+def apply_part(A, a, column, rows, x, x0, n, y, y0):  # type: ignore[no-untyped-def]
+    """As `apply`, for `rows` rows of A from a on, whose columns stand `column` apart."""
     r = 0
     while r + 8 <= rows:
-        dot8(A, r * LANES, column, x, x0, n, y, y0 + r * LANES)
+        dot8(A, a + r * LANES, column, x, x0, n, y, y0 + r * LANES)
         r += 8
     if r + 4 <= rows:
-        dot4(A, r * LANES, column, x, x0, n, y, y0 + r * LANES)
+        dot4(A, a + r * LANES, column, x, x0, n, y, y0 + r * LANES)
         r += 4
     if r + 2 <= rows:
-        dot2(A, r * LANES, column, x, x0, n, y, y0 + r * LANES)
+        dot2(A, a + r * LANES, column, x, x0, n, y, y0 + r * LANES)
         r += 2
     if r < rows:
-        dot1(A, r * LANES, column, x, x0, n, y, y0 + r * LANES)
+        dot1(A, a + r * LANES, column, x, x0, n, y, y0 + r * LANES)
+
+
+@njit(**INLINE)
+def apply(A, rows, x, x0, n, y, y0):  # type: ignore[no-untyped-def]
+    """y = A x per lane: A (rows, n), x (n) from x0 on, y (rows) from y0 on, each LANES wide."""
+    apply_part(A, 0, rows * LANES, rows, x, x0, n, y, y0)
 
 
 @njit(**OPTIONS)

@@ -36,7 +36,7 @@ def law_lanes(laws: Sequence[DriveLaw]) -> tuple[np.ndarray, ...]:
     )
 
 
-def _with_forces(numbers: Numbers, task: Task) -> DriveLaw:
+def with_forces(numbers: Numbers, task: Task) -> DriveLaw:
     """The drive's law with the slopes of extra forces, as feedback on all coordinates."""
     if not numbers.elements:
         return numbers.law
@@ -93,7 +93,7 @@ def _respond_lanes(
 ) -> list[Trajectory]:
     n, joints = model.arm.coordinates, model.arm.joints
     laws = [each.law for each in numbers]
-    moving = [_with_forces(each, task) for each, task in zip(numbers, tasks, strict=True)]
+    moving = [with_forces(each, task) for each, task in zip(numbers, tasks, strict=True)]
     states, nr = 2 * n + laws[0].states, laws[0].references
     rows, direct = [], []
     for law in laws:

@@ -21,6 +21,7 @@ from core.simulate.elements import (
     OUT_PER_PORT,
     OUT_PER_STATE,
     add_known,
+    load,
     push,
     push_implicitly,
     see,
@@ -146,14 +147,14 @@ def solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq, kv, ks, kw): 
 )  # fmt: skip
 def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, substeps):  # type: ignore[no-untyped-def]
     """States (N, 2 n + ns + nw) and drive torques (N, nj) at the N samples of the references r."""
-    addresses, ports, states_of, values_of, given_directions, values, tips, bristles = given
-    # The tip's directions are written here, and other threads may run the same model.
-    directions = given_directions.copy()
+    addresses, ports, states_of, values_of, _, _, tips, bristles, loads = given
+    # The tip's directions and loads are written here, and other threads may run the same model.
+    directions, values = given[4].copy(), given[5].copy()
     elements = (
-        addresses, ports, states_of, values_of, directions, values, tips, bristles
+        addresses, ports, states_of, values_of, directions, values, tips, bristles, loads
     )  # fmt: skip
     joints, ns, nw = law[0].shape[0], law[4].shape[0], states_of[-1]
-    K = given_directions.shape[0]
+    K = directions.shape[0]
     n = (y0.size - ns - nw) // 2
     x, xd, z, J = np.empty(K), np.empty(K), np.empty(2), np.empty((2, n))
     out = np.empty(OUT_PER_PORT * K + OUT_PER_STATE * nw)
@@ -211,6 +212,7 @@ def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, subst
                     cuts[i] = -1.0
             if K > 0:
                 see(tip, elements, q, v, p, x, xd, z, J)
+                load(elements, u)
             combine(f0, f, 0.0, f)
             combine(c0, c, 0.0, c)
             again = True
@@ -253,6 +255,7 @@ def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, subst
             add_torque(f, u)
             if K > 0:
                 see(tip, elements, q2, v2, p, x, xd, z, J)
+                load(elements, u)
                 push(elements, x, xd, w2, out, f, cw)
             factor_positive(M2)
             substitute_positive(M2, f)

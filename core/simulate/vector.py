@@ -29,8 +29,11 @@ def _at(builder: Any, data: Any, index: Any) -> Any:
     return builder.bitcast(builder.gep(data, [index]), _VECTOR.as_pointer())
 
 
-def _columns(builder: Any, A: Any, stride: Any, x: Any, count: Any, sums: list[Any]) -> list[Any]:
-    """Emits a loop: sums[r] += A[k stride + 8 r] x[8 k], for k below count (at least 1)."""
+def _columns(
+    builder: Any, A: Any, stride: Any, x: Any, count: Any, sums: list[Any], combine: Any
+) -> list[Any]:
+    """Emits a loop: sums[r] = combine(sums[r], A[k stride + 8 r] x[8 k]), for k below count (at
+    least 1)."""
     whole = count.type
     before = builder.block
     loop, after = builder.append_basic_block("dot"), builder.append_basic_block("dotted")
@@ -47,7 +50,7 @@ def _columns(builder: Any, A: Any, stride: Any, x: Any, count: Any, sums: list[A
     for r, phi in enumerate(phis):
         entry = builder.load(_at(builder, column, ir.Constant(whole, r * LANES)), align=8)
         term = builder.fmul(entry, factor, flags=_FUSE)
-        totals.append(builder.fadd(term, phi, flags=_FUSE))
+        totals.append(combine(phi, term, flags=_FUSE))
         phi.add_incoming(totals[-1], loop)
     following = builder.add(k, ir.Constant(whole, 1))
     k.add_incoming(following, loop)
@@ -69,7 +72,8 @@ def _make_dot(rows: int) -> Any:
             _, a, stride, _, x0, n, _, y0 = args
             A, x, y = (_data(context, builder, sig.args[i], args[i]) for i in (0, 3, 6))
             first, start = builder.gep(A, [a]), builder.gep(x, [x0])
-            sums = _columns(builder, first, stride, start, n, [_ZERO] * rows)
+            zeros = [_ZERO] * rows
+            sums = _columns(builder, first, stride, start, n, zeros, builder.fadd)
             for r, value in enumerate(sums):
                 place = builder.add(y0, ir.Constant(y0.type, r * LANES))
                 builder.store(value, _at(builder, y, place), align=8)
@@ -83,6 +87,52 @@ def _make_dot(rows: int) -> Any:
 dot1, dot2, dot4, dot8 = (_make_dot(rows) for rows in (1, 2, 4, 8))
 
 
+def _sum_of_squares(builder: Any, errors: list[Any], weights: list[Any]) -> Any:
+    """sum_r weights[r] errors[r]^2 in two chains, as one would wait for itself."""
+    chains = [_ZERO, _ZERO]
+    for r, error in enumerate(errors):
+        weighted = builder.fmul(weights[r], error) if weights else error
+        square = builder.fmul(weighted, error, flags=_FUSE)
+        chains[r % 2] = builder.fadd(square, chains[r % 2], flags=_FUSE)
+    return builder.fadd(*chains)
+
+
+def _make_compare(rows: int, weighted: bool) -> Any:
+    @intrinsic
+    def compare(typingctx, A, a, stride, x, x0, n, measured, m0, weights, w0, total):  # type: ignore[no-untyped-def]
+        """total[lane] += sum_r weights[w0 + 8 r] (measured[m0 + 8 r] - y[r])^2, where y[r] is
+        that of `dot`; without `weighted` the weights are one and not read.
+        """
+        signature = types.void(A, a, stride, x, x0, n, measured, m0, weights, w0, total)
+
+        def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            _, a, stride, _, x0, n, _, m0, _, w0, _ = args
+            A, x, measured, weights, total = (
+                _data(context, builder, sig.args[i], args[i]) for i in (0, 3, 6, 8, 10)
+            )
+
+            def row(data, start, r):  # type: ignore[no-untyped-def]
+                place = builder.add(start, ir.Constant(start.type, r * LANES))
+                return builder.load(_at(builder, data, place), align=8)
+
+            first, start = builder.gep(A, [a]), builder.gep(x, [x0])
+            errors = [row(measured, m0, r) for r in range(rows)]
+            errors = _columns(builder, first, stride, start, n, errors, builder.fsub)
+            factors = [row(weights, w0, r) for r in range(rows)] if weighted else []
+            place = _at(builder, total, ir.Constant(m0.type, 0))
+            added = _sum_of_squares(builder, errors, factors)
+            builder.store(builder.fadd(builder.load(place, align=8), added), place, align=8)
+            return context.get_dummy_value()
+
+        return signature, emit
+
+    return compare
+
+
+compare1, compare2, compare4, compare8 = (_make_compare(rows, False) for rows in (1, 2, 4, 8))
+weigh1, weigh2, weigh4, weigh8 = (_make_compare(rows, True) for rows in (1, 2, 4, 8))
+
+
 def _move(typingctx, y, y0, x, x0):  # type: ignore[no-untyped-def]
     """y[y0 + lane] = x[x0 + lane]."""
     signature = types.void(y, y0, x, x0)
@@ -91,6 +141,22 @@ def _move(typingctx, y, y0, x, x0):  # type: ignore[no-untyped-def]
         source = _at(builder, _data(context, builder, sig.args[2], args[2]), args[3])
         target = _at(builder, _data(context, builder, sig.args[0], args[0]), args[1])
         builder.store(builder.load(source, align=8), target, align=8)
+        return context.get_dummy_value()
+
+    return signature, emit
+
+
+def _scale(typingctx, y, y0, x, x0, w, w0):  # type: ignore[no-untyped-def]
+    """y[y0 + lane] = w[w0 + lane] x[x0 + lane]."""
+    signature = types.void(y, y0, x, x0, w, w0)
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        target, source, factor = (
+            _at(builder, _data(context, builder, sig.args[i], args[i]), args[i + 1])
+            for i in (0, 2, 4)
+        )
+        product = builder.fmul(builder.load(factor, align=8), builder.load(source, align=8))
+        builder.store(product, target, align=8)
         return context.get_dummy_value()
 
     return signature, emit
@@ -136,3 +202,4 @@ def _axpy(typingctx, y, y0, scale, x, x0):  # type: ignore[no-untyped-def]
 add_squares: Any = intrinsic(_add_squares)
 axpy: Any = intrinsic(_axpy)
 move: Any = intrinsic(_move)
+scale: Any = intrinsic(_scale)

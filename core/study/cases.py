@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from core.effects import catalogue
-from core.effects.effect import Effect, Rig
+from core.effects.effect import Effect
 from core.recording.spec import SimulateSpec
 from core.study.hidden import LEVELS, knobs_on
 from core.study.noise import COLOURS
 from core.study.outside import OUTSIDE
-from core.study.rig import KINDS, Experiment, bare_model
+from core.study.rig import Experiment, bare_model, seen_by
 
 POINTS = (np.pi / 8, np.pi / 2, 7 * np.pi / 8)
 """rad, working points theta2 of the three recordings."""
@@ -78,7 +78,7 @@ def candidates() -> dict[str, Effect]:
     found = {}
     for kind, one in catalogue().items():
         model = bare_model("lpv" if kind in LINEAR else "nonlinear")
-        if not one.not_applicable(Rig(model.arm, model.drive, model.level, KINDS)):
+        if not one.not_applicable(seen_by(model)):
             found[kind] = one
     return found
 

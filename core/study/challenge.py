@@ -253,7 +253,8 @@ def truth_in_words(text: str) -> str:
     lines = [f"Challenge {truth['seed']} ({truth['level']}). Hidden:"]
     for one in model.effects:
         knobs = one.knobs(model.arm, model.drive, typical(model.arm))
-        sizes = [_size(knob.parameter, values[knob.parameter.name]) for knob in knobs]
+        stated = [knob.parameter for knob in knobs if knob.parameter.name in values]
+        sizes = [_size(parameter, values[parameter.name]) for parameter in stated]
         lines.append(f"- {one.title} ({one.kind}){': ' if sizes else ''}{'; '.join(sizes)}.")
         if one.kind in shown:
             lines.append(

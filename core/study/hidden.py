@@ -17,7 +17,7 @@ from core.effects.effect import Effect, Knob
 from core.effects.sizes import Sizes, typical
 from core.model import Model
 from core.study.crossing import crossing
-from core.study.rig import Experiment
+from core.study.rig import Experiment, seen_by
 from core.study.sight import Sight
 
 WEAK, STRONG = 0.5, 3.0
@@ -48,9 +48,10 @@ def known_before(one: Effect) -> tuple[Effect, ...]:
 
 
 def knobs_on(one: Effect, model: Model, sizes: Sizes | None = None) -> tuple[Knob, ...]:
-    """The effect's knobs on the arm that it makes of the model's."""
+    """The effect's knobs on the arm that it makes of the model's, where the studies show them."""
     arm = one.changed_arm(model.arm, {})
-    return one.knobs(arm, model.drive, sizes or typical(arm))
+    knobs, rig = one.knobs(arm, model.drive, sizes or typical(arm)), seen_by(model)
+    return tuple(knob for knob in knobs if one.shown(knob.parameter.name, rig))
 
 
 @dataclass(frozen=True)

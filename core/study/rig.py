@@ -10,6 +10,7 @@ import numpy as np
 
 from core.arm.presets import presets
 from core.drives.velocity_loop import VelocityLoop
+from core.effects.effect import Rig
 from core.model import Model
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
@@ -44,6 +45,11 @@ def bare_model(level: str = "nonlinear", modes: int = 1) -> Model:
     arm = presets()["paper"]
     segments = tuple(s.model_copy(update={"modes": modes}) for s in arm.segments)
     return Model(arm.model_copy(update={"segments": segments}), VelocityLoop(gains=GAINS), level)
+
+
+def seen_by(model: Model) -> Rig:
+    """What the studies' recordings of a model can show."""
+    return Rig(model.arm, model.drive, model.level, KINDS)
 
 
 @dataclass(frozen=True)

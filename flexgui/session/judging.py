@@ -13,7 +13,7 @@ from core.effects import catalogue, effect, with_included
 from core.effects.sizes import typical
 from core.errors import InputError
 from core.parameters import Parameter
-from core.study.rig import bare_model
+from core.study.rig import bare_model, seen_by
 from core.units import factor_to_si
 from flexgui.views.numbers import format_number
 from flexgui.views.units import shown_unit
@@ -131,7 +131,11 @@ def asked_sizes(kind: str) -> tuple[AskedSize, ...]:
 def _knobs(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
     model = bare_model().with_effects([effect(kind) for kind in kinds], {})
     return {
-        one.kind: tuple(k.parameter for k in one.knobs(model.arm, model.drive, typical(model.arm)))
+        one.kind: tuple(
+            k.parameter
+            for k in one.knobs(model.arm, model.drive, typical(model.arm))
+            if one.shown(k.parameter.name, seen_by(model))
+        )
         for one in model.effects
     }
 

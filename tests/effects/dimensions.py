@@ -101,7 +101,8 @@ def _terms(  # type: ignore[no-untyped-def]
     """a dF/da (S, A) for every symbol a, and F (S,), at random points of all magnitudes."""
     law = element.law
     rng = np.random.default_rng(1)
-    stated = dict(zip(law.parameters, element.values, strict=True))
+    # What is zero until a simulation writes it would make every law balance.
+    stated = {s: x or 1.0 for s, x in zip(law.parameters, element.values, strict=True)}
     points = [
         np.full(SAMPLES, stated[s])
         * (10.0 ** rng.uniform(-0.5, 0.5, SAMPLES) if s in stated else 1.0)

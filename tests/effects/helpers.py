@@ -167,12 +167,15 @@ def hidden_recordings(model: Model, **spec: Any) -> list[Recording]:
 def recover(kind: str, scale: float = 1.0, **spec: Any) -> Recovery:
     """Simulates with the effect at `scale` times its start, and fits its sizes from elsewhere.
 
-    What the effect includes and its secondary knobs are held at the truth.
+    What the effect includes and its secondary knobs are held at the truth; what these recordings
+    cannot show is neutral.
     """
     one = effect(kind)
-    truth = {k.parameter.name: _size(k, scale) for k in primary(one)}
-    begin = {k.parameter.name: _size(k, BEGIN * scale) for k in primary(one)}
-    model = with_effect(kind, base_for(one), truth)
+    base = base_for(one)
+    shown = [k for k in primary(one) if one.shown(k.parameter.name, rig_of(base))]
+    truth = {k.parameter.name: _size(k, scale) for k in shown}
+    begin = {k.parameter.name: _size(k, BEGIN * scale) for k in shown}
+    model = with_effect(kind, base, truth)
     weights = {name: 1.0 / NOISE.by_output[output] for name, output in CHANNELS.items()}
     residuals = residuals_of(
         model, hidden_recordings(model, **spec), parameters=tuple(truth), output=OUTPUTS,

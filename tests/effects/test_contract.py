@@ -34,15 +34,17 @@ from tests.helpers import PAPER, looped, with_modes
 ROOMS = {
     "joint": (
         "viscous_friction coulomb_friction stribeck_friction presliding_friction "
-        "friction_asymmetry joint_elasticity rotor_inertia backlash torque_ripple"
+        "friction_asymmetry joint_elasticity rotor_inertia backlash torque_ripple load_friction"
     ),
-    "drive": "drive_saturation drive_lag torque_offset",
+    "drive": "drive_saturation drive_lag torque_offset drive_gain",
     "segments": (
         "structural_damping extra_bending_mode tip_payload link_mass_error cubic_stiffness "
         "air_drag base_compliance"
     ),
     "motion": "large_motion gravity_tilt",
-    "sensors": "camera_delay camera_misalignment sensor_lag encoder_offset",
+    "sensors": (
+        "camera_delay camera_misalignment sensor_lag encoder_offset sensor_delay sensor_gain"
+    ),
 }
 """The ids of design section 5 by where they sit."""
 

@@ -1,0 +1,58 @@
+"""A loop whose gain, or a motor whose torque constant, is not the stated one."""
+
+from dataclasses import replace
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Rig
+from core.effects.sizes import Sizes
+
+SHARE = 0.1
+"""Of the stated gain: torque constants on data sheets are good to a tenth."""
+
+FURTHEST = 10.0
+"""Times the stated gain, and as a share of it: no unit is mistaken by more within one system."""
+
+
+class DriveGain(Effect):
+    """Frees the drive's own parameters, whose names the knobs bear."""
+
+    kind = "drive_gain"
+    room = "drive"
+    title = "Gain of the drive"
+    story = (
+        "A loop's gain is typed into a controller in its own units, and a motor's torque constant "
+        "is copied from a data sheet; magnets differ, and get weaker when they are warm. With "
+        "less gain than stated a joint gives way more when it is pushed, and follows its "
+        "reference more loosely; with a wrong torque constant every torque is too large or too "
+        "small by the same share. The missing joint torque, drawn over the torque that was asked "
+        "for, is a straight line through zero."
+    )
+    formula = r"u = (1 + \gamma) \, u_{\mathrm{stated}}"
+    linear = True
+    acts_at = "drive"
+
+    def not_applicable(self, rig: Rig) -> str:
+        if self.knobs_of_drive(rig.drive, rig.arm):
+            return ""
+        return "The drive has neither a gain nor a torque constant that could differ."
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        return self.knobs_of_drive(drive, arm)
+
+    @staticmethod
+    def knobs_of_drive(drive: Drive, arm: Arm) -> tuple[Knob, ...]:
+        """One per parameter of the drive; a gain that is stated as zero is switched off."""
+        return tuple(
+            Knob(
+                replace(
+                    item,
+                    value=(1.0 + SHARE) * item.value,
+                    lower=item.value / FURTHEST,
+                    upper=item.value * FURTHEST,
+                ),
+                neutral=item.value,
+            )
+            for item in drive.parameters(arm)
+            if item.value > 0.0
+        )

@@ -1,0 +1,74 @@
+"""Friction that grows with the torque that a joint transmits."""
+
+import numpy as np
+import sympy as sp
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.bristle import bristle_force, way
+from core.effects.effect import Effect, Knob, Values
+from core.effects.per_joint import each_joint, joint_direction
+from core.effects.positive import positive
+from core.effects.sizes import Sizes
+from core.forces.element import Element
+from core.forces.law import W
+
+_LD, _LB = sp.Symbol("l_d", nonnegative=True), sp.Symbol("l_b", nonnegative=True)
+_U = sp.Symbol("u", real=True)
+LAW = bristle_force(
+    -(_LD + _LB) / 2 * sp.Abs(_U) * W - (_LD - _LB) / 2 * _U * sp.Abs(W), (_LD, _LB), load=_U
+)
+"""l_d |u| against the motion where u and W have the same sign, else l_b |u|."""
+
+START = 0.1
+"""Of the torque: a good gear loses less, a worm gear much more."""
+
+MOST = 0.95
+"""Of the torque: with all of it lost while driving, nothing would ever move."""
+
+
+class LoadFriction(Effect):
+    """A share of the drive's torque, one while it drives the joint, one while it brakes it.
+
+    The torque that a joint transmits is taken to be the drive's. Extended friction models of servo
+    actuators (BAM, "better actuator models") have both, the load and the direction.
+    """
+
+    kind = "load_friction"
+    room = "joint"
+    title = "Friction that grows with the load"
+    story = (
+        "Teeth that press on each other harder also rub harder, so a gear loses a share of the "
+        "torque that goes through it. While the motor drives the joint the arm gets less than "
+        "the motor gives; while the motor brakes, the gear helps it, often with another share. "
+        "The missing joint torque changes its sign with the direction of motion, as with Coulomb "
+        "friction, but it is large where the drive works hard and gone where it idles: look at "
+        "acceleration, at braking, and at an arm that is held up."
+    )
+    formula = (
+        r"\tau = -l \, |u| \, \mathrm{sign}(\dot\theta), \qquad "
+        r"l = l_d \text{ where } u \dot\theta > 0, \text{ else } l_b"
+    )
+    dissipative = True
+    longest_step = 1.25e-4
+    acts_at = "joints"
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def share(letter: str, while_: str, k: int) -> Knob:
+            title = f"share of the torque that joint {k + 1} loses while it {while_}"
+            symbol = rf"l_{{{letter}{k + 1}}}"
+            return positive(f"l{letter}{k + 1}", START, "", title, symbol, lower=0.0, upper=MOST)
+
+        driving = each_joint(arm, lambda k: share("d", "is driven", k))
+        return driving + each_joint(arm, lambda k: share("b", "is braked", k))
+
+    def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
+        return tuple(
+            Element(
+                LAW,
+                (joint_direction(arm, k),),
+                (values[f"ld{k + 1}"], values[f"lb{k + 1}"], way(arm, k, values), 0.0),
+                loaded_by=k,
+            )
+            for k in range(arm.joints)
+        )

@@ -1,0 +1,79 @@
+"""A channel whose numbers are older, or newer, than those beside them."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.per_channel import (
+    columns_of,
+    compared_in,
+    each_channel,
+    nothing_to_see,
+)
+from core.effects.per_joint import sized
+from core.effects.sizes import Sizes
+
+START, LONGEST = 3.0, 100.0
+"""In sample times: a value that waits for a bus is some samples old."""
+
+NAME = "t"
+
+
+class SensorDelay(Effect):
+    """A delay per channel against the columns that drive the model: references, or torques.
+
+    Of either sign, because those columns may be late themselves; positive is late. Smooth in the
+    delay, also at zero, so it needs no scan: a spline through the samples. Where a virtual
+    servo holds the joints on the encoders, they are put back to when they were true.
+    """
+
+    kind = "sensor_delay"
+    room = "sensors"
+    title = "Delay of one sensor against the others"
+    story = (
+        "Each sensor has its own electronics, and a bus asks them one after the other; the "
+        "numbers that stand in one row were not true at the same moment. Two encoders of one "
+        "axis that are read some milliseconds apart differ while the axis turns, by the speed "
+        "times the delay, as if there were a soft spring between them; but the difference does "
+        "not ring, and it does not depend on the load. The residual of the late channel looks "
+        "like its own rate of change, turned round."
+    )
+    formula = r"y_{k,\mathrm{measured}}(t) = y_k(t - t_k)"
+    linear = True
+    apart = True
+    acts_at = "joints"
+
+    def not_applicable(self, rig: Rig) -> str:
+        return nothing_to_see(self, NAME, rig)
+
+    def shown(self, name: str, rig: Rig) -> bool:
+        return compared_in(NAME, name, rig)
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        start = START * sizes.sample_time
+
+        def make(name: str, channel: str, symbol: str) -> Knob:
+            title, most = f"delay of {channel}", LONGEST / START
+            return sized(name, start, "s", title, symbol, signed=True, largest=most)
+
+        return each_channel(NAME, arm, make)
+
+    def followed(self, joints: np.ndarray, dt: float, values: Values) -> np.ndarray:
+        return _late(joints, dt, -columns_of(NAME, "encoder", values))
+
+    def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
+        return _late(y, dt, columns_of(NAME, sensor, values))
+
+
+def _late(y: np.ndarray, dt: float, delays: np.ndarray) -> np.ndarray:
+    """(N, k) with each column later by its delay (k,) in s; it stands still beyond both ends."""
+    if not np.any(delays):
+        return y
+    t, out = np.arange(len(y)) * dt, y.copy()
+    for k in np.flatnonzero(delays):
+        out[:, k] = CubicSpline(t, y[:, k])(np.clip(t - delays[k], 0.0, t[-1]))
+    return out

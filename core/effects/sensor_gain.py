@@ -1,0 +1,79 @@
+"""A gauge, an encoder or a current whose scale is not the stated one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.drives.drive import Drive
+from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.per_channel import (
+    columns_of,
+    compared_in,
+    each_channel,
+    nothing_to_see,
+)
+from core.effects.positive import positive
+from core.effects.sizes import Sizes
+
+START = 0.05
+"""Share of the scale: a strain gauge that nobody calibrated is easily off by that."""
+
+LEAST, MOST = -0.9, 4.0
+"""A tenth to five times: the sign of a channel and its unit are questions of the recording."""
+
+NAME = "g"
+
+
+class SensorGain(Effect):
+    """Measured = (1 + gain) times true, per channel.
+
+    An encoder's scale also says where the joints start and what a virtual servo follows. A loop
+    that feeds the encoder back is left as it is: its gain is `drive_gain`. So is the scale of a
+    torque that is replayed.
+    """
+
+    kind = "sensor_gain"
+    room = "sensors"
+    title = "Wrong scale of a sensor"
+    story = (
+        "A strain gauge is glued by hand, its amplifier set by ear; a current is a voltage over "
+        "a resistor; an encoder's counts per turn or a gear's ratio are read off a label. Where "
+        "the factor is wrong, every number of that channel is too large or too small by the same "
+        "share, at every speed and in every posture, and the other channels know nothing of it: "
+        "the residual looks like the signal itself, made smaller. A soft link would move the "
+        "other sensors too."
+    )
+    formula = r"y_{k,\mathrm{measured}} = (1 + g_k) \, y_k"
+    linear = True
+    apart = True
+    acts_at = "joints"
+
+    def not_applicable(self, rig: Rig) -> str:
+        return nothing_to_see(self, NAME, rig)
+
+    def shown(self, name: str, rig: Rig) -> bool:
+        return compared_in(NAME, name, rig)
+
+    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+        def make(name: str, channel: str, symbol: str) -> Knob:
+            title = f"error of the scale of {channel}"
+            return positive(name, START, "", title, symbol, lower=LEAST, upper=MOST)
+
+        return each_channel(NAME, arm, make)
+
+    def started(self, joints: np.ndarray, values: Values) -> np.ndarray:
+        scale = _scale("encoder", values)
+        return joints / scale if np.any(scale != 1.0) else joints
+
+    def followed(self, joints: np.ndarray, dt: float, values: Values) -> np.ndarray:
+        return self.started(joints, values)
+
+    def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
+        scale = _scale(sensor, values)
+        return y * scale if np.any(scale != 1.0) else y
+
+
+def _scale(sensor: str, values: Values) -> np.ndarray:
+    """(k,) one plus the gains of a kind of sensor's channels; (0,) for a kind that has none."""
+    return 1.0 + columns_of(NAME, sensor, values)

@@ -1,0 +1,143 @@
+"""Dense linear algebra for the small matrices of LANES arms side by side, without allocation.
+
+A vector of n wide numbers is an array (n, LANES), a matrix (rows, columns) one of shape
+(rows * columns, LANES), row by row. The functions are those of core.simulate.small.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from core.lanes.functions import INLINE
+from core.lanes.wide import absolute, get, minimum, put, spread
+
+
+@njit(**INLINE)
+def factor(A, n, weakest):  # type: ignore[no-untyped-def]
+    """LU factors of A (n, n) in place, the diagonal as reciprocals; no rows are exchanged.
+
+    The matrices of a step are an inertia plus what damps and holds, so their pivots stay near the
+    diagonal they had. Returns the smaller of `weakest` and the least share that was left of one:
+    a caller repeats with exchanges where that is too small.
+    """
+    for k in range(n):
+        for i in range(k):
+            total = get(A, i * n + k)
+            for j in range(i):
+                total -= get(A, i * n + j) * get(A, j * n + k)
+            put(A, i * n + k, total)
+        for i in range(k + 1):
+            total = get(A, k * n + i)
+            for j in range(i):
+                total -= get(A, k * n + j) * get(A, j * n + i)
+            if i < k:
+                put(A, k * n + i, total * get(A, i * n + i))
+            else:
+                before = absolute(get(A, k * n + k))
+                weakest = minimum(weakest, absolute(total) / before)
+                put(A, k * n + k, 1.0 / total)
+    return weakest
+
+
+@njit(**INLINE)
+def substitute(A, n, b):  # type: ignore[no-untyped-def]
+    """Solves with the factors of `factor`; b (n,) becomes the solution."""
+    for i in range(1, n):
+        total = get(b, i)
+        for j in range(i):
+            total -= get(A, i * n + j) * get(b, j)
+        put(b, i, total)
+    for i in range(n - 1, -1, -1):
+        total = get(b, i)
+        for j in range(i + 1, n):
+            total -= get(A, i * n + j) * get(b, j)
+        put(b, i, total * get(A, i * n + i))
+
+
+@njit(**INLINE)
+def factor_positive(A, n):  # type: ignore[no-untyped-def]
+    """A = L D L' of a symmetric positive definite A (n, n): L below, 1 / D on the diagonal."""
+    for k in range(n):
+        inverse = 1.0 / get(A, k * n + k)
+        put(A, k * n + k, inverse)
+        for i in range(n - 1, k, -1):
+            ratio = get(A, i * n + k) * inverse
+            for j in range(k + 1, i + 1):
+                put(A, i * n + j, get(A, i * n + j) - ratio * get(A, j * n + k))
+            put(A, i * n + k, ratio)
+
+
+@njit(**INLINE)
+def substitute_positive(A, n, b):  # type: ignore[no-untyped-def]
+    """Solves with the factors of `factor_positive`; b (n,) becomes the solution."""
+    for k in range(n):
+        known = get(b, k)
+        for i in range(k + 1, n):
+            put(b, i, get(b, i) - get(A, i * n + k) * known)
+    for i in range(n - 1, -1, -1):
+        total = get(b, i) * get(A, i * n + i)
+        for j in range(i + 1, n):
+            total -= get(A, j * n + i) * get(b, j)
+        put(b, i, total)
+
+
+@njit(**INLINE)
+def add_product(out, scale, A, x, rows, columns):  # type: ignore[no-untyped-def]
+    """out += scale A x."""
+    for i in range(rows):
+        total = spread(0.0)
+        for j in range(columns):
+            total += get(A, i * columns + j) * get(x, j)
+        put(out, i, get(out, i) + scale * total)
+
+
+@njit(**INLINE)
+def multiply(out, A, x, rows, columns):  # type: ignore[no-untyped-def]
+    """out = A x."""
+    for i in range(rows):
+        total = spread(0.0)
+        for j in range(columns):
+            total += get(A, i * columns + j) * get(x, j)
+        put(out, i, total)
+
+
+@njit(**INLINE)
+def combine(out, x, scale, y):  # type: ignore[no-untyped-def]
+    """out = x + scale y, all of one length."""
+    for i in range(out.shape[0]):
+        put(out, i, get(x, i) + scale * get(y, i))
+
+
+@njit(**INLINE)
+def copy(out, x):  # type: ignore[no-untyped-def]
+    """out = x."""
+    for i in range(out.shape[0]):
+        put(out, i, get(x, i))
+
+
+@njit(**INLINE)
+def advance(x, a, k1, b, k2):  # type: ignore[no-untyped-def]
+    """x += a k1 + b k2."""
+    for i in range(x.shape[0]):
+        put(x, i, get(x, i) + (a * get(k1, i) + b * get(k2, i)))
+
+
+@njit(**INLINE)
+def add(out, a, b):  # type: ignore[no-untyped-def]
+    """out = a + b, vectors or matrices of one shape."""
+    for i in range(out.shape[0]):
+        put(out, i, get(a, i) + get(b, i))
+
+
+@njit(**INLINE)
+def write(out, start, x):  # type: ignore[no-untyped-def]
+    """out[start:] = x."""
+    for i in range(x.shape[0]):
+        put(out, start + i, get(x, i))
+
+
+@njit(**INLINE)
+def read(x, array, start):  # type: ignore[no-untyped-def]
+    """x = array[start:]."""
+    for i in range(x.shape[0]):
+        put(x, i, get(array, start + i))

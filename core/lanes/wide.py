@@ -1,0 +1,270 @@
+"""A number type of compiled code that holds LANES doubles, one per system.
+
+Arithmetic and comparisons act on all lanes with one instruction (two, where registers are shorter),
+so an expression that is written for one system runs for LANES of them. Branches become `select`.
+In memory a vector of n such numbers is a float64 array (n, LANES), read by `get`, written by `put`.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core.datamodel import PrimitiveModel, register_default
+from numba.core.imputils import lower_cast
+from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin
+
+LANES = 8
+"""Doubles in a 512-bit register."""
+
+VECTOR = ir.VectorType(ir.DoubleType(), LANES)
+MASK = ir.VectorType(ir.IntType(1), LANES)
+_FUSE = ("contract",)
+"""A product and a sum may become one instruction, as in the rest of the compiled code."""
+
+
+class _Wide(types.Type):
+    """LANES doubles."""
+
+    def __init__(self) -> None:
+        super().__init__(name="Wide")
+
+
+class _Mask(types.Type):
+    """LANES truth values."""
+
+    def __init__(self) -> None:
+        super().__init__(name="WideMask")
+
+
+wide, mask = _Wide(), _Mask()
+
+
+@register_default(_Wide)
+class _WideModel(PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, VECTOR)
+
+
+@register_default(_Mask)
+class _MaskModel(PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, MASK)
+
+
+def _spread(builder: Any, value: Any) -> Any:
+    """The same double in all lanes."""
+    one = builder.insert_element(
+        ir.Constant(VECTOR, ir.Undefined), value, ir.Constant(ir.IntType(32), 0)
+    )
+    places = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+    return builder.shuffle_vector(one, ir.Constant(VECTOR, ir.Undefined), places)
+
+
+@lower_cast(types.float64, wide)
+def _from_double(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
+    return _spread(builder, value)
+
+
+def _as_wide(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    if kind is wide:
+        return value
+    return _spread(builder, context.cast(builder, value, kind, types.float64))
+
+
+def _binary(symbol: Any, emit: Callable[[Any, Any, Any], Any], result: types.Type) -> None:
+    """Lets compiled code use an operator on two wide numbers, or one and a double."""
+    pairs = [(wide, wide), (wide, types.float64), (types.float64, wide)]
+
+    @infer_global(symbol)
+    class _Typing(ConcreteTemplate):
+        cases = [signature(result, *pair) for pair in pairs]
+
+    for pair in pairs:
+
+        @lower_builtin(symbol, *pair)
+        def _lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            a, b = (_as_wide(context, builder, k, x) for k, x in zip(sig.args, args, strict=True))
+            return emit(builder, a, b)
+
+
+for _symbol, _name in (
+    (operator.add, "fadd"),
+    (operator.sub, "fsub"),
+    (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
+):
+
+    def _arithmetic(builder: Any, a: Any, b: Any, name: str = _name) -> Any:
+        return getattr(builder, name)(a, b, flags=_FUSE)
+
+    _binary(_symbol, _arithmetic, wide)
+    _binary(getattr(operator, f"i{_symbol.__name__}"), _arithmetic, wide)
+
+for _symbol, _sign in (
+    (operator.gt, ">"),
+    (operator.lt, "<"),
+    (operator.ge, ">="),
+    (operator.le, "<="),
+):
+
+    def _comparison(builder: Any, a: Any, b: Any, sign: str = _sign) -> Any:
+        return builder.fcmp_ordered(sign, a, b)
+
+    _binary(_symbol, _comparison, mask)
+
+
+@infer_global(operator.neg)
+class _Negative(ConcreteTemplate):
+    cases = [signature(wide, wide)]
+
+
+@lower_builtin(operator.neg, wide)
+def _negate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return builder.fneg(args[0])
+
+
+@infer_global(operator.pos)
+class _Positive(ConcreteTemplate):
+    cases = [signature(wide, wide)]
+
+
+@lower_builtin(operator.pos, wide)
+def _keep(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+    return args[0]
+
+
+def _masks(symbol: Any, name: str) -> None:
+    @infer_global(symbol)
+    class _Typing(ConcreteTemplate):
+        cases = [signature(mask, mask, mask)]
+
+    @lower_builtin(symbol, mask, mask)
+    def _lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return getattr(builder, name)(*args)
+
+
+_masks(operator.and_, "and_")
+_masks(operator.or_, "or_")
+
+
+def _row(context: Any, builder: Any, kind: Any, array: Any, row: Any) -> Any:
+    """Pointer to the lanes of one row of a float64 array (n, LANES)."""
+    data = context.make_array(kind)(context, builder, array).data
+    start = builder.mul(row, ir.Constant(row.type, LANES))
+    return builder.bitcast(builder.gep(data, [start]), VECTOR.as_pointer())
+
+
+def _get(typingctx, array, row):  # type: ignore[no-untyped-def]
+    """Row `row` of a float64 array (n, LANES) as one wide number."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return builder.load(_row(context, builder, sig.args[0], args[0], args[1]), align=8)
+
+    return wide(array, types.intp), emit
+
+
+def _put(typingctx, array, row, value):  # type: ignore[no-untyped-def]
+    """Row `row` of a float64 array (n, LANES) becomes `value`, wide or a double for all lanes."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        whole = _as_wide(context, builder, sig.args[2], args[2])
+        builder.store(whole, _row(context, builder, sig.args[0], args[0], args[1]), align=8)
+        return context.get_dummy_value()
+
+    kept = wide if value is wide else types.float64
+    return types.void(array, types.intp, kept), emit
+
+
+def _select(typingctx, where, a, b):  # type: ignore[no-untyped-def]
+    """Lane by lane `a` where `where` is true, else `b`."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        a, b = (_as_wide(context, builder, sig.args[i], args[i]) for i in (1, 2))
+        return builder.select(args[0], a, b)
+
+    kinds = [wide if kind is wide else types.float64 for kind in (a, b)]
+    return wide(mask, *kinds), emit
+
+
+def _any_lane(typingctx, where):  # type: ignore[no-untyped-def]
+    """Whether any lane is true."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        bits = builder.bitcast(args[0], ir.IntType(LANES))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
+
+    return types.boolean(mask), emit
+
+
+def _spread_number(typingctx, value):  # type: ignore[no-untyped-def]
+    """A double, or a number that is wide already, in all lanes."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return _as_wide(context, builder, sig.args[0], args[0])
+
+    return wide(wide if value is wide else types.float64), emit
+
+
+def _lane(typingctx, value, at):  # type: ignore[no-untyped-def]
+    """The double in one lane."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return builder.extract_element(args[0], args[1])
+
+    return types.float64(wide, types.intp), emit
+
+
+def _with_lane(typingctx, value, at, number):  # type: ignore[no-untyped-def]
+    """The same number with another double in one lane."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        return builder.insert_element(args[0], args[2], args[1])
+
+    return wide(wide, types.intp, types.float64), emit
+
+
+def _elementary(name: str, count: int) -> Any:
+    """An LLVM function that acts on all lanes, of `count` numbers."""
+
+    def typing(typingctx, *values):  # type: ignore[no-untyped-def]
+        def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            numbers = [
+                _as_wide(context, builder, k, x) for k, x in zip(sig.args, args, strict=True)
+            ]
+            kind = ir.FunctionType(VECTOR, [VECTOR] * len(numbers))
+            full = f"llvm.{name}.v{LANES}f64"
+            function = builder.module.globals.get(full)
+            if function is None:
+                function = ir.Function(builder.module, kind, full)
+            return builder.call(function, numbers)
+
+        kinds = [wide if kind is wide else types.float64 for kind in values]
+        return wide(*kinds), emit
+
+    def one(typingctx, x):  # type: ignore[no-untyped-def]
+        return typing(typingctx, x)
+
+    def two(typingctx, x, y):  # type: ignore[no-untyped-def]
+        return typing(typingctx, x, y)
+
+    return intrinsic(one if count == 1 else two)
+
+
+# Any: the type checker would ask for the typing context that Numba adds by itself.
+get: Any = intrinsic(_get)
+put: Any = intrinsic(_put)
+select: Any = intrinsic(_select)
+any_lane: Any = intrinsic(_any_lane)
+spread: Any = intrinsic(_spread_number)
+lane: Any = intrinsic(_lane)
+with_lane: Any = intrinsic(_with_lane)
+floor: Any = _elementary("floor", 1)
+sqrt: Any = _elementary("sqrt", 1)
+absolute: Any = _elementary("fabs", 1)
+minimum: Any = _elementary("minnum", 2)
+maximum: Any = _elementary("maxnum", 2)

@@ -1,0 +1,178 @@
+"""Many simulations with a fixed number of steps at once, LANES of them side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.arm.compiled import compile_wide_arm
+from core.arm.symbols import Structure
+from core.forces.compiled import compile_wide_law
+from core.forces.element import ElementArrays
+from core.lanes.wide import LANES
+from core.model import Model, Numbers
+from core.simulate.motion import Task, full_start
+from core.simulate.nonlinear import extrapolated, law_arrays, run
+from core.simulate.rosenbrock import implicit_parts
+from core.simulate.wide_rosenbrock import integrate
+from core.trajectory import Trajectory
+
+FEWEST = 3
+"""Simulations that make a pass worth it: it takes about as long as two and a half single ones
+(measured with one to three modes per segment, with and without friction)."""
+
+WEAK_PIVOT = 1e-7
+"""Share of a diagonal entry that must be left when the equations of a step are solved without
+exchanging rows; below it more than half of the digits are gone, and the simulation is repeated with
+exchanges."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One simulation: a model with its numbers, and what it is asked to do."""
+
+    model: Model
+    numbers: Numbers
+    task: Task
+
+    def elements(self) -> ElementArrays:
+        return self.numbers.packed(self.model.arm.coordinates)
+
+
+def run_many(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
+    """What `run` gives for each job with `substeps` steps per sample.
+
+    Jobs that share a structure run side by side, the longest ones together, on up to `workers`
+    threads; the compiled code holds no lock.
+    """
+    packed = [job.elements() for job in jobs]
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for i, job in enumerate(jobs):
+        groups.setdefault(_structure(job, packed[i]), []).append(i)
+    passes: list[tuple[int, ...]] = []
+    for members in groups.values():
+        ordered = sorted(members, key=lambda i: -len(jobs[i].task.time))
+        for at in range(0, len(ordered), LANES):
+            chunk = tuple(ordered[at : at + LANES])
+            alone = len(chunk) < FEWEST
+            passes += [(i,) for i in chunk] if alone else [chunk]
+    found: dict[int, Trajectory] = {}
+
+    def one(chosen: tuple[int, ...]) -> None:
+        if len(chosen) == 1:
+            job = jobs[chosen[0]]
+            found[chosen[0]] = run(job.model, job.numbers, job.task, substeps)
+            return
+        motions = _run_pass([jobs[i] for i in chosen], [packed[i] for i in chosen], substeps)
+        found.update(zip(chosen, motions, strict=True))
+
+    if workers > 1 and len(passes) > 1:
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(one, passes))
+    else:
+        for chosen in passes:
+            one(chosen)
+    return [found[i] for i in range(len(jobs))]
+
+
+def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
+    """As `simulate_fixed` for each job: two passes and their extrapolation."""
+    coarse = run_many(jobs, max(substeps // 2, 1), workers)
+    fine = run_many(jobs, max(substeps, 2), workers)
+    return [
+        extrapolated(a, b, job.numbers.law.limit)
+        for a, b, job in zip(coarse, fine, jobs, strict=True)
+    ]
+
+
+def _structure(job: Job, elements: ElementArrays) -> tuple[object, ...]:
+    """What the lanes of one pass must share."""
+    law = job.numbers.law
+    return (
+        Structure.of(job.model.arm),
+        law.states,
+        law.references,
+        law.interpolate,
+        *(
+            tuple(part.tolist())
+            for part in (
+                elements.addresses, elements.ports, elements.states, elements.parameters,
+                elements.tips, elements.bristles,
+            )
+        ),
+    )  # fmt: skip
+
+
+def _interleaved(arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """(entries, LANES) of up to LANES arrays of one shape; the last fills what is left."""
+    flat = [np.ravel(a) for a in arrays]
+    out = np.empty((flat[0].size, LANES))
+    for k in range(LANES):
+        out[:, k] = flat[min(k, len(flat) - 1)]
+    return out
+
+
+def _padded(references: np.ndarray, length: int) -> np.ndarray:
+    """(length, nr): the last row repeated."""
+    missing = length - len(references)
+    return np.pad(references, ((0, missing), (0, 0)), mode="edge") if missing else references
+
+
+def _run_pass(
+    jobs: Sequence[Job], packed: Sequence[ElementArrays], substeps: int
+) -> list[Trajectory]:
+    first, n = jobs[0], jobs[0].model.arm.coordinates
+    laws = [law_arrays(job.numbers.law) for job in jobs]
+    parts = []
+    for job, law in zip(jobs, laws, strict=True):
+        K, D = job.model.compiled.linear_matrices(job.task.start[:n], job.numbers.p)
+        parts.append(implicit_parts(K, D, law, job.task.sample_time / substeps))
+    samples = max(len(job.task.time) for job in jobs)
+    arm = compile_wide_arm(Structure.of(first.model.arm))
+    states, torques, weakest = integrate(
+        arm.dynamics,
+        arm.tip,
+        _interleaved([job.numbers.p for job in jobs]),
+        tuple(_interleaved(each) for each in zip(*laws, strict=True)),
+        tuple(_interleaved(each) for each in zip(*parts, strict=True)),
+        _elements(jobs, packed),
+        _interleaved([_padded(job.task.references, samples) for job in jobs]),
+        first.numbers.law.interpolate,
+        _interleaved([full_start(job.task, job.numbers) for job in jobs]),
+        _interleaved([np.array([job.task.sample_time]) for job in jobs]),
+        samples,
+        substeps,
+        any(bool(np.any(np.isfinite(law[-1]))) for law in laws),
+    )
+    states = states.reshape(samples, -1, LANES)
+    torques = torques.reshape(samples, -1, LANES)
+    found = []
+    for k, job in enumerate(jobs):
+        if not weakest[0, k] > WEAK_PIVOT:
+            found.append(run(job.model, job.numbers, job.task, substeps))
+            continue
+        N = len(job.task.time)
+        mine, torque = states[:N, : 2 * n, k], np.ascontiguousarray(torques[:N, :, k])
+        q, v = np.ascontiguousarray(mine[:, :n]), np.ascontiguousarray(mine[:, n:])
+        found.append(
+            Trajectory(
+                job.model.arm, job.model.compiled, job.numbers.p, job.task.time, q, v, torque
+            )
+        )
+    return found
+
+
+def _elements(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> tuple[np.ndarray, ...]:
+    """The arrays of core.simulate.wide_elements.WIDE_ELEMENTS."""
+    like = packed[0]
+    laws = sorted((e.law for e in jobs[0].numbers.elements), key=lambda law: law.bristle)
+    addresses = np.array([compile_wide_law(law).address for law in laws], dtype=np.int64)
+    return (
+        addresses, like.ports, like.states, like.parameters,
+        _interleaved([one.directions for one in packed]),
+        _interleaved([one.values for one in packed]),
+        like.tips, like.bristles,
+    )  # fmt: skip

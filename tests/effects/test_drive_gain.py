@@ -1,0 +1,143 @@
+"""Loop gains and torque constants that differ from those stated."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.arm.slots import arm_vector
+from core.drives import build_drive
+from core.drives.servo import FollowingServo
+from core.drives.torque import Torque
+from core.drives.velocity_loop import VelocityLoop
+from core.effects import Rig, effect
+from core.effects.sizes import typical
+from core.identify.prepared import Processing, prepare
+from core.identify.refinement import refine
+from core.model import Model
+from core.recording.recording import Recording
+from core.recording.spec import SimulateSpec
+from core.scenario.schema import IdentifySpec
+from core.sensors import sensor
+from core.simulate.experiment import simulate_recording
+from core.simulate.nonlinear import simulate
+from tests.drives.test_contract import OPTIONS
+from tests.effects.helpers import experiment
+from tests.helpers import PAPER, looped
+from tests.identify.helpers import residuals_of
+
+GAIN = effect("drive_gain")
+NAMES = {
+    "velocity_loop": ("lambda1", "lambda2"),
+    "torque": ("kt1", "kt2"),
+    "cascade": ("kp1", "kp2", "kv1", "kv2"),
+    "state_feedback": ("kt1", "kt2"),
+}
+KINDS = sorted(NAMES)
+
+SERVO = 0.01
+"""Of the torque: a servo of 60 Hz reproduces the inverse-dynamics torque within some per cent, and
+this arm's within one."""
+
+
+FOUND = 1e-4
+"""Relative, without noise."""
+
+
+def drive(kind: str):  # type: ignore[no-untyped-def]
+    return build_drive(kind, OPTIONS[kind])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_its_parameters_are_the_drives_own(kind: str) -> None:
+    knobs = GAIN.knobs(PAPER, drive(kind), typical(PAPER))
+    own = {item.name: item.value for item in drive(kind).parameters(PAPER)}
+    assert tuple(k.parameter.name for k in knobs) == NAMES[kind]
+    assert {k.parameter.name: k.neutral for k in knobs} == own
+    assert all(0.0 < k.parameter.lower < k.neutral < k.parameter.upper for k in knobs)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_drives_parameters_can_be_estimated_without_the_effect(kind: str) -> None:
+    spec = IdentifySpec(parameters=NAMES[kind])
+    model = Model(PAPER, drive(kind))
+    assert [model.parameter(name).value > 0.0 for name in spec.parameters] == [True] * len(
+        NAMES[kind]
+    )
+    known = model.numbers({NAMES[kind][0]: 1.3 * model.parameter(NAMES[kind][0]).value}).law
+    assert not np.array_equal(known.R, model.numbers().law.R)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_law_at_other_values_is_that_of_a_drive_stated_so(kind: str) -> None:
+    p, stated = arm_vector(PAPER), OPTIONS[kind]
+    factor = {"velocity_loop": "gains", "cascade": "velocity_gains"}.get(kind, "torque_constants")
+    letter = {"velocity_loop": "lambda", "cascade": "kv"}.get(kind, "kt")
+    other = {**stated, factor: [1.2 * x for x in stated[factor]]}
+    values = {f"{letter}{k + 1}": 1.2 * x for k, x in enumerate(stated[factor])}
+    found, expected = drive(kind).law(PAPER, p, values), build_drive(kind, other).law(PAPER, p, {})
+    for name in ("R", "P", "V", "S", "Fs", "Fq", "Fv", "Fr", "limit"):
+        assert np.allclose(getattr(found, name), getattr(expected, name), rtol=1e-14)
+
+
+def test_a_drive_that_is_switched_off_has_no_gain_that_could_differ() -> None:
+    off = Rig(PAPER, VelocityLoop(gains=(0.0, 0.0)), "nonlinear", ("z",))
+    assert "neither a gain" in GAIN.not_applicable(off)
+    one = VelocityLoop(gains=(60.0, 0.0))
+    assert [k.parameter.name for k in GAIN.knobs(PAPER, one, typical(PAPER))] == ["lambda1"]
+
+
+def test_a_weaker_loop_follows_its_reference_more_loosely() -> None:
+    weak = looped(PAPER).with_effects([GAIN], {"lambda1": 30.0, "lambda2": 15.0})
+    task = experiment(weak)
+    apart = []
+    for model in (looped(PAPER), weak):
+        speed = simulate(model, model.numbers(), task).trajectory.v[:, :2]
+        apart.append(float(np.sqrt(np.mean((speed - task.references) ** 2))))
+    assert apart[1] > 1.2 * apart[0]
+
+
+def test_a_loop_gain_that_is_off_is_found_again() -> None:
+    truth = {"lambda1": 42.0, "lambda2": 33.0}
+    rig = looped(PAPER).with_effects([GAIN], truth)
+    recordings = [simulate_recording(rig, SimulateSpec(theta2=1.2, seconds=0.4), "r")]
+    residuals = residuals_of(
+        looped(PAPER), recordings, parameters=tuple(truth), output=("encoder",)
+    )
+    found = refine(residuals, residuals.unknowns.parameters.vector(), lambda cost: False)
+    assert found.vector == pytest.approx([42.0, 33.0], rel=FOUND)
+
+
+def test_a_torque_constant_that_is_off_scales_what_the_current_does() -> None:
+    stated = Model(PAPER, Torque(torque_constants=(2.0, 1.0)))
+    real = stated.with_effects([GAIN], {"kt1": 1.2, "kt2": 1.0})
+    assert np.array_equal(real.numbers().law.R, np.diag([1.2, 1.0]))
+    assert Model(PAPER, Torque()).numbers({"kt1": 0.6}).law.R[0, 0] == 0.6
+
+
+@pytest.mark.parametrize("values", [{}, {"kt1": 1.2, "kt2": 0.9}], ids=["stated", "estimated"])
+def test_under_a_servo_a_known_torque_constant_leaves_no_missing_torque(values) -> None:
+    """Whether the constant is an unknown with a value or a size that the model has."""
+    truth = {"kt1": 1.2, "kt2": 0.9}
+    stated = Model(PAPER, Torque(torque_constants=(2.0, 1.0)))
+    model = stated.with_effects([GAIN], truth)
+    servo = FollowingServo(model.drive, 60.0, (4.0, 0.8))
+    t = np.arange(600) * 1e-3
+    current = np.column_stack([np.sin(9.0 * t), np.cos(7.0 * t)])
+    moved = looped(PAPER)  # any motion of joints will do: they are followed
+    place = simulate_recording(moved, SimulateSpec(theta2=1.2, seconds=0.6), "r")
+    channels = {"i1": current[:, 0], "i2": current[:, 1]}
+    channels |= {name: place[name] for name in ("theta1", "theta2")}
+    ready = prepare(
+        model.steered_by(servo), Recording("r", t, channels), [sensor("torque")], Processing()
+    )
+
+    def residual(constants: dict[str, float]) -> np.ndarray:
+        numbers = ready.model.numbers(constants)
+        motion = simulate(ready.model, numbers, ready.task_at(constants)).trajectory
+        return ready.predicted(motion, numbers, constants) - ready.measured
+
+    needed = residual(values) + current * np.array([1.2, 0.9])
+    free = residual({"kt1": 2.0, "kt2": 1.0}) + current * np.array([2.0, 1.0])
+    size = np.sqrt(np.mean(needed**2))
+    assert np.abs(needed - free)[5:].max() < SERVO * size

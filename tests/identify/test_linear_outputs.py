@@ -1,0 +1,186 @@
+"""The linear model's outputs for many vectors at once are the plain predictions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.identify.linear_outputs import POSTURE_TOLERANCE, LinearOutputs, applicable
+from core.identify.residuals import Residuals
+from core.recording.recording import CameraPose, LoggerFilter, Recording
+from core.recording.velocity import ZeroPhaseLowPass
+from core.simulate.vector import LANES
+from tests.helpers import PAPER, looped, with_modes
+from tests.identify.helpers import LPV, residuals_of, simulated
+
+EXACT = 1e-9
+"""Of a channel's rms: the same response, summed in another order; differences of angles that
+grow over the recording lose three digits more."""
+
+FOLLOWED = 5.0 * POSTURE_TOLERANCE
+"""Of a channel's rms: what is stated at the start may be some times more a tenth away from it."""
+
+AWAY = 0.1
+"""Of the parameters' scale: how far the vectors are from the start."""
+
+SECONDS = 0.3
+MODES = looped(with_modes(2, 3), level="lpv")
+
+
+def recordings(count: int = 3, model: Any = LPV, **spec: Any) -> list[Recording]:
+    points = [0.5 + 2.0 * k / max(count - 1, 1) for k in range(count)]
+    return simulated(model, points=points, **{"seconds": SECONDS, **spec})
+
+
+def without(r: Recording, *names: str, **changes: Any) -> Recording:
+    kept = {k: v for k, v in r.channels.items() if k not in names}
+    return replace(r, channels=kept, **changes)
+
+
+def vectors(residuals: Residuals, size: int) -> np.ndarray:
+    start, scales = residuals.unknowns.parameters.vector(), residuals.scales
+    moves = np.random.default_rng(size).uniform(-1.0, 1.0, (size, len(start)))
+    return start + AWAY * scales * moves
+
+
+def worst(residuals: Residuals, outputs: LinearOutputs, size: int = 3) -> float:
+    """The largest difference to a plain prediction, in units of the channel's rms."""
+    points = vectors(residuals, size)
+    blocks = outputs.blocks(points)
+    found = []
+    for s, point in enumerate(points):
+        for block, plain in zip(blocks, residuals.predictor.predict(point), strict=True):
+            assert block[s].shape == plain.shape
+            found.append(np.abs(block[s] - plain).max() / np.sqrt(np.mean(plain**2)))
+    return float(max(found))
+
+
+def outputs_of(residuals: Residuals) -> LinearOutputs:
+    assert applicable(residuals.experiments)
+    return LinearOutputs(residuals.experiments, residuals.unknowns, residuals.predictor.fixed)
+
+
+def check(given: list[Recording], bound: float, model: Any = LPV, size: int = 3, **spec: Any):  # type: ignore[no-untyped-def]
+    spec = {"parameters": ("EI1", "EI2"), "output": ("ydot",), **spec}
+    residuals = residuals_of(model, given, **spec)
+    assert worst(residuals, outputs_of(residuals), size) < bound
+
+
+@pytest.mark.parametrize("output", ["ydot", "y", "z", "encoder", "deflection", ("z", "encoder")])
+def test_each_output(output):
+    check(recordings(), EXACT, output=output)
+
+
+@pytest.mark.parametrize("size", [1, 2, LANES, LANES + 1, 3 * LANES - 1])
+@pytest.mark.parametrize("count", [1, 3, LANES + 1])
+def test_any_number_of_vectors_and_recordings(size, count):
+    check(recordings(count, seconds=0.1), EXACT, size=size)
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        {"filter": ZeroPhaseLowPass(cutoff_hz=50.0)},
+        {"output_filter": ZeroPhaseLowPass(cutoff_hz=40.0, order=2)},
+        {"decimate": 4},
+        {"filter": ZeroPhaseLowPass(cutoff_hz=50.0), "decimate": 3, "output": "z"},
+        {"offsets": ("ydot2",)},
+        {"parameters": ("EI1", "gain_ydot1")},
+        {"parameters": ("EI1",), "start": {"gain_ydot1": 1.2, "offset_ydot2": 0.1}},
+        {"initial_state": True},
+        {"parameters": ("l1", "lambda2"), "output": ("z", "deflection")},
+        {"parameters": ("m1", "EI2"), "per_recording": ("EI2",)},
+        {"parameters": ("g1", "EI1"), "output": "ydot"},
+    ],
+    ids=str,
+)
+def test_all_that_happens_to_outputs(spec):
+    check(recordings(), EXACT, **spec)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"logger_filters": {"ydot1": LoggerFilter(100.0, 0.7)}},
+        {"camera": CameraPose(delay=0.0034)},
+    ],
+    ids=str,
+)
+def test_what_the_rig_did_to_a_channel(change):
+    check([replace(r, **change) for r in recordings()], EXACT)
+
+
+def test_central_differences_of_the_tip():
+    check([without(r, "ydot1", "ydot2") for r in recordings()], EXACT)
+
+
+def test_recordings_that_hold_the_output_beside_those_that_do_not():
+    first, *rest = recordings()
+    check([without(first, "ydot1", "ydot2"), *rest], EXACT)
+
+
+@settings(max_examples=12)
+@given(
+    st.lists(st.integers(1, 70), min_size=1, max_size=12),
+    st.integers(0, 1000),
+    st.sampled_from([(1, 1), (2, 0), (2, 3)]),
+)
+def test_inputs_that_are_held_for_irregular_times(runs, seed, modes):
+    """Each recording with runs of its own, so that neither lengths nor edges agree."""
+    model = looped(with_modes(*modes), level="lpv")
+    rng = np.random.default_rng(seed)
+    held = []
+    for r in recordings(2, model, seconds=0.2):
+        lengths = rng.permutation(runs)
+        rows = np.repeat(rng.normal(size=(len(runs), 2)), lengths, axis=0)
+        rows = np.resize(rows, (len(r.time), 2))
+        channels = {"dtheta1_ref": rows[:, 0].copy(), "dtheta2_ref": rows[:, 1].copy()}
+        held.append(replace(r, channels={**r.channels, **channels}))
+    for size in (1, 9):
+        check(held, EXACT, model, size=size, parameters=("EI1",))
+
+
+@pytest.mark.parametrize("kind", ["chirp", "multisine"])
+def test_inputs_that_are_not_held(kind):
+    check(recordings(excitation=kind), EXACT)
+
+
+@pytest.mark.parametrize("model", [LPV, MODES], ids=["one mode", "two and three modes"])
+@pytest.mark.parametrize("output", ["ydot", "z", "encoder"])
+def test_a_recorded_posture_is_followed_within_the_stated_error(model, output):
+    moving = [without(r, "ydot1", "ydot2", theta2=None) for r in recordings(3, model, seconds=0.5)]
+    residuals = residuals_of(model, moving, parameters=("EI1", "EI2"), output=output)
+    outputs = outputs_of(residuals)
+    assert set(outputs.errors) == {r.name for r in moving}
+    assert max(outputs.errors.values()) < POSTURE_TOLERANCE
+    assert worst(residuals, outputs) < FOLLOWED
+
+
+def test_a_sweep_over_the_elbow_is_followed():
+    swept = recordings(1, seconds=1.0, sweep=(0.5, 2.6))
+    assert swept[0].theta2 is None
+    residuals = residuals_of(LPV, swept, parameters=("EI1", "EI2"), output="ydot")
+    assert worst(residuals, outputs_of(residuals)) < FOLLOWED
+
+
+def test_slopes_are_differences_of_the_blocks():
+    residuals = residuals_of(LPV, recordings(), parameters=("EI1", "EI2"), output="ydot")
+    start, scales = residuals.unknowns.parameters.vector(), residuals.scales
+    moves = 1e-4 * np.diag(scales)
+    base, slopes = outputs_of(residuals).sensitivities(start, start + moves, start - moves)
+    plain = residuals.sensitivities(start)
+    for b, s, e, expected in zip(base, slopes, residuals.experiments, plain, strict=True):
+        assert b.shape == e.measured.shape
+        assert -s == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+
+
+def test_it_does_not_apply_to_the_non_linear_model():
+    residuals = residuals_of(
+        looped(PAPER), recordings(1, seconds=0.05), parameters=("EI",), output="ydot"
+    )
+    assert not applicable(residuals.experiments)

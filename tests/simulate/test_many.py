@@ -1,0 +1,90 @@
+"""Simulations side by side give what each gives alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numba import njit
+
+from core.arm.build import build_arm
+from core.drives import build_drive
+from core.effects import catalogue
+from core.lanes import functions
+from core.model import Model
+from core.recording.spec import SimulateSpec
+from core.scenario.schema import ArmSpec
+from core.simulate.experiment import make_task
+from core.simulate.many import Job, run_many
+from core.simulate.nonlinear import run
+
+ROUNDING = 1e-9
+"""rad or m after some hundred steps: sums are taken in another order, and that is all."""
+
+SINE_ROUNDING = 4e-16
+"""Two units in the last place of a number up to one."""
+
+EFFECTS = (
+    (), ("viscous_friction",), ("coulomb_friction",), ("stribeck_friction",),
+    ("presliding_friction",), ("joint_elasticity",), ("tip_payload",), ("structural_damping",),
+    ("torque_ripple",), ("backlash",), ("drive_lag",), ("air_drag",), ("base_compliance",),
+    ("cubic_stiffness",), ("friction_asymmetry",), ("coulomb_friction", "drive_lag"),
+)  # fmt: skip
+
+
+def jobs_of(kinds: tuple[str, ...], count: int, modes: tuple[int, int] = (2, 1)) -> list[Job]:
+    arm = build_arm(ArmSpec(preset="paper", modes=modes))
+    bare = Model(arm, build_drive("velocity_loop", {"gains": [60.0, 30.0]}), "nonlinear")
+    model = bare.with_effects([catalogue()[kind] for kind in kinds])
+    found = []
+    for k in range(count):
+        spec = SimulateSpec(theta2=0.4 + 0.3 * k, seconds=0.2 + 0.02 * (k % 3), seed=k)
+        task, _ = make_task(model, spec, "x")
+        numbers = model.numbers({"EI1": 300.0 + 40.0 * k, "EI2": 520.0})
+        found.append(Job(model, numbers, task))
+    return found
+
+
+@pytest.mark.parametrize("kinds", EFFECTS, ids="+".join)
+def test_many_simulations_at_once_are_those_of_each_alone(kinds: tuple[str, ...]) -> None:
+    jobs = jobs_of(kinds, 5)
+    for job, found in zip(jobs, run_many(jobs, 8), strict=True):
+        alone = run(job.model, job.numbers, job.task, 8)
+        assert found.q.shape == alone.q.shape
+        scale = 1.0 + np.abs(alone.v).max()
+        np.testing.assert_allclose(found.q, alone.q, atol=ROUNDING * scale)
+        np.testing.assert_allclose(found.torque, alone.torque, atol=1e3 * ROUNDING * scale)
+
+
+def test_a_torque_limit_is_kept_in_every_lane() -> None:
+    jobs = jobs_of((), 8)
+    limit = np.array([6.0, 3.0])
+    jobs = [
+        replace(j, numbers=j.numbers._replace(law=replace(j.numbers.law, limit=limit)))
+        for j in jobs
+    ]
+    for motion in run_many(jobs, 16, workers=2):
+        assert np.abs(motion.torque).max(axis=0) == pytest.approx(limit)
+
+
+def test_jobs_of_several_structures_come_back_in_their_order() -> None:
+    mixed = [*jobs_of((), 4), *jobs_of(("coulomb_friction",), 4), *jobs_of((), 9)]
+    for job, found in zip(mixed, run_many(mixed, 4, workers=2), strict=True):
+        assert found.p is job.numbers.p
+        assert len(found.time) == len(job.task.time)
+
+
+def test_wide_sine_and_cosine_are_those_of_each_lane() -> None:
+    @njit
+    def evaluate(x, s, c):  # type: ignore[no-untyped-def]
+        for i in range(x.shape[0]):
+            functions.put(s, i, functions.sin(functions.get(x, i)))
+            functions.put(c, i, functions.cos(functions.get(x, i)))
+
+    x = np.random.default_rng(1).normal(0.0, 40.0, (500, 8))
+    x[0] = np.arange(8) * np.pi / 4.0
+    s, c = np.empty_like(x), np.empty_like(x)
+    evaluate(x, s, c)
+    np.testing.assert_allclose(s, np.sin(x), rtol=0.0, atol=SINE_ROUNDING)
+    np.testing.assert_allclose(c, np.cos(x), rtol=0.0, atol=SINE_ROUNDING)
