@@ -32,9 +32,10 @@ def load_recordings(
 
     def one(spec: RecordingSpec) -> Recording:
         if spec.simulate is not None:
+            progress.advance(0, f"{spec.name}, {spec.simulate.samples:,} samples to simulate")
             found = _simulated(spec, scenario.sensors, model)
         else:
-            found = _read(spec, model, folder, data_folder)
+            found = _read(spec, model, folder, data_folder, progress)
         progress.advance(text=spec.name)
         return found
 
@@ -43,11 +44,13 @@ def load_recordings(
         return list(pool.map(one, scenario.recordings))
 
 
-def _read(spec: RecordingSpec, model: Model, folder: Folder, data_folder: Path | None) -> Recording:
+def _read(
+    spec: RecordingSpec, model: Model, folder: Folder, data_folder: Path | None, progress: Progress
+) -> Recording:
     assert spec.file is not None
     path = resolve_file(spec.file, folder, data_folder)
     required = model.drive.reference_channels(model.arm)
-    return load_recording(path, spec, required, joint_units(model.arm))
+    return load_recording(path, spec, required, joint_units(model.arm), progress)
 
 
 def joint_units(arm: Arm) -> dict[str, str]:

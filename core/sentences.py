@@ -8,6 +8,10 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
+LONGEST = 300
+"""Characters of a sentence that somebody still reads to its end."""
+LONGEST_LIST = 150
+"""Characters of the names that are offered where a name is wrong."""
 LONGEST_QUOTE = 60
 """Characters of the user's own value that are repeated; a whole table would bury the rest."""
 
@@ -15,6 +19,22 @@ LONGEST_QUOTE = 60
 def one_line(text: str) -> str:
     """The text with every run of white space (also in quoted names) as one blank."""
     return " ".join(text.split())
+
+
+def brief(text: str) -> str:
+    """One line of at most LONGEST characters: very long names and lists lose their middle."""
+    words = one_line(text).split(" ")
+    if sum(map(len, words)) + len(words) > LONGEST:
+        words = [_cut(word, LONGEST_QUOTE) for word in words]
+    return _cut(" ".join(words), LONGEST)
+
+
+def _cut(text: str, length: int) -> str:
+    """Without its middle where it is longer than that."""
+    if len(text) <= length:
+        return text
+    head = (2 * length) // 3
+    return f"{text[: head - 1]}…{text[head - length :]}"
 
 
 def first_sentence(text: str) -> str:
@@ -41,9 +61,19 @@ def did_you_mean(name: str, known: Iterable[str]) -> str:
     names = sorted(known)
     if not names:
         return "leave it out."
-    lowered = {each.lower(): each for each in names}
-    near = get_close_matches(name.lower(), lowered, n=1, cutoff=0.5)
-    return f"did you mean {lowered[near[0]]!r}?" if near else f"known: {', '.join(names)}."
+    lowered = {each.lower(): each for each in names if len(each) <= LONGEST_QUOTE}
+    near = get_close_matches(name[:LONGEST_QUOTE].lower(), lowered, n=1, cutoff=0.5)
+    return f"did you mean {lowered[near[0]]!r}?" if near else f"known: {few(names)}."
+
+
+def few(names: Sequence[str]) -> str:
+    """`a, b, c`, of long lists the first and how many more there are."""
+    shown: list[str] = []
+    for name in names:
+        if shown and sum(map(len, shown)) + 2 * len(shown) + len(name) > LONGEST_LIST:
+            return f"{', '.join(shown)} and {len(names) - len(shown):,} more"
+        shown.append(_cut(name, LONGEST_QUOTE))
+    return ", ".join(shown)
 
 
 def predicate(error: Mapping[str, Any]) -> str:

@@ -22,7 +22,9 @@ def add_to(app: typer.Typer, plain_words: Callable[[], AbstractContextManager[No
         """Write recordings with hidden effects, the truth sealed beside them."""
         with plain_words():
             from core.study.challenge import make_challenge, write_challenge
+            from flexgui.export.folder import check_writable
 
+            check_writable(out.parent if out.suffix.lower() == ".zip" else out)
             write_challenge(make_challenge(seed, level), out)
             typer.echo(
                 f"The challenge lies in {out}. Name what is missing, then: flexgui reveal {out}"

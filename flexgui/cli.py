@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,13 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from flexgui import __version__, challenge, study
+from flexgui.plain_words import BAD_INPUT, INTERRUPTED, plain_words, say_error
 
 if TYPE_CHECKING:
     from core.progress import Progress
-
-BAD_INPUT = 2
-INTERRUPTED = 130
-"""What a shell expects after Ctrl-C: 128 + SIGINT."""
 
 app = typer.Typer(
     help="Identify flexible robot arms.",
@@ -30,7 +28,21 @@ app = typer.Typer(
 
 def main() -> None:
     """The entry point of `flexgui`."""
-    app(prog_name="flexgui")
+    os.environ.setdefault("PYTHONWARNINGS", "ignore")  # of processes that a command starts
+    sys.exit(run(sys.argv[1:]))
+
+
+def run(arguments: Sequence[str]) -> int:
+    """One command; its exit code. Wrong usage is one sentence, like all that is wrong."""
+    try:
+        code = app(list(arguments) or ["--help"], prog_name="flexgui", standalone_mode=False)
+    except typer.Abort:
+        return INTERRUPTED
+    except typer.TyperException as error:
+        text = " ".join(error.format_message().split()).rstrip(".")
+        say_error(f"{text}; flexgui --help says what there is.")
+        return BAD_INPUT
+    return code if isinstance(code, int) else 0
 
 
 def _print_version(wanted: bool) -> None:
@@ -62,7 +74,7 @@ def export(
     quiet: Annotated[bool, typer.Option("--quiet", help="No progress bars.")] = False,
 ) -> None:
     """Run SCENARIO and write report.html, result.json, tables and the model into OUT."""
-    with _plain_words(), _progress(quiet) as progress:
+    with plain_words(), _progress(quiet) as progress:
         from flexgui.export.run import export_scenario
 
         export_scenario(scenario, out, data, progress, _say_aside)
@@ -92,7 +104,7 @@ def serve(
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
 ) -> None:
     """Open the workbench in the browser, until Ctrl-C."""
-    with _plain_words():
+    with plain_words():
         from flexgui.server.options import ServeOptions
         from flexgui.server.serve import serve as run_server
 
@@ -108,7 +120,7 @@ def bench(
     quick: Annotated[bool, typer.Option("--quick", help="Fewer repetitions.")] = False,
 ) -> None:
     """Measure how fast and how exact FlexGUI is on this machine."""
-    with _plain_words():
+    with plain_words():
         from flexgui.bench import main as run_bench
 
         code = run_bench(quick=quick)
@@ -117,21 +129,6 @@ def bench(
 
 def _say_aside(text: str) -> None:
     typer.echo(f"flexgui: {text}", err=True)
-
-
-@contextmanager
-def _plain_words() -> Iterator[None]:
-    """Bad input ends in one sentence and 2, Ctrl-C in one sentence and 130; no traceback."""
-    from core.errors import InputError
-
-    try:
-        yield
-    except InputError as error:
-        typer.echo(f"flexgui: {' '.join(str(error).split())}", err=True)
-        raise typer.Exit(BAD_INPUT) from None
-    except KeyboardInterrupt:
-        typer.echo("flexgui: stopped; nothing was overwritten.", err=True)
-        raise typer.Exit(INTERRUPTED) from None
 
 
 @contextmanager
@@ -148,5 +145,5 @@ def _progress(quiet: bool) -> Iterator[Progress]:
         yield bars
 
 
-challenge.add_to(app, _plain_words)
-study.add_to(app, _plain_words)
+challenge.add_to(app, plain_words)
+study.add_to(app, plain_words)

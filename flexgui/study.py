@@ -60,8 +60,8 @@ def _go_on(
     from core.montecarlo.study import study
     from flexgui.export.folder import check_writable
 
-    steps = study(settings, executor=executor, path=out / JOURNAL, only=only)
     check_writable(out)
+    steps = study(settings, executor=executor, path=out / JOURNAL, only=only)
     say(f"{settings.scenario.title}: {settings.runs} runs; results arrive in {out / JOURNAL}")
     told, whole = _Told(say), True
     try:

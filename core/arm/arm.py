@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from core.arm.segment import Segment
+from core.quantities import Bounded, Positive
 
 
 class Arm(BaseModel):
@@ -19,8 +20,8 @@ class Arm(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     segments: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=3)]
-    gravity: tuple[float, float] = (0.0, 0.0)
-    base_compliance: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    gravity: tuple[Bounded, Bounded] = (0.0, 0.0)
+    base_compliance: Positive | None = None
     """m/N, the same in both directions; None: the base does not move."""
     name: str = "arm"
 

@@ -36,6 +36,10 @@ class CompiledArm:
     tip: Any
     linear: Any
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Another process makes it from the structure, out of the same cache."""
+        return compile_arm, (self.structure,)
+
     def mass_matrix(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
         """M(q) (n, n)."""
         return self.mass_and_force(q, np.zeros_like(q), p)[0]

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+from core.quantities import Bounded, NonNegative, Positive
 
 MAX_MODES = 3
 
@@ -37,7 +36,7 @@ class Segment(BaseModel):
     joint_compliance: Positive | None = None
     """rad/(N m) (m/N on a slide) of the gear between motor and segment; None: rigid. The motor
     carries the hub's inertia, the drive and the encoder."""
-    axis_angle: Annotated[float, Field(allow_inf_nan=False)] = 0.0
+    axis_angle: Bounded = 0.0
     """Direction of a prismatic joint's slide in rad, from the end of the segment before."""
     mount: Literal["previous", "ground"] = "previous"
     """`ground` uncouples a segment from the one before it: its base does not move."""

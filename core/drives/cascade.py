@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive, gain_parameter, per_joint, stated_or
 from core.drives.law import DriveLaw, static_law
 from core.parameters import Parameter
-
-Gain = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+from core.quantities import NonNegative, Positive
 
 
 class Cascade(Drive):
@@ -22,9 +20,9 @@ class Cascade(Drive):
 
     kind: ClassVar[str] = "cascade"
 
-    position_gains: tuple[Gain, ...]
-    velocity_gains: tuple[Gain, ...]
-    limits: tuple[Annotated[float, Field(gt=0)], ...] | None = None
+    position_gains: tuple[NonNegative, ...]
+    velocity_gains: tuple[NonNegative, ...]
+    limits: tuple[Positive, ...] | None = None
 
     def check(self, arm: Arm) -> None:
         per_joint(self.position_gains, arm, "position_gains")

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict
 
 from core.arm.arm import Arm
 from core.arm.chord import chord_matrix
 from core.drives.drive import Drive, per_joint, stated_or, torque_constants
 from core.drives.law import DriveLaw
 from core.parameters import Parameter
-
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+from core.quantities import Bounded, Positive
 
 
 class GaugeFilter(BaseModel):
@@ -37,7 +35,7 @@ class StateFeedback(Drive):
 
     kind: ClassVar[str] = "state_feedback"
 
-    gains: tuple[tuple[Number, Number, Number, Number], ...]
+    gains: tuple[tuple[Bounded, Bounded, Bounded, Bounded], ...]
     torque_constants: tuple[Positive, ...]
     rate_filter: Positive | None = None
     gauge_filter: GaugeFilter | None = None

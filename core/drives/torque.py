@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive, per_joint, stated_or, torque_constants
 from core.drives.law import DriveLaw, static_law
 from core.parameters import Parameter
-
-Constant = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+from core.quantities import Positive
 
 
 class Torque(Drive):
@@ -21,7 +19,7 @@ class Torque(Drive):
 
     kind: ClassVar[str] = "torque"
 
-    torque_constants: tuple[Constant, ...] | None = None
+    torque_constants: tuple[Positive, ...] | None = None
 
     def check(self, arm: Arm) -> None:
         if self.torque_constants is not None:

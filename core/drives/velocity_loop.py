@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydantic import Field
 
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive, gain_parameter, per_joint, stated_or
 from core.drives.law import DriveLaw, static_law
 from core.parameters import Parameter
-
-Gain = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+from core.quantities import NonNegative, Positive
 
 
 class VelocityLoop(Drive):
@@ -22,8 +20,8 @@ class VelocityLoop(Drive):
 
     kind: ClassVar[str] = "velocity_loop"
 
-    gains: tuple[Gain, ...]
-    limits: tuple[Annotated[float, Field(gt=0)], ...] | None = None
+    gains: tuple[NonNegative, ...]
+    limits: tuple[Positive, ...] | None = None
 
     def check(self, arm: Arm) -> None:
         per_joint(self.gains, arm, "gains")

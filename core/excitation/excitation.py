@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+from core.quantities import Positive
 
 
 class Excitation(BaseModel):

@@ -9,14 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from core.errors import InputError
+from core.quantities import LARGEST
 from core.recording.camera import in_base_frame, shifted
 from core.recording.channels import channel_kind, is_channel
 from core.recording.clock import check_rising, choose_rows, even_time
 from core.recording.read_table import read_table
+from core.recording.reading import Watching
 from core.recording.recording import CameraPose, Recording
 from core.recording.spec import RecordingSpec
 from core.recording.table import Table, number
-from core.sentences import did_you_mean, one_line
+from core.sentences import brief, did_you_mean, few
 from core.units import factor_to_si, parse_header
 
 
@@ -32,17 +34,19 @@ def load_recording(
     spec: RecordingSpec,
     required: Sequence[str] = (),
     units: Mapping[str, str] | None = None,
+    progress: Watching | None = None,
 ) -> Recording:
     """The recording in the file, checked; `required` channels must be in it.
 
-    `units` are the SI units of channels whose dimension the arm fixes: a joint turns or slides.
+    `progress` hears how much of the file is read. `units` are the SI units of channels whose
+    dimension the arm fixes: a joint turns or slides.
     """
     try:
         # Damaged files hold numbers that overflow; the checks find them, warnings would not help.
         with np.errstate(over="ignore", invalid="ignore"):
-            return _load(read_table(path), spec, required, units or {})
+            return _load(read_table(path, progress), spec, required, units or {})
     except InputError as error:
-        raise InputError(one_line(str(error))) from error
+        raise InputError(brief(str(error))) from error
 
 
 def _load(
@@ -193,6 +197,7 @@ def _check_named(table: Table, spec: RecordingSpec, sources: dict[str, _Source])
 
 def _read_time(table: Table, spec: RecordingSpec, source: _Source) -> tuple[slice, np.ndarray]:
     time = source.factor * table.numbers(source.header)
+    _check_sizes(table, source.header, time, 0)
     check_rising(table, source.header, time)
     rows = choose_rows(table, source.header, time, spec.window)
     return rows, even_time(table, source.header, time[rows], rows.start)
@@ -200,6 +205,7 @@ def _read_time(table: Table, spec: RecordingSpec, source: _Source) -> tuple[slic
 
 def _read_channel(table: Table, channel: str, source: _Source, rows: slice) -> np.ndarray:
     values = source.factor * table.numbers(source.header)[rows]
+    _check_sizes(table, source.header, values, rows.start)
     empty = np.flatnonzero(np.isnan(values))
     if empty.size and not channel_kind(channel).sparse:
         raise InputError(
@@ -208,6 +214,17 @@ def _read_channel(table: Table, channel: str, source: _Source, rows: slice) -> n
             f"empty cells, fill it or cut the row off with window."
         )
     return values
+
+
+def _check_sizes(table: Table, header: str, values: np.ndarray, first_row: int) -> None:
+    """Squares and sums of what is further used must stay numbers."""
+    huge = np.flatnonzero(np.abs(values) > LARGEST)
+    if huge.size:
+        k = int(huge[0])
+        raise InputError(
+            f"{table.source}: column {header} holds {values[k]:.3g} (SI) in "
+            f"{table.row(first_row + k)}, which no sensor measures; correct it."
+        )
 
 
 def _remarks(header: str, values: np.ndarray) -> list[str]:
@@ -256,4 +273,4 @@ def _counted(time: np.ndarray, stretches: Sequence[tuple[float, float]]) -> np.n
 def _unused(table: Table, sources: dict[str, _Source]) -> list[str]:
     used = {source.header for source in sources.values()}
     left = [h for h in (*table.columns, *table.unusable) if h not in used]
-    return [f"Not used from {table.source}: {', '.join(left)}."] if left else []
+    return [f"Not used from {table.source}: {few(left)}."] if left else []

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
+from core.errors import InputError
+
 HEADER = 128
-LARGEST = 2**30
-"""Bytes of one unpacked variable: a recording is far smaller, a bomb larger."""
+PIECE = 2**20
+"""Bytes that are unpacked at once, and then counted."""
 MATRIX, COMPRESSED = 14, 15
 NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8"} | {
     12: "i8",
@@ -27,6 +29,7 @@ LETTERS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 1
 STRUCT_CLASS, CHAR_CLASS, NUMBER_CLASSES = 2, 4, range(6, 16)
 COMPLEX = 0x08
 
+Bytes = bytes | memoryview
 Variable = np.ndarray | str | dict[str, "Variable"] | None
 """Numbers (squeezed), a text, a struct, or None for what a table cannot use."""
 
@@ -37,32 +40,49 @@ class DamagedError(ValueError):
 
 class _Element(NamedTuple):
     kind: int
-    data: bytes
+    data: Bytes
 
 
-def variables(content: bytes) -> dict[str, Variable]:
-    """The variables of a file by name; DamagedError where the content makes no sense."""
+def variables(
+    content: bytes, grew: Callable[[int], None] = lambda size: None
+) -> dict[str, Variable]:
+    """The variables of a file by name; DamagedError where the content makes no sense.
+
+    `grew` hears of every further number of bytes that are unpacked, and may end it by an error.
+    """
     try:
         order = {b"IM": "<", b"MI": ">"}[content[126:128]]
-        return dict(_named(content[HEADER:], order))
+        return dict(_named(memoryview(content)[HEADER:], order, grew))
+    except InputError:
+        raise
     except (KeyError, ValueError, IndexError, struct.error, zlib.error) as error:
         raise DamagedError(str(error)) from error
 
 
-def _named(content: bytes, order: str) -> Iterator[tuple[str, Variable]]:
+def _named(
+    content: Bytes, order: str, grew: Callable[[int], None]
+) -> Iterator[tuple[str, Variable]]:
     for element in _elements(content, order):
         inner = element
         if element.kind == COMPRESSED:
-            unpacker = zlib.decompressobj()
-            unpacked = unpacker.decompress(element.data, LARGEST)
-            if not unpacker.eof:
-                raise DamagedError("a variable is cut short")
-            inner = _next(_elements(unpacked, order))
+            inner = _next(_elements(_unpacked(element.data, grew), order))
         if inner.kind == MATRIX:
             yield _matrix(inner.data, order, depth=0)
 
 
-def _elements(content: bytes, order: str) -> Iterator[_Element]:
+def _unpacked(packed: Bytes, grew: Callable[[int], None]) -> bytes:
+    unpacker, whole, rest = zlib.decompressobj(), bytearray(), packed
+    while not unpacker.eof:
+        piece = unpacker.decompress(rest, PIECE)
+        rest = unpacker.unconsumed_tail
+        if not piece and not rest and not unpacker.eof:
+            raise DamagedError("a variable is cut short")
+        grew(len(piece))
+        whole += piece
+    return bytes(whole)
+
+
+def _elements(content: Bytes, order: str) -> Iterator[_Element]:
     position = 0
     while position < len(content):
         (tag,) = struct.unpack_from(order + "I", content, position)
@@ -79,13 +99,13 @@ def _elements(content: bytes, order: str) -> Iterator[_Element]:
         position += step
 
 
-def _matrix(data: bytes, order: str, depth: int) -> tuple[str, Variable]:
+def _matrix(data: Bytes, order: str, depth: int) -> tuple[str, Variable]:
     if not data:
         return "", None
     parts = _elements(data, order)
     flags = int(_numbers(_next(parts), order)[0])
     shape = tuple(int(n) for n in _numbers(_next(parts), order))
-    name = _next(parts).data.decode("latin-1").rstrip("\0")
+    name = bytes(_next(parts).data).decode("latin-1").rstrip("\0")
     kind = flags & 0xFF
     if kind in NUMBER_CLASSES and not (flags >> 8) & COMPLEX:
         return name, _numbers(_next(parts), order).reshape(shape, order="F").squeeze()
@@ -100,7 +120,7 @@ def _struct(parts: Iterator[_Element], order: str, depth: int) -> dict[str, Vari
     width = int(_numbers(_next(parts), order)[0])
     if width < 1:
         raise DamagedError("a struct has no names")
-    raw = _next(parts).data
+    raw = bytes(_next(parts).data)
     names = [
         raw[k : k + width].split(b"\0")[0].decode("latin-1") for k in range(0, len(raw), width)
     ]
@@ -122,4 +142,4 @@ def _text(element: _Element, order: str) -> str:
     encoding = LETTERS[element.kind]
     if encoding.startswith("utf-") and encoding != "utf-8":
         encoding += "-le" if order == "<" else "-be"
-    return element.data.decode(encoding)
+    return bytes(element.data).decode(encoding)

@@ -6,14 +6,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
+from core import quantities
+from core.quantities import Bounded
 from core.recording.channels import channel_names, is_channel
 from core.recording.recording import CameraPose, LoggerFilter
 from core.sentences import did_you_mean
 
 # Strict: a number in quotes or `true` where a number belongs is a slip, not a number.
-Real = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
+Real = Annotated[Bounded, Field(strict=True)]
+Positive = Annotated[quantities.Positive, Field(strict=True)]
+NonNegative = Annotated[quantities.NonNegative, Field(strict=True)]
 Whole = Annotated[int, Field(strict=True, ge=0, lt=2**32)]
 Switch = Annotated[bool, Field(strict=True)]
 Words = Annotated[str, Field(min_length=1)]
@@ -81,26 +83,43 @@ class LoggerFilterSpec(Settings):
         return LoggerFilter(self.frequency, self.damping)
 
 
+LONGEST = 3600.0
+"""s of one simulated recording."""
+Duration = Annotated[float, Field(strict=True, gt=0, le=LONGEST, allow_inf_nan=False)]
+MOST_SAMPLES = 500_000
+"""Of one simulated recording: eight minutes at 1 kHz, which take twenty seconds to simulate."""
+Place = Annotated[float, Field(strict=True, ge=-1e3, le=1e3, allow_inf_nan=False)]
+"""rad or m: more than a hundred turns are a slip."""
+
+
 class SimulateSpec(Settings):
     """How to make a recording by simulation."""
 
-    theta2: Real | None = None
+    theta2: Place | None = None
     """rad, the working point; the other joints start at zero."""
-    theta: tuple[Real, ...] | None = None
+    theta: tuple[Place, ...] | None = None
     """rad or m, all joints; instead of theta2."""
-    seconds: Positive = 3.0
-    snr_db: Real | None = None
+    seconds: Duration = 3.0
+    snr_db: Annotated[float, Field(strict=True, ge=-100, le=300, allow_inf_nan=False)] | None = None
+    """Doubles have 313 dB between one and its last digit."""
     seed: Whole = 1
     excitation: Words = "prbs_balanced"
-    amplitude: Positive = 0.3
-    hold: Positive = 0.02
+    amplitude: Annotated[float, Field(strict=True, gt=0, le=1e6, allow_inf_nan=False)] = 0.3
+    """rad/s, rad or N m; the strongest robots have 1e4 N m."""
+    hold: Duration = 0.02
     """s, how long the excitation keeps a level."""
-    sample_time: Positive = 1e-3
+    sample_time: Annotated[float, Field(strict=True, ge=1e-6, le=10, allow_inf_nan=False)] = 1e-3
+    """s; the fastest loggers of rigs have 1e-6."""
     level: Literal["nonlinear", "lpv"] = "nonlinear"
-    sweep: tuple[Real, Real] | None = None
+    sweep: tuple[Place, Place] | None = None
     """rad, from where to where theta2 moves over the whole recording."""
     options: dict[str, Any] = Field(default_factory=dict)
     """Further settings of the excitation."""
+
+    @property
+    def samples(self) -> int:
+        """Of the recording."""
+        return int(round(self.seconds / self.sample_time))
 
     @model_validator(mode="after")
     def _check_together(self) -> SimulateSpec:
@@ -110,6 +129,11 @@ class SimulateSpec(Settings):
             raise ValueError(
                 f"asks for {self.seconds:g} s at a sample time of {self.sample_time:g} s; "
                 f"that is fewer than 10 samples."
+            )
+        if self.samples > MOST_SAMPLES:
+            raise ValueError(
+                f"asks for {self.samples:,} samples ({self.seconds:g} s at {self.sample_time:g} s "
+                f"each); it may have {MOST_SAMPLES:,}."
             )
         return self
 

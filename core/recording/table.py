@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import InputError
+from core.recording.reading import Reading
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,8 @@ class Table:
     unusable: Mapping[str, str] = field(default_factory=dict)
     """Header -> what is wrong with a column that cannot be used: an error only when asked for."""
     warnings: tuple[str, ...] = ()
+    faults: Mapping[str, str] = field(default_factory=dict)
+    """Header -> what is wrong in one of its cells: an error only when the numbers are asked for."""
 
     @property
     def rows(self) -> int:
@@ -31,11 +34,12 @@ class Table:
 
     def row(self, index: int) -> str:
         """How messages name a row, `data row 5 (line 6)`, from its index from 0."""
-        line = "" if self.first_line is None else f" (line {self.first_line + index})"
-        return f"data row {index + 1}{line}"
+        return row_name(index, self.first_line)
 
     def numbers(self, header: str) -> np.ndarray:
         """A column as float64 (N,); NaN where the cell is empty."""
+        if header in self.faults:
+            raise InputError(f"{self.source}: column {header} {self.faults[header]}")
         column = self.columns[header]
         values = column if column.dtype == np.float64 else self._converted(header, column)
         infinite = np.flatnonzero(np.isinf(values))
@@ -53,10 +57,20 @@ class Table:
                 values[index] = number(cell)
             except (TypeError, ValueError, OverflowError):
                 raise InputError(
-                    f"{self.source}: column {header} holds {str(cell)[:40]!r} in "
-                    f"{self.row(index)}; write a number there."
+                    f"{self.source}: column {header} {cell_fault(cell, self.row(index))}"
                 ) from None
         return values
+
+
+def row_name(index: int, first_line: int | None) -> str:
+    """`data row 5 (line 6)` from the row's index from 0 and the line of the file with row 1."""
+    line = "" if first_line is None else f" (line {first_line + index})"
+    return f"data row {index + 1}{line}"
+
+
+def cell_fault(cell: object, row: str) -> str:
+    """What is wrong with a cell that is no number, as the end of a sentence."""
+    return f"holds {str(cell)[:40]!r} in {row}; write a number there."
 
 
 NO_NUMBER = ("", "nan", "na")
@@ -85,8 +99,8 @@ class TableReader(ABC):
     kind = ""
 
     @abstractmethod
-    def read(self, path: Path) -> Table:
-        """The file's table; an InputError where the file is damaged."""
+    def read(self, path: Path, reading: Reading) -> Table:
+        """The file's table; InputError where it is damaged or, as `reading` counts, too large."""
 
 
 def damaged(path: Path, what: str, error: Exception | None = None) -> InputError:

@@ -28,7 +28,7 @@ class ZeroPhaseLowPass(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    cutoff_hz: float = Field(strict=True, gt=0, allow_inf_nan=False)
+    cutoff_hz: float = Field(strict=True, ge=1e-6, le=1e9, allow_inf_nan=False)
     order: int = Field(default=4, strict=True, ge=1, le=10)
 
     def apply(self, x: np.ndarray, dt: float) -> np.ndarray:

@@ -15,14 +15,20 @@ from core.scenario.data_folder import refuse_special
 from core.scenario.schema import Scenario
 from core.sentences import one_line, validation_sentence
 
+LONGEST = 500_000
+"""Characters: a scenario with as many recordings as it may have, everything said of each."""
+
 
 def read_scenario(path: Path) -> Scenario:
     """The scenario in a TOML file."""
+    if path.is_dir():
+        raise InputError(one_line(f"{path} is a folder; name the scenario file in it."))
     if not path.exists():
         raise InputError(one_line(f"{path} does not exist; check the name and the folder."))
     refuse_special(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        with path.open(encoding="utf-8-sig") as file:
+            text = file.read(LONGEST + 1)
     except UnicodeDecodeError as error:
         raise InputError(f"{path.name} is not UTF-8 text; save it as UTF-8.") from error
     except OSError as error:
@@ -32,6 +38,11 @@ def read_scenario(path: Path) -> Scenario:
 
 def parse_scenario(text: str, source: str) -> Scenario:
     """The scenario in a TOML text; `source` is how messages name where it comes from."""
+    if len(text) > LONGEST:
+        raise InputError(
+            f"{source} has more than {LONGEST:,} characters; a scenario names its recordings' "
+            f"files and does not hold them."
+        )
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

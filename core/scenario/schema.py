@@ -31,6 +31,13 @@ from core.recording.spec import (
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sentences import did_you_mean
 
+MOST_RECORDINGS = 500
+"""Of a scenario: the longest campaigns of a rig have a tenth of that."""
+MOST_SAMPLES = 1_000_000
+"""Simulated in one scenario: twenty minutes at 1 kHz."""
+MOST_OWN = 20
+"""Formulas of a scenario; each is derived and compiled, which takes a second at its first use."""
+
 Output = Literal["y", "ydot", "z", "encoder", "deflection", "torque"]
 
 
@@ -148,8 +155,9 @@ class ModelSpec(Settings):
     level: Literal["auto", "lpv", "nonlinear"] = "auto"
     """auto: the linear model where it is as good as the full equations on the recordings' motions,
     else the full equations."""
-    effects: tuple[EffectSpec, ...] = ()
-    own: tuple[OwnSpec, ...] = ()
+    effects: Annotated[tuple[EffectSpec, ...], Field(max_length=50)] = ()
+    """The catalogue has half as many."""
+    own: Annotated[tuple[OwnSpec, ...], Field(max_length=MOST_OWN)] = ()
 
 
 class SensorsSpec(Settings):
@@ -191,8 +199,8 @@ class IdentifySpec(Settings):
     offsets: tuple[Channel, ...] = ()
     servo_hz: Positive | None = None
     seed: Whole = 1
-    population: Annotated[Whole, Field(ge=5)] = 30
-    generations: Whole = 60
+    population: Annotated[Whole, Field(ge=5, le=10_000)] = 30
+    generations: Annotated[Whole, Field(le=1_000_000)] = 60
     """0: refinement only."""
     weights: dict[str, Positive] = Field(default_factory=dict)
     refine: Switch = True
@@ -261,10 +269,20 @@ class Scenario(Settings):
     drive: DriveSpec = DriveSpec()
     model: ModelSpec = ModelSpec()
     sensors: SensorsSpec = SensorsSpec()
-    recordings: tuple[RecordingSpec, ...] = ()
+    recordings: Annotated[tuple[RecordingSpec, ...], Field(max_length=MOST_RECORDINGS)] = ()
     identify: IdentifySpec = IdentifySpec()
     diagnose: DiagnoseSpec = DiagnoseSpec()
-    compare: tuple[CompareSpec, ...] = ()
+    compare: Annotated[tuple[CompareSpec, ...], Field(max_length=20)] = ()
+
+    @field_validator("recordings")
+    @classmethod
+    def _few_samples(cls, given: tuple[RecordingSpec, ...]) -> tuple[RecordingSpec, ...]:
+        samples = sum(spec.simulate.samples for spec in given if spec.simulate is not None)
+        if samples > MOST_SAMPLES:
+            raise ValueError(
+                f"ask for {samples:,} simulated samples in all; they may have {MOST_SAMPLES:,}."
+            )
+        return given
 
     @field_validator("recordings")
     @classmethod

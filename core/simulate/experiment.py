@@ -90,7 +90,7 @@ def make_task(model: Model, spec: SimulateSpec, name: str) -> tuple[Task, float 
     """The references and the start of an experiment, and its working point theta2 if it has one."""
     arm = model.arm
     dt = spec.sample_time
-    samples = int(round(spec.seconds / dt))
+    samples = spec.samples
     joints = start_joints(model, spec, name)
     options = {"amplitude": spec.amplitude, "hold": spec.hold, **spec.options}
     rng = np.random.default_rng([spec.seed, 0])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from core.errors import InputError
 from core.progress import Progress
 from flexgui.export.folder import check_writable
 
@@ -19,6 +20,8 @@ def export_scenario(
     from core.scenario.data_folder import outside
     from core.scenario.read import read_scenario
 
+    if data is not None and not data.is_dir():
+        raise InputError(f"--data {data} is no folder; name the one that holds the recordings.")
     scenario = read_scenario(path)
     text = path.read_text(encoding="utf-8-sig")
     check_writable(out)

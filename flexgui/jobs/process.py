@@ -32,7 +32,7 @@ class WorkerProcess:
         try:
             self._process = _SPAWN.Process(
                 target=work,
-                args=(theirs, settings.warm_up, settings.niceness),
+                args=(theirs, settings),
                 name="flexgui-worker",
                 daemon=True,
             )

@@ -24,6 +24,10 @@ class PoolSettings:
     """s that a worker may need to be ready; on a new machine everything is compiled first."""
     niceness: int = 10
     """Of the workers, so that the page answers first (POSIX)."""
+    memory: int | None = None
+    """Bytes that a job may take beyond what its warm worker has (Linux); None: all there are."""
+    seconds: float | None = None
+    """That a job may take, in all and of a processor; then its worker is replaced. None: no end."""
     warm_up: str | None = "flexgui.jobs.warm:warm_up"
     """What a worker calls before its first job, as "package.module:name"."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from flexgui.jobs.events import Ended, Event, Failed, Finished, Stopped, WorkerLost
 from flexgui.jobs.job import Job, State
+from flexgui.jobs.limited import TOO_LONG
 from flexgui.jobs.messages import Answer, Begin, Crashed, Order, Ready, Refused
 from flexgui.jobs.process import WorkerGoneError, WorkerProcess
 
@@ -143,7 +144,7 @@ class Slot:
     def _ending(self, job: Job, worker: WorkerProcess) -> Ended:
         """Relays both ways until there is an answer, or none is to be expected."""
         worker.send(Begin(job.task))
-        wishes = _Wishes(job, worker)
+        wishes, begun = _Wishes(job, worker), time.monotonic()
         while True:
             message = worker.receive(TICK)
             if isinstance(message, Event):
@@ -154,10 +155,18 @@ class Slot:
             if self._pool.closing.is_set():
                 return Stopped()
             wishes.pass_on()
+            if self._too_long(begun):
+                log.warning("%s took too long; its worker is replaced", job.task.title)
+                self._dismiss(0.0)
+                return Failed(f"{job.task.title} {TOO_LONG.format(self._settings.seconds)}")
             if self._overdue(job):
                 log.warning("%s did not stop in time; its worker is replaced", job.task.title)
                 self._dismiss(0.0)
                 return Stopped()
+
+    def _too_long(self, begun: float) -> bool:
+        limit = self._settings.seconds
+        return limit is not None and time.monotonic() - begun > limit
 
     def _overdue(self, job: Job) -> bool:
         """Whether a stopped job had its time; one that pauses too long is stopped."""
@@ -185,6 +194,8 @@ class _Wishes:
 
 
 def _verdict(job: Job, answer: Answer) -> Ended:
+    if isinstance(answer, Refused) and job.stop_wished is not None:
+        return Stopped()
     if isinstance(answer, Refused):
         return Failed(answer.sentence)
     if isinstance(answer, Crashed):

@@ -24,3 +24,11 @@ def warm_up() -> None:
     from core.workbench import run_scenario
 
     run_scenario(parse_scenario(TINY, "warm-up"))
+
+
+def warm_inputs() -> None:
+    """Reads nothing yet: the libraries that reading needs, so that the first file is not slow."""
+    import pyarrow.csv
+    import pyarrow.parquet  # noqa: F401
+
+    import flexgui.stage.recorded  # noqa: F401

@@ -17,9 +17,12 @@ from queue import SimpleQueue
 from typing import Any, NoReturn
 
 from core.errors import InputError
+from core.sentences import brief
+from flexgui.jobs.limited import TOO_LARGE, limit_memory, limit_time
 from flexgui.jobs.mailbox import Mailbox
 from flexgui.jobs.messages import Answer, Begin, Crashed, Done, Order, Ready, Refused
 from flexgui.jobs.reporter import Reporter
+from flexgui.jobs.settings import PoolSettings
 from flexgui.jobs.task import Task
 
 INTERVAL = 0.05
@@ -29,17 +32,19 @@ LONGEST_TEXT = 300
 """Characters of an unexpected error's text."""
 
 
-def work(pipe: Connection, warm_up: str | None, niceness: int) -> None:
+def work(pipe: Connection, settings: PoolSettings) -> None:
     """The life of a worker."""
     # Ctrl-C reaches every process of a terminal; the server then closes its workers itself.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "nice"):
-        os.nice(niceness)
+        os.nice(settings.niceness)
     worker = Worker(pipe)
     threading.Thread(target=worker.read, name="orders", daemon=True).start()
     threading.Thread(target=worker.spread_news, name="news", daemon=True).start()
-    worker.send(Ready(_trouble_of(warm_up)))
-    worker.serve()
+    trouble = _trouble_of(settings.warm_up)
+    limit_memory(settings.memory)
+    worker.send(Ready(trouble))
+    worker.serve(settings.seconds)
 
 
 def _trouble_of(warm_up: str | None) -> str:
@@ -68,9 +73,10 @@ class Worker:
             Order.EXIT: self._exit,
         }
 
-    def serve(self) -> None:
-        """One task after the other, on the main thread."""
+    def serve(self, seconds: float | None = None) -> None:
+        """One task after the other, on the main thread; each has `seconds` of a processor."""
         while (item := self._tasks.get()) is not None:
+            limit_time(seconds)
             answer = item if isinstance(item, Crashed) else attempt(*item)
             self._flush()
             try:
@@ -127,7 +133,9 @@ def attempt(task: Task, reporter: Reporter) -> Answer:
     try:
         return Done(task.resolve()(**task.arguments, progress=reporter), reporter.noticed)
     except InputError as error:
-        return Refused(" ".join(str(error).split()))
+        return Refused(brief(str(error)))
+    except MemoryError:
+        return Refused(f"{task.title} {TOO_LARGE}")
     except BaseException as error:
         return crash(error)
 

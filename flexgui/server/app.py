@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import secrets
 import shutil
 import socket
 import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -22,7 +23,7 @@ from flexgui.server.arrivals import store_key, stored_key
 from flexgui.server.binding import is_loopback, own_name, port_of
 from flexgui.server.demo import Demo
 from flexgui.server.door import Door
-from flexgui.server.entry import Word
+from flexgui.server.entry import Word, neighbours
 from flexgui.server.errors import Reports
 from flexgui.server.folders import new_root
 from flexgui.server.guarded import connection_of, guarded_viser, stop, tolerate_leaving
@@ -57,6 +58,8 @@ class Settings(Generic[S]):
     """Besides those of this machine."""
     join: Word | None = None
     teacher: Word | None = None
+    key: bytes = field(default_factory=lambda: secrets.token_bytes(32))
+    """What tickets are made with."""
     limits: Limits = Limits()
     clock: Callable[[], float] = time.monotonic
 
@@ -85,7 +88,7 @@ class PageServer(Generic[S]):
         origins = (*loopback_origins(self.port), *settings.origins)
         self._door = Door(
             origins, settings.limits, join=settings.join, teacher=settings.teacher,
-            clock=settings.clock,
+            key=settings.key, clock=settings.clock,
         )  # fmt: skip
         self.viser = guarded_viser(listener, self._door, self, settings.limits, self._reports)
         self.viser.gui.configure_theme(show_logo=False, show_share_button=False)
@@ -128,6 +131,12 @@ class PageServer(Generic[S]):
         session = None if visit is None else visit.session
         return 0 if session is None else folder_bytes(session.folder)
 
+    def acted(self, client_id: int) -> None:
+        """A browser is doing something in its session."""
+        visit = self._visits.get(client_id)
+        if visit is not None and visit.session is not None and visit.role != FOLLOWER:
+            self.store.touch(visit.session)
+
     # Coming and going.
 
     def _listen(self) -> None:
@@ -135,7 +144,7 @@ class PageServer(Generic[S]):
         @self.viser.on_client_connect
         async def _(client: viser.ClientHandle) -> None:
             tolerate_leaving(client)
-            visit = self._visits[client.client_id] = Visit[S](client)
+            visit = self._visits[client.client_id] = Visit[S](client, self._address(client))
             self._doormen.submit(self._careful, self._arrive, visit)
 
         @self.viser.on_client_disconnect
@@ -143,6 +152,11 @@ class PageServer(Generic[S]):
             visit = self._visits.pop(client.client_id, None)
             if visit is not None and not self._ending.is_set():
                 self._doormen.submit(self._careful, self._leave, visit)
+
+    def _address(self, client: viser.ClientHandle) -> str:
+        connection = connection_of(self.viser, client.client_id)
+        remote = None if connection is None else connection.remote_address
+        return neighbours(str(remote[0])) if remote else ""
 
     def _arrive(self, visit: Visit[S]) -> None:
         client = visit.client
@@ -152,7 +166,8 @@ class PageServer(Generic[S]):
             if self.demo is not None:
                 self._arrive_in_demo(self.demo, visit, key)
             else:
-                visit.session, visit.counted = self.store.join(key), True
+                visit.session = self.store.join(key, address=visit.address)
+                visit.counted = True
                 self._show(visit)
         except InputError as error:
             client.gui.add_markdown(without_places(str(error)))

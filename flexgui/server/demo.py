@@ -56,7 +56,7 @@ class Demo(Generic[S]):
                 begins = self.session is None
                 self._as_teacher(visit, key)
             elif self._store.find(key) is not None:
-                self._as_own(visit, self._store.join(key))
+                self._as_own(visit, self._store.join(key, address=visit.address))
             else:
                 visit.role, visit.session = FOLLOWER, self.session
         self._show(visit)
@@ -85,7 +85,7 @@ class Demo(Generic[S]):
 
     def _as_teacher(self, visit: Visit[S], key: str | None) -> None:
         mine = self.session.key if self.session is not None else key
-        visit.session = self._store.join(mine, pinned=True)
+        visit.session = self._store.join(mine, pinned=True, address=visit.address)
         visit.role, visit.counted = TEACHER, True
         self.session = visit.session
 
@@ -96,7 +96,7 @@ class Demo(Generic[S]):
         with visit.lock:
             if visit.role != FOLLOWER or self.session is None or visit.gone:
                 return
-            own = self._store.join(None)
+            own = self._store.join(None, address=visit.address)
             try:
                 self._copy(self.session, own)
             except BaseException:

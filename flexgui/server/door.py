@@ -18,7 +18,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from flexgui.server.entry import Attempts, Word
+from flexgui.server.entry import Attempts, Word, same
 from flexgui.server.limits import Limits
 from flexgui.server.origins import hosts_of
 
@@ -35,6 +35,7 @@ HARMLESS = {
 make our page run another server's scripts."""
 
 TICKET_DAYS = 0.5
+"""A day of lessons."""
 TITLE = "FlexGUI"
 SAFE_HEADERS = {
     # No foreign page may put ours into a frame and let people click in it.
@@ -56,6 +57,11 @@ input,button{{font:inherit;padding:.5rem;box-sizing:border-box;width:100%;margin
 <button>Join</button></form></html>"""
 
 
+WHICH = "Which class do you want to join?"
+WRONG = "That code is not right; look at the board."
+TOO_MANY = "Many wrong codes came from here. The right one is on the board; it opens at any time."
+
+
 class Door:
     """Given to websockets as `process_request`; runs on the event loop."""
 
@@ -66,6 +72,7 @@ class Door:
         *,
         join: Word | None = None,
         teacher: Word | None = None,
+        key: bytes = b"",
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.origins = frozenset(origins)
@@ -74,6 +81,7 @@ class Door:
         """How many websockets there are."""
         self._hosts = hosts_of(origins)
         self._limits, self._words = limits, {CODE: join, TEACHER: teacher}
+        self._tickets = {n: w.ticket(key) for n, w in self._words.items() if w is not None}
         self._attempts = Attempts(limits, clock)
 
     def __call__(self, connection: ServerConnection, request: Request) -> Response | None:
@@ -94,10 +102,8 @@ class Door:
     def _websocket(self, connection: ServerConnection, request: Request) -> Response | None:
         if _only(request.headers, "Origin") not in self.origins:
             return self._no("a foreign Origin", connection, "Foreign pages may not connect.")
-        if self._words[CODE] is not None and not self._may_enter(request):
-            refusal = self._try_words(connection, request)
-            if refusal is not None:
-                return refusal
+        if CODE in self._tickets and not self._may_enter(request) and not self._said(request):
+            return self._not_in(connection, request)
         if self.busy() >= self._limits.connections:
             return _text(http.HTTPStatus.SERVICE_UNAVAILABLE, "FlexGUI is full.")
         return None
@@ -108,20 +114,20 @@ class Door:
         if address.path not in ("/", "/index.html"):
             return _text(http.HTTPStatus.NOT_FOUND, "There is one page only: /")
         if self._words.keys() & said.keys():
-            return self._try_words(connection, request) or self._welcome(request)
+            return self._said_something(connection, request)
         if not said.keys() <= HARMLESS:
             return _redirect(Headers())
-        if self._words[CODE] is not None and not self._may_enter(request):
-            return _ask(http.HTTPStatus.FORBIDDEN, "Which class do you want to join?")
+        if CODE in self._tickets and not self._may_enter(request):
+            return self._not_in(connection, request)
         zipped = any("gzip" in v for v in request.headers.get_all("Accept-Encoding"))
         return client_page(zipped)
 
     def _may_enter(self, request: Request) -> bool:
-        return any(self._has_ticket(request, name) for name in self._words)
+        return any(self._has_ticket(request, name) for name in self._tickets)
 
     def _has_ticket(self, request: Request, name: str) -> bool:
-        word, ticket = self._words[name], _cookies(request).get(self._cookie(request, name))
-        return word is not None and ticket is not None and word.admits(ticket)
+        brought = _cookies(request).get(self._cookie(request, name))
+        return brought is not None and name in self._tickets and same(brought, self._tickets[name])
 
     def _said(self, request: Request) -> list[str]:
         """The names of the words in the address that are right."""
@@ -132,27 +138,34 @@ class Door:
             if word is not None and len(given := said.get(name, [])) == 1 and word.fits(given[0])
         ]
 
-    def _try_words(self, connection: ServerConnection, request: Request) -> Response | None:
-        """None where the address has a right word in it."""
-        address = _address(connection)
-        if self._attempts.too_many(address):
-            return _ask(http.HTTPStatus.TOO_MANY_REQUESTS, "Too many wrong codes; wait a minute.")
+    def _said_something(self, connection: ServerConnection, request: Request) -> Response:
+        """A page with a word in its address; a right one opens, however many were wrong before."""
         if self._said(request):
-            return None
-        if "?" in request.path:
-            self._attempts.wrong(address)
-        log.info("A wrong or missing code from %s", address)
-        return _ask(http.HTTPStatus.FORBIDDEN, "That code is not right; look at the board.")
+            return self._welcome(request)
+        if CODE not in self._tickets or self._may_enter(request):
+            return _redirect(Headers())  # an old address, of a server that asks for nothing here
+        return self._not_in(connection, request)
+
+    def _not_in(self, connection: ServerConnection, request: Request) -> Response:
+        """Asks for the code. Words and tickets that are wrong are guesses, none at all is none."""
+        address, guess = _address(connection), self._guessed(request)
+        if guess and self._attempts.wrong(address):
+            log.warning("Many wrong codes from %s; a right one opens all the same.", address)
+        if guess and self._attempts.too_many(address):
+            return _ask(http.HTTPStatus.TOO_MANY_REQUESTS, TOO_MANY)
+        return _ask(http.HTTPStatus.FORBIDDEN, WRONG if "?" in request.path else WHICH)
+
+    def _guessed(self, request: Request) -> bool:
+        cookies = _cookies(request).keys()
+        return "?" in request.path or any(self._cookie(request, n) in cookies for n in self._words)
 
     def _welcome(self, request: Request) -> Response:
         """The ticket, and the address without the word: it stays in no history."""
         headers = Headers()
         for name in self._said(request):
-            word = self._words[name]
-            assert word is not None
             headers["Set-Cookie"] = (
-                f"{self._cookie(request, name)}={word.ticket}; Path=/; HttpOnly; SameSite=Lax; "
-                f"Max-Age={int(TICKET_DAYS * 86400)}"
+                f"{self._cookie(request, name)}={self._tickets[name]}; Path=/; HttpOnly; "
+                f"SameSite=Lax; Max-Age={int(TICKET_DAYS * 86400)}"
             )
         return _redirect(headers)
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import hmac
+import ipaddress
 import secrets
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable
 
 from core.errors import InputError
@@ -14,8 +15,10 @@ from flexgui.server.limits import Limits
 LETTERS = "ABCDEFGHJKMNPQRSTUVWXYZ23456789"
 """Without those that look alike."""
 LENGTH = 8
-"""31^8 codes; at 200 guesses a minute half of them take 4000 years."""
-SHORTEST = 6
+"""31^8 codes: a right one always opens, so their number is what keeps guessers out. At the thousand
+a second that a server can answer, half of them take thirteen years."""
+SHORTEST = 8
+"""For the same reason."""
 MINUTE = 60.0
 ADDRESSES = 10_000
 """Of which wrong tries are remembered."""
@@ -42,49 +45,57 @@ def _plain(code: str) -> str:
 
 
 class Word:
-    """A secret word, and the ticket that a browser gets for it."""
+    """A secret word that opens a door."""
 
     def __init__(self, word: str) -> None:
         self.word = word
         self._plain = _plain(word).encode()
-        # Of the word alone: who was in stays in when the server is started again.
-        self.ticket = hmac.new(self._plain, b"flexgui ticket", hashlib.sha256).hexdigest()
 
     def fits(self, said: str) -> bool:
         """Compared in the same time however much of it is right."""
         return hmac.compare_digest(_plain(said).encode("utf-8", "replace"), self._plain)
 
-    def admits(self, ticket: str) -> bool:
-        """Whether it is the ticket."""
-        return hmac.compare_digest(ticket.encode("utf-8", "replace"), self.ticket.encode())
+    def ticket(self, key: bytes) -> str:
+        """What a browser gets for the word. Nobody who guesses words can compute it: the server's
+        key is in it."""
+        return hmac.new(key, b"flexgui ticket " + self._plain, hashlib.sha256).hexdigest()
+
+
+def same(ticket: str, other: str) -> bool:
+    """Compared in the same time however much of it is the same."""
+    return hmac.compare_digest(ticket.encode("utf-8", "replace"), other.encode())
 
 
 class Attempts:
-    """Counts wrong words per address and in all."""
+    """Counts wrong words and wrong tickets per address."""
 
     def __init__(self, limits: Limits, clock: Callable[[], float]) -> None:
-        self._limits, self._clock = limits, clock
-        self._wrong: OrderedDict[str, list[float]] = OrderedDict()
-        self._all: list[float] = []
+        self._most, self._clock = limits.wrong_codes, clock
+        self._wrong: OrderedDict[str, deque[float]] = OrderedDict()
 
     def too_many(self, address: str) -> bool:
-        """Whether nobody is to try from there at the moment."""
-        self._all = self._recent(self._all)
-        mine = self._recent(self._wrong.get(address, []))
-        return (
-            len(mine) >= self._limits.wrong_codes
-            or len(self._all) >= self._limits.wrong_codes_in_all
-        )
+        """Whether so many came from there within a minute that the next is told to wait."""
+        times = self._wrong.get(neighbours(address), deque[float]())
+        return len(times) == self._most and self._clock() - times[0] < MINUTE
 
-    def wrong(self, address: str) -> None:
-        """One more."""
-        now = self._clock()
-        self._all.append(now)
-        self._wrong[address] = [*self._recent(self._wrong.get(address, [])), now]
-        self._wrong.move_to_end(address)
+    def wrong(self, address: str) -> bool:
+        """One more; whether it is the first of too many."""
+        before = self.too_many(address)
+        times = self._wrong.setdefault(neighbours(address), deque(maxlen=self._most))
+        times.append(self._clock())
+        self._wrong.move_to_end(neighbours(address))
         while len(self._wrong) > ADDRESSES:
             self._wrong.popitem(last=False)
+        return not before and self.too_many(address)
 
-    def _recent(self, times: list[float]) -> list[float]:
-        now = self._clock()
-        return [time for time in times if now - time < MINUTE]
+
+def neighbours(address: str) -> str:
+    """The address, or the /64 network that one machine may have to itself under IPv6."""
+    try:
+        found = ipaddress.ip_address(address.partition("%")[0])
+    except ValueError:
+        return address
+    mapped = getattr(found, "ipv4_mapped", None)
+    if found.version == 4 or mapped is not None:
+        return str(mapped or found)
+    return str(ipaddress.ip_network((found, 64), strict=False))

@@ -31,6 +31,9 @@ class Rights(Protocol):
     def kept_bytes(self, client_id: int) -> int:
         """Of the files of the browser's session."""
 
+    def acted(self, client_id: int) -> None:
+        """What the browser sends now is admitted, and may change its session."""
+
 
 class Guard:
     """Of one connection. What it refuses changes nothing, and the connection goes on."""
@@ -57,6 +60,8 @@ class Guard:
         except RefusedError as refusal:
             self._refused(message, refusal)
             return None
+        if message["type"] not in PASSIVE:
+            self._rights.acted(self._client_id)
         assert isinstance(raw, bytes)
         return msgspec.msgpack.encode(message) if changed else raw
 
@@ -135,5 +140,5 @@ def _decoded(raw: str | bytes) -> object:
         raise RefusedError("text, where viser sends bytes")
     try:
         return _DECODE.decode(raw)
-    except (msgspec.DecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # also for text that is no UTF-8
         raise RefusedError("no MessagePack") from error

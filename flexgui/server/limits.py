@@ -26,8 +26,13 @@ class Limits:
     burst: int = 600
     connections: int = 200
     sessions: int = 100
+    sessions_per_address: int = 64
+    """A class of thirty behind one router, twice; the rest is left to other addresses."""
     keep: float = 3600.0
     """That a session is kept after its last browser left."""
+    keep_untouched: float = 10.0
+    """That one is kept in which nothing was done; a reload takes a second, and then finds the same
+    as in a new one."""
     grace: float = 20.0
     """That its jobs go on: a reload takes a second, a laptop that changes its network ten."""
     make_room_after: float = 120.0
@@ -35,8 +40,6 @@ class Limits:
     key_wait: float = 6.0
     """For a browser to say which session is its own."""
     wrong_codes: int = 10
-    """Per minute and address."""
-    wrong_codes_in_all: int = 200
-    """Per minute."""
+    """Wrong codes and tickets per minute and address, before it is told to wait."""
     ports: int = 20
     """Tried, from the wished one upwards."""

@@ -26,6 +26,7 @@ from flexgui.server.limits import Limits
 from flexgui.server.options import ServeOptions
 from flexgui.server.plotly_script import send_plotly
 from flexgui.server.services import Services
+from flexgui.server.state import server_key
 from flexgui.server.warming import Warming
 
 if TYPE_CHECKING:
@@ -63,6 +64,7 @@ def serve(options: ServeOptions, say: Say) -> None:
         origins=more,
         join=join,
         teacher=teacher,
+        key=server_key(),
         limits=limits,
     )
     with until_asked() as asked:

@@ -31,10 +31,13 @@ S = TypeVar("S", bound=Closable)
 @dataclass
 class _Entry(Generic[S]):
     session: S
+    address: str = ""
     clients: int = 0
     left_at: float = 0.0
     stopped: bool = False
     pinned: bool = False
+    touched: bool = False
+    """Whether anything was done in it."""
 
 
 class SessionStore(Generic[S]):
@@ -65,14 +68,17 @@ class SessionStore(Generic[S]):
         entry = self._entries.get(key or "")
         return None if entry is None else entry.session
 
-    def join(self, key: str | None, *, pinned: bool = False) -> S:
-        """The key's session, or a new one, with one more browser; InputError where all is full."""
+    def join(self, key: str | None, *, pinned: bool = False, address: str = "") -> S:
+        """The key's session, or a new one, with one more browser; InputError where all is full.
+
+        A new one counts for the network address that asks.
+        """
         over: S | None = None
         with self._lock:
             entry = self._entries.get(key or "")
             if entry is None:
-                over = self._make_room()
-                entry = self._new()
+                over = self._make_room(address)
+                entry = self._new(address)
             entry.clients += 1
             entry.stopped, entry.pinned = False, entry.pinned or pinned
         if over is not None:
@@ -87,6 +93,12 @@ class SessionStore(Generic[S]):
                 entry.clients -= 1
                 entry.left_at = self._clock()
 
+    def touch(self, session: S) -> None:
+        """Something was done in it."""
+        entry = self._entries.get(session.key)
+        if entry is not None:
+            entry.touched = True
+
     def sweep(self) -> None:
         """Stops the jobs of those who left, and closes those who left long ago."""
         idle: list[S] = []
@@ -99,7 +111,7 @@ class SessionStore(Generic[S]):
             over = [
                 self._entries.pop(entry.session.key).session
                 for entry in self._unused()
-                if self._clock() - entry.left_at >= self._limits.keep
+                if self._clock() - entry.left_at >= self._kept(entry)
             ]
         for session in idle:
             self._stop_jobs(session)
@@ -116,26 +128,34 @@ class SessionStore(Generic[S]):
     def _unused(self) -> list[_Entry[S]]:
         return [e for e in self._entries.values() if e.clients <= 0 and not e.pinned]
 
-    def _make_room(self) -> S | None:
-        """The session that goes for a newcomer where all is full."""
-        if len(self._entries) < self._limits.sessions:
-            return None
+    def _kept(self, entry: _Entry[S]) -> float:
+        return self._limits.keep if entry.touched else self._limits.keep_untouched
+
+    def _make_room(self, address: str) -> S | None:
+        """The session that goes for a newcomer where all is full, or all of its address."""
+        same = [e for e in self._entries.values() if address and e.address == address]
+        if len(same) >= self._limits.sessions_per_address:
+            return self._give_up(same, "have come from your network address; use one of them, or")
+        if len(self._entries) >= self._limits.sessions:
+            return self._give_up(list(self._entries.values()), "are served, as many as can be;")
+        return None
+
+    def _give_up(self, among: list[_Entry[S]], why: str) -> S:
+        """One that nobody uses: untouched, or left long ago; InputError where there is none."""
         now, patience = self._clock(), self._limits.make_room_after
-        free = [entry for entry in self._unused() if now - entry.left_at >= patience]
+        unused = [e for e in self._unused() if any(e is one for one in among)]
+        free = [e for e in unused if not e.touched or now - e.left_at >= patience]
         if not free:
-            raise InputError(
-                f"FlexGUI already serves {self._limits.sessions} sessions, as many as it can; "
-                "come back in a few minutes."
-            )
-        oldest = min(free, key=lambda entry: entry.left_at)
+            raise InputError(f"{len(among)} sessions {why} come back in a few minutes.")
+        oldest = min(free, key=lambda entry: (entry.touched, entry.left_at))
         return self._entries.pop(oldest.session.key).session
 
-    def _new(self) -> _Entry[S]:
+    def _new(self, address: str) -> _Entry[S]:
         key = secrets.token_urlsafe(24)
         folder = self._root / secrets.token_hex(8)  # lists of files tell no keys
         folder.mkdir(mode=0o700)
         try:
-            entry = _Entry(self._make(key, folder))
+            entry = _Entry(self._make(key, folder), address)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise

@@ -23,8 +23,8 @@ class Page(Protocol):
 class Visit(Generic[S]):
     """Of one browser window; its page may be exchanged while it lasts."""
 
-    def __init__(self, client: viser.ClientHandle) -> None:
-        self.client = client
+    def __init__(self, client: viser.ClientHandle, address: str = "") -> None:
+        self.client, self.address = client, address
         self.role = OWN
         self.session: S | None = None
         self.counted = False

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 from core.arm.arm import Arm
 from core.errors import InputError
 from core.loading import joint_units
 from core.recording.channels import channel_kind, channel_names, is_channel, joint_of
-from core.recording.read_table import read_table
 from core.recording.spec import RecordingSpec
 from core.units import parse_header
 from flexgui.views.names import channel_symbol
@@ -115,18 +113,19 @@ class Waiting:
         return f"the {kind.title} {channel_symbol(name)}{star}{f' [{unit}]' if unit else ''}"
 
 
-def waiting_for(path: Path, arm: Arm, references: Iterable[str]) -> Waiting | None:
-    """None where the file cannot be read at all, or nothing is to be asked about its columns."""
-    try:
-        found = _waiting(path, arm, tuple(references))
-    except InputError:
-        return None
+def waiting_for(
+    file: str, headers: tuple[str, ...], arm: Arm, references: Iterable[str]
+) -> Waiting | None:
+    """None where nothing is to be asked about the columns."""
+    found = _waiting(file, headers, arm, tuple(references))
     return found if found.questions else None
 
 
-def waiting_again(path: Path, arm: Arm, references: Iterable[str], spec: RecordingSpec) -> Waiting:
-    """A recording of the scenario, to choose other columns; InputError where its file is gone."""
-    found = _waiting(path, arm, tuple(references))
+def waiting_again(
+    headers: tuple[str, ...], arm: Arm, references: Iterable[str], spec: RecordingSpec
+) -> Waiting:
+    """A recording of the scenario, to choose other columns."""
+    found = _waiting(spec.file or "", headers, arm, tuple(references))
     columns = {c: column.model_dump() for c, column in spec.columns.items()}
     names = {parse_header(header)[0]: header for header in found.headers}
     chosen = {c: names.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
@@ -135,14 +134,11 @@ def waiting_again(path: Path, arm: Arm, references: Iterable[str], spec: Recordi
     )
 
 
-def _waiting(path: Path, arm: Arm, references: tuple[str, ...]) -> Waiting:
-    headers = tuple(read_table(path).columns)
+def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[str, ...]) -> Waiting:
     encoders = tuple(f"theta{k + 1}" for k in range(arm.joints))
     useful = (*encoders, "z1", "z2")
     needed = ("t", *references, *((POINT,) if arm.joints > 1 else ()))
     joints = [(name, joint_of(name)) for name in channel_names()]
     own = [name for name, joint in joints if joint is None or joint < arm.joints]
     offered = tuple(dict.fromkeys(("t", *references, *useful, *own)))
-    return Waiting(
-        path.name, headers, offered, frozenset(needed), frozenset(useful), joint_units(arm)
-    )
+    return Waiting(file, headers, offered, frozenset(needed), frozenset(useful), joint_units(arm))

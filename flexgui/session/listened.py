@@ -6,6 +6,7 @@ import logging
 import threading
 from collections.abc import Callable
 
+from core.sentences import brief
 from flexgui.session.state import Message
 from flexgui.session.topics import Topic
 
@@ -47,5 +48,5 @@ class Listened:
     def say(self, text: str, bad: bool = False) -> None:
         """A sentence for the person."""
         with self._lock:
-            self.message = Message(text, bad, self.message.number + 1)
+            self.message = Message(brief(text) if bad else text, bad, self.message.number + 1)
         self.tell(Topic.MESSAGE)

@@ -12,13 +12,19 @@ from core.recording.recording import Recording
 from core.results import Outcome
 from core.scenario.data_folder import Within
 from core.scenario.schema import Scenario
+from flexgui.jobs.inputs import ask
+from flexgui.jobs.task import Task
+from flexgui.jobs.tasks.play import play
 from flexgui.places import without_places
 from flexgui.session.editing import Editing
 from flexgui.session.latest import LatestWins
 from flexgui.session.player import Player
 from flexgui.session.state import STAGES, Cursor
 from flexgui.session.topics import Topic
-from flexgui.stage.recorded import Playback, playback, read_one
+from flexgui.stage.recorded import Playback, fitted_values, played, read_one
+
+SHORT = 30_000
+"""Samples, as the paper has them (3 s at 0.1 ms): simulated in half a second with a few MB."""
 
 
 class Playing(Editing, ABC):
@@ -26,7 +32,7 @@ class Playing(Editing, ABC):
 
     def __init__(self, key: str, folder: Path) -> None:
         super().__init__(key)
-        self.folder = folder
+        self.key, self.folder = key, folder
         self.cursor = Cursor()
         self.recording: Recording | None = None
         """The one under the cursor, as the scenario states it now."""
@@ -92,10 +98,8 @@ class Playing(Editing, ABC):
         name = name if name in names else names[0]
         try:
             key = (name, _data_part(scenario))
-            recording = self.recording if key == before else None
-            if recording is None:
-                recording = read_one(scenario, name, Within(self.folder))
-            found = playback(scenario, fitted, recording)
+            kept = self.recording if key == before else None
+            recording, found = self._played(scenario, name, fitted, kept)
         except InputError as error:
             self.say(str(error), bad=True)
             return
@@ -104,6 +108,25 @@ class Playing(Editing, ABC):
             if self.cursor.recording != name:
                 self.cursor = replace(self.cursor, recording=name, time=0.0)
         self.tell(Topic.RECORDINGS, Topic.CURSOR)
+
+    def _played(
+        self, scenario: Scenario, name: str, fitted: Outcome | None, kept: Recording | None
+    ) -> tuple[Recording, Playback]:
+        """The recording, as it is `kept` where it is, and its motion; the server itself does only
+        what is known to be short."""
+        values = fitted_values(fitted, name)
+        if not _short(scenario, name):
+            arguments = {"recording": name, "folder": str(self.folder), "values": values}
+            task = Task.of(play, f"Recording {name}", scenario=scenario, **arguments)
+            again, found = ask(self.key, task)
+            return kept or again, found
+        recording = kept or read_one(scenario, name, Within(self.folder))
+        return recording, played(scenario, values, recording)
+
+
+def _short(scenario: Scenario, name: str) -> bool:
+    simulate = next((s.simulate for s in scenario.recordings if s.name == name), None)
+    return simulate is not None and simulate.samples <= SHORT
 
 
 def _data_part(scenario: Scenario) -> Scenario:

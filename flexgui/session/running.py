@@ -26,7 +26,6 @@ class Running(Playing, ABC):
 
     def __init__(self, key: str, folder: Path) -> None:
         super().__init__(key, folder)
-        self.key = key
         self.run = Run()
         self.job: Job | None = None
         self._run_number = 0

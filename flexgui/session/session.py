@@ -10,6 +10,7 @@ from core.scenario.data_folder import check_plain
 from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
+from flexgui.jobs.inputs import leave
 from flexgui.session.demo import EMBEDDED, scenario_choices
 from flexgui.session.services import Services
 from flexgui.session.state import Cursor
@@ -83,6 +84,7 @@ class Session(Studying):
         self.end_demonstration()
         self.end_study()
         self.stop()
+        leave(self.key)
         self._live_worker.close()
         self._motion_worker.close()
         with self._lock:

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from core.errors import InputError
-from core.loading import joint_units
 from core.model import Model
-from core.recording.load import load_recording
-from core.recording.recording import Recording
-from core.recording.spec import RecordingSpec
-from core.scenario.data_folder import Within
-from core.scenario.read import parse_scenario
+from core.scenario.data_folder import check_plain
+from core.scenario.read import LONGEST, parse_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
+from flexgui.jobs.inputs import ask
+from flexgui.jobs.task import Task
+from flexgui.jobs.tasks.read_file import headers, length_and_rate
 from flexgui.session.columns import POINT, Waiting, waiting_again, waiting_for
 from flexgui.session.demonstrating import Demonstrating
 from flexgui.session.edit import Document, put, recording, thawed
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
-from flexgui.session.uploads import keep_upload, unpacked
+from flexgui.session.uploads import keep_upload, unpack
 
 ASKED = "{} has no column {} by name: say below, under “Which column is which”, what it holds."
 MORE = "{} has columns with names of their own: say below what they hold, or read it as it is."
@@ -67,9 +67,9 @@ class Uploading(Demonstrating, ABC):
         self.leave_file()
         try:
             path = keep_upload(self.folder, name, content, services.upload_limit_bytes)
-            if path.suffix.lower() not in (".zip", ".toml") and self._waits(path):
-                return False
             try:
+                if path.suffix.lower() not in (".zip", ".toml") and self._waits(path):
+                    return False
                 self._take_in(path, services.upload_limit_bytes)
             except InputError:
                 path.unlink(missing_ok=True)
@@ -87,8 +87,8 @@ class Uploading(Demonstrating, ABC):
             return False
         model = base_model(self.scenario)
         try:
-            path = Within(self.folder).find(spec.file)
-            self._wait(waiting_again(path, model.arm, _references(model), spec))
+            headings = self._headings(spec.file)
+            self._wait(waiting_again(headings, model.arm, _references(model), spec))
         except InputError as error:
             self.say(str(error), bad=True)
             return False
@@ -189,7 +189,8 @@ class Uploading(Demonstrating, ABC):
     def _waits(self, path: Path) -> bool:
         """Whether its columns have to be asked for."""
         model = base_model(self.scenario)
-        waiting = waiting_for(path, model.arm, _references(model))
+        headings = self._headings(path.name)
+        waiting = waiting_for(path.name, headings, model.arm, _references(model))
         if waiting is None:
             return False
         self._wait(waiting)
@@ -197,6 +198,22 @@ class Uploading(Demonstrating, ABC):
         said = ASKED.format(path.name, _named(missing[0])) if missing else MORE.format(path.name)
         self.say(said, bad=bool(missing))
         return True
+
+    def _headings(self, file: str) -> tuple[str, ...]:
+        found: tuple[str, ...] = self._asked(headers, file)
+        return found
+
+    def _asked(self, function: Callable[..., Any], file: str, **arguments: Any) -> Any:
+        """What the worker that reads says of a file, telling the person how far it is.
+
+        It is given the name, and finds no file by it but one of the session's folder.
+        """
+        check_plain(file)  # it is the title of the task too
+        task = Task.of(function, file, folder=str(self.folder), file=file, **arguments)
+        found = ask(self.key, task, tell=lambda text: self.say(f"{text} …"))
+        if self.message.text.endswith("…"):
+            self.say("")
+        return found
 
     def _answered(self, waiting: Waiting) -> None:
         """A sentence about the answer before is out of date."""
@@ -211,9 +228,11 @@ class Uploading(Demonstrating, ABC):
 
     def _take_in(self, path: Path, limit: int) -> None:
         if path.suffix.lower() == ".zip":
-            path = unpacked(path, self.folder, limit)
+            path = self.folder / self._asked(unpack, path.name, limit=limit)
         if path.suffix.lower() == ".toml":
-            self.begin_with(parse_scenario(path.read_text("utf-8", "replace"), path.name))
+            with path.open(encoding="utf-8", errors="replace") as file:
+                text = file.read(LONGEST + 1)
+            self.begin_with(parse_scenario(text, path.name))
             return
         self._read(path.name, {}, None, "")
 
@@ -223,9 +242,9 @@ class Uploading(Demonstrating, ABC):
         """Takes the file in, or gives the recording of that name other columns; InputError else."""
         entry: Document = {"file": file} | ({"columns": columns} if columns else {})
         entry |= {} if theta2 is None else {"theta2": theta2}
-        with self._lock:
-            model = base_model(self.scenario)
-        words = _words(file, _loaded(Within(self.folder).find(file), entry, model))
+        arguments = {"entry": entry, "scenario": self.scenario}
+        samples, rate = self._asked(length_and_rate, file, **arguments)
+        words = f"{file}: {samples} samples at {rate:.4g} Hz."
         names = [spec.name for spec in self.scenario.recordings]
         if name not in names:
             self._arrive(Arrived(entry, words))
@@ -259,21 +278,6 @@ class Uploading(Demonstrating, ABC):
 
 def _references(model: Model) -> tuple[str, ...]:
     return tuple(model.drive.reference_channels(model.arm))
-
-
-def _loaded(path: Path, entry: Document, model: Model) -> Recording:
-    """The recording, of which nothing is missing that a motion needs; InputError else."""
-    spec = RecordingSpec.model_validate(entry)
-    found = load_recording(path, spec, _references(model), joint_units(model.arm))
-    if model.arm.joints > 1 and found.theta2 is None and not found.has(POINT):
-        raise InputError(
-            f"{path.name} does not say where joint 2 stood; add a column {POINT} to it."
-        )
-    return found
-
-
-def _words(file: str, found: Recording) -> str:
-    return f"{file}: {len(found.time)} samples at {1.0 / found.sample_time:.4g} Hz."
 
 
 def _named(channel: str) -> str:

@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
+import lzma
 import re
 import shutil
+import struct
+import tempfile
 import zipfile
+import zlib
 from filecmp import cmp
 from pathlib import Path, PureWindowsPath
 
 from core.errors import InputError
 from core.files import replacing
+from core.progress import Progress
 from core.recording.spec import RecordingSpec
-from core.scenario.data_folder import is_device, resolve_file
+from core.scenario.data_folder import Within, is_device, resolve_file
 from core.scenario.schema import Scenario
 
 LONGEST = 80
 MEGA = 1e6
 ZIP_GROWTH = 4
-"""Text packs well; a zip that grows more than that over the limit is refused unread."""
+"""Text packs well; a zip that grows more than that over the limit is refused."""
+PIECE = 2**18
+"""Bytes that are unpacked at once, and then counted."""
+BROKEN = (
+    zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, OSError, RuntimeError, ValueError,
+    struct.error, MemoryError,
+)  # fmt: skip
+"""What Python's reader of zips raises where bytes are wrong; also of kinds that it cannot read."""
 
 
 def safe_name(name: str) -> str:
@@ -81,23 +93,46 @@ def _copied(source: Path, folder: Path) -> str:
 
 def unpacked(path: Path, folder: Path, limit: int) -> Path:
     """Puts the files of a zip into the folder; the scenario file in it. InputError else."""
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = [m for m in archive.infolist() if not m.is_dir()]
-            if sum(m.file_size for m in members) > ZIP_GROWTH * limit:
-                raise InputError(
-                    f"{path.name} holds more than {ZIP_GROWTH * limit / MEGA:.0f} MB; upload the "
-                    f"recordings one by one."
-                )
-            content = {safe_name(m.filename): archive.read(m) for m in members}
-    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError) as error:
-        raise InputError(f"{path.name} is not a zip that can be read; make it again.") from error
-    scenarios = [name for name in content if name.lower().endswith(".toml")]
-    if len(scenarios) != 1:
-        raise InputError(
-            f"{path.name} holds {len(scenarios)} scenarios; give one with its recordings."
-        )
-    for name, data in content.items():
-        with replacing(folder / name) as temporary:
-            temporary.write_bytes(data)
+    with tempfile.TemporaryDirectory(prefix=".", dir=folder) as made:
+        room = Path(made)
+        try:
+            with zipfile.ZipFile(path) as archive:
+                _extract_all(archive, room, path.name, ZIP_GROWTH * limit)
+        except InputError:
+            raise
+        except BROKEN as error:
+            sentence = f"{path.name} is not a zip that can be read; make it again."
+            raise InputError(sentence) from error
+        names = sorted(each.name for each in room.iterdir())
+        scenarios = [name for name in names if name.lower().endswith(".toml")]
+        if len(scenarios) != 1:
+            raise InputError(
+                f"{path.name} holds {len(scenarios)} scenarios; give one with its recordings."
+            )
+        for name in names:
+            with replacing(folder / name) as temporary:
+                (room / name).replace(temporary)
     return folder / scenarios[0]
+
+
+def unpack(folder: str, file: str, limit: int, *, progress: Progress) -> str:
+    """`unpacked` as a task of a worker; the name of the scenario file in the folder."""
+    room = Path(folder)
+    return unpacked(Within(room).find(file), room, limit).name
+
+
+def _extract_all(archive: zipfile.ZipFile, room: Path, name: str, limit: int) -> None:
+    """Counts what comes: what a zip says of its sizes may be a lie."""
+    left = limit
+    for member in archive.infolist():
+        if member.is_dir():
+            continue
+        with archive.open(member) as packed, (room / safe_name(member.filename)).open("wb") as file:
+            while piece := packed.read(PIECE):
+                left -= len(piece)
+                if left < 0:
+                    raise InputError(
+                        f"{name} holds more than {limit / MEGA:.0f} MB; upload the recordings one "
+                        f"by one."
+                    )
+                file.write(piece)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +14,7 @@ from core.identify.prepared import make_task
 from core.identify.setup import make_setup
 from core.identify.unknowns import GAIN, OFFSET
 from core.loading import load_recordings
-from core.progress import Silent
+from core.progress import Progress, Silent
 from core.recording.recording import Recording
 from core.results import Outcome
 from core.scenario.data_folder import Folder
@@ -63,16 +64,26 @@ class Playback:
         return float(self.motion.time[-1])
 
 
-def read_one(scenario: Scenario, name: str, folder: Folder, data: Path | None = None) -> Recording:
+def read_one(
+    scenario: Scenario,
+    name: str,
+    folder: Folder,
+    data: Path | None = None,
+    progress: Progress | None = None,
+) -> Recording:
     """One recording of the scenario, read from the folders or simulated."""
     chosen = tuple(spec for spec in scenario.recordings if spec.name == name)
     alone = scenario.model_copy(update={"recordings": chosen})
-    return load_recordings(alone, base_model(scenario), folder, data, Silent())[0]
+    return load_recordings(alone, base_model(scenario), folder, data, progress or Silent())[0]
 
 
 def playback(scenario: Scenario, outcome: Outcome | None, recording: Recording) -> Playback:
     """The model at the fitted values, where there are any for this scenario, else as stated."""
-    values = fitted_values(outcome, recording.name)
+    return played(scenario, fitted_values(outcome, recording.name), recording)
+
+
+def played(scenario: Scenario, values: Mapping[str, float], recording: Recording) -> Playback:
+    """The model with parameters at `values`, the others as stated."""
     # Only recordings to estimate from decide which outputs there are, and so the servo.
     chosen = [replace(recording, role="estimate")]
     model = make_setup(base_model(scenario), scenario.identify, chosen).model

@@ -45,6 +45,13 @@ def sleep_deaf(seconds: float, *, progress: Progress) -> None:
     time.sleep(seconds)
 
 
+def spin(seconds: float, *, progress: Progress) -> None:
+    """Keeps a processor busy and asks nobody."""
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        pass
+
+
 def process_id(*, progress: Progress) -> int:
     return os.getpid()
 

@@ -270,3 +270,9 @@ def test_a_text_that_is_no_table_is_not_quoted(lines: int) -> None:
     for file in ("notes.txt", "notes.csv"):
         said = sentence(text, file)
         assert "no table" in said and "diary" not in said and "happened" not in said
+
+
+def test_a_second_heading_of_units_is_a_slip_and_no_text() -> None:
+    lines = good_lines()
+    lines.insert(1, ["s", "rad/s", "rad", "N m", "m"])
+    assert names_cell(sentence(joined(lines)), 1, "t")

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from flexgui.server.state import VARIABLE
 from tests.server.helpers import Browser
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -82,7 +83,7 @@ def served(folder: Path, *options: str) -> Iterator[Served]:
     with said.open("w") as out, complained.open("w") as err:
         process = subprocess.Popen(
             command, cwd=ROOT, stdout=out, stderr=err, text=True,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            env={**os.environ, "PYTHONUNBUFFERED": "1", VARIABLE: str(folder / "state")},
         )  # fmt: skip
     try:
         until(lambda: process.poll() is not None or PAGE.search(said.read_text()), START)

@@ -88,14 +88,19 @@ def test_the_code_in_the_address_becomes_a_ticket(make_place: MakePlace) -> None
         place.page(browser)
 
 
-def test_guessing_is_slowed_down(make_place: MakePlace) -> None:
+def test_who_guesses_is_told_to_wait_and_a_right_code_opens_all_the_same(
+    make_place: MakePlace,
+) -> None:
     place = make_place(join=Word(CODE))
-    for _ in range(10):
+    for _ in range(9):
         assert get(place.server, "/?code=AAAA-AAAA").status == 403
-    assert get(place.server, f"/?code={CODE}").status == 429
-    assert status_of(Browser(place.server, path=f"/?code={CODE}")) == 429
-    place.clock.now += 61.0
+    assert get(place.server, "/?code=AAAA-AAAA").status == 429
+    assert status_of(Browser(place.server, path="/?code=AAAA-AAAA")) == 429
     assert get(place.server, f"/?code={CODE}").status == 303
+    with Browser(place.server, path=f"/?code={CODE}") as browser:
+        place.page(browser)
+    place.clock.now += 61.0
+    assert get(place.server, "/?code=AAAA-AAAA").status == 403
 
 
 def test_a_page_without_a_code_is_no_guess(make_place: MakePlace) -> None:
@@ -112,7 +117,23 @@ def test_a_new_code_is_easy_to_read_and_never_the_same() -> None:
     assert all(set(code) <= set(LETTERS) | {"-"} for code in codes)
 
 
-@pytest.mark.parametrize("code", ["", "abc", "-----------", "abcde!", "äöüäöü"])
+def test_an_old_code_in_the_address_is_harmless_where_none_is_asked_for(place: Place) -> None:
+    for _ in range(30):
+        for query in ("code=K7QM-2XWP", "teacher=x", "code=&code=x"):
+            response = get(place.server, f"/?{query}")
+            assert (response.status, response.getheader("Location")) == (303, "/")
+    assert get(place.server, "/").status == 200
+
+
+def test_an_old_code_in_the_address_of_one_who_is_in_is_harmless(make_place: MakePlace) -> None:
+    place = make_place(join=Word(CODE))
+    cookie = (get(place.server, f"/?code={CODE}").getheader("Set-Cookie") or "").partition(";")[0]
+    for _ in range(30):
+        response = get(place.server, "/?code=OLD1-CODE", Cookie=cookie)
+        assert (response.status, response.getheader("Location")) == (303, "/")
+
+
+@pytest.mark.parametrize("code", ["", "abc", "-----------", "abcde!", "AB-12-CD", "äöüäöü"])
 def test_a_code_that_is_easy_to_guess_is_not_taken(code: str) -> None:
     with pytest.raises(InputError, match="--join-code"):
         checked_code(code)

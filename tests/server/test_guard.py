@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from random import Random
 from typing import Any
 
 import pytest
@@ -188,3 +189,32 @@ def test_a_message_that_is_too_large_ends_its_own_connection_only(make_place: Ma
         big.send_raw(b"x" * 20_000)
         big.listen(SILENCE)
         assert works(place, other)
+
+
+NO_UTF8 = [
+    b"\x81\xa4type\xa2\xff\xfe", b"\x81\xa2\xff\xfe\xa1a", b"\xa1\xff", b"\x91\xa3\xed\xa0\x80",
+    b"\x82\xa4type\xb0GuiUpdateMessage\xa4uuid\xa1\x80",
+]  # fmt: skip
+
+
+def test_text_that_is_no_utf8_is_refused_without_a_word(
+    place: Place, caplog: pytest.LogCaptureFixture
+) -> None:
+    with Browser(place.server) as browser:
+        place.page(browser)
+        for frame in NO_UTF8:
+            browser.send_raw(frame)
+        assert works(place, browser)
+    assert not [r for r in caplog.records if r.levelname in ("WARNING", "ERROR", "CRITICAL")]
+
+
+def test_random_bytes_are_refused_without_a_word(
+    place: Place, caplog: pytest.LogCaptureFixture
+) -> None:
+    random = Random(1)
+    with Browser(place.server) as browser:
+        place.page(browser)
+        for k in range(400):
+            browser.send_raw(bytes([k % 256]) + random.randbytes(k % 23))
+        assert works(place, browser)
+    assert not [r for r in caplog.records if r.levelname in ("WARNING", "ERROR", "CRITICAL")]

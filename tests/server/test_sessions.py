@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import stat
 from dataclasses import replace
 from pathlib import Path
@@ -77,7 +78,7 @@ def test_a_full_server_says_so_on_the_page(make_place: MakePlace) -> None:
     with Browser(place.server) as one, Browser(place.server) as two:
         place.page(one)
         message = two.await_message("GuiMarkdownMessage")
-        assert "serves 1 sessions" in str(message)
+        assert "1 sessions are served" in str(message)
         two.listen(SILENCE)
         assert len(place.pages.all) == 1
 
@@ -97,6 +98,7 @@ def test_an_hour_after_the_last_browser_left_a_session_ends(
     store: SessionStore[Thing], clock: FakeClock
 ) -> None:
     session = store.join(None)
+    store.touch(session)
     store.join(session.key)
     store.leave(session)
     clock.now += 7200.0
@@ -116,6 +118,7 @@ def test_jobs_go_on_over_a_reload_and_stop_soon_after_a_leave(
     store: SessionStore[Thing], clock: FakeClock
 ) -> None:
     session = store.join(None)
+    store.touch(session)
     store.leave(session)
     clock.now += 5.0
     store.sweep()
@@ -135,6 +138,8 @@ def test_a_newcomer_takes_the_place_of_who_left_long_ago(
     store: SessionStore[Thing], clock: FakeClock
 ) -> None:
     first, second = store.join(None), store.join(None)
+    for session in (first, second):
+        store.touch(session)
     with pytest.raises(InputError, match="2 sessions"):
         store.join(None)
     store.leave(second)
@@ -155,3 +160,70 @@ def test_a_session_that_cannot_be_made_leaves_no_folder(tmp_path: Path) -> None:
     with pytest.raises(InputError):
         store.join(None)
     assert not list(tmp_path.iterdir()) and not len(store)
+
+
+def test_a_session_in_which_nothing_was_done_is_given_up_soon(
+    store: SessionStore[Thing], clock: FakeClock
+) -> None:
+    idle, used = store.join(None), store.join(None)
+    store.touch(used)
+    for session in (idle, used):
+        store.leave(session)
+    clock.now += Limits.keep_untouched - 0.1
+    store.sweep()
+    assert not idle.closed, "a reload finds it"
+    clock.now += 0.1
+    store.sweep()
+    assert idle.closed and not used.closed
+
+
+def test_a_newcomer_takes_the_place_of_a_session_in_which_nothing_was_done(
+    store: SessionStore[Thing],
+) -> None:
+    idle, used = store.join(None), store.join(None)
+    store.touch(used)
+    for session in (used, idle):
+        store.leave(session)
+    store.join(None)
+    assert idle.closed and not used.closed
+
+
+def test_one_address_does_not_take_every_session(tmp_path: Path, clock: FakeClock) -> None:
+    limits = Limits(sessions=10, sessions_per_address=3)
+    store = SessionStore(Thing, tmp_path, limits, stop_jobs=no_jobs, clock=clock)
+    first = [store.join(None, address="192.0.2.1") for _ in range(3)]
+    with pytest.raises(InputError, match="your network address"):
+        store.join(None, address="192.0.2.1")
+    assert store.join(None, address="192.0.2.2") and store.join(None, address="192.0.2.3")
+    assert store.join(first[0].key, address="192.0.2.1") is first[0]
+    store.leave(first[1])
+    store.join(None, address="192.0.2.1")
+    assert first[1].closed and not first[2].closed
+
+
+def test_a_loop_of_connections_leaves_room_for_others(tmp_path: Path, clock: FakeClock) -> None:
+    store = SessionStore(Thing, tmp_path, Limits(), stop_jobs=no_jobs, clock=clock)
+    for k in range(1000):
+        with contextlib.suppress(InputError):
+            one = store.join(None, address="192.0.2.1")
+            if k % 3 == 0:
+                store.touch(one)
+            if k % 2:
+                store.leave(one)
+        clock.now += 0.25
+        store.sweep()
+    assert len(store) <= Limits.sessions_per_address
+    for k in range(20):
+        assert store.join(None, address=f"198.51.100.{k}")
+
+
+def test_what_a_browser_does_is_noticed(place: Place) -> None:
+    with Browser(place.server) as idle, Browser(place.server) as busy:
+        place.page(idle)
+        place.set(busy, "slider", 2.0)
+        session = place.page(busy).session
+        wait_for(lambda: session.values)
+    wait_for(lambda: all(shown.closed for shown in place.pages.all))
+    place.clock.now += Limits.keep_untouched
+    wait_for(lambda: len(place.server.store) == 1)
+    assert place.server.store.find(session.key) is session

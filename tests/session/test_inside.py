@@ -5,21 +5,25 @@ from __future__ import annotations
 import io
 import stat
 import zipfile
+from functools import partial
 from pathlib import Path
 
 import pytest
 
 from core.errors import InputError
+from core.progress import Silent
 from core.scenario.data_folder import VARIABLE, Within
 from core.scenario.write import scenario_toml
 from flexgui.jobs.tasks.identify import identify
+from flexgui.jobs.tasks.play import play
+from flexgui.jobs.tasks.read_file import headers, length_and_rate
 from flexgui.jobs.tasks.simulate import simulate
 from flexgui.places import without_places
 from flexgui.server.copying import copy_session
 from flexgui.session import Session
 from flexgui.session.bundle import scenario_file, zipped
-from flexgui.session.uploads import safe_name
-from tests.session.conftest import Offered
+from flexgui.session.uploads import safe_name, unpack
+from tests.session.conftest import UPLOAD_LIMIT, Offered
 from tests.session.elsewhere import (
     CONTENT,
     SECRET,
@@ -95,8 +99,6 @@ def test_neither_does_one_that_is_there_already(trapped: Trapped) -> None:
 def test_the_tasks_of_a_worker_read_nothing_from_elsewhere(
     trapped: Trapped, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from core.progress import Silent
-
     monkeypatch.setenv(VARIABLE, str(trapped.folder.parent))
     for file in (*trapped.names, trapped.secret.name):
         text = scenario_toml(scenario(file))
@@ -105,6 +107,25 @@ def test_the_tasks_of_a_worker_read_nothing_from_elsewhere(
                 task(text, str(trapped.folder), progress=Silent())  # type: ignore[operator]
             said = str(refused.value)
             assert SECRET not in said and str(trapped.folder) not in said, file
+
+
+def test_neither_do_those_that_look_into_what_was_brought(
+    trapped: Trapped, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(VARIABLE, str(trapped.folder.parent))
+    room = str(trapped.folder)
+    for file in (*trapped.names, trapped.secret.name):
+        stated_here, entry = scenario(file), {"file": "it.csv"}
+        for ask in (
+            partial(headers, room, file),
+            partial(length_and_rate, room, file, entry, stated_here),
+            partial(play, stated_here, "it", room, {}),
+            partial(unpack, room, file, UPLOAD_LIMIT),
+        ):
+            with pytest.raises(InputError, match="no plain name|not among the files") as refused:
+                ask(progress=Silent())
+            said = str(refused.value)
+            assert SECRET not in said and room not in said, file
 
 
 def test_a_followers_copy_takes_nothing_from_elsewhere(trapped: Trapped) -> None:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import io
+import struct
+import tracemalloc
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from core.errors import InputError
 from flexgui.session import Session
 from flexgui.session.bundle import scenario_file, zipped
 from flexgui.session.challenging import Challenge
-from flexgui.session.uploads import safe_name
+from flexgui.session.uploads import safe_name, unpacked
 from tests.session.conftest import UPLOAD_LIMIT, Offered
 from tests.session.helpers import bring, good_csv
 
@@ -153,6 +157,66 @@ def test_a_bad_zip_is_refused_in_words(session: Session, services: Offered, cont
     assert not session.upload("work.zip", content, services)
     assert session.message.bad and "work.zip" in session.message.text
     assert session.scenario == before
+
+
+def archive(kind: int, **files: bytes) -> bytes:
+    """A zip packed in one of the ways that there are."""
+    room = io.BytesIO()
+    with zipfile.ZipFile(room, "w", kind) as made:
+        for name, content in files.items():
+            made.writestr(name.replace("_", "."), content)
+    return room.getvalue()
+
+
+PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)
+
+
+@pytest.mark.parametrize("kind", PACKED)
+def test_a_zip_with_wrong_bytes_is_refused_in_words_or_read(kind: int, tmp_path: Path) -> None:
+    """Every third byte wrong once, in the packed data and in the directory."""
+    rng = np.random.default_rng(kind)
+    whole = archive(kind, a_toml=b"title = 3\n" * 20, b_csv=rng.bytes(200))
+    refused = 0
+    for place in range(0, len(whole), 3):
+        folder = tmp_path / str(place)
+        folder.mkdir()
+        damaged = bytearray(whole)
+        damaged[place] ^= 0xA5
+        (folder / "work.zip").write_bytes(damaged)
+        try:
+            unpacked(folder / "work.zip", folder, UPLOAD_LIMIT)
+        except InputError as error:
+            refused += 1
+            assert "work.zip" in str(error) and "\n" not in str(error)
+            assert [path.name for path in folder.iterdir()] == ["work.zip"]
+    assert refused > len(whole) / 9
+
+
+def test_a_zip_that_lies_about_its_sizes_is_counted(tmp_path: Path) -> None:
+    zeros = bytes(40 * UPLOAD_LIMIT)
+    whole = bytearray(archive(zipfile.ZIP_DEFLATED, a_toml=zeros))
+    for mark, place in ((b"PK\3\4", 22), (b"PK\1\2", 24)):
+        at = whole.index(mark) + place
+        whole[at : at + 4] = struct.pack("<I", 4 * UPLOAD_LIMIT + 5)
+    (tmp_path / "work.zip").write_bytes(whole)
+    tracemalloc.start()
+    try:
+        with pytest.raises(InputError, match=r"work\.zip (holds more than|is not a zip)"):
+            unpacked(tmp_path / "work.zip", tmp_path, UPLOAD_LIMIT)
+        assert tracemalloc.get_traced_memory()[1] < UPLOAD_LIMIT
+    finally:
+        tracemalloc.stop()
+    assert [path.name for path in tmp_path.iterdir()] == ["work.zip"]
+
+
+def test_a_zip_with_the_name_of_a_folder_is_refused_in_words(
+    session: Session, services: Offered
+) -> None:
+    """As a session has them for its reports and studies."""
+    (session.folder / "export").mkdir()
+    content = archive(zipfile.ZIP_STORED, a_toml=b"title = 3\n", export=b"t\n0\n")
+    assert not session.upload("work.zip", content, services)
+    assert "export cannot be written" in session.message.text and session.message.bad
 
 
 @given(st.text(max_size=200))

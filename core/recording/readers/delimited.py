@@ -6,14 +6,22 @@ import csv
 import gzip
 import re
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import chain
 from pathlib import Path
-
-import numpy as np
+from typing import IO
 
 from core.errors import InputError
-from core.recording.table import Table, TableReader, damaged, number
+from core.recording.reading import Reading
+from core.recording.table import Table, TableReader, damaged
+from core.recording.text_block import BlockParser, has_cells
 
 DELIMITERS = ",;\t"
+BLOCK = 1_000_000
+"""Bytes that are parsed at once: a hundredth of a second, and no progress bar needs more steps."""
+LONGEST_LINE = 1_000_000
+"""Bytes: a sample of thousands of channels is shorter."""
 
 
 class DelimitedReader(TableReader):
@@ -21,43 +29,93 @@ class DelimitedReader(TableReader):
 
     kind = ".csv .csv.gz .txt .tsv"
 
-    def read(self, path: Path) -> Table:
-        text = _text(path)
-        lines = _LINE_END.split(text)
-        while lines and not lines[-1].strip():
-            lines.pop()
-        if not lines:
-            raise InputError(f"{path.name} is empty; give a file with a header line and samples.")
-        delimiter = max(DELIMITERS, key=lines[0].count)
-        header = _header(path, lines[0], delimiter)
-        if len(lines) == 1:
+    def read(self, path: Path, reading: Reading) -> Table:
+        with _opened(path) as (content, packed):
+            blocks = _blocks(path, content, packed, reading)
+            first = next(blocks, b"")
+            line, body = _split_off(first.removeprefix(_MARK))
+            if not line:
+                raise InputError(f"{path.name} is empty; give a file with a header and samples.")
+            text = _decoded(line)
+            delimiter = max(DELIMITERS, key=text.count)
+            header = _header(path, text, delimiter)
+            parser = BlockParser(path.name, len(header), delimiter)
+            ended = first
+            for block, last in _with_last(chain([body], blocks)):
+                parser.add(block, last)
+                reading.holds(parser.rows, len(header))
+                ended = block or ended
+        columns, faults = parser.finish(header)
+        if parser.rows == 0:
             raise InputError(f"{path.name} has a header line but no samples below it.")
-        rows = _split(path, lines[1:], delimiter, len(header))
-        decimal = "," if delimiter == ";" and any("," in line for line in lines[1:]) else "."
-        cells = zip(*rows, strict=True)
-        columns = {name: _array(col, decimal) for name, col in zip(header, cells, strict=True)}
-        cut = () if text.endswith(("\n", "\r")) else (_NO_LINE_END.format(name=path.name),)
-        return Table(path.name, columns, first_line=2, warnings=cut)
+        whole = ended.endswith((b"\n", b"\r"))
+        cut = () if whole else (_NO_LINE_END.format(name=path.name),)
+        return Table(path.name, columns, first_line=2, warnings=cut, faults=faults)
 
 
-_LINE_END = re.compile(r"\r\n|\n|\r")
-"""Not str.splitlines, which also cuts at signs that other encodings leave inside a header."""
+_LINE_END = re.compile(rb"\r\n|\n|\r")
+"""Not bytes.splitlines, which also cuts at signs that other encodings leave inside a header."""
 _NO_LINE_END = "{name} ends without a line break; if it was cut short, its last number is wrong."
+_MARK = b"\xef\xbb\xbf"
+"""With which some programs begin UTF-8 text."""
 
 
-def _text(path: Path) -> str:
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
+    """What is in the file, and the file itself, whose position says how far it is read."""
+    with path.open("rb") as packed:
+        if path.suffix.lower() != ".gz":
+            yield packed, packed
+            return
+        try:
+            with gzip.GzipFile(fileobj=packed) as content:
+                yield content, packed  # type: ignore[misc]
+        except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+            raise damaged(path, "a gzip file", error) from error
+
+
+def _blocks(path: Path, content: IO[bytes], packed: IO[bytes], reading: Reading) -> Iterator[bytes]:
+    """The content in pieces that end where a line ends."""
+    rest = b""
+    while piece := content.read(BLOCK):
+        reading.grew(len(piece))
+        reading.took(packed.tell())
+        if b"\0" in piece:
+            raise damaged(path, "a text table")
+        rest += piece
+        end = rest.rfind(b"\n") + 1 or rest.rfind(b"\r", 0, len(rest) - 1) + 1
+        if len(rest) - end > LONGEST_LINE:
+            raise InputError(
+                f"{path.name} has a line of more than {LONGEST_LINE:,} characters; it is no table "
+                f"with one sample per line."
+            )
+        if end:
+            yield rest[:end]
+            rest = rest[end:]
+    if rest:
+        yield rest
+
+
+def _split_off(block: bytes) -> tuple[bytes, bytes]:
+    """The first line and what follows it; no line where the block holds none at all."""
+    if not has_cells(block):
+        return b"", b""
+    found = _LINE_END.search(block)
+    return (block, b"") if found is None else (block[: found.start()], block[found.end() :])
+
+
+def _with_last(blocks: Iterator[bytes]) -> Iterator[tuple[bytes, bool]]:
+    """Each block, and whether none follows it."""
+    before = next(blocks)
+    for block in blocks:
+        yield before, False
+        before = block
+    yield before, True
+
+
+def _decoded(raw: bytes) -> str:
     try:
-        raw = (
-            gzip.decompress(path.read_bytes())
-            if path.suffix.lower() == ".gz"
-            else path.read_bytes()
-        )
-    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-        raise damaged(path, "a gzip file", error) from error
-    if b"\0" in raw:
-        raise damaged(path, "a text table")
-    try:
-        return raw.decode("utf-8-sig")
+        return raw.decode("utf-8")
     except UnicodeDecodeError:
         return raw.decode("latin-1")  # older programs write the degree sign so; it never fails
 
@@ -67,9 +125,10 @@ def _header(path: Path, line: str, delimiter: str) -> list[str]:
     names = [cell.strip() for cell in cells]
     if all(_is_number(name) for name in names):
         raise InputError(f"{path.name} has no header line; write the columns' names in line 1.")
-    doubled = sorted({name for name in names if name and names.count(name) > 1})
-    if doubled:
-        raise InputError(f"{path.name} has two columns {doubled[0]}; rename or remove one.")
+    given = [name for name in names if name]
+    if len(set(given)) < len(given):
+        doubled = next(name for k, name in enumerate(given) if name in given[:k])
+        raise InputError(f"{path.name} has two columns {doubled}; rename or remove one.")
     return [name or f"column {k + 1}" for k, name in enumerate(names)]
 
 
@@ -79,30 +138,3 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _split(path: Path, lines: list[str], delimiter: str, expected: int) -> list[list[str]]:
-    """The cells of the lines below the header; every line has as many as the header."""
-    if any('"' in line for line in lines):
-        rows = [next(csv.reader([line], delimiter=delimiter), []) for line in lines]
-    else:
-        rows = [line.split(delimiter) if line.strip() else [] for line in lines]
-    for index, row in enumerate(rows, start=1):
-        if len(row) != expected:
-            cut = index == len(rows) and len(row) < expected
-            advice = "the file was cut short" if cut else "complete or remove the row"
-            raise InputError(
-                f"{path.name}: data row {index} (line {index + 1}) has {len(row)} fields where "
-                f"the header has {expected}; {advice}."
-            )
-    return rows
-
-
-def _array(cells: tuple[str, ...], decimal: str) -> np.ndarray:
-    """Numbers where every cell is one, else the cells as they are."""
-    if decimal != ".":
-        cells = tuple(cell.replace(decimal, ".") for cell in cells)
-    try:
-        return np.array([number(cell) for cell in cells])
-    except ValueError:
-        return np.array(cells, dtype=object)

@@ -9,6 +9,7 @@ import numpy as np
 
 from core.errors import InputError
 from core.recording.mat5 import DamagedError, variables
+from core.recording.reading import Reading
 from core.recording.table import Table, TableReader, damaged
 
 UNITS = "units"
@@ -21,14 +22,15 @@ class MatlabReader(TableReader):
 
     kind = ".mat"
 
-    def read(self, path: Path) -> Table:
-        found = _variables(path)
+    def read(self, path: Path, reading: Reading) -> Table:
+        found = _variables(path, reading)
         units = found.pop(UNITS, {})
         columns: dict[str, np.ndarray] = {}
         unusable: dict[str, str] = {}
         rows = max((np.size(v) for v in found.values() if np.ndim(v) == 1), default=0)
         if rows == 0:
             raise InputError(f"{path.name} holds no vectors; save t, theta1, ... as vectors in it.")
+        reading.holds(rows, sum(np.ndim(v) == 1 for v in found.values()))
         for name, value in found.items():
             fault = _fault(value, rows)
             header = _header(name, units)
@@ -39,7 +41,8 @@ class MatlabReader(TableReader):
         return Table(path.name, columns, unusable=unusable)
 
 
-def _variables(path: Path) -> dict[str, Any]:
+def _variables(path: Path, reading: Reading) -> dict[str, Any]:
+    reading.grew(path.stat().st_size)
     content = path.read_bytes()
     if not content:
         raise InputError(f"{path.name} is empty; save t, theta1, ... as vectors in it.")
@@ -48,7 +51,7 @@ def _variables(path: Path) -> dict[str, Any]:
             f"{path.name} is a MAT file of version 7.3; save it with save(..., '-v7')."
         )
     try:
-        found: dict[str, Any] = variables(content)
+        found: dict[str, Any] = variables(content, reading.grew)
     except DamagedError as error:
         raise damaged(path, "a MAT file of version 5 to 7.2", error) from error
     others = [name for name in found if name != UNITS]

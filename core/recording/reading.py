@@ -1,0 +1,65 @@
+"""One file while it is read: how far it is, and whether it is still as small as a recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Protocol
+
+from core.errors import InputError
+
+MOST_BYTES = 400_000_000
+"""Unpacked: the text of MOST_CELLS numbers with all their digits."""
+MOST_CELLS = 20_000_000
+"""Half an hour of ten channels at 1 kHz: 160 MB, of which a fit keeps several copies."""
+MOST_ROWS = 5_000_000
+"""Samples of one recording: an hour at 1.4 kHz."""
+MEGA = 1e6
+
+
+class Watching(Protocol):
+    """What it needs of whoever waits: see `core.progress.Progress`."""
+
+    def advance(self, n: int = 1, text: str = "") -> None: ...
+
+    def stopped(self) -> bool: ...
+
+
+class Reading:
+    """Counts while a file is read and says how far it is; `took` and `grew` raise InputError."""
+
+    def __init__(self, path: Path, progress: Watching | None = None) -> None:
+        self.name = path.name
+        self._size = max(path.stat().st_size, 1)
+        self._progress = progress
+        self._unpacked = 0
+        self.took(0)
+
+    def took(self, position: int) -> None:
+        """The file is read up to `position` bytes; InputError where nobody waits for the rest."""
+        if self._progress is None:
+            return
+        if self._progress.stopped():
+            raise InputError(f"Stopped while {self.name} was read.")
+        share = min(position / self._size, 1.0)
+        self._progress.advance(0, f"{self.name}, {share:.0%} read")
+
+    def grew(self, size: int) -> None:
+        """Another `size` bytes are unpacked."""
+        self._unpacked += size
+        if self._unpacked > MOST_BYTES:
+            raise InputError(
+                f"{self.name} unpacks to more than {MOST_BYTES / MEGA:.0f} MB; cut the recording "
+                f"or keep fewer columns."
+            )
+
+    def holds(self, rows: int, columns: int) -> None:
+        """So many rows and columns are known to be in it."""
+        if rows > MOST_ROWS:
+            raise InputError(
+                f"{self.name} has more than {MOST_ROWS:,} samples; cut it into shorter recordings."
+            )
+        if rows * columns > MOST_CELLS:
+            raise InputError(
+                f"{self.name} has more than {MOST_CELLS:,} numbers; cut the recording or keep "
+                f"fewer columns."
+            )

@@ -1,0 +1,205 @@
+"""Numbers, names and places that used to end in a traceback, or never."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from flexgui import cli
+from tests.cli.helpers import COLUMNS, FILE, SCENARIO, TEXT, csv, swapped, table
+
+LONGEST = 300
+"""Characters of a sentence that somebody still reads to its end."""
+
+Said = tuple[int, str]
+
+
+@pytest.fixture
+def command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):  # type: ignore[no-untyped-def]
+    """Runs a command line in the folder of the test: exit code and what it says."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("FLEXGUI_DATA", raising=False)
+
+    def run(*arguments: str) -> Said:
+        code = cli.run(arguments)
+        out, err = capsys.readouterr()
+        assert out == "" or code == 0
+        return code, err
+
+    return run
+
+
+def refused(said: Said, *words: str) -> None:
+    code, text = said
+    assert code == 2
+    assert text.startswith("flexgui: ") and text.count("\n") == 1 and len(text) <= LONGEST + 1
+    assert text.endswith((".\n", "?\n")) and "Traceback" not in text
+    for word in words:
+        assert word in text
+
+
+def simulated(**settings: object) -> str:
+    entries = {"theta2": 1.2, "seconds": 0.05, **settings}
+    inner = ", ".join(f"{name} = {value}" for name, value in entries.items())
+    return swapped('file = "th1.csv"\ntheta2 = 1.2', f"simulate = {{{inner}}}")
+
+
+NUMBERS = {
+    "seconds": (simulated(seconds="1e12"), "seconds", "at most 3600"),
+    "samples": (simulated(seconds=3000.0), "3,000,000 samples", "500,000"),
+    "sample_time": (simulated(sample_time="1e-300"), "sample_time", "at least"),
+    "hold": (simulated(hold="1e300"), "hold", "at most 3600"),
+    "snr_db": (simulated(snr_db="-1e308"), "snr_db", "at least -100"),
+    "amplitude": (simulated(amplitude="1e308"), "amplitude", "at most 1e+06"),
+    "theta2": (simulated(theta2="1e9"), "theta2", "at most 1000"),
+    "gains": (swapped("[60.0, 30.0]", "[1e308, 30.0]"), "gains", "at most 1e+15"),
+    "mass": (swapped('"paper"\n', '"paper"\nmass = 1e300\n'), "mass", "at most 1e+15"),
+    "length": (swapped('"paper"\n', '"paper"\nlength = 1e-300\n'), "length", "at least 1e-15"),
+    "bounds": (swapped("[400.0, 700.0]", "[400.0, 1e300]"), "EI1", "at most 1e+15"),
+    "cutoff": (swapped("generations = 0", "generations = 0\nfilter = {cutoff_hz = 1e-300}"),
+               "cutoff_hz", "at least 1e-06"),
+    "population": (swapped("population = 10", "population = 4000000000"), "population", "10000"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_a_number_out_of_bounds_is_named_with_its_bound(name: str, command, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    text, *words = NUMBERS[name]
+    (tmp_path / SCENARIO).write_text(text)
+    (tmp_path / FILE).write_text(csv(table()))
+    refused(command("export", SCENARIO, "--out", "out"), *words)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("column", COLUMNS[1:])
+@pytest.mark.parametrize("cell", ["1e300", "-1e300", "1e160"])
+def test_one_huge_cell_is_one_sentence(column: str, cell: str, command, tmp_path) -> None:  # type: ignore[no-untyped-def]
+    lines = table()
+    lines[40][COLUMNS.index(column)] = cell
+    (tmp_path / SCENARIO).write_text(TEXT)
+    (tmp_path / FILE).write_text(csv(lines))
+    refused(command("export", SCENARIO, "--out", "out"), FILE, column, "row 40")
+
+
+MANY = {
+    "recordings": (
+        "title = 'x'\n[arm]\npreset = 'paper'\n" + "[[recordings]]\nsimulate = {}\n" * 10_000,
+        "[recordings]", "at most 500",
+    ),
+    "samples": (
+        "title = 'x'\n[arm]\npreset = 'paper'\n"
+        + "[[recordings]]\nsimulate = {seconds = 400.0}\n" * 3,
+        "1,200,000", "1,000,000",
+    ),
+    "formulas": (
+        TEXT + "[[model.own]]\ntarget = 'joint1'\nformula = '-a*dtheta1'\n"
+        "parameters = {a = 1.0}\n" * 300,
+        "own", "at most 20",
+    ),
+    "text": ("# " + "x" * 600_000, SCENARIO, "500,000 characters"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", MANY)
+def test_too_many_are_counted(name: str, command, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    text, *words = MANY[name]
+    (tmp_path / SCENARIO).write_text(text)
+    refused(command("export", SCENARIO, "--out", "out"), *words)
+
+
+@pytest.mark.parametrize("length", [300, 5000])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("export", "{}", "--out", "out"),
+        ("export", SCENARIO, "--out", "{}"),
+        ("export", SCENARIO, "--out", "out", "--data", "{}"),
+        ("challenge", "--seed", "1", "--out", "{}"),
+        ("reveal", "{}"),
+        ("study", "{}"),
+        ("{}",),
+        ("export", SCENARIO, "--{}", "out"),
+    ],
+    ids=" ".join,
+)
+def test_a_name_that_is_too_long_is_one_sentence(
+    arguments: tuple[str, ...], length: int, command, tmp_path: Path
+) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / SCENARIO).write_text(TEXT)
+    (tmp_path / FILE).write_text(csv(table()))
+    refused(command(*(part.format("a" * length) for part in arguments)))
+
+
+def test_a_file_in_the_way_of_a_challenge_is_told_before_the_work(
+    command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:  # type: ignore[no-untyped-def]
+    def begun(*given: object) -> None:
+        raise AssertionError("the work has begun")
+
+    monkeypatch.setattr("core.study.challenge.make_challenge", begun)
+    (tmp_path / "taken").touch()
+    refused(command("challenge", "--seed", "1", "--out", "taken"), "taken", "is a file")
+    refused(command("challenge", "--seed", "1", "--out", "taken/x.zip"), "taken", "is a file")
+
+
+def test_a_data_folder_that_is_none_is_told(command, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / SCENARIO).write_text(TEXT)
+    (tmp_path / FILE).write_text(csv(table()))
+    said = command("export", SCENARIO, "--out", "out", "--data", "nowhere")
+    refused(said, "--data nowhere is no folder")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such pipes in folders")
+def test_a_pipe_is_not_waited_for(command, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    os.mkfifo(tmp_path / "pipe.toml")
+    refused(command("export", "pipe.toml", "--out", "out"), "pipe.toml", "pipe")
+    (tmp_path / SCENARIO).write_text(TEXT)
+    os.mkfifo(tmp_path / FILE)
+    refused(command("export", SCENARIO, "--out", "out"), FILE, "pipe")
+
+
+def test_thousands_of_columns_do_not_fill_the_sentence(command, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    (tmp_path / SCENARIO).write_text(TEXT)
+    lines = "x" + "," * 5000 + "\n" + "0" + ",0" * 5000 + "\n"
+    (tmp_path / FILE).write_text(lines)
+    refused(command("export", SCENARIO, "--out", "out"), FILE, "no column t", "more")
+
+
+@pytest.mark.parametrize(
+    ("error", "word"),
+    [
+        (MemoryError(), "memory"),
+        (OSError(28, "No space left on device", "out/report.html"), "no space left"),
+        (FloatingPointError("overflow"), "overflow"),
+        (ValueError("array must not contain infs or NaNs"), "infs or NaNs"),
+        (RecursionError(), "numbers"),
+    ],
+)
+def test_memory_disk_and_numbers_are_one_sentence(
+    error: Exception, word: str, command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:  # type: ignore[no-untyped-def]
+    def fail(*given: object, **named: object) -> None:
+        raise error
+
+    (tmp_path / SCENARIO).write_text(TEXT)
+    (tmp_path / FILE).write_text(csv(table()))
+    monkeypatch.setattr("core.workbench.run_scenario", fail)
+    refused(command("export", SCENARIO, "--out", "out"), word)
+
+
+def test_warnings_of_libraries_stay_off_the_terminal(
+    command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:  # type: ignore[no-untyped-def]
+    import warnings
+
+    def warn(*given: object, **named: object) -> None:
+        warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
+        raise MemoryError
+
+    (tmp_path / SCENARIO).write_text(TEXT)
+    (tmp_path / FILE).write_text(csv(table()))
+    monkeypatch.setattr("core.workbench.run_scenario", warn)
+    refused(command("export", SCENARIO, "--out", "out"), "memory")

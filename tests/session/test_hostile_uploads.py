@@ -1,0 +1,85 @@
+"""What would take the server down is read elsewhere, and refused there in words."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import threading
+from pathlib import Path
+
+import pytest
+
+from flexgui.session import Session
+from flexgui.session.edit import put
+from flexgui.session.topics import Topic
+from tests.recording.test_large_files import long_csv, mat_of_zeros
+from tests.session.conftest import Offered
+from tests.session.helpers import until
+
+LARGE = 600_000_000
+"""Bytes that the bombs unpack to: more than a file may have."""
+
+ROOM = 100_000_000
+"""Bytes that the process of the session may grow by meanwhile; read there they would need more
+than LARGE."""
+
+STATM = Path("/proc/self/statm")
+
+
+def resident() -> int:
+    """Bytes of memory of this process."""
+    return int(STATM.read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+def bomb(file: str) -> bytes:
+    if file.endswith(".mat"):
+        return mat_of_zeros(LARGE)
+    return gzip.compress(b"t,theta1\n" + b"0,0\n" * (LARGE // 4), 6)
+
+
+@pytest.mark.skipif(not STATM.exists(), reason="Linux tells the memory of a process")
+@pytest.mark.parametrize("file", ["one.mat", "rows.csv.gz"])
+def test_a_bomb_is_refused_and_this_process_does_not_grow(
+    file: str, session: Session, services: Offered
+) -> None:
+    content = bomb(file)
+    assert len(content) < services.upload_limit_bytes
+    before, most, over = resident(), 0, threading.Event()
+
+    def watch() -> None:
+        nonlocal most
+        while not over.wait(0.005):
+            most = max(most, resident())
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    try:
+        assert not session.upload(file, content, services)
+    finally:
+        over.set()
+        watcher.join()
+    assert session.message.bad and file in session.message.text
+    assert "more than" in session.message.text
+    assert most - before < ROOM
+    assert not list(session.folder.iterdir())
+
+
+def test_how_far_a_long_file_is_read_is_said_meanwhile(
+    session: Session, services: Offered, tmp_path
+) -> None:
+    said: list[str] = []
+    session.subscribe(lambda topic: said.append(session.message.text))
+    content = long_csv(tmp_path / "th1.csv", 60_000).read_bytes()
+    session.upload("th1.csv", content, services)
+    assert any(text.startswith("th1.csv, ") and "read …" in text for text in said)
+    assert "read …" not in session.message.text
+
+
+def test_a_long_simulation_is_made_elsewhere_and_shown(session: Session) -> None:
+    told: list[Topic] = []
+    assert session.change(put(("recordings", 0, "simulate", "seconds"), 31.0))
+    session.subscribe(told.append)
+    session.refresh_playback()
+    until(lambda: session.recording is not None and len(session.recording.time) == 31_000)
+    assert session.playback is not None and session.playback.ghost is not None
+    assert not session.message.bad
