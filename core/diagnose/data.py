@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -37,6 +37,8 @@ class Data:
     """Steps per sample that the bare model needs; None: not known yet."""
     per_recording: tuple[str, ...] = ()
     """Effects whose sizes belong to these recordings alone."""
+    floor_sources: Mapping[str, str] = field(default_factory=dict)
+    """channel -> where its noise comes from: repetition, stated or estimated."""
 
     @property
     def count(self) -> int:
