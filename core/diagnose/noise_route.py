@@ -36,6 +36,9 @@ WIDE_SERVO = 4.0
 SEED = 20
 """Of the draws; a floor must not change from one look to the next."""
 
+NARROW = 0.25 * np.pi
+"""rad per sample: a logger that lets less through leaves nothing but the motion's own band."""
+
 LOGGED_OUT = 0.1
 """Gain of a logger's filter below which nothing of the sensor's own is left."""
 
@@ -79,17 +82,19 @@ def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str,
     found = {}
     for name in wanted:
         able = [r for r in routes if r.recording.has(name)]
-        pieces = [piece for r in able for piece in r.beyond_the_model(name)]
-        step = min((step_of(r.recording[name]) for r in able), default=0.0)
         limit = min((r.logged_to(name) for r in able), default=np.pi)
+        narrow = limit < NARROW
+        pieces = [piece for r in able for piece in r.beyond_the_model(name, undo=not narrow)]
+        step = min((step_of(r.recording[name]) for r in able), default=0.0)
         level = next((x for r in able if (x := r.stated(name, stated)) is not None), None)
         if level is not None:
-            found[name] = with_colour(ColumnNoise(level, step=step), pieces, limit)
+            plain = ColumnNoise(level, step=step)
+            found[name] = plain if narrow else with_colour(plain, pieces, limit)
             continue
-        seen = estimated(pieces, limit) or ColumnNoise(0.0, source=ESTIMATED)
+        seen = estimated(pieces, np.pi if narrow else limit) or ColumnNoise(0.0, source=ESTIMATED)
         # What the steps make is seen too, where the sensor moves through many of them.
         rest = max(seen.std**2 - step**2 / 12.0, 0.0)
-        found[name] = replace(seen, std=float(np.sqrt(rest)), step=step)
+        found[name] = replace(seen, std=float(np.sqrt(rest)), step=step, after_logger=narrow)
     return found
 
 
@@ -179,8 +184,8 @@ class _Route:
         )
         return float((w[gain > LOGGED_OUT] * self.recording.sample_time).max(initial=1e-3))
 
-    def beyond_the_model(self, name: str) -> list[np.ndarray]:
-        """Even stretches of what the column says beyond the model, a logger's filter undone."""
+    def beyond_the_model(self, name: str, undo: bool = True) -> list[np.ndarray]:
+        """Even stretches of what the column says beyond the model; `undo`: a logger's filter."""
         column = self.recording[name]
         model = self.smooth(name)
         rest = column if model is None else column - model
@@ -190,7 +195,9 @@ class _Route:
         distance = np.diff(sampled)
         stride = int(np.median(distance)) if distance.size else 1
         runs = np.split(sampled, np.flatnonzero(distance != stride) + 1)
-        return [self._unlogged(name, rest[run]) for run in runs if len(run)]
+        if not undo:
+            return [rest[run] for run in runs]
+        return [self._unlogged(name, rest[run]) for run in runs]
 
     def _unlogged(self, name: str, x: np.ndarray) -> np.ndarray:
         """Divided by the gain of the logger's filter, where that leaves something."""
@@ -231,7 +238,8 @@ class _Route:
         for name, model in smooth.items():
             if name in known and name in channels:
                 noise = known[name].drawn(rng, channels[name], model)
-                channels[name] = channels[name] + self._logged(name, noise)
+                own = noise if known[name].after_logger else self._logged(name, noise)
+                channels[name] = channels[name] + own
         return replace(self.recording, channels=channels)
 
     def _processed(self, recording: Recording, s: Sensor) -> np.ndarray:

@@ -29,6 +29,9 @@ class ColumnNoise:
     step: float = 0.0
     """Between the numbers that it can write, SI; 0 where they are continuous."""
     source: str = STATED
+    after_logger: bool = False
+    """Whether it comes after a logger's filter: what a narrow one let through nobody can tell from
+    the motion, and what was added behind it is seen as it is."""
 
     def drawn(
         self, rng: np.random.Generator, column: np.ndarray, smooth: np.ndarray | None

@@ -11,11 +11,14 @@ from core.arm.presets import presets
 from core.diagnose.floor import Floor, noise_of
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
+from core.effects import effect
 from core.identify.prepared import Processing, prepare
 from core.model import Model
 from core.recording.recording import LoggerFilter, Recording
+from core.recording.spec import SimulateSpec
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import sensor
+from core.simulate.experiment import simulate_recording
 from core.simulate.nonlinear import simulate
 from tests.diagnose import floors
 from tests.diagnose.floors import Case, found_and_true
@@ -223,3 +226,36 @@ def test_of_a_virtual_servo_whose_motion_repeats():
     floor = servo_floor(driven(1, cycles=3), processing, {"u1": 0.01})
     assert floor.source == "repetition"
     assert floor.value == pytest.approx(servo_truth(processing), rel=FACTOR - 1.0)
+
+
+def test_a_narrow_logger_hides_the_sensor_and_not_what_is_added_behind_it():
+    """Undoing a filter of 2 Hz would turn the motion's own band into noise."""
+    logger = LoggerFilter(frequency=12.57, damping=0.9)
+    plain = floors.clean(1e-3, 2.0, "prbs", 1)
+    case = Case(logger=logger, std=0.0, wrong=0.7)
+    seen, rng = floors.noisy(case, plain, np.random.default_rng(1)), np.random.default_rng(2)
+    added = {n: seen[n] + 1e-6 * rng.standard_normal(len(seen.time)) for n in ("z1", "z2")}
+    written = replace(seen, channels={**seen.channels, **added})
+    found = floors.floors(floors.model_of(case), [written], ("z",), case.processing)
+    assert all(1e-6 / FACTOR < floor.value < 1e-6 * FACTOR for floor in found.values())
+
+
+@pytest.mark.parametrize("kind", ["coulomb_friction", "joint_elasticity", "torque_ripple"])
+@pytest.mark.parametrize("cutoff", [None, 50.0])
+def test_an_effect_that_is_missing_stands_far_above_the_floor(kind, cutoff):
+    """Edges of a friction and ringing springs reach into the sensors' own band."""
+    case = Case(cutoff=cutoff, std=1e-6)
+    model = floors.BARE.with_effects([effect(kind)])
+    spec = SimulateSpec(theta2=1.2, seconds=2.0, seed=1, amplitude=0.3)
+    seen = floors.noisy(case, simulate_recording(model, spec, "r"), np.random.default_rng(1))
+    found = floors.floors(floors.BARE, [seen], ("z", "encoder"), case.processing)
+    e = prepare(floors.BARE, seen, [sensor("z"), sensor("encoder")], case.processing)
+    numbers = floors.BARE.numbers()
+    motion = simulate(floors.BARE, numbers, e.task).trajectory
+    error = e.predicted(motion, numbers, {}) - e.measured
+    for floor, rms in zip(found.values(), np.sqrt(np.mean(error**2, axis=0)), strict=True):
+        assert floor.value < rms / FAR_ABOVE
+
+
+FAR_ABOVE = 10.0
+"""Times the floor."""
