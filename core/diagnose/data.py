@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -67,6 +67,8 @@ class Data:
     """Effects whose sizes belong to these recordings alone."""
     anchor: Anchor | None = None
     """What few steps per sample miss, as found on one model; None: simulations stand as they are."""
+    floor_sources: Mapping[str, str] = field(default_factory=dict)
+    """channel -> where its noise comes from: repetition, stated or estimated."""
 
     @property
     def count(self) -> int:

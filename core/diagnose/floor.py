@@ -1,11 +1,21 @@
-"""Below what an error says nothing about the model: the noise, and what a model may miss at all."""
+"""Below what an error says nothing about the model: the noise, and what a model may miss at all.
+
+The noise comes from the best source there is: what does not repeat when a motion is made again,
+else what is stated of the sensors, else their own high band. The last two are noise of the columns
+as they were written, and go the way of the measurement: logger, differentiation, servo, filters,
+decimation.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
+from core.diagnose.noise_route import noise_in_outputs
+from core.diagnose.repetition import repeated, scatter
+from core.identify.predictor import Motion
 from core.identify.prepared import Prepared
 
 DIFFERENCES = 3
@@ -14,9 +24,11 @@ DIFFERENCES = 3
 NORMAL_MAD = 0.6744897501960817
 """Median of |x| for a standard normal x."""
 
+REPETITION = "repetition"
+
 
 def noise_of(error: np.ndarray) -> float:
-    """Standard deviation of the white noise in one channel's error (N,), robustly.
+    """Standard deviation of the white noise in one channel's unfiltered error (N,), robustly.
 
     The differences of order d of white noise have the variance binomial(2 d, d) times its own;
     the median is not moved by the few places where the motion itself jumps.
@@ -29,35 +41,45 @@ def noise_of(error: np.ndarray) -> float:
     return float(np.median(np.abs(d)) / NORMAL_MAD / gain)
 
 
+@dataclass(frozen=True)
+class Floor:
+    """Of one channel, SI."""
+
+    value: float
+    """rms below which an error says nothing: noise and fidelity"""
+    noise: float
+    source: str
+    """Where the noise comes from: repetition, stated or estimated"""
+
+
 def channel_floors(
     experiments: Sequence[Prepared],
     errors: Sequence[np.ndarray],
+    motions: Sequence[Motion],
     stated: Mapping[str, float],
     fidelity: float,
-) -> dict[str, float]:
-    """channel -> rms below which an error says nothing.
+) -> dict[str, Floor]:
+    """channel -> its floor over all recordings.
 
-    `errors` (M, k) per recording, measured minus model; `stated` standard deviations by channel;
-    `fidelity` the share of a channel's spread that no model of this kind is asked to explain.
+    `errors` (M, k) per recording, measured minus model, of the fitted `motions`; `stated` standard
+    deviations by column of a recording, as the sensor writes it; `fidelity` the share of a
+    channel's spread that no model of this kind is asked to explain.
     """
-    floors = {}
-    for name, values in _by_channel(experiments, errors).items():
-        spread = np.concatenate([y - np.mean(y) for y, _ in values])
-        noise = stated.get(name)
-        if noise is None:
-            noise = float(np.median([noise_of(e) for _, e in values]))
-        size = float(np.sqrt(np.mean(spread**2)))
-        floors[name] = float(np.hypot(noise, fidelity * size)) or 1e-12
-    return floors
-
-
-def _by_channel(
-    experiments: Sequence[Prepared], errors: Sequence[np.ndarray]
-) -> dict[str, list[tuple[np.ndarray, np.ndarray]]]:
-    found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
-    for e, error in zip(experiments, errors, strict=True):
-        for k, (name, _) in enumerate(e.channels):
-            counts = e.counted[:, k]
-            if counts.any():
-                found.setdefault(name, []).append((e.measured[counts, k], error[counts, k]))
+    again = scatter(repeated(experiments), experiments, errors)
+    drawn = noise_in_outputs(experiments, motions, stated, without=again)
+    found = {}
+    for name, spread in _spreads(experiments).items():
+        noise, source = (again[name], REPETITION) if name in again else drawn[name]
+        found[name] = Floor(float(np.hypot(noise, fidelity * spread)) or 1e-12, noise, source)
     return found
+
+
+def _spreads(experiments: Sequence[Prepared]) -> dict[str, float]:
+    """channel -> rms of its measurement about each recording's mean; of what counts."""
+    parts: dict[str, list[np.ndarray]] = {}
+    for e in experiments:
+        for k, (name, _) in enumerate(e.channels):
+            y = e.measured[e.counted[:, k], k]
+            if y.size:
+                parts.setdefault(name, []).append(y - y.mean())
+    return {name: float(np.sqrt(np.mean(np.concatenate(p) ** 2))) for name, p in parts.items()}

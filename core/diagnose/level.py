@@ -54,14 +54,16 @@ def choose_level(
     exact = [prepare(full, r, outputs, processing) for r in chosen]
     straight = full.at_level("lpv")
     linear = [prepare(straight, r, outputs, processing) for r in chosen]
-    a = Predictor(exact, Unknowns(())).predict(np.zeros(0))
+    simulated = Predictor(exact, Unknowns(()))
+    a = simulated.predict(np.zeros(0))
     b = Predictor(linear, Unknowns(())).predict(np.zeros(0))
     errors = [np.where(e.counted, e.measured - y, 0.0) for e, y in zip(exact, a, strict=True)]
-    floors = channel_floors(exact, errors, stated, fidelity)
+    motions = simulated.trajectories([(np.zeros(0), range(len(exact)))])[0]
+    floors = channel_floors(exact, errors, motions, stated, fidelity)
     worst, name = 0.0, ""
     for k, (channel, _) in enumerate(exact[0].channels):
         apart = np.concatenate([x[:, k] - y[:, k] for x, y in zip(a, b, strict=True)])
-        ratio = float(np.sqrt(np.mean(apart**2))) / floors[channel]
+        ratio = float(np.sqrt(np.mean(apart**2))) / floors[channel].value
         if not ratio <= worst:
             worst, name = ratio, channel
     ratio = format_number(worst, 2)

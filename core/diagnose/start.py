@@ -112,11 +112,15 @@ def begin(
     steps = max(int(np.ceil(dt / FIRST_STEP)), 1)
     data = Data(bare, experiments, nuisance, ones, {}, held, typical(model.arm), steps)
     rough = _better_start(data, effects, model.effect_values, identified or {}, stopped)
-    motions = [m for m, _, _ in _motions(rough.hypothesis)]
+    motions = _motions(rough.hypothesis)
     unweighted = [b / w for b, w in zip(rough.errors, ones, strict=True)]
-    floors = channel_floors(experiments, unweighted, stated, fidelity)
+    prepared = rough.hypothesis.residuals.experiments
+    known = channel_floors(prepared, unweighted, motions, stated, fidelity)
+    floors = {name: floor.value for name, floor in known.items()}
+    sources = {name: floor.source for name, floor in known.items()}
     weights = tuple(np.array([1.0 / floors[n] for n, _ in e.channels]) for e in experiments)
-    data = replace(data, weights=weights, floors=floors, sizes=sizes_of(motions))
+    sizes = sizes_of([m for m, _, _ in motions])
+    data = replace(data, weights=weights, floors=floors, floor_sources=sources, sizes=sizes)
     values = {**model.effect_values, **rough.hypothesis.values()}
     data = replace(data, steps=enough_steps(data, effects, values))
     return Begun(*converged(data, hypothesis(data, effects, values), None, stopped))

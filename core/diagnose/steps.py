@@ -35,6 +35,7 @@ def ladder_step(
             ChannelError(
                 name, unit, rms, data.floors.get(name, float("nan")),
                 unseen.get(name, (unit, float("nan"), 0.0))[1],
+                data.floor_sources.get(name, ""),
             )
             for name, (unit, rms, _) in errors.items()
         ),

@@ -21,6 +21,8 @@ class ChannelError:
     floor: float
     """Below which an error says nothing: noise and fidelity."""
     validation_rms: float = float("nan")
+    floor_source: str = ""
+    """Where the floor's noise comes from: repetition, stated or estimated; empty: unknown."""
 
 
 @dataclass(frozen=True)

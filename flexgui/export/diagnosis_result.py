@@ -83,6 +83,7 @@ def _step(one: LadderStep, parameter: Parameter) -> dict[str, Any]:
                 "unit": e.unit,
                 "rms": e.rms,
                 "floor": e.floor,
+                "floor_source": e.floor_source or None,
                 "validation_rms": e.validation_rms,
             }
             for e in one.errors

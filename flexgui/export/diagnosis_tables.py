@@ -30,12 +30,15 @@ def ladder_table(outcome: Outcome) -> pd.DataFrame:
             "unit": e.unit,
             "rms": e.rms,
             "floor": e.floor,
+            "floor_source": e.floor_source or None,
             "validation_rms": e.validation_rms,
         }
         for k, step in enumerate(outcome.diagnosis.steps)
         for e in step.errors
     ]
-    return pd.DataFrame(rows, columns="step added channel unit rms floor validation_rms".split())
+    return pd.DataFrame(
+        rows, columns="step added channel unit rms floor floor_source validation_rms".split()
+    )
 
 
 def ranking_table(outcome: Outcome) -> pd.DataFrame:

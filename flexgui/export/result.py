@@ -80,6 +80,7 @@ def _step(comparisons: Sequence[RecordingComparison]) -> dict[str, Any]:
                 "unit": e.unit,
                 "rms": e.rms,
                 "floor": None,
+                "floor_source": None,
                 "validation_rms": validation[e.channel].rms if e.channel in validation else None,
                 "fitted": e.fitted,
             }

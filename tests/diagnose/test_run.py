@@ -7,23 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.diagnose.stated_noise import noise_gain, stated_noise
-from core.identify.prepared import Processing
+from core.diagnose.stated_noise import stated_noise
 from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.model import Model
 from core.progress import Silent
 from core.recording.recording import Recording
-from core.recording.velocity import ZeroPhaseLowPass
 from core.results import Diagnosis, Outcome
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model, run_scenario
 
 HIDDEN = "hidden = { coulomb_friction = { fc1 = 1.2, fc2 = 0.5 } }"
-
-FILTERED = 0.02
-"""Relative: rms of 200 000 filtered samples of white noise against the filter's gain."""
 
 
 def text(diagnose: str = "", sensors: str = "", more: str = "", model: str = "") -> str:
@@ -188,12 +183,21 @@ def test_noise_with_a_stated_ratio_has_no_stated_level() -> None:
     assert found["theta1"] == 1e-5
 
 
-def test_a_filter_takes_its_share_of_the_noise() -> None:
-    processing = Processing(ZeroPhaseLowPass(cutoff_hz=40.0, order=4), 5)
-    noise = np.random.default_rng(1).standard_normal(200_000)
-    filtered = processing.apply(noise[:, None], 1e-3)
-    assert noise_gain(processing, 1e-3) == pytest.approx(filtered.std(), rel=FILTERED)
-    assert noise_gain(Processing(), 1e-3) == 1.0
+def test_stated_noise_is_that_of_the_sensor_whatever_the_filter() -> None:
+    """The filters' share is taken where the floor is (tests.diagnose.test_floor)."""
+    filtered = parse_scenario(
+        text().replace("generations = 0", "generations = 0\nfilter = { cutoff_hz = 40.0 }"), "x"
+    )
+    model = base_model(filtered)
+    recordings = load_recordings(filtered, model, Path(), None, Silent())
+    setup = make_setup(model, filtered.identify, recordings)
+    assert stated_noise(filtered, setup, recordings)["z1"] == 3e-5
+
+
+def test_errors_say_where_their_floor_comes_from() -> None:
+    found = ran(diagnose=FEW + "max_effects = 0").diagnosis
+    assert found is not None
+    assert {e.floor_source for e in found.steps[0].errors} == {"stated"}
 
 
 def test_an_early_effect_that_includes_a_simpler_one_gives_way_to_it() -> None:

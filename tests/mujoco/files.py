@@ -50,6 +50,29 @@ max_effects = 3
 fidelity = 0.005            # what three modes leave of a chain of rigid bodies
 """
 
+PLAIN = """\
+# As a newcomer would state it: the arm as drawn, its loop, the files. The stiffness is 30 % off.
+title = "{title}, plainly stated"
+
+[arm]
+preset = "paper"
+modes = {modes}
+young_modulus = [7e8, 1.3e9]  # Pa, as in a data sheet; truly 1e9
+{rotors}
+[drive]
+kind = "velocity_loop"
+gains = [60.0, 30.0]        # N m s/rad
+
+[identify]
+parameters = ["EI1", "EI2"]
+
+[diagnose]
+max_effects = 4
+"""
+
+FEW_MODES = ("nothing", "viscous_friction", "tip_payload", "camera_delay", "coulomb_friction")
+"""Cases that are also stated with one mode per segment."""
+
 
 def table(case: str, experiment: str, motion: Motion) -> np.ndarray:
     """(samples, 7) by COLUMNS: the motion as the instruments report it, rounded.
@@ -94,6 +117,22 @@ def write_scenario(case: Case, folder: Path) -> None:
         text += f'\n[[recordings]]\nname = "{e.name}"\nfile = "{case.name}/{e.name}.csv.gz"\n'
         text += f'role = "{e.role}"\n'
     _replace(path, text.encode())
+
+
+def write_plain(case: Case, folder: Path) -> None:
+    """`plain/<case>.toml`, for some also with one mode; a file that is there stays as it is."""
+    kinds = [("", [3, 3])] + ([("-one_mode", [1, 1])] if case.name in FEW_MODES else [])
+    for suffix, modes in kinds:
+        path = folder / "plain" / f"{case.name}{suffix}.toml"
+        if path.exists():
+            continue
+        title = case.name.replace("-", " and ").replace("_", " ").capitalize()
+        rotors = f"hub_inertia = {list(case.rotors)}  # kg m^2, known\n" if any(case.rotors) else ""
+        text = PLAIN.format(title=title, modes=modes, rotors=rotors)
+        for e in EXPERIMENTS:
+            text += f'\n[[recordings]]\nfile = "../{case.name}/{e.name}.csv.gz"\n'
+            text += 'role = "validate"\n' if e.role == "validate" else ""
+        _replace(path, text.encode())
 
 
 def write_truth(cases: Iterable[Case], path: Path) -> None:

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 from tests.mujoco.cases import CASES, EXPERIMENTS, Case
-from tests.mujoco.files import table, write_scenario, write_table, write_truth
+from tests.mujoco.files import table, write_plain, write_scenario, write_table, write_truth
 from tests.mujoco.simulate import run
 
 FOLDER = Path(__file__).resolve().parents[2] / "scenarios" / "mujoco"
@@ -28,6 +28,7 @@ def make(case: Case, folder: Path) -> None:
         seconds = time.perf_counter() - start
         print(f"{case.name}/{experiment.name}: {seconds:.0f} s", flush=True)
     write_scenario(case, folder)
+    write_plain(case, folder)
 
 
 def main() -> None:

@@ -1,0 +1,258 @@
+"""Noise of the recorded columns on its way to the compared outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from core.diagnose.sensor_noise import (
+    ESTIMATED,
+    STATED,
+    ColumnNoise,
+    estimated,
+    step_of,
+    with_colour,
+)
+from core.drives.servo import FollowingServo
+from core.identify.predictor import Motion
+from core.identify.prepared import TORQUE, Prepared, make_task, measured_outputs
+from core.recording.logger_filter import apply_logger_filter
+from core.recording.recording import Recording
+from core.recording.velocity import ZeroPhaseLowPass
+from core.sensors import Sensor, sensors
+from core.simulate.nonlinear import run
+
+DRAWS = 8
+"""Of the noise per recording: with a filter of 10 Hz and one second the rms is good to a tenth."""
+
+SERVO_STEPS = 2
+"""Per sample: both passes are alike, and only what the noise changes counts."""
+
+WIDE_SERVO = 4.0
+"""Times the servo's frequency: above it the torque that it makes is noise of the encoders."""
+
+SEED = 20
+"""Of the draws; a floor must not change from one look to the next."""
+
+NARROW = 0.25 * np.pi
+"""rad per sample: a logger that lets less through leaves nothing but the motion's own band."""
+
+LOGGED_OUT = 0.1
+"""Gain of a logger's filter below which nothing of the sensor's own is left."""
+
+
+def noise_in_outputs(
+    experiments: Sequence[Prepared],
+    motions: Sequence[Motion],
+    stated: Mapping[str, float],
+    without: Collection[str] = (),
+) -> dict[str, tuple[float, str]]:
+    """channel -> rms of its noise over all recordings, and its source; `without` some channels."""
+    routes = [_Route(e, *m) for e, m in zip(experiments, motions, strict=True)]
+    known = _columns(routes, stated)
+    squares: dict[str, list[np.ndarray]] = {}
+    sources: dict[str, set[str]] = {}
+    for i, route in enumerate(routes):
+        for s in route.experiment.outputs:
+            names = [c.name for c in s.channels(route.experiment.model.arm)]
+            if all(name in without for name in names):
+                continue
+            for name, found in zip(names, route.noise(s, known, i), strict=True):
+                squares.setdefault(name, []).append(found)
+                sources.setdefault(name, set()).update(
+                    known[c].source for c in route.feeding(s) if c in known
+                )
+    return {name: (_rms(parts), _source(sources[name])) for name, parts in squares.items()}
+
+
+def _rms(parts: Sequence[np.ndarray]) -> float:
+    together = np.concatenate(parts)
+    return float(np.sqrt(np.mean(together**2))) if together.size else 0.0
+
+
+def _source(found: Collection[str]) -> str:
+    return STATED if set(found) == {STATED} else ESTIMATED
+
+
+def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str, ColumnNoise]:
+    """column -> its noise, for all columns that any output comes from."""
+    wanted = dict.fromkeys(c for r in routes for s in r.experiment.outputs for c in r.feeding(s))
+    found = {}
+    for name in wanted:
+        able = [r for r in routes if r.recording.has(name)]
+        limit = min((r.logged_to(name) for r in able), default=np.pi)
+        narrow = limit < NARROW
+        pieces = [piece for r in able for piece in r.beyond_the_model(name, undo=not narrow)]
+        step = min((step_of(r.recording[name]) for r in able), default=0.0)
+        level = next((x for r in able if (x := r.stated(name, stated)) is not None), None)
+        if level is not None:
+            plain = ColumnNoise(level, step=step)
+            found[name] = plain if narrow else with_colour(plain, pieces, limit)
+            continue
+        seen = estimated(pieces, np.pi if narrow else limit) or ColumnNoise(0.0, source=ESTIMATED)
+        # What the steps make is seen too, where the sensor moves through many of them.
+        rest = max(seen.std**2 - step**2 / 12.0, 0.0)
+        found[name] = replace(seen, std=float(np.sqrt(rest)), step=step, after_logger=narrow)
+    return found
+
+
+@dataclass(frozen=True)
+class _Route:
+    """From a recording's columns to the outputs of an experiment."""
+
+    experiment: Prepared
+    trajectory: object
+    numbers: object
+    values: Mapping[str, float]
+
+    @property
+    def recording(self) -> Recording:
+        return self.experiment.recording
+
+    def followed(self, s: Sensor) -> bool:
+        """Whether the output is the torque of a virtual servo."""
+        return s.kind == TORQUE and isinstance(self.experiment.model.steering, FollowingServo)
+
+    def feeding(self, s: Sensor) -> tuple[str, ...]:
+        """The noisy columns that an output comes from."""
+        model = self.experiment.model
+        if self.followed(s):
+            driven = [n for n in model.drive.reference_channels(model.arm) if n[0] in "ui"]
+            return (*driven, *[f"theta{k + 1}" for k in range(model.arm.joints)])
+        if s.direct(self.recording, model.arm):
+            return tuple(c.name for c in s.channels(model.arm))
+        # Angles and velocities of the rigid arm come from the camera; encoders tell the side.
+        return ("z1", "z2")
+
+    def stated(self, name: str, stated: Mapping[str, float]) -> float | None:
+        """What is stated of a column; of a current by its torque."""
+        if name in stated:
+            return stated[name]
+        torque = stated.get(f"u{name[1:]}") if name[0] == "i" else None
+        return None if torque is None else torque / self._constant(name)
+
+    def _constant(self, name: str) -> float:
+        """N m per unit of a column that drives the arm."""
+        model = self.experiment.model
+        place = model.drive.reference_channels(model.arm).index(name)
+        law = model.drive.law(model.arm, self.trajectory.p, self.values)  # type: ignore[attr-defined]
+        return float(np.abs(law.R[:, place]).max()) or 1.0
+
+    def smooth(self, name: str) -> np.ndarray | None:
+        """(N,) the column as the model has it; None where it has none."""
+        e, arm = self.experiment, self.experiment.model.arm
+        driven = isinstance(e.model.steering, FollowingServo)
+        if driven and name in e.model.drive.reference_channels(arm):
+            return self._needed(name)
+        for kind, s in sensors().items():
+            names = [c.name for c in s.channels(arm)]
+            if name not in names or (kind in ("y", "ydot") and not arm.two_revolute):
+                continue
+            y = np.array(s.measure(self.trajectory))  # type: ignore[arg-type]
+            y = e.model.sensed(kind, y, self.recording.sample_time, self.values)
+            return self._logged(name, y[:, names.index(name)])
+        return None
+
+    def _needed(self, name: str) -> np.ndarray:
+        """(N,) of the torque that the measured motion needs, without the encoders' noise."""
+        e, dt = self.experiment, self.recording.sample_time
+        assert isinstance(e.model.steering, FollowingServo)
+        place = e.model.drive.reference_channels(e.model.arm).index(name)
+        torque = self.trajectory.torque[:, min(place, e.model.arm.joints - 1)]  # type: ignore[attr-defined]
+        wide = min(WIDE_SERVO * e.model.steering.hz, 0.4 / dt)
+        return ZeroPhaseLowPass(cutoff_hz=wide).apply(torque, dt) / self._constant(name)
+
+    def _logged(self, name: str, x: np.ndarray) -> np.ndarray:
+        logger = self.recording.logger_filters.get(name)
+        complete = np.isfinite(x).all()
+        return (
+            x
+            if logger is None or not complete
+            else apply_logger_filter(x, self.recording.sample_time, logger)
+        )
+
+    def logged_to(self, name: str) -> float:
+        """rad per sample up to which a logger's filter lets the sensor's own noise through."""
+        logger = self.recording.logger_filters.get(name)
+        if logger is None:
+            return np.pi
+        w = np.linspace(1e-3, np.pi, 512) / self.recording.sample_time
+        gain = logger.frequency**2 / np.abs(
+            logger.frequency**2 - w**2 + 2j * logger.damping * logger.frequency * w
+        )
+        return float((w[gain > LOGGED_OUT] * self.recording.sample_time).max(initial=1e-3))
+
+    def beyond_the_model(self, name: str, undo: bool = True) -> list[np.ndarray]:
+        """Even stretches of what the column says beyond the model; `undo`: a logger's filter."""
+        column = self.recording[name]
+        model = self.smooth(name)
+        rest = column if model is None else column - model
+        sampled = np.flatnonzero(np.isfinite(rest) & self.recording.mask(name))
+        if not sampled.size:
+            return []
+        distance = np.diff(sampled)
+        stride = int(np.median(distance)) if distance.size else 1
+        runs = np.split(sampled, np.flatnonzero(distance != stride) + 1)
+        if not undo:
+            return [rest[run] for run in runs]
+        return [self._unlogged(name, rest[run]) for run in runs]
+
+    def _unlogged(self, name: str, x: np.ndarray) -> np.ndarray:
+        """Divided by the gain of the logger's filter, where that leaves something."""
+        logger = self.recording.logger_filters.get(name)
+        if logger is None:
+            return x
+        impulse = np.zeros(len(x))
+        impulse[len(x) // 2] = 1.0
+        answer = apply_logger_filter(impulse, self.recording.sample_time, logger)
+        gain = np.maximum(np.abs(np.fft.rfft(answer)), LOGGED_OUT)
+        window = np.fft.rfft(x - x.mean())
+        return np.fft.irfft(window / gain, len(x))
+
+    def noise(self, s: Sensor, known: Mapping[str, ColumnNoise], number: int) -> list[np.ndarray]:
+        """Per channel of an output the draws of its noise, of the samples that count."""
+        e = self.experiment
+        kinds = [(o.kind, c.name) for o in e.outputs for c in o.channels(e.model.arm)]
+        mine = [k for k, (kind, _) in enumerate(kinds) if kind == s.kind]
+        rng = np.random.default_rng([SEED, number])
+        smooth = {name: self.smooth(name) for name in self.feeding(s)}
+        drawn: list[list[np.ndarray]] = [[] for _ in mine]
+        for _ in range(1 if self.followed(s) else DRAWS):
+            recording = self._noisy(known, smooth, rng)
+            apart = self._processed(recording, s) - self._processed(self.recording, s)
+            if self.followed(s):
+                apart = apart - self._answer(recording)[:, mine]
+            for column, k, found in zip(apart.T, mine, drawn, strict=True):
+                found.append(column[e.counted[:, k] & np.isfinite(column)])
+        return [np.concatenate(found) for found in drawn]
+
+    def _noisy(
+        self,
+        known: Mapping[str, ColumnNoise],
+        smooth: Mapping[str, np.ndarray | None],
+        rng: np.random.Generator,
+    ) -> Recording:
+        channels = dict(self.recording.channels)
+        for name, model in smooth.items():
+            if name in known and name in channels:
+                noise = known[name].drawn(rng, channels[name], model)
+                own = noise if known[name].after_logger else self._logged(name, noise)
+                channels[name] = channels[name] + own
+        return replace(self.recording, channels=channels)
+
+    def _processed(self, recording: Recording, s: Sensor) -> np.ndarray:
+        """(M, k) the measured output through the filters."""
+        y, _ = measured_outputs(self.experiment.model, recording, s)
+        return self.experiment.processing.apply(y, recording.sample_time)
+
+    def _answer(self, recording: Recording) -> np.ndarray:
+        """(M, k): by how much all predictions change when a servo follows other encoders."""
+        e = self.experiment
+        predictions = []
+        for one in (recording, self.recording):
+            again = replace(e, recording=one, task=make_task(e.model, one))
+            motion = run(e.model, self.numbers, again.task_at(self.values), SERVO_STEPS)  # type: ignore[arg-type]
+            predictions.append(again.predicted(motion, self.numbers, self.values))  # type: ignore[arg-type]
+        return predictions[0] - predictions[1]

@@ -1,0 +1,182 @@
+"""What does not repeat when the same motion is made again: the surest noise floor there is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.drives.servo import FollowingServo
+from core.identify.prepared import Prepared, start_joints
+
+ALIKE = 1e-3
+"""Mean square difference of two cycles' inputs, over twice their variance: three per cent of the
+motion, what a loop's own noise leaves of a repeated one."""
+
+UNLIKE = 0.1
+"""The same: beyond it a signal has moved on, so that what comes back later is a new cycle."""
+
+SAME_START = 0.01
+"""rad (m): from where the same references make the same motion, as far as a floor goes."""
+
+INTEGRATED = ("z", "y", "theta")
+"""Channels whose mean drifts from cycle to cycle by whatever the model lacks, where a velocity
+loop leaves positions free; their means are no noise."""
+
+FEWEST_CYCLES = 2
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A recording's samples from `start` on, before decimation."""
+
+    recording: int
+    start: int
+
+
+@dataclass(frozen=True)
+class Group:
+    """Stretches of the same motion, `length` samples each."""
+
+    stretches: tuple[Stretch, ...]
+    length: int
+
+
+def repeated(experiments: Sequence[Prepared]) -> list[Group]:
+    """The cycles within each recording, else the recordings that repeat one another."""
+    groups = [g for i, e in enumerate(experiments) if (g := _cycles(i, e)) is not None]
+    return groups or _repeated_recordings(experiments)
+
+
+def scatter(
+    groups: Sequence[Group], experiments: Sequence[Prepared], errors: Sequence[np.ndarray]
+) -> dict[str, float]:
+    """channel -> rms of the part of its error that does not repeat, SI.
+
+    `errors` (M, k) per recording. What repeats is the model's: taking the error instead of the
+    signal leaves out small differences of the motion.
+    """
+    squares: dict[str, list[np.ndarray]] = {}
+    for group in groups:
+        first = experiments[group.stretches[0].recording]
+        for k, (name, _) in enumerate(first.channels):
+            stacked = _stacked(group, experiments, errors, k)
+            whole = stacked[:, np.isfinite(stacked).all(axis=0)]
+            if not whole.shape[1]:
+                continue
+            if name.startswith(INTEGRATED) and not first.model.steering:
+                whole = whole - whole.mean(axis=1, keepdims=True)
+            squares.setdefault(name, []).append(np.var(whole, axis=0, ddof=1))
+    return {n: float(np.sqrt(np.mean(np.concatenate(s)))) for n, s in squares.items()}
+
+
+def _stacked(
+    group: Group, experiments: Sequence[Prepared], errors: Sequence[np.ndarray], k: int
+) -> np.ndarray:
+    """(cycles, samples) of one channel's error; NaN where a sample does not count."""
+    rows = []
+    for s in group.stretches:
+        e = experiments[s.recording]
+        every = e.processing.decimate
+        first, count = int(round(s.start / every)), group.length // every
+        part = slice(first, first + count)
+        counts = (e.counted[:, k] & _away_from_the_ends(e))[part]
+        rows.append(np.where(counts, errors[s.recording][part, k], np.nan))
+    shortest = min(len(row) for row in rows)
+    return np.array([row[:shortest] for row in rows])
+
+
+RINGS = 4.0
+"""Over a filter's cut-off, in s: how long it answers to a recording's end, where what passed it is
+differentiated twice to a torque; at most a quarter of a recording is given away."""
+
+
+def _away_from_the_ends(e: Prepared) -> np.ndarray:
+    """(M,) bool: where a filter's answer to the recording's ends has died out."""
+    filters = [f for f in (e.processing.filter, e.processing.output_filter) if f is not None]
+    time, ends = e.time, max((RINGS / f.cutoff_hz for f in filters), default=0.0)
+    ends = min(ends, 0.25 * float(time[-1] - time[0]))
+    return np.asarray((time >= time[0] + ends) & (time <= time[-1] - ends))
+
+
+def _cycles(i: int, e: Prepared) -> Group | None:
+    """The cycles of one recording. The first of three or more is left out, of two the first halves:
+    a motion that starts from rest takes some time until it repeats."""
+    inputs = _inputs(e)
+    length = period(inputs)
+    if length is None:
+        return None
+    count = len(inputs) // length
+    first = 1 if count > FEWEST_CYCLES else 0
+    skipped = 0 if first else length // 2
+    starts = [Stretch(i, c * length + skipped) for c in range(first, count)]
+    return Group(tuple(starts), length - skipped)
+
+
+def _inputs(e: Prepared) -> np.ndarray:
+    """(N, k) what the motion follows: references, or under a servo the measured joints."""
+    if not isinstance(e.model.steering, FollowingServo):
+        return e.task.references
+    joints = e.model.arm.joints
+    return e.task.references[:, -2 * joints :][:, :joints]
+
+
+def period(inputs: np.ndarray) -> int | None:
+    """Samples after which inputs (N, k) come again for the first time; None where they do not
+    within half of the recording."""
+    N = len(inputs)
+    moved = inputs - inputs.mean(axis=0)
+    moved = moved[:, moved.std(axis=0) > 0.0]
+    if not moved.shape[1] or N < 2 * FEWEST_CYCLES:
+        return None
+    moved = moved / moved.std(axis=0)
+    apart = _apart(moved)[: N // FEWEST_CYCLES + 1]
+    gone = np.flatnonzero(apart > UNLIKE)
+    if not gone.size:
+        return None
+    back = np.flatnonzero(apart[gone[0] :] < ALIKE)
+    if not back.size:
+        return None
+    at = int(gone[0] + back[0])
+    while at + 1 < len(apart) and apart[at + 1] < apart[at]:
+        at += 1
+    return at
+
+
+def _apart(x: np.ndarray) -> np.ndarray:
+    """(N,) mean square of x(t + lag) - x(t) over twice the variance, by lag; x (N, k) of variance
+    one."""
+    N, k = x.shape
+    size = 1 << (2 * N - 1).bit_length()
+    F = np.fft.rfft(x, size, axis=0)
+    together = np.fft.irfft(np.sum(np.abs(F) ** 2, axis=1), size)[:N]
+    power = np.concatenate([[0.0], np.cumsum(np.sum(x**2, axis=1))])
+    lags = np.arange(N)
+    both = power[N - lags] + (power[N] - power[lags])
+    return np.asarray((both - 2.0 * together) / (2.0 * k * np.maximum(N - lags, 1)))
+
+
+def _repeated_recordings(experiments: Sequence[Prepared]) -> list[Group]:
+    """Each recording goes with the first one whose motion it makes again."""
+    groups: dict[int, list[int]] = {}
+    for i, e in enumerate(experiments):
+        like = next((j for j in groups if _same_motion(experiments[j], e)), i)
+        groups.setdefault(like, []).append(i)
+    return [
+        Group(tuple(Stretch(i, 0) for i in members), len(experiments[like].recording.time))
+        for like, members in groups.items()
+        if len(members) >= FEWEST_CYCLES
+    ]
+
+
+def _same_motion(a: Prepared, b: Prepared) -> bool:
+    one, two = _inputs(a), _inputs(b)
+    same_time = np.isclose(a.recording.sample_time, b.recording.sample_time, rtol=1e-6)
+    if one.shape != two.shape or not same_time:
+        return False
+    starts = [start_joints(e.model, e.recording) for e in (a, b)]
+    variance = float(np.sum(np.var(one, axis=0)))
+    if np.abs(starts[0] - starts[1]).max() > SAME_START or not variance:
+        return False
+    return float(np.sum(np.mean((one - two) ** 2, axis=0))) < 2.0 * ALIKE * variance
