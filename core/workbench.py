@@ -142,9 +142,7 @@ def settled_level(
     setup = make_setup(model, spec, recordings)
     noise = stated_noise(scenario, setup, recordings)
     fidelity = scenario.diagnose.fidelity
-    choice = choose_level(
-        setup.model, setup.outputs, setup.processing, recordings, noise, fidelity
-    )
+    choice = choose_level(setup.model, setup.outputs, setup.processing, recordings, noise, fidelity)
     if choice.level == model.level:
         return model, (choice.sentence,)
     bare = None if model.bare is None else model.bare.at_level(choice.level)

@@ -12,8 +12,9 @@ from core.arm.symbols import Structure
 from core.drives.law import DriveLaw
 from core.drives.velocity_loop import VelocityLoop
 from core.model import Model, Numbers
-from core.simulate import lpv
+from core.simulate import closed
 from core.simulate.motion import Task, at_rest
+from core.simulate.vector import LANES
 
 PAPER = presets()["paper"]
 LAMBDA = (60.0, 30.0)
@@ -126,14 +127,15 @@ def state_matrices(
     n, ns, nr = model.arm.coordinates, law.states, law.references
     names = ("R", "P", "V", "S", "Fs", "Fq", "Fv", "Fr")
     laws = tuple(np.ascontiguousarray(getattr(law, name)[None], dtype=float) for name in names)
-    A, B = np.empty((2 * n + ns, 2 * n + ns)), np.empty((2 * n + ns, nr))
-    K, D, M = np.empty((3, n, n))
-    f, zero, column = np.empty(n), np.zeros(n), np.empty(n)
-    lpv.continuous(
-        model.compiled.dynamics, model.compiled.linear, p, straight(joints, model.arm), laws, 0,
-        A, B, K, D, M, f, np.empty(n, dtype=np.int64), zero, column,
-    )  # fmt: skip
-    return A, B
+    work = closed.room(n, ns, nr)
+    q = straight(joints, model.arm)
+    for lane in range(LANES):
+        closed.place(model.compiled.dynamics, model.compiled.linear, p, q, laws, 0, lane, work)
+    columns = 2 * n + ns + nr
+    closed.solve(work[5], n, work[6], columns)
+    rows = work[6].reshape(n + ns, columns, LANES)[:, :, 0]
+    A = np.vstack([np.eye(n, 2 * n + ns, k=n), rows[:, : 2 * n + ns]])
+    return A, np.vstack([np.zeros((n, nr)), rows[:, 2 * n + ns :]])
 
 
 def state_rate(

@@ -8,7 +8,7 @@ import os
 import sys
 import threading
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -39,6 +39,11 @@ class CompiledArm:
     def __reduce__(self) -> tuple[Any, ...]:
         """Another process makes it from the structure, out of the same cache."""
         return compile_arm, (self.structure,)
+
+    @cached_property
+    def addresses(self) -> np.ndarray:
+        """Of `dynamics` and `linear`, for core.arm.pointers."""
+        return np.array([self.dynamics.address, self.linear.address], dtype=np.int64)
 
     def mass_matrix(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
         """M(q) (n, n)."""

@@ -15,8 +15,8 @@ from core.diagnose.data import Data, names_of
 from core.diagnose.deciding import deciding
 from core.diagnose.descent import cost_of
 from core.diagnose.describe import ranking_of
-from core.diagnose.facts import sizes_of, titles_of
 from core.diagnose.evidence import RELEVANT
+from core.diagnose.facts import sizes_of, titles_of
 from core.diagnose.ladder import (
     REFITTED,
     Gate,
@@ -293,7 +293,13 @@ def _round(
 
     heard = {} if listen is None else {"on_screen": screened, "on_refit": refitted}
     return one_round(
-        state.data, state.refit, state.present, candidates, told, room=room, gate=_gate(state),
+        state.data,
+        state.refit,
+        state.present,
+        candidates,
+        told,
+        room=room,
+        gate=_gate(state),
         **heard,  # type: ignore[arg-type]
     )
 

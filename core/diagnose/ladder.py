@@ -186,9 +186,7 @@ class _Work:
 
     def _polished(self, best: Weighed) -> tuple[Weighed, Data, Refit]:
         """Converged, in its best shape; or the simpler effect to which it was fitted down."""
-        data, after = converged(
-            self.data, best.refit.hypothesis, self.seen.whitener, self.stopped
-        )
+        data, after = converged(self.data, best.refit.hypothesis, self.seen.whitener, self.stopped)
         other = reshaped(data, after, best.screened.effect, self.stopped)
         if other is not after:
             data, after = converged(data, other.hypothesis, self.seen.whitener, self.stopped)
@@ -239,9 +237,7 @@ class _Work:
         added = self._in_order(members, after, found)
         order = [a.weighed for a in added]
         order += [w for w in found if w.screened not in [a.screened for a in order]]
-        return Round(
-            self.seen, tuple(order), order[0], self.before, after, data, tuple(added)
-        )
+        return Round(self.seen, tuple(order), order[0], self.before, after, data, tuple(added))
 
     def _in_order(
         self, members: Sequence[Screened], after: Refit, found: list[Weighed]
@@ -266,7 +262,11 @@ MOST_TRIED = 3
 def ended_at_bound(weighed: Weighed | None, after: Refit) -> str:
     """A sentence where a size of an effect ended at the bound far from neutral."""
     h = after.hypothesis
-    knobs = [k for one in h.model.effects for k in one.knobs(h.model.arm, h.model.drive, typical(h.model.arm))]
+    knobs = [
+        k
+        for one in h.model.effects
+        for k in one.knobs(h.model.arm, h.model.drive, typical(h.model.arm))
+    ]
     neutral = {k.parameter.name: k.neutral for k in knobs}
     at = dict(zip(h.unknowns.labels, h.vector, strict=True))
     for u in h.unknowns.items:

@@ -68,7 +68,9 @@ def planned_data(data: Data, spec: SimulateSpec) -> Data:
     shared = [u for u in data.nuisance if u.recording is None]
     own = {u.parameter.name: u for u in data.nuisance if u.recording is not None}
     nuisance = (*shared, *[Unknown(u.parameter, NAME, u.searched) for u in own.values()])
-    return replace(data, experiments=(prepared,), weights=(weights,), nuisance=nuisance, anchor=None)
+    return replace(
+        data, experiments=(prepared,), weights=(weights,), nuisance=nuisance, anchor=None
+    )
 
 
 def _recording(model: Model, spec: SimulateSpec, like: Recording) -> Recording:

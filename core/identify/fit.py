@@ -127,9 +127,7 @@ SPREAD = 4.0
 stiffnesses were off by as much on benches."""
 
 
-def several_starts(
-    residuals: Residuals, start: np.ndarray, spec: IdentifySpec
-) -> list[np.ndarray]:
+def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) -> list[np.ndarray]:
     """The nominal vector, and the best of some that are spread around it within the bounds."""
     items = residuals.unknowns.items
     moved = [

@@ -1,70 +1,81 @@
-"""Recordings and population members side by side in the lanes of the vector unit.
+"""Recordings and population members side by side, as compiled code takes them.
 
-Seven recordings take seven lanes of eight, one member at a time; or one recording takes all
-lanes, with eight members at a time. A pass is one run of LANES systems.
+At working points the lanes of the vector unit hold systems: seven recordings take seven lanes of
+eight, one member at a time; or one recording takes all lanes, with eight members at a time. A
+recording whose posture is followed is a group of its own, with eight members at a time. A pass is
+one run of a group.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import TypeVar
 
 import numpy as np
 
 from core.identify.prepared import Prepared
-from core.simulate.holds import Pieces, changes, cut, pieces
+from core.model import Model
+from core.simulate.followed import followed
+from core.simulate.holds import Pieces, cut, pieces
 from core.simulate.linear import interleave
-from core.simulate.postures import Nodes, interpolation, midpoints
+from core.simulate.pieces import STORE, piecewise
+from core.simulate.postures import Nodes
 from core.simulate.vector import LANES
 
 T = TypeVar("T")
+_NOTHING = np.zeros(0)
+
+HANDLING = 6000
+"""Samples and steps in the time that a group's numbers take to be laid out: 35 us."""
 
 
 @dataclass(frozen=True)
-class Plan:
-    """How one recording's posture is followed."""
+class Lanes:
+    """A group's numbers: p (passes, LANES, np), laws, C and D likewise, x0 (passes, LANES, N)."""
 
-    joints: tuple[int, ...] = ()
-    """Coordinates on whose recorded positions the matrices depend; none at a working point."""
-    degree: int = 0
-    """Of the polynomial that interpolates the matrices over them."""
-    longest: int = 1
-    """Samples over which the posture may count as one; a working point sets no limit."""
-
-    @property
-    def moves(self) -> bool:
-        return self.degree > 0
+    p: np.ndarray
+    laws: tuple[np.ndarray, ...]
+    C: np.ndarray
+    D: np.ndarray
+    x0: np.ndarray
 
 
 @dataclass(frozen=True)
-class Size:
-    """Of the systems: states that matter, held references, outputs; `held` as the drive has it."""
+class System:
+    """What all recordings share."""
 
-    states: int
-    references: int
-    outputs: int
+    model: Model
+    keep: np.ndarray
+    """Indices of the states that matter."""
     held: bool
+    """Whether references are held between samples; else they run straight."""
+
+
+@cache
+def _packing(recordings: int, copies: int, size: int) -> np.ndarray:
+    """See Group.packing."""
+    passes = -(-size // copies)
+    order = np.minimum(np.arange(passes * copies), size - 1).reshape(passes, copies)
+    copy = np.arange(LANES) // recordings
+    return np.asarray(order[:, np.where(copy < copies, copy, 0)])
 
 
 @dataclass(frozen=True)
-class LaneGroup:
-    """Some recordings, repeated so that they fill the lanes, as compiled code takes them."""
+class Group(ABC):
+    """Some recordings, repeated so that they fill the lanes."""
 
     members: tuple[int, ...]
     """Which of the recordings."""
-    copies: int
     samples: int
     """Of the longest recording."""
-    nodes: np.ndarray
-    """(d, LANES, n) node postures"""
-    shares: np.ndarray
-    """(pieces, d, LANES) flat"""
-    h: np.ndarray
-    """(LANES,) s"""
-    references: np.ndarray
-    """(samples + 1, nr, LANES) flat"""
-    pieces: Pieces
+
+    @property
+    def copies(self) -> int:
+        """Population members per pass."""
+        return max(LANES // len(self.members), 1)
 
     def lanes(self, values: Sequence[T]) -> list[T]:
         """One value per lane from one per recording, copies and fillers included."""
@@ -78,72 +89,104 @@ class LaneGroup:
     def packing(self, size: int) -> np.ndarray:
         """(passes, LANES): which of `size` population members each lane has; the last pass
         repeats the last member."""
-        passes = self.passes(size)
-        order = np.minimum(np.arange(passes * self.copies), size - 1).reshape(passes, self.copies)
-        copy = np.arange(LANES) // len(self.members)
-        return np.asarray(order[:, np.where(copy < self.copies, copy, 0)])
+        return _packing(len(self.members), self.copies, size)
 
-    def work(self, size: int) -> float:
-        """Of that many members, in steps of the state."""
-        steps = len(self.pieces.starts) * len(self.nodes)
-        return float(self.passes(size) * (steps + self.samples))
+    @abstractmethod
+    def outputs(self, system: System, numbers: Lanes, s: int, count: int) -> np.ndarray:
+        """(samples, k, lanes): the linear outputs of pass s, of which `count` members differ."""
 
 
-def lane_group(
-    members: Sequence[int], experiments: Sequence[Prepared], plans: Sequence[Plan], size: Size
-) -> LaneGroup:
-    """Up to LANES of the experiments, each followed by its plan."""
-    chosen, planned = [experiments[i] for i in members], [plans[i] for i in members]
+@dataclass(frozen=True)
+class PointGroup(Group):
+    """Up to LANES recordings at working points."""
+
+    postures: np.ndarray
+    """(LANES, n)"""
+    h: np.ndarray
+    """(LANES,) s"""
+    references: np.ndarray
+    """(samples + 1, nr, LANES) flat"""
+    pieces: Pieces
+
+    def work(self, size: int) -> int:
+        """Of that many members, in samples and steps."""
+        return HANDLING + self.passes(size) * (self.samples + self.pieces.count)
+
+    def outputs(self, system: System, numbers: Lanes, s: int, count: int) -> np.ndarray:
+        k, one = numbers.C.shape[2], slice(s, s + 1)
+        out = np.empty((1, self.samples * k * LANES))
+        part = Lanes(numbers.p[one], tuple(law[one] for law in numbers.laws), numbers.C[one],
+                     numbers.D[one], numbers.x0[one])  # fmt: skip
+        self.run(system, part, STORE, _NOTHING, _NOTHING, np.empty((1, LANES)), out, (0, 1))
+        return out.reshape(self.samples, k, LANES)
+
+    def run(  # noqa: PLR0913 (as compiled code takes it)
+        self, system: System, numbers: Lanes, mode: int, measured: np.ndarray,
+        weights: np.ndarray, costs: np.ndarray, out: np.ndarray, passes: tuple[int, int],
+    ) -> None:  # fmt: skip
+        """The passes from the first to before the second, see core.simulate.pieces.piecewise."""
+        piecewise(
+            system.model.compiled.addresses, numbers.p, numbers.laws, numbers.C, numbers.D,
+            self.postures, self.h, system.keep, system.held, numbers.x0, self.references,
+            self.pieces.lengths, self.pieces.table, mode, measured, weights, costs, out, *passes,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class FollowedGroup(Group):
+    """One recording whose posture is followed."""
+
+    nodes: np.ndarray
+    """(d, n)"""
+    shares: np.ndarray
+    """(samples, d) flat"""
+    h: float
+    references: np.ndarray
+    """(samples + 1, nr) flat"""
+
+    def outputs(self, system: System, numbers: Lanes, s: int, count: int) -> np.ndarray:
+        out = np.empty((self.samples, numbers.C.shape[2], count))
+        followed(
+            system.model.compiled.addresses, numbers.p[s], tuple(law[s] for law in numbers.laws),
+            numbers.C[s], numbers.D[s], self.nodes, self.h, system.keep, system.held,
+            numbers.x0[s], self.references, self.shares, out, 0, count,
+        )  # fmt: skip
+        return out
+
+
+def point_group(
+    members: Sequence[int], experiments: Sequence[Prepared], system: System, outputs: int
+) -> PointGroup:
+    """Up to LANES of the experiments, each at its working point, with that many outputs."""
+    chosen = [experiments[i] for i in members]
     samples = max(len(e.task.time) for e in chosen)
-    found = _pieces(chosen, planned, samples, size)
-    nodes = [_nodes(e, plan, found) for e, plan in zip(chosen, planned, strict=True)]
-    copies = max(LANES // len(chosen), 1)
+    references = [e.task.references for e in chosen]
+    if system.held:
+        inputs = references[0].shape[1]
+        found = pieces(references, samples, len(system.keep), inputs, outputs)
+    else:
+        found = cut(np.zeros(0, dtype=np.int64), samples, 1)
     empty = np.zeros(0)
-    draft = LaneGroup(tuple(members), copies, samples, empty, empty, empty, empty, found)
-    postures, shares = _padded(nodes)
-    return LaneGroup(
+    draft = PointGroup(tuple(members), samples, empty, empty, empty, found)
+    return PointGroup(
         tuple(members),
-        copies,
         samples,
-        np.ascontiguousarray(np.stack(draft.lanes(postures), axis=1)),
-        np.ascontiguousarray(np.stack(draft.lanes(shares), axis=2)).ravel(),
+        np.array(draft.lanes([e.task.schedule[0] for e in chosen])),
         np.array(draft.lanes([e.recording.sample_time for e in chosen])),
-        interleave(draft.lanes([e.task.references for e in chosen]), samples + 1).ravel(),
+        interleave(draft.lanes(references), samples + 1).ravel(),
         found,
     )
 
 
-def _pieces(
-    chosen: Sequence[Prepared], planned: Sequence[Plan], samples: int, size: Size
-) -> Pieces:
-    if not size.held:
-        return cut(np.zeros(0, dtype=np.int64), samples, 1)
-    references = [e.task.references for e in chosen]
-    moving = [plan.longest for plan in planned if plan.moves]
-    if moving:
-        return cut(changes(references, samples), samples, min(moving))
-    return pieces(references, samples, size.states, size.references, size.outputs)
-
-
-def _nodes(e: Prepared, plan: Plan, found: Pieces) -> Nodes:
-    """The nodes of one recording, with shares per piece."""
-    schedule = e.task.schedule
-    if not plan.moves:
-        center = 0.5 * (schedule.min(axis=0) + schedule.max(axis=0))
-        return Nodes(center[None], np.ones((len(found.starts), 1)))
-    missing = int(found.starts[-1] + found.counts[-1]) - len(schedule)
-    points = midpoints(schedule)
-    points = np.vstack([points, np.repeat(points[-1:], missing, axis=0)])
-    means = np.add.reduceat(points, found.starts, axis=0) / found.counts[:, None]
-    return interpolation(means, list(plan.joints), plan.degree)
-
-
-def _padded(nodes: Sequence[Nodes]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Postures (d, n) and shares (pieces, d) with the same d for all: more nodes without share."""
-    d = max(len(each.postures) for each in nodes)
-    postures, shares = [], []
-    for each in nodes:
-        more = d - len(each.postures)
-        postures.append(np.vstack([each.postures, np.repeat(each.postures[-1:], more, axis=0)]))
-        shares.append(np.hstack([each.shares, np.zeros((len(each.shares), more))]))
-    return postures, shares
+def followed_group(i: int, experiments: Sequence[Prepared], nodes: Nodes) -> FollowedGroup:
+    """One experiment along its recorded motion."""
+    e = experiments[i]
+    references = np.vstack([e.task.references, e.task.references[-1:]])
+    return FollowedGroup(
+        (i,),
+        len(e.task.time),
+        np.ascontiguousarray(nodes.postures),
+        np.ascontiguousarray(nodes.shares).ravel(),
+        e.recording.sample_time,
+        np.ascontiguousarray(references, dtype=float).ravel(),
+    )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.drives.law import DriveLaw
-from core.identify.lane_groups import LaneGroup
+from core.identify.lane_groups import Group, Lanes
 from core.identify.prepared import Prepared
 from core.identify.unknowns import GAIN, OFFSET, START, Unknowns
 from core.model import Model, Numbers
@@ -20,17 +20,6 @@ LAW_NAMES = ("R", "P", "V", "S", "Fs", "Fq", "Fv", "Fr")
 
 GENERIC = 0.1234
 """A move in units of a parameter's scale, at which nothing vanishes by chance."""
-
-
-@dataclass(frozen=True)
-class Lanes:
-    """One group's numbers: p (passes, LANES, np), laws, C and D likewise, x0 (passes, LANES, N)."""
-
-    p: np.ndarray
-    laws: tuple[np.ndarray, ...]
-    C: np.ndarray
-    D: np.ndarray
-    x0: np.ndarray
 
 
 def output_rows(e: Prepared, numbers: Numbers) -> tuple[np.ndarray, np.ndarray] | None:
@@ -102,7 +91,7 @@ class LaneNumbers:
             seen = seen | np.any(A[seen], axis=0)
         return seen
 
-    def lanes(self, group: LaneGroup, vectors: np.ndarray) -> Lanes:
+    def lanes(self, group: Group, vectors: np.ndarray) -> Lanes:
         """Of all passes that the vectors (S, P) need."""
         packing = group.packing(len(vectors))
         if self.rows_vary:
@@ -126,9 +115,7 @@ class LaneNumbers:
             own = np.hstack([own, np.broadcast_to(held, (len(own), held.size))])
         return self.model.arm_vectors(names, own)
 
-    def _packed_vectors(
-        self, group: LaneGroup, vectors: np.ndarray, packing: np.ndarray
-    ) -> np.ndarray:
+    def _packed_vectors(self, group: Group, vectors: np.ndarray, packing: np.ndarray) -> np.ndarray:
         """p (passes, LANES, np): each lane has its member's, as its recording sees it."""
         if not self.own_parameters:
             p = self._arm_vectors(self.experiments[group.members[0]], vectors)
@@ -137,7 +124,7 @@ class LaneNumbers:
         recording = np.array(group.lanes(list(range(len(each)))))
         return np.ascontiguousarray(np.array(each)[recording[None, :], packing])
 
-    def _constant(self, group: LaneGroup, passes: int) -> tuple:
+    def _constant(self, group: Group, passes: int) -> tuple:
         """Laws and outputs that no member changes; made once per number of passes."""
         key = ("rows", group.members, passes)
         if key not in self._kept:
@@ -150,7 +137,7 @@ class LaneNumbers:
         *laws, C, D = self._kept[key]
         return tuple(laws), C, D
 
-    def _starts(self, group: LaneGroup, vectors: np.ndarray, packing: np.ndarray) -> np.ndarray:
+    def _starts(self, group: Group, vectors: np.ndarray, packing: np.ndarray) -> np.ndarray:
         """x0 (passes, LANES, N) without effects."""
         if not self.starts_vary:
             key = ("starts", group.members, len(packing))
@@ -163,7 +150,7 @@ class LaneNumbers:
         recording = np.array(group.lanes(list(range(len(chosen)))))
         return np.ascontiguousarray(each[recording[None, :], packing])
 
-    def _each(self, group: LaneGroup, vectors: np.ndarray, packing: np.ndarray) -> Lanes:
+    def _each(self, group: Group, vectors: np.ndarray, packing: np.ndarray) -> Lanes:
         """Where members change laws, outputs or effects: one by one."""
         chosen = [self.experiments[i] for i in group.members]
         shared = not (self.own_parameters or self.model.effects or self.starts_vary)

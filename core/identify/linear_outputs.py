@@ -9,18 +9,27 @@ against one exponential per sample where the object is made, and stated in `erro
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
 from core.drives.servo import FollowingServo
 from core.effects.effect import Effect
-from core.identify.lane_groups import LaneGroup, Plan, Size, lane_group
-from core.identify.lane_numbers import LaneNumbers, Lanes, output_rows
-from core.identify.lane_runs import share, stored
+from core.identify.lane_groups import (
+    FollowedGroup,
+    Group,
+    Lanes,
+    PointGroup,
+    System,
+    followed_group,
+    point_group,
+)
+from core.identify.lane_numbers import LaneNumbers, output_rows
+from core.identify.lane_runs import share
 from core.identify.prepared import TORQUE, Prepared
 from core.identify.processed import processed
 from core.identify.unknowns import Unknowns
-from core.simulate.postures import joints_that_matter, midpoints
+from core.simulate.postures import interpolation, joints_that_matter, midpoints
 from core.simulate.vector import LANES
 
 POSTURE_TOLERANCE = 1e-6
@@ -30,9 +39,6 @@ deviation."""
 
 HIGHEST_DEGREE = 16
 """Of the interpolation; a sweep over most of the elbow's range needs about ten."""
-
-MOST_NODES = 64
-"""Beyond it one exponential per sample costs less."""
 
 CHECK = 3
 """Degrees by which the interpolation that judges another one is higher."""
@@ -53,6 +59,15 @@ def _linear(e: Prepared) -> bool:
     )  # fmt: skip
 
 
+def _plain(e: Prepared) -> bool:
+    """Whether what is compared are the linear outputs, recorded as they are."""
+    arm = e.model.arm
+    sensed = any(type(one).sensed is not Effect.sensed for one in e.model.effects)
+    touched = sensed or bool(e.recording.logger_filters) or bool(e.recording.camera.delay)
+    linear = all(s.is_linear(e.recording, arm) for s in e.outputs)
+    return linear and e.processing.nothing and not touched
+
+
 class LinearOutputs:
     """blocks(vectors (S, P)) -> per recording (S, M, k), as Predictor.predict for each vector."""
 
@@ -60,17 +75,20 @@ class LinearOutputs:
         self, experiments: Sequence[Prepared], unknowns: Unknowns, fixed: Mapping[str, float]
     ) -> None:
         self.experiments, self.unknowns, self.fixed = experiments, unknowns, fixed
-        self.model = experiments[0].model
         self.numbers = LaneNumbers(experiments, unknowns, fixed)
-        self.keep = self.numbers.states_that_matter()
-        self.held = not self.model.numbers().law.interpolate
+        self.model = self.numbers.model
+        held = not self.model.numbers().law.interpolate
+        self.system = System(self.model, self.numbers.states_that_matter(), held)
         self.errors: dict[str, float] = {}
         """Per recording: the largest change of a channel by following the posture, in units of
         its rms; none at a fixed working point."""
-        self.plans = [Plan() for _ in experiments]
-        for i, e in enumerate(experiments):
-            self.plans[i] = self._plan(i, e)
-        self._groups: dict[tuple[int, ...], LaneGroup] = {}
+        self._followed = {
+            i: group for i, e in enumerate(experiments) if (group := self._follow(i, e)) is not None
+        }
+        self.plain = [i not in self._followed and _plain(e) for i, e in enumerate(experiments)]
+        """Per recording: whether nothing happens to its linear outputs, gains and offsets apart."""
+        self._points: dict[tuple[int, ...], PointGroup] = {}
+        self._ways: dict[int, list[Group]] = {}
 
     def blocks(self, vectors: np.ndarray) -> list[np.ndarray]:
         """Processed outputs: per recording (S, M, k) for vectors (S, P)."""
@@ -101,90 +119,97 @@ class LinearOutputs:
         from several threads, no pair of recording and vector twice."""
         jobs: list[Callable[[], None]] = []
         for group in self.groups(len(vectors)):
-            numbers = self.numbers.lanes(group, vectors)
-            packing = group.packing(len(vectors))
-            for s in range(len(packing)):
-                jobs.append(self._job(group, numbers, packing[s], s, vectors, take))
+            jobs += self.jobs(group, self.numbers.lanes(group, vectors), vectors, take)
         share(jobs)
 
-    def _job(  # noqa: PLR0913
-        self, group: LaneGroup, numbers: Lanes, member: np.ndarray, s: int,
-        vectors: np.ndarray, take: Callable[[int, np.ndarray, np.ndarray], None],
-    ) -> Callable[[], None]:  # fmt: skip
-        def job() -> None:
-            linear = stored(self.model, group, numbers, self.keep, self.held, s)
-            count = len(group.members)
-            for r, i in enumerate(group.members):
-                lanes = np.arange(r, group.copies * count, count)
-                lanes = lanes[np.unique(member[lanes], return_index=True)[1]]
-                e = self.experiments[i]
-                values = [self.numbers.values(e, vectors[m]) for m in member[lanes]]
-                y = linear[: len(e.task.time), :, lanes]
-                p = numbers.p[s, lanes]
-                take(i, member[lanes], processed(e, y, self.model.compiled, p, values))
+    def jobs(
+        self, group: Group, numbers: Lanes, vectors: np.ndarray,
+        take: Callable[[int, np.ndarray, np.ndarray], None],
+    ) -> list[Callable[[], None]]:  # fmt: skip
+        """One per pass of a group; `take` as in `each`."""
+        passes = range(len(numbers.p))
+        return [partial(self._pass, group, numbers, s, vectors, take) for s in passes]
 
-        return job
+    def _pass(
+        self, group: Group, numbers: Lanes, s: int, vectors: np.ndarray,
+        take: Callable[[int, np.ndarray, np.ndarray], None],
+    ) -> None:  # fmt: skip
+        recordings, copies = len(group.members), group.copies
+        first = s * copies
+        count = min(copies, len(vectors) - first)
+        linear = group.outputs(self.system, numbers, s, count)
+        which = np.arange(first, first + count)
+        for r, i in enumerate(group.members):
+            lanes = slice(r, r + count * recordings, recordings)
+            e = self.experiments[i]
+            values = [self.numbers.values(e, vectors[m]) for m in which]
+            y = linear[: len(e.task.time), :, lanes]
+            p = numbers.p[s, lanes]
+            take(i, which, processed(e, y, self.model.compiled, p, values))
 
-    def groups(self, size: int) -> list[LaneGroup]:
+    def groups(self, size: int) -> list[Group]:
         """The way of filling the lanes that takes least work for that many vectors."""
-        kinds: dict[object, list[int]] = {}
-        for i, e in enumerate(self.experiments):
-            kinds.setdefault(self._kind(e), []).append(i)
-        mixed = [
-            tuple(some[a : a + LANES]) for some in kinds.values()
-            for a in range(0, len(some), LANES)
-        ]  # fmt: skip
-        alone = [(i,) for i in range(len(self.experiments))]
-        ways = [[self._group(members) for members in way] for way in (mixed, alone)]
+        if size not in self._ways:
+            kinds: dict[object, list[int]] = {}
+            for i in range(len(self.experiments)):
+                if i not in self._followed:
+                    kinds.setdefault(self._kind(i), []).append(i)
+            found = [group for some in kinds.values() for group in self._filled(some, size)]
+            self._ways[size] = [*self._followed.values(), *found]
+        return self._ways[size]
+
+    def _filled(self, some: Sequence[int], size: int) -> list[PointGroup]:
+        """Recordings of one kind side by side, or each for itself."""
+        mixed = [tuple(some[a : a + LANES]) for a in range(0, len(some), LANES)]
+        ways = [[self._point(m) for m in way] for way in (mixed, [(i,) for i in some])]
         return min(ways, key=lambda way: sum(group.work(size) for group in way))
 
-    def _kind(self, e: Prepared) -> object:
+    def _kind(self, i: int) -> object:
         """Recordings of one kind have the same rows of outputs."""
-        return tuple(s.direct(e.recording, e.model.arm) for s in e.outputs)
-
-    def _group(self, members: tuple[int, ...]) -> LaneGroup:
-        if members not in self._groups:
-            size = self._size(self.experiments[members[0]])
-            self._groups[members] = lane_group(members, self.experiments, self.plans, size)
-        return self._groups[members]
-
-    def _size(self, e: Prepared) -> Size:
-        numbers = self.model.numbers()
-        rows = output_rows(e, numbers)
-        assert rows is not None
-        return Size(len(self.keep), numbers.law.references, len(rows[0]), self.held)
-
-    def _plan(self, i: int, e: Prepared) -> Plan:
-        """The lowest degree whose outputs at the start are those of a higher one."""
-        if len(e.task.schedule) == 1:
-            return Plan()
-        start = self.unknowns.parameters.vector()
-        numbers = self.model.numbers(self.numbers.values(e, start))
-        joints = tuple(joints_that_matter(self.model, numbers, midpoints(e.task.schedule)))
-        if not joints:
-            return Plan()
-        fine = self._followed(i, Plan(joints, 1 + CHECK), start)
-        degree = 1
-        while True:
-            coarse, plan = self._followed(i, Plan(joints, degree), start), Plan(joints, degree)
-            error = _largest(coarse - fine, fine)
-            if error < POSTURE_TOLERANCE or degree >= HIGHEST_DEGREE:
-                break
-            degree += 1
-            fine = self._followed(i, Plan(joints, degree + CHECK), start)
-        self.errors[e.recording.name] = error
-        return plan
-
-    def _followed(self, i: int, plan: Plan, vector: np.ndarray) -> np.ndarray:
-        """(M, k) of one recording with a plan."""
-        plans = list(self.plans)
-        plans[i] = plan
         e = self.experiments[i]
-        group = lane_group((i,), self.experiments, plans, self._size(e))
+        return self.plain[i], *(s.direct(e.recording, e.model.arm) for s in e.outputs)
+
+    def _point(self, members: tuple[int, ...]) -> PointGroup:
+        if members not in self._points:
+            rows = output_rows(self.experiments[members[0]], self.model.numbers())
+            assert rows is not None
+            self._points[members] = point_group(
+                members, self.experiments, self.system, len(rows[0])
+            )
+        return self._points[members]
+
+    def _follow(self, i: int, e: Prepared) -> FollowedGroup | None:
+        """With the lowest degree whose outputs at the start are those of a higher one; None
+        where the posture does not matter."""
+        if len(e.task.schedule) == 1:
+            return None
+        points, start = midpoints(e.task.schedule), self.unknowns.parameters.vector()
+        joints = joints_that_matter(
+            self.model, self.model.numbers(self.numbers.values(e, start)), points
+        )
+        if not joints:
+            return None
+
+        def with_degree(degree: int) -> tuple[FollowedGroup, np.ndarray]:
+            nodes = interpolation(points, joints, degree)
+            group = followed_group(i, self.experiments, nodes)
+            return group, self._outputs_at(group, start)
+
+        for degree in range(1, HIGHEST_DEGREE + 1):
+            group, y = with_degree(degree)
+            _, finer = with_degree(degree + CHECK)
+            error = _largest(y - finer, finer)
+            if error < POSTURE_TOLERANCE:
+                break
+        self.errors[e.recording.name] = error
+        return group
+
+    def _outputs_at(self, group: FollowedGroup, vector: np.ndarray) -> np.ndarray:
+        """(M, k) of a group's recording."""
+        found = []
         numbers = self.numbers.lanes(group, vector[None])
-        linear = stored(self.model, group, numbers, self.keep, self.held, 0)[:, :, :1]
-        values = [self.numbers.values(e, vector)]
-        return processed(e, linear, self.model.compiled, numbers.p[0, :1], values)[:, :, 0]
+        self._pass(group, numbers, 0, vector[None], lambda i, which, y: found.append(y[:, :, 0]))
+        return np.asarray(found[0])
 
 
 def _largest(change: np.ndarray, y: np.ndarray) -> float:

@@ -40,7 +40,9 @@ class Prior:
     def __init__(self, residuals: Residuals) -> None:
         items = residuals.unknowns.parameters.items
         self.at = np.array([i for i, p in enumerate(items) if p.prior_std is not None], dtype=int)
-        means = [items[i].value if items[i].prior_mean is None else items[i].prior_mean for i in self.at]
+        means = [
+            items[i].value if items[i].prior_mean is None else items[i].prior_mean for i in self.at
+        ]
         self.mean = np.array(means, dtype=float)
         self.std = np.array([items[i].prior_std for i in self.at], dtype=float)
         self.count = residuals.count

@@ -33,3 +33,6 @@ class Camera(Sensor):
         self, y: np.ndarray, recording: Recording, arm: Arm, compiled: CompiledArm, p: np.ndarray
     ) -> np.ndarray:
         return tip_places(compiled.tip, np.ascontiguousarray(y), np.ascontiguousarray(p))
+
+    def is_linear(self, recording: Recording, arm: Arm) -> bool:
+        return False

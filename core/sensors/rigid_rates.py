@@ -69,9 +69,12 @@ class RigidRates(RigidAngles):
     def from_linear(
         self, y: np.ndarray, recording: Recording, arm: Arm, compiled: CompiledArm, p: np.ndarray
     ) -> np.ndarray:
-        if self.direct(recording, arm):
+        if self.is_linear(recording, arm):
             return y
         return np.asarray(np.gradient(y, recording.sample_time, axis=0))
+
+    def is_linear(self, recording: Recording, arm: Arm) -> bool:
+        return self.direct(recording, arm)
 
 
 def _sampled_rates(theta: np.ndarray, z: np.ndarray, dt: float, p: np.ndarray) -> np.ndarray:

@@ -75,6 +75,10 @@ class Sensor(ABC):
         """
         return y
 
+    def is_linear(self, recording: Recording, arm: Arm) -> bool:
+        """Whether `linear_rows` are the output itself, so that `from_linear` changes nothing."""
+        return True
+
     def direct(self, recording: Recording, arm: Arm) -> bool:
         """Whether the recording holds the channels themselves, not something they come from."""
         names = [c.name for c in self.channels(arm)]

@@ -15,14 +15,15 @@ LONGEST = 32
 class Pieces:
     """Consecutive pieces that cover all samples."""
 
-    starts: np.ndarray
-    """(B,) first samples"""
-    counts: np.ndarray
-    """(B,) numbers of samples"""
+    table: np.ndarray
+    """(3, B): first samples, numbers of samples, and the numbers' places among `lengths`"""
     lengths: np.ndarray
     """The distinct numbers, ascending."""
-    which: np.ndarray
-    """(B,) places of the pieces' numbers among them."""
+
+    @property
+    def count(self) -> int:
+        """B"""
+        return int(self.table.shape[1])
 
 
 def changes(references: Sequence[np.ndarray], samples: int) -> np.ndarray:
@@ -41,7 +42,7 @@ def cut(edges: np.ndarray, samples: int, longest: int) -> Pieces:
     ).astype(np.int64)
     counts = np.diff(np.append(starts, samples)).astype(np.int64)
     lengths, which = np.unique(counts, return_inverse=True)
-    return Pieces(starts, counts, lengths, which.astype(np.int64).ravel())
+    return Pieces(np.stack([starts, counts, which.ravel()]).astype(np.int64), lengths)
 
 
 def pieces(
@@ -57,7 +58,7 @@ def pieces(
         found = cut(edges, samples, length)
         powers = len(found.lengths) + int(np.ceil(np.log2(length + 1)))
         per_build = powers * columns**3 + length * outputs * columns**2
-        return per_build + len(found.starts) * states * columns
+        return per_build + found.count * states * columns
 
     runs = np.diff(np.concatenate([[0], edges, [samples]]))
     tried = sorted({min(int(run), longest) for run in np.unique(runs)} | {1})

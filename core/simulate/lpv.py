@@ -11,70 +11,11 @@ import numpy as np
 from numba import int64, njit, types
 
 from core.arm.signatures import DYNAMICS, LINEAR, OPTIONS, matrix, vector
+from core.simulate.closed import augment, balance, place, room, solve
 from core.simulate.lanes import advance_and_compare, advance_and_store, aligned, exponential
-from core.simulate.small import factor, substitute
 from core.simulate.vector import LANES
 
 cube = types.float64[:, :, ::1]
-
-
-@njit(**OPTIONS)
-def closed_loop(laws, lane, K, D, right):  # type: ignore[no-untyped-def]
-    """right (n, 2 n + ns + nr) = [-K - P, -D - V, -S, R]: M q'' = right [x; r]."""
-    R, P, V, S = laws[0], laws[1], laws[2], laws[3]
-    n, ns, nr = K.shape[0], S.shape[2], R.shape[2]
-    for i in range(n):
-        driven = i < R.shape[1]
-        for j in range(n):
-            right[i, j] = -K[i, j] - (P[lane, i, j] if driven else 0.0)
-            right[i, n + j] = -D[i, j] - (V[lane, i, j] if driven else 0.0)
-        for j in range(ns):
-            right[i, 2 * n + j] = -S[lane, i, j] if driven else 0.0
-        for j in range(nr):
-            right[i, 2 * n + ns + j] = R[lane, i, j] if driven else 0.0
-
-
-@njit(**OPTIONS)
-def drive_rows(laws, lane, n, A, B):  # type: ignore[no-untyped-def]
-    """The last rows of A and B: the drive's own states."""
-    Fs, Fq, Fv, Fr = laws[4], laws[5], laws[6], laws[7]
-    for i in range(Fs.shape[1]):
-        for j in range(n):
-            A[2 * n + i, j] = Fq[lane, i, j]
-            A[2 * n + i, n + j] = Fv[lane, i, j]
-        for j in range(Fs.shape[1]):
-            A[2 * n + i, 2 * n + j] = Fs[lane, i, j]
-        for j in range(B.shape[1]):
-            B[2 * n + i, j] = Fr[lane, i, j]
-
-
-@njit(**OPTIONS)
-def continuous(dynamics, linear, p, q, laws, lane, A, B, K, D, M, f, pivots, zero, column):  # type: ignore[no-untyped-def]
-    """A (2 n + ns, ..) and B (2 n + ns, nr) with the drive closed, at the straight arm in q.
-
-    Loops instead of slices: Numba takes seconds to compile the latter, with their messages.
-    """
-    n, full, nr = q.size, A.shape[0], B.shape[1]
-    right = np.empty((n, full + nr))
-    dynamics(q, zero, p, M, f)
-    linear(q, p, K, D)
-    closed_loop(laws, lane, K, D, right)
-    factor(M, pivots)
-    for i in range(n):
-        for j in range(full):
-            A[i, j] = 1.0 if j == n + i else 0.0
-        for j in range(nr):
-            B[i, j] = 0.0
-    for j in range(full + nr):
-        for i in range(n):
-            column[i] = right[i, j]
-        substitute(M, pivots, column)
-        for i in range(n):
-            if j < full:
-                A[n + i, j] = column[i]
-            else:
-                B[n + i, j - full] = column[i]
-    drive_rows(laws, lane, n, A, B)
 
 
 @njit(**OPTIONS)
@@ -85,36 +26,6 @@ def lane_sums(total, ny):  # type: ignore[no-untyped-def]
         for lane in range(LANES):
             sums[lane] += total[i * LANES + lane]
     return sums
-
-
-@njit(**OPTIONS)
-def balance(A, n):  # type: ignore[no-untyped-def]
-    """A power of two that brings q to the size of q', so that few squarings are needed."""
-    largest = 1.0
-    for i in range(n):
-        for j in range(n):
-            largest = max(largest, abs(A[n + i, j]))
-    return 2.0 ** np.round(0.5 * np.log2(largest))
-
-
-@njit(**OPTIONS)
-def discretise(A, B, C, D, keep, n, h, lane, held, aug, scale):  # type: ignore[no-untyped-def]
-    """Writes one lane of the augmented matrix (na, na, LANES), to be exponentiated."""
-    nx, nr = keep.size, B.shape[1]
-    na = nx + (nr if held else 2 * nr)
-    for i in range(na):
-        for j in range(na):
-            aug[(j * na + i) * LANES + lane] = 0.0
-    for i in range(nx):
-        si = scale if keep[i] < n else 1.0
-        for j in range(nx):
-            sj = scale if keep[j] < n else 1.0
-            aug[(j * na + i) * LANES + lane] = h * A[keep[i], keep[j]] * si / sj
-        for j in range(nr):
-            aug[((nx + j) * na + i) * LANES + lane] = h * B[keep[i], j] * si
-    if not held:
-        for j in range(nr):
-            aug[((nx + nr + j) * na + nx + j) * LANES + lane] = 1.0
 
 
 @njit(**OPTIONS)
@@ -148,14 +59,12 @@ def one_pass(  # type: ignore[no-untyped-def]
     weights, out, store,
 ):  # fmt: skip
     """As `respond`, compiled."""
-    n, nr = schedule.shape[2], laws[0].shape[2]
-    ny, nx, full = C.shape[1], keep.size, C.shape[2]
+    n, nr, ns = schedule.shape[2], laws[0].shape[2], laws[3].shape[2]
+    ny, nx = C.shape[1], keep.size
     m = nr if held else 2 * nr
     na = nx + m
     T = refs.size // (nr * LANES) - 1
-    A, B = np.empty((full, full)), np.empty((full, nr))
-    K, Dm, M, f = np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty(n)
-    pivots, zero, column, q = np.empty(n, dtype=np.int64), np.zeros(n), np.empty(n), np.empty(n)
+    q, space, columns = np.empty(n), room(n, ns, nr), 2 * n + ns + nr
     aug, work = aligned(na * na * LANES), aligned(5 * na * na * LANES).reshape(5, -1)
     F = aligned((nx + ny) * na * LANES)
     z, total = aligned(2 * (na + ny) * LANES), np.zeros(ny * LANES)
@@ -168,13 +77,11 @@ def one_pass(  # type: ignore[no-untyped-def]
                     q[i] = schedule[0, lane, i]
                     if varying:
                         q[i] = 0.5 * (schedule[t, lane, i] + schedule[following, lane, i])
-                continuous(
-                    dynamics, linear, p[lane], q, laws, lane, A, B, K, Dm, M, f, pivots, zero,
-                    column,
-                )  # fmt: skip
-                if t == 0 and lane == 0:
-                    scale = balance(A, n)
-                discretise(A, B, C, D, keep, n, h[lane], lane, held, aug, scale)
+                place(dynamics, linear, p[lane], q, laws, lane, lane, space)
+            solve(space[5], n, space[6], columns)
+            if t == 0:
+                scale = balance(space[6], n, columns)
+            augment(space[6], n, ns, nr, keep, h, held, scale, aug)
             E = exponential(aug, na, work)
             for lane in range(LANES):
                 collect(E, F, C, D, keep, n, ny, nr, held, lane, scale)

@@ -1,14 +1,12 @@
 """Compiled response of the LPV descriptor model, piece by piece instead of sample by sample.
 
-Over a piece the references are held and the posture counts as one, so that the state needs one
-step and the outputs are one product,
+At a working point, over a piece with held references, the state needs one step and the outputs
+are one product,
 
     x_next = F_l [r; x],    [y_0; y_1; ...] = [C D; (C D) S; (C D) S^2; ...] [r; x],
 
-with the one-sample step S of [r; x] and F_l the lower rows of S^l. Where the posture varies, F is
-a sum over a few node postures with the piece's weights (core.simulate.postures):
-F [r; x] = [F_1 F_2 ...] [w_1 [r; x]; w_2 [r; x]; ...]. The last axis of every array holds LANES
-independent systems, see core.simulate.lanes.
+with the one-sample step S of [r; x] and F_l the lower rows of S^l. The last axis of every array
+holds LANES independent systems, see core.simulate.lanes.
 """
 
 from __future__ import annotations
@@ -16,12 +14,14 @@ from __future__ import annotations
 import numpy as np
 from numba import int64, njit, types
 
-from core.arm.signatures import DYNAMICS, LINEAR, OPTIONS, matrix, vector
+from core.arm.pointers import dynamics_at, linear_at
+from core.arm.signatures import OPTIONS, matrix, vector
 from core.simulate import vector as wide
+from core.simulate.closed import augment, balance, place, room, solve
 from core.simulate.lanes import aligned, apply_part, exponential, product
-from core.simulate.lpv import POPULATION, balance, continuous, cube, discretise
+from core.simulate.lpv import POPULATION, cube
 from core.simulate.small import INLINE
-from core.simulate.vector import LANES, move, scale
+from core.simulate.vector import LANES, move
 
 compare1, compare2, compare4, compare8 = (
     wide.compare1, wide.compare2, wide.compare4, wide.compare8
@@ -33,37 +33,37 @@ COMPARE, WEIGH, STORE = range(3)
 
 
 @njit(**INLINE)
-def compare(A, column, rows, x, n, measured, m0, weights, total):  # type: ignore[no-untyped-def]
+def compare(A, column, rows, x, x0, n, measured, m0, weights, total):  # type: ignore[no-untyped-def]
     """total (LANES,) += sum (measured - A x)^2 over the first `rows` rows of A."""
     r = 0
     while r + 8 <= rows:
-        compare8(A, r * LANES, column, x, 0, n, measured, m0 + r * LANES, weights, 0, total)
+        compare8(A, r * LANES, column, x, x0, n, measured, m0 + r * LANES, weights, 0, total)
         r += 8
     if r + 4 <= rows:
-        compare4(A, r * LANES, column, x, 0, n, measured, m0 + r * LANES, weights, 0, total)
+        compare4(A, r * LANES, column, x, x0, n, measured, m0 + r * LANES, weights, 0, total)
         r += 4
     if r + 2 <= rows:
-        compare2(A, r * LANES, column, x, 0, n, measured, m0 + r * LANES, weights, 0, total)
+        compare2(A, r * LANES, column, x, x0, n, measured, m0 + r * LANES, weights, 0, total)
         r += 2
     if r < rows:
-        compare1(A, r * LANES, column, x, 0, n, measured, m0 + r * LANES, weights, 0, total)
+        compare1(A, r * LANES, column, x, x0, n, measured, m0 + r * LANES, weights, 0, total)
 
 
 @njit(**INLINE)
-def weigh(A, column, rows, x, n, measured, m0, weights, total):  # type: ignore[no-untyped-def]
+def weigh(A, column, rows, x, x0, n, measured, m0, weights, total):  # type: ignore[no-untyped-def]
     """As `compare`, each square times its weight; weights stand as measured does."""
     r = 0
     while r + 4 <= rows:
         at = m0 + r * LANES
-        weigh4(A, r * LANES, column, x, 0, n, measured, at, weights, at, total)
+        weigh4(A, r * LANES, column, x, x0, n, measured, at, weights, at, total)
         r += 4
     if r + 2 <= rows:
         at = m0 + r * LANES
-        weigh2(A, r * LANES, column, x, 0, n, measured, at, weights, at, total)
+        weigh2(A, r * LANES, column, x, x0, n, measured, at, weights, at, total)
         r += 2
     if r < rows:
         at = m0 + r * LANES
-        weigh1(A, r * LANES, column, x, 0, n, measured, at, weights, at, total)
+        weigh1(A, r * LANES, column, x, x0, n, measured, at, weights, at, total)
 
 
 @njit(**OPTIONS)
@@ -88,14 +88,14 @@ def square_step(E, keep, n, m, nr, held, lane, S):  # type: ignore[no-untyped-de
 
 
 @njit(**OPTIONS)
-def first_outputs(C, D, keep, n, m, nr, unit, lane, rows, Y, o):  # type: ignore[no-untyped-def]
-    """One lane of the outputs' first rows [D C] in Y (rows, na) from place o on."""
+def first_outputs(C, D, keep, n, m, nr, unit, lane, rows, Y):  # type: ignore[no-untyped-def]
+    """One lane of the outputs' first rows [D C] in Y (rows, na)."""
     for i in range(C.shape[1]):
         for j in range(m):
-            Y[o + (j * rows + i) * LANES + lane] = D[lane, i, j] if j < nr else 0.0
+            Y[(j * rows + i) * LANES + lane] = D[lane, i, j] if j < nr else 0.0
         for j in range(keep.size):
             sj = unit if keep[j] < n else 1.0
-            Y[o + ((m + j) * rows + i) * LANES + lane] = C[lane, i, keep[j]] / sj
+            Y[((m + j) * rows + i) * LANES + lane] = C[lane, i, keep[j]] / sj
 
 
 @njit(**OPTIONS)
@@ -108,10 +108,10 @@ def copy_step(S, m, nx, F, f):  # type: ignore[no-untyped-def]
 
 
 @njit(**OPTIONS)
-def raise_steps(work, m, nx, ny, lengths, longest, F, f, stride, Y, o):  # type: ignore[no-untyped-def]
+def raise_steps(work, m, nx, ny, lengths, longest, F, stride, Y):  # type: ignore[no-untyped-def]
     """Powers and output rows by doubling: work[0] holds S, Y its first ny rows.
 
-    The step over lengths[i] samples goes to F from f + i stride on; Y gets longest ny rows.
+    The step over lengths[i] samples goes to F from i stride on; Y gets longest ny rows.
     """
     na = m + nx
     rows = longest * ny
@@ -134,11 +134,8 @@ def raise_steps(work, m, nx, ny, lengths, longest, F, f, stride, Y, o):  # type:
         if done < longest:
             more = min(done, longest - done)
             for j in range(na):
-                at = o + j * column
-                apply_part(
-                    Y, o, column, more * ny, work[P], j * na * LANES, na, Y,
-                    at + done * ny * LANES,
-                )  # fmt: skip
+                at = j * column + done * ny * LANES
+                apply_part(Y, 0, column, more * ny, work[P], j * na * LANES, na, Y, at)
             done += more
         bit *= 2
         if bit > longest:
@@ -146,125 +143,95 @@ def raise_steps(work, m, nx, ny, lengths, longest, F, f, stride, Y, o):  # type:
         product(work[Q], work[P], work[P], na)
         P, Q = Q, P
     for i in range(lengths.size):
-        copy_step(work[3 + i], m, nx, F, f + i * stride)
+        copy_step(work[3 + i], m, nx, F, i * stride)
 
 
 @njit(**OPTIONS)
 def build(  # type: ignore[no-untyped-def]
-    dynamics, linear, p, laws, C, D, nodes, h, keep, held, lengths, longest, F, Y, steps, aug,
-    work,
+    dynamics, linear, p, laws, C, D, postures, h, keep, held, lengths, longest, F, Y, steps, aug,
+    work, space,
 ):  # fmt: skip
-    """Fills F (lengths, nodes na columns of nx) and Y; returns the unit of q in the states.
-
-    Without nodes in plenty, or with pieces of one sample, Y has its rows once: outputs do not
-    depend on the posture.
-    """
-    d, n, nr = nodes.shape[0], nodes.shape[2], laws[0].shape[2]
-    ny, nx, full = C.shape[1], keep.size, C.shape[2]
+    """Fills F (lengths, na columns of nx) and Y; returns the unit of q in the states."""
+    n, nr, ns = postures.shape[1], laws[0].shape[2], laws[3].shape[2]
+    ny, nx = C.shape[1], keep.size
     m = nr if held else 2 * nr
-    na = m + nx
-    A, B, q = np.empty((full, full)), np.empty((full, nr)), np.empty(n)
-    K, Dm, M, f = np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty(n)
-    pivots, zero, column = np.empty(n, dtype=np.int64), np.zeros(n), np.empty(n)
-    unit = 1.0
-    for k in range(d):
-        for lane in range(LANES):
-            for i in range(n):
-                q[i] = nodes[k, lane, i]
-            continuous(
-                dynamics, linear, p[lane], q, laws, lane, A, B, K, Dm, M, f, pivots, zero, column
-            )
-            if k == 0 and lane == 0:
-                unit = balance(A, n)
-            discretise(A, B, C, D, keep, n, h[lane], lane, held, aug, unit)
-        E = exponential(aug, na, work)
-        part = k if longest > 1 else 0
-        for lane in range(LANES):
-            square_step(E, keep, n, m, nr, held, lane, steps[0])
-            first_outputs(
-                C, D, keep, n, m, nr, unit, lane, longest * ny, Y, part * longest * ny * na * LANES
-            )
-        raise_steps(
-            steps, m, nx, ny, lengths, longest, F, k * na * nx * LANES, d * na * nx * LANES, Y,
-            part * longest * ny * na * LANES,
-        )  # fmt: skip
+    na, columns = m + nx, 2 * n + ns + nr
+    for lane in range(LANES):
+        place(dynamics, linear, p[lane], postures[lane], laws, lane, lane, space)
+    solve(space[5], n, space[6], columns)
+    unit = balance(space[6], n, columns)
+    augment(space[6], n, ns, nr, keep, h, held, unit, aug)
+    E = exponential(aug, na, work)
+    for lane in range(LANES):
+        square_step(E, keep, n, m, nr, held, lane, steps[0])
+        first_outputs(C, D, keep, n, m, nr, unit, lane, longest * ny, Y)
+    raise_steps(steps, m, nx, ny, lengths, longest, F, na * nx * LANES, Y)
     return unit
 
 
 @njit(**OPTIONS)
 def march(  # type: ignore[no-untyped-def]
-    F, Y, nx, ny, m, nr, d, longest, z, spread, refs, starts, counts, which, shares, mode,
-    measured, weights, total, out,
+    F, Y, nx, ny, m, nr, longest, z, refs, pieces, mode, measured, weights, total,
+    out,
 ):  # fmt: skip
-    """Goes through the pieces; z: two buffers [r; x] that take turns, the first holds the start.
-
-    `spread` (d na): the buffer's contents times the posture's weights, where d > 1.
-    """
+    """Goes through the pieces; z: two buffers [r; x] that take turns, the first holds the start."""
     na = m + nx
-    size = d * nx * na * LANES
     column = longest * ny * LANES
-    for b in range(starts.size):
-        t, old = starts[b], (b & 1) * na * LANES
+    for b in range(pieces.shape[1]):
+        t, old = pieces[0, b], (b & 1) * na * LANES
         new = na * LANES - old
         for i in range(0, m * LANES, LANES):
             move(z, old + i, refs, t * nr * LANES + i)
-        for k in range(d):
-            for i in range(0, na * LANES, LANES):
-                scale(spread, k * na * LANES + i, z, old + i, shares, (b * d + k) * LANES)
-        apply_part(F, which[b] * size, nx * LANES, nx, spread, 0, d * na, z, new + m * LANES)
-        if longest > 1:
-            columns = d * na
-        else:
-            columns = na
-            for i in range(0, na * LANES, LANES):
-                move(spread, i, z, old + i)
-        rows, at = counts[b] * ny, t * ny * LANES
+        f = pieces[2, b] * na * nx * LANES
+        apply_part(F, f, nx * LANES, nx, z, old, na, z, new + m * LANES)
+        rows, at = pieces[1, b] * ny, t * ny * LANES
         if mode == COMPARE:
-            compare(Y, column, rows, spread, columns, measured, at, weights, total)
+            compare(Y, column, rows, z, old, na, measured, at, weights, total)
         elif mode == WEIGH:
-            weigh(Y, column, rows, spread, columns, measured, at, weights, total)
+            weigh(Y, column, rows, z, old, na, measured, at, weights, total)
         else:
-            apply_part(Y, 0, column, rows, spread, 0, columns, out, at)
+            apply_part(Y, 0, column, rows, z, old, na, out, at)
 
 
 @njit(
     types.void(
-        DYNAMICS, LINEAR, cube, POPULATION, types.float64[:, :, :, ::1],
-        types.float64[:, :, :, ::1], cube, vector, types.int64[::1], types.boolean, cube, vector,
-        types.int64[::1], types.int64[::1], types.int64[::1], types.int64[::1], vector, int64,
-        vector, vector, matrix, matrix, int64, int64,
+        types.int64[::1], cube, POPULATION, types.float64[:, :, :, ::1],
+        types.float64[:, :, :, ::1], matrix, vector, types.int64[::1], types.boolean, cube, vector,
+        types.int64[::1], types.int64[:, ::1], int64, vector, vector, matrix, matrix, int64, int64,
     ),
     **OPTIONS,
 )  # fmt: skip
 def piecewise(  # type: ignore[no-untyped-def]
-    dynamics, linear, p, laws, C, D, nodes, h, keep, held, x0, refs, lengths, starts, counts,
-    which, shares, mode, measured, weights, costs, out, first, last,
+    arm, p, laws, C, D, postures, h, keep, held, x0, refs, lengths, pieces, mode,
+    measured, weights, costs, out, first, last,
 ):  # fmt: skip
     """The passes first..last-1 of LANES systems each; the only entry from Python.
 
+    arm (2,): the addresses of its dynamics and linear functions.
     p (passes, LANES, np), laws, C (passes, LANES, ny, N), D (passes, LANES, ny, nr) and x0
-    (passes, LANES, N) belong to the passes, the rest to all of them: nodes (d, LANES, n), h
-    (LANES,) in s, keep (nx,) the states that matter, refs (T + 1, nr, LANES) flat; the pieces'
-    first samples, numbers of samples and places among the distinct `lengths`; shares
-    (pieces, d, LANES) flat. Writes costs (passes, LANES) from measured and weights
-    (T, ny, LANES) flat, or out (passes, T ny LANES), as `mode` says.
+    (passes, LANES, N) belong to the passes, the rest to all of them: postures (LANES, n), h
+    (LANES,) in s, keep (nx,) the states that matter, refs (T + 1, nr, LANES) flat; pieces
+    (3, B), their first samples, numbers of samples and places among the distinct `lengths`.
+    Writes costs (passes, LANES) from measured and weights (T, ny, LANES) flat, or
+    out (passes, T ny LANES), as `mode` says.
     """
     R, P, V, S, Fs, Fq, Fv, Fr = laws
-    d, n, nr = nodes.shape[0], nodes.shape[2], R.shape[3]
+    dynamics, linear = dynamics_at(arm[0]), linear_at(arm[1])
+    n, nr = postures.shape[1], R.shape[3]
     ny, nx = C.shape[2], keep.size
     m = nr if held else 2 * nr
     na, longest = m + nx, lengths.max()
     square = na * na * LANES
     aug, work = aligned(square), aligned(5 * square).reshape(5, -1)
     steps = aligned((3 + lengths.size) * square).reshape(-1, square)
-    F = aligned(lengths.size * d * nx * na * LANES)
-    Y = aligned((d if longest > 1 else 1) * longest * ny * na * LANES)
-    z, spread, total = aligned(2 * na * LANES), aligned(d * na * LANES), aligned(LANES)
+    F, Y = aligned(lengths.size * nx * na * LANES), aligned(longest * ny * na * LANES)
+    z, total = aligned(2 * na * LANES), aligned(LANES)
+    space = room(n, S.shape[3], nr)
     for s in range(first, last):
         law = (R[s], P[s], V[s], S[s], Fs[s], Fq[s], Fv[s], Fr[s])
         unit = build(
-            dynamics, linear, p[s], law, C[s], D[s], nodes, h, keep, held, lengths, longest, F,
-            Y, steps, aug, work,
+            dynamics, linear, p[s], law, C[s], D[s], postures, h, keep, held, lengths, longest,
+            F, Y, steps, aug, work, space,
         )  # fmt: skip
         for i in range(nx):
             si = unit if keep[i] < n else 1.0
@@ -273,8 +240,8 @@ def piecewise(  # type: ignore[no-untyped-def]
         for lane in range(LANES):
             total[lane] = 0.0
         march(
-            F, Y, nx, ny, m, nr, d, longest, z, spread, refs, starts, counts, which, shares,
-            mode, measured, weights, total, out[s] if mode == STORE else out[0],
+            F, Y, nx, ny, m, nr, longest, z, refs, pieces, mode, measured,
+            weights, total, out[s] if mode == STORE else out[0],
         )  # fmt: skip
         for lane in range(LANES):
             costs[s, lane] = total[lane]

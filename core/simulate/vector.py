@@ -29,11 +29,29 @@ def _at(builder: Any, data: Any, index: Any) -> Any:
     return builder.bitcast(builder.gep(data, [index]), _VECTOR.as_pointer())
 
 
+def _one_vector(builder: Any, x: Any, k: Any) -> Any:
+    """x[8 k], one number per lane."""
+    place = builder.mul(k, ir.Constant(k.type, LANES))
+    return builder.load(_at(builder, x, place), align=8)
+
+
+def _one_number(builder: Any, x: Any, k: Any) -> Any:
+    """x[k], the same number in all lanes."""
+    return _in_all_lanes(builder, builder.load(builder.gep(x, [k])))
+
+
+def _in_all_lanes(builder: Any, number: Any) -> Any:
+    first = builder.insert_element(_ZERO, number, ir.Constant(ir.IntType(32), 0))
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
+    return builder.shuffle_vector(first, ir.Constant(_VECTOR, ir.Undefined), mask)
+
+
 def _columns(
-    builder: Any, A: Any, stride: Any, x: Any, count: Any, sums: list[Any], combine: Any
-) -> list[Any]:
-    """Emits a loop: sums[r] = combine(sums[r], A[k stride + 8 r] x[8 k]), for k below count (at
-    least 1)."""
+    builder: Any, A: Any, stride: Any, x: Any, count: Any, sums: list[Any], combine: Any,
+    entry: Any = _one_vector,
+) -> list[Any]:  # fmt: skip
+    """Emits a loop: sums[r] = combine(sums[r], A[k stride + 8 r] entry(x, k)), for k below count
+    (at least 1)."""
     whole = count.type
     before = builder.block
     loop, after = builder.append_basic_block("dot"), builder.append_basic_block("dotted")
@@ -44,12 +62,12 @@ def _columns(
     phis = [builder.phi(_VECTOR) for _ in sums]
     for phi, value in zip(phis, sums, strict=True):
         phi.add_incoming(value, before)
-    factor = builder.load(_at(builder, x, builder.mul(k, ir.Constant(whole, LANES))), align=8)
+    factor = entry(builder, x, k)
     column = builder.gep(A, [builder.mul(k, stride)])
     totals = []
     for r, phi in enumerate(phis):
-        entry = builder.load(_at(builder, column, ir.Constant(whole, r * LANES)), align=8)
-        term = builder.fmul(entry, factor, flags=_FUSE)
+        one = builder.load(_at(builder, column, ir.Constant(whole, r * LANES)), align=8)
+        term = builder.fmul(one, factor, flags=_FUSE)
         totals.append(combine(phi, term, flags=_FUSE))
         phi.add_incoming(totals[-1], loop)
     following = builder.add(k, ir.Constant(whole, 1))
@@ -59,10 +77,11 @@ def _columns(
     return totals
 
 
-def _make_dot(rows: int) -> Any:
+def _make_dot(rows: int, entry: Any = _one_vector) -> Any:
     @intrinsic
     def dot(typingctx, A, a, stride, x, x0, n, y, y0):  # type: ignore[no-untyped-def]
-        """y[y0 + 8 r] = sum_k<n A[a + k stride + 8 r] x[x0 + 8 k], for r below `rows`.
+        """y[y0 + 8 r] = sum_k<n A[a + k stride + 8 r] x[x0 + 8 k], for r below `rows`; or with
+        x[x0 + k] in all lanes, where rows stand in the lanes.
 
         All arrays flat float64, all places and strides in doubles, n at least 1.
         """
@@ -73,7 +92,7 @@ def _make_dot(rows: int) -> Any:
             A, x, y = (_data(context, builder, sig.args[i], args[i]) for i in (0, 3, 6))
             first, start = builder.gep(A, [a]), builder.gep(x, [x0])
             zeros = [_ZERO] * rows
-            sums = _columns(builder, first, stride, start, n, zeros, builder.fadd)
+            sums = _columns(builder, first, stride, start, n, zeros, builder.fadd, entry)
             for r, value in enumerate(sums):
                 place = builder.add(y0, ir.Constant(y0.type, r * LANES))
                 builder.store(value, _at(builder, y, place), align=8)
@@ -85,6 +104,7 @@ def _make_dot(rows: int) -> Any:
 
 
 dot1, dot2, dot4, dot8 = (_make_dot(rows) for rows in (1, 2, 4, 8))
+rows1, rows2, rows4, rows8 = (_make_dot(rows, _one_number) for rows in (1, 2, 4, 8))
 
 
 def _sum_of_squares(builder: Any, errors: list[Any], weights: list[Any]) -> Any:
@@ -146,20 +166,27 @@ def _move(typingctx, y, y0, x, x0):  # type: ignore[no-untyped-def]
     return signature, emit
 
 
-def _scale(typingctx, y, y0, x, x0, w, w0):  # type: ignore[no-untyped-def]
-    """y[y0 + lane] = w[w0 + lane] x[x0 + lane]."""
-    signature = types.void(y, y0, x, x0, w, w0)
+def _of_two(combine: str) -> Any:
+    def operation(typingctx, y, y0, x, x0, w, w0):  # type: ignore[no-untyped-def]
+        """y = w x, or y -= w x, per lane from the places y0, x0, w0 on."""
+        signature = types.void(y, y0, x, x0, w, w0)
 
-    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        target, source, factor = (
-            _at(builder, _data(context, builder, sig.args[i], args[i]), args[i + 1])
-            for i in (0, 2, 4)
-        )
-        product = builder.fmul(builder.load(factor, align=8), builder.load(source, align=8))
-        builder.store(product, target, align=8)
-        return context.get_dummy_value()
+        def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            target, source, factor = (
+                _at(builder, _data(context, builder, sig.args[i], args[i]), args[i + 1])
+                for i in (0, 2, 4)
+            )
+            numbers = builder.load(source, align=8), builder.load(factor, align=8)
+            product = builder.fmul(*numbers, flags=_FUSE)
+            if combine:
+                before = builder.load(target, align=8)
+                product = getattr(builder, combine)(before, product, flags=_FUSE)
+            builder.store(product, target, align=8)
+            return context.get_dummy_value()
 
-    return signature, emit
+        return signature, emit
+
+    return operation
 
 
 def _add_squares(typingctx, y, y0, measured, m0, weights, w0, total, t0):  # type: ignore[no-untyped-def]
@@ -187,9 +214,7 @@ def _axpy(typingctx, y, y0, scale, x, x0):  # type: ignore[no-untyped-def]
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         out = _at(builder, _data(context, builder, sig.args[0], args[0]), args[1])
         x = _at(builder, _data(context, builder, sig.args[3], args[3]), args[4])
-        spread = builder.insert_element(_ZERO, args[2], ir.Constant(ir.IntType(32), 0))
-        mask = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-        factor = builder.shuffle_vector(spread, ir.Constant(_VECTOR, ir.Undefined), mask)
+        factor = _in_all_lanes(builder, args[2])
         term = builder.fmul(builder.load(x, align=8), factor, flags=_FUSE)
         total = builder.fadd(term, builder.load(out, align=8), flags=_FUSE)
         builder.store(total, out, align=8)
@@ -202,4 +227,5 @@ def _axpy(typingctx, y, y0, scale, x, x0):  # type: ignore[no-untyped-def]
 add_squares: Any = intrinsic(_add_squares)
 axpy: Any = intrinsic(_axpy)
 move: Any = intrinsic(_move)
-scale: Any = intrinsic(_scale)
+scale: Any = intrinsic(_of_two(""))
+subtract: Any = intrinsic(_of_two("fsub"))

@@ -1,0 +1,165 @@
+"""Compiled response of the LPV descriptor model along a recorded motion.
+
+The discretised matrices F are interpolated between d node postures (core.simulate.postures), so
+that a sample costs d products instead of a matrix exponential:
+
+    x_next = sum_k w_k F_k [r; x],    y = [D C] [r; x].
+
+Here the lanes of the vector unit hold the rows of one system: its d matrices then stay in the
+first-level cache, which eight systems side by side would overflow. The exponentials are made for
+eight pairs of system and node at a time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import int64, njit, types
+
+from core.arm.pointers import dynamics_at, linear_at
+from core.arm.signatures import OPTIONS, matrix, vector
+from core.simulate import vector as wide
+from core.simulate.closed import augment, balance, place, room, solve
+from core.simulate.lanes import aligned, exponential
+from core.simulate.lpv import cube
+from core.simulate.small import INLINE
+from core.simulate.vector import LANES
+
+rows1, rows2, rows4, rows8 = wide.rows1, wide.rows2, wide.rows4, wide.rows8
+
+LAWS = types.Tuple((types.float64[:, :, ::1],) * 8)
+"""R, P, V, S, Fs, Fq, Fv, Fr of core.drives.law.DriveLaw; the systems come first."""
+
+
+@njit(**INLINE)
+def tall_product(A, vectors, x, x0, n, y):  # type: ignore[no-untyped-def]
+    """y = A x for one A (vectors LANES, n) that stands column by column, x (n,) from x0 on."""
+    column, r = vectors * LANES, 0
+    while r + 8 <= vectors:
+        rows8(A, r * LANES, column, x, x0, n, y, r * LANES)
+        r += 8
+    if r + 4 <= vectors:
+        rows4(A, r * LANES, column, x, x0, n, y, r * LANES)
+        r += 4
+    if r + 2 <= vectors:
+        rows2(A, r * LANES, column, x, x0, n, y, r * LANES)
+        r += 2
+    if r < vectors:
+        rows1(A, r * LANES, column, x, x0, n, y, r * LANES)
+
+
+@njit(**OPTIONS)
+def place_step(E, nx, m, nr, held, lane, A, column, first):  # type: ignore[no-untyped-def]
+    """Rows first.. of A, column by column: the next state from [r; x], of one lane of E."""
+    na = m + nx
+    for i in range(nx):
+        for j in range(nx):
+            A[(m + j) * column + first + i] = E[(j * na + i) * LANES + lane]
+        for j in range(nr):
+            now = E[((nx + j) * na + i) * LANES + lane]
+            if held:
+                A[j * column + first + i] = now
+            else:
+                later = E[((nx + nr + j) * na + i) * LANES + lane]
+                A[j * column + first + i] = now - later
+                A[(nr + j) * column + first + i] = later
+
+
+@njit(**OPTIONS)
+def place_outputs(C, D, s, keep, n, m, unit, A, column, first):  # type: ignore[no-untyped-def]
+    """Rows first.. of A: the outputs [D C] of system s; the inputs' second half has none."""
+    for i in range(C.shape[1]):
+        for j in range(D.shape[2]):
+            A[j * column + first + i] = D[s, i, j]
+        for j in range(keep.size):
+            A[(m + j) * column + first + i] = C[s, i, keep[j]] / (unit if keep[j] < n else 1.0)
+
+
+@njit(**OPTIONS)
+def place_all(  # type: ignore[no-untyped-def]
+    dynamics, linear, p, laws, C, D, nodes, h, keep, held, first, last, tall, column, wide_rows
+):
+    """Fills tall (systems, ..) for the systems first..last-1; returns the unit of q."""
+    d, n, nr, ns = nodes.shape[0], nodes.shape[1], laws[0].shape[2], laws[3].shape[2]
+    nx = keep.size
+    m = nr if held else 2 * nr
+    na, columns = m + nx, 2 * n + ns + nr
+    space, steps = room(n, ns, nr), np.full(LANES, h)
+    aug, work = aligned(na * na * LANES), aligned(5 * na * na * LANES).reshape(5, -1)
+    pairs, unit = (last - first) * d, 1.0
+    for start in range(0, pairs, LANES):
+        for lane in range(LANES):
+            pair = min(start + lane, pairs - 1)
+            s = first + pair // d
+            place(dynamics, linear, p[s], nodes[pair % d], laws, s, lane, space)
+        solve(space[5], n, space[6], columns)
+        if start == 0:
+            unit = balance(space[6], n, columns)
+        augment(space[6], n, ns, nr, keep, steps, held, unit, aug)
+        E = exponential(aug, na, work)
+        for lane in range(min(LANES, pairs - start)):
+            s, k = (start + lane) // d, (start + lane) % d
+            place_step(E, nx, m, nr, held, lane, tall[s], column, k * wide_rows)
+    for s in range(last - first):
+        place_outputs(C, D, first + s, keep, n, m, unit, tall[s], column, d * wide_rows)
+    return unit
+
+
+@njit(**OPTIONS)
+def follow(A, vectors, state_vectors, d, m, na, nr, ny, refs, shares, z, y, out, s):  # type: ignore[no-untyped-def]
+    """Writes out[:, :, s]; z holds [r; x], y has room for A's rows.
+
+    x stands in z at a multiple of LANES, where the start is: numbers are read from vectors just
+    written, which waits long where those straddle two cache lines.
+    """
+    T, at = out.shape[0], -(-m // LANES) * LANES
+    first = d * state_vectors * LANES
+    for t in range(T):
+        for i in range(m):
+            z[at - m + i] = refs[t * nr + i]
+        tall_product(A, vectors, z, at - m, na, y)
+        for i in range(ny):
+            out[t, i, s] = y[first + i]
+        for r in range(state_vectors):
+            # The blend of the nodes is itself such a product: columns are nodes.
+            rows1(y, r * LANES, state_vectors * LANES, shares, t * d, d, z, at + r * LANES)
+
+
+@njit(
+    types.void(
+        types.int64[::1], matrix, LAWS, cube, cube, matrix, types.float64, types.int64[::1],
+        types.boolean, matrix, vector, vector, cube, int64, int64,
+    ),
+    **OPTIONS,
+)  # fmt: skip
+def followed(  # type: ignore[no-untyped-def]
+    arm, p, laws, C, D, nodes, h, keep, held, x0, refs, shares, out, first, last
+):
+    """Outputs of the systems first..last-1 along one motion, to out (T, ny, last - first).
+
+    arm (2,): the addresses of its dynamics and linear functions.
+    p (S, np), laws, C (S, ny, N), D (S, ny, nr), x0 (S, N) of all S systems; nodes (d, n)
+    postures, shares (T, d) flat, h in s, keep (nx,) the states that matter, refs
+    (T + 1, nr) flat.
+    """
+    dynamics, linear = dynamics_at(arm[0]), linear_at(arm[1])
+    d, n, nr, ny, nx = nodes.shape[0], nodes.shape[1], laws[0].shape[2], C.shape[1], keep.size
+    m = nr if held else 2 * nr
+    na = m + nx
+    state_vectors = -(-nx // LANES)
+    vectors = d * state_vectors + -(-ny // LANES)
+    column = vectors * LANES
+    tall = aligned((last - first) * na * column).reshape(last - first, -1)
+    tall[:] = 0.0
+    unit = place_all(
+        dynamics, linear, p, laws, C, D, nodes, h, keep, held, first, last, tall, column,
+        state_vectors * LANES,
+    )  # fmt: skip
+    at = -(-m // LANES) * LANES
+    z, y = aligned(at + state_vectors * LANES), aligned(column)
+    for s in range(first, last):
+        for i in range(nx):
+            z[at + i] = x0[s, keep[i]] * (unit if keep[i] < n else 1.0)
+        follow(
+            tall[s - first], vectors, state_vectors, d, m, na, nr, ny, refs, shares, z, y, out,
+            s - first,
+        )  # fmt: skip
