@@ -26,7 +26,7 @@ from core.loading import load_recordings
 from core.model import Model
 from core.progress import Progress, Silent
 from core.recording.recording import Recording
-from core.results import Diagnosis, Outcome, RecordingComparison, Variant
+from core.results import Diagnosis, LinearModel, Outcome, RecordingComparison, Variant
 from core.scenario.data_folder import Folder
 from core.scenario.schema import CompareSpec, IdentifySpec, Scenario
 from core.scenario.stated_effects import (
@@ -37,6 +37,7 @@ from core.scenario.stated_effects import (
 )
 from core.simulate.descriptor import descriptor
 from core.simulate.equations import equations
+from core.written import quantity
 
 MEAN_LABEL = "mean of the local fits"
 
@@ -85,6 +86,8 @@ def run_scenario(
     if diagnosis_wanted(scenario) and not progress.stopped():
         with clock.timed("diagnose"):
             diagnosis = _diagnosis(scenario, setup, recordings, spec, fits, progress)
+            if setup.model.level == "lpv":
+                diagnosis = replace(diagnosis, linear_model=_linear_model(comparisons, diagnosis))
     numbers = setup.model.steered_by(None).numbers(_shared(fits))
     return Outcome(
         title=scenario.title,
@@ -130,6 +133,20 @@ def _diagnosis(
     noise = stated_noise(scenario, setup, recordings)
     options = replace(options, stated_noise=noise)
     return diagnose(setup, spec, recordings, options, progress)
+
+
+def _linear_model(comparisons: Sequence[RecordingComparison], diagnosis: Diagnosis) -> LinearModel:
+    """What the linear model misses beside the full equations on the estimation recordings."""
+    tips = [c.tip_rms for c in comparisons if c.role == "estimate" and c.tip_rms is not None]
+    linear = float(np.sqrt(np.mean(np.square(tips)))) if tips else None
+    full = diagnosis.steps[0].tip_rms
+    sentence = "The diagnosis uses the full equations."
+    if linear is not None and full is not None:
+        sentence = (
+            f"The linear model misses the tip by {quantity(linear, 'm', 2)} rms on these "
+            f"recordings, the full equations by {quantity(full, 'm', 2)}. {sentence}"
+        )
+    return LinearModel(linear, full, sentence)
 
 
 def settled_level(
@@ -182,7 +199,8 @@ def _fit(
     if not chosen:
         raise InputError('No recording has role = "estimate"; give at least one to fit.')
     groups = [[r] for r in chosen] if spec.method == "local" else [chosen]
-    progress.stage("Identifying", spec.generations * len(groups))
+    stated = "generations" in spec.model_fields_set or setup.model.level == "lpv"
+    progress.stage("Identifying", spec.generations * len(groups) if stated else None)
     return [_fit_group(setup, group, spec, progress, len(groups) > 1) for group in groups]
 
 

@@ -66,7 +66,7 @@ class Data:
     per_recording: tuple[str, ...] = ()
     """Effects whose sizes belong to these recordings alone."""
     anchor: Anchor | None = None
-    """What few steps per sample miss, as found on one model; None: simulations stand as they are."""
+    """What few steps per sample miss, as found on one model; None: nothing is taken off."""
     floor_sources: Mapping[str, str] = field(default_factory=dict)
     """channel -> where its noise comes from: repetition, stated or estimated."""
 

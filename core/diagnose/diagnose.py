@@ -16,7 +16,7 @@ from core.diagnose.deciding import deciding
 from core.diagnose.descent import cost_of
 from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import RELEVANT
-from core.diagnose.facts import sizes_of, titles_of
+from core.diagnose.facts import final_parameters, origins, sizes_of, titles_of
 from core.diagnose.ladder import (
     REFITTED,
     Gate,
@@ -39,7 +39,13 @@ from core.errors import InputError
 from core.identify.setup import Setup
 from core.progress import Progress, Silent
 from core.recording.recording import Recording
-from core.results import Diagnosis, DiagnosisRound, LadderStep, RankedEffect
+from core.results import (
+    Diagnosis,
+    DiagnosisRound,
+    LadderStep,
+    RankedEffect,
+    RecordingComparison,
+)
 from core.scenario.schema import IdentifySpec
 
 FIDELITY = 0.001
@@ -143,8 +149,16 @@ def diagnose(
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted},
         notes=(STOPPED,) if stopped else (),
         given=compared(begun) if options.compare else (),
-        left=compared(replace(begun, base=state.refit)) if options.compare and state.found else (),
+        left=_compared_after(state, begun) if options.compare and state.found else (),
+        parameters=final_parameters(state.refit),
+        origins=origins(state.refit, state.data),
+        values=state.refit.hypothesis.values(),
     )
+
+
+def _compared_after(state: _State, begun: Begun) -> tuple[RecordingComparison, ...]:
+    after = Begun(state.data, state.refit, state.validation)
+    return compared(after)
 
 
 STOPPED = "The search was stopped before it was through."
@@ -226,7 +240,8 @@ def _look(
     ranking = ranking_of(seen, state.data)
     next_ones = deciding(seen, ranking, state.data, progress)
     sentence = next_ones[0].sentence if next_ones else seen.refused
-    kinds = [a.weighed.screened.effect.kind for a in seen.added] or [None]
+    kinds: list[str | None] = [a.weighed.screened.effect.kind for a in seen.added]
+    kinds = kinds or [None]
     for k, kind in enumerate(kinds):
         left = tuple(r for r in ranking if r.effect not in kinds[:k])
         state.rounds.append(DiagnosisRound(left, kind, sentence, next_ones))

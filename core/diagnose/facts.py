@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from core.diagnose.data import Data, names_of
 from core.diagnose.refit import Refit
@@ -10,6 +13,8 @@ from core.diagnose.steps import estimates
 from core.effects import catalogue
 from core.effects.effect import Effect
 from core.effects.sizes import typical
+from core.identify import identifiability
+from core.identify.derived import derived_estimates
 from core.model import Model
 from core.results import Estimate
 
@@ -36,3 +41,36 @@ def titles_in_catalogue(model: Model) -> dict[str, str]:
         for knob in one.knobs(arm, model.drive, typical(arm)):
             found[knob.parameter.name] = knob.parameter.title or knob.parameter.name
     return found
+
+
+def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
+    """All shared unknowns of a fitted model and what follows from them, with what the data fix."""
+    h = refit.hypothesis
+    x, unknowns = h.vector, h.unknowns
+    if not len(unknowns):
+        return ()
+    sensitivities = h.residuals.sensitivities(x)
+    jacobian = h.residuals.vector(sensitivities)
+    _, _, null = identifiability.analyse(unknowns, x, jacobian)
+    seen = identifiability.identified(null, len(unknowns))
+    shared = [i for i, u in enumerate(unknowns.items) if u.recording is None]
+    fixed = {unknowns.items[i].parameter.name for i in shared if seen[i]}
+    listed = [
+        e if e.name in fixed else replace(e, std=float("nan"), identifiable=False)
+        for e in estimates(refit)
+    ]
+    known = np.nan_to_num(refit.covariance)
+    return (*listed, *derived_estimates(h.model, unknowns, x, known, null))
+
+
+def origins(refit: Refit, data: Data) -> dict[str, str]:
+    """Name of a parameter -> arm, drive, sensor, or the id of the effect it belongs to."""
+    model = refit.hypothesis.model
+    found = dict.fromkeys(model.arm_catalogue.entries, "arm")
+    found |= {p.name: "drive" for p in model.drive.parameters(model.arm)}
+    for one in model.effects:
+        found |= dict.fromkeys(
+            (k.parameter.name for k in one.knobs(model.arm, model.drive, data.sizes)), one.kind
+        )
+    names = {u.parameter.name for u in refit.hypothesis.unknowns.items}
+    return {name: found.get(name, "sensor") for name in sorted(names)}

@@ -122,11 +122,17 @@ def one_round(
         return still
     work = _Work(data, before, present, seen, len(candidates), lambda: told(""), gate)
     together = best_set(seen, max(room, 1), data.count)
-    if len(together.members) > 1 and room > 1:
+    left = (found[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
+    if len(together.members) > 1 and room > 1 and left > LEFT_ALONE:
         joint = work.jointly(together, found)
         if joint is not None:
             return joint
     return work.alone(found, together, room)
+
+
+LEFT_ALONE = 0.05
+"""Share of the error above the floor that the best single effect must leave for sets to be tried:
+below it what is left has its turn in the next round, with nothing large in its way."""
 
 
 def _refitted(
@@ -222,7 +228,7 @@ class _Work:
         refitted = {w.screened.effect.kind: w.refit.hypothesis.values() for w in found}
         values: dict[str, float] = {}
         for s in members:
-            own = {k: v for k, v in s.values.items()}
+            own = dict(s.values)
             values |= own | {k: refitted.get(s.effect.kind, own).get(k, v) for k, v in own.items()}
         whole = self._refit(members, values, [name for s in members for name in s.scanned])
         if not np.isfinite(whole.cost) or self.stopped():

@@ -66,16 +66,16 @@ def choose_level(
         ratio = float(np.sqrt(np.mean(apart**2))) / floors[channel].value
         if not ratio <= worst:
             worst, name = ratio, channel
-    ratio = format_number(worst, 2)
+    said = format_number(worst, 2)
     if worst <= BELOW:
         return Choice(
             "lpv",
-            f"Model level: linear parameter-varying; on these motions it is within {ratio} times "
+            f"Model level: linear parameter-varying; on these motions it is within {said} times "
             f"the noise floor of the full equations.",
         )
     return Choice(
         "nonlinear",
-        f"Model level: full equations; the linear model misses {name} by {ratio} times the noise "
+        f"Model level: full equations; the linear model misses {name} by {said} times the noise "
         f"floor on these motions.",
     )
 

@@ -265,7 +265,7 @@ def _with_steps(data: Data, h: Hypothesis, steps: int) -> list[np.ndarray]:
 def converged(
     data: Data, h: Hypothesis, whitener: Whitener | None, stopped: Callable[[], bool]
 ) -> tuple[Data, Refit]:
-    """The minimum near a hypothesis as with as many steps as it needs, and the data anchored there."""
+    """The minimum near a hypothesis with as many steps as it needs, and the data anchored there."""
     data, _ = anchored(data, h)
     found = fit(again(data, h, finer=1), whitener, stopped, MOST_ITERATIONS)
     data, errors = anchored(data, found.hypothesis)

@@ -154,7 +154,7 @@ def _better_start(
 
 
 CLOSE = 0.6
-"""In floors, rms: what few steps may miss in the search. The correction of core.diagnose.data.Anchor
+"""In floors, rms: what few steps may miss in the search. core.diagnose.data.Anchor takes it off and
 leaves about a tenth of it (measured with friction, elastic joints, lag and damping)."""
 
 MOST_STEPS = 64

@@ -22,7 +22,7 @@ def ladder_step(
     data: Data, later: Validated | None, refit: Refit, added: str | None, title: str,
     names: Sequence[str],
 ) -> LadderStep:  # fmt: skip
-    """`names`: parameters to list, all unknowns where empty."""
+    """`names`: parameters to list first."""
     errors = _by_channel(data, refit.errors)
     unseen = {} if later is None else _by_channel(later.data, later.errors)
     listed = estimates(refit)
@@ -30,7 +30,7 @@ def ladder_step(
         added=added,
         model=tuple(one.kind for one in refit.hypothesis.model.effects),
         title=title,
-        parameters=tuple(e for e in listed if not names or e.name in names),
+        parameters=tuple(sorted(listed, key=lambda e: e.name not in names)),
         errors=tuple(
             ChannelError(
                 name, unit, rms, data.floors.get(name, float("nan")),

@@ -178,8 +178,7 @@ class Predictor:
                 break
             steps *= 2
         names = [e.recording.name for e in self.experiments]
-        pairs = zip(names, fine, coarse, strict=True)
-        self.correction = {name: a - b for name, a, b in pairs}
+        self.correction = {name: a - b for name, a, b in zip(names, fine, coarse, strict=True)}
 
 
 COARSE_SHARE = 1e-3

@@ -13,6 +13,7 @@ from core.results.diagnosis import (
     Diagnosis,
     DiagnosisRound,
     LadderStep,
+    LinearModel,
     PlannedExperiment,
     RankedEffect,
 )
@@ -36,6 +37,7 @@ __all__ = [
     "Identifiability",
     "JointMotion",
     "LadderStep",
+    "LinearModel",
     "MissingTorque",
     "Outcome",
     "PlannedExperiment",

@@ -32,7 +32,7 @@ class LadderStep:
     added: str | None
     title: str
     parameters: tuple[Estimate, ...]
-    """Of the added effect; all unknowns for the first step."""
+    """Those of the added effect first, then all others as they stand after the step."""
     errors: tuple[ChannelError, ...]
     tip_rms: float | None
     """m, over the estimation recordings; None without a camera."""
@@ -91,6 +91,18 @@ class DiagnosisRound:
 
 
 @dataclass(frozen=True)
+class LinearModel:
+    """What the linear model misses and the full equations do not: a matter of the model, never of
+    the arm."""
+
+    tip_rms: float | None
+    """m"""
+    full_equations_tip_rms: float | None
+    """m"""
+    sentence: str
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """What is missing, how sure, and how the error fell."""
 
@@ -113,6 +125,14 @@ class Diagnosis:
     """Measured against the model as given, as the ladder counts: where it failed."""
     left: tuple[RecordingComparison, ...] = ()
     """The same after the last step; empty where nothing was added."""
+    parameters: tuple[Estimate, ...] = ()
+    """All that is estimated, of the model as it stands at the end."""
+    origins: Mapping[str, str] = field(default_factory=dict)
+    """Name of a parameter -> arm, drive, sensor, or the id of the effect it belongs to."""
+    values: Mapping[str, float] = field(default_factory=dict)
+    """label -> value of every unknown at the end, those of single recordings too."""
+    linear_model: LinearModel | None = None
+    """What the linear model costs on these recordings, where it was the one identified."""
 
     @property
     def ranking(self) -> tuple[RankedEffect, ...]:
