@@ -20,7 +20,7 @@ PREFERENCE = ("ydot", "z", "deflection", "encoder")
 """Default output: the first that all estimation recordings have and that is defined there.
 ydot is the paper's stable output; y integrates, and z is right for any arm."""
 
-MEASURED = ("encoder", "z", "deflection")
+MEASURED = ("z", "encoder", "deflection")
 """Compared by default with the full equations: everything that was measured as such."""
 
 

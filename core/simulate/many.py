@@ -29,10 +29,6 @@ from core.simulate.rosenbrock import implicit_parts
 from core.simulate.wide_rosenbrock import integrate
 from core.trajectory import Trajectory
 
-FEWEST = 3
-"""Simulations that make a pass worth it: it takes about as long as two and a half single ones
-(measured with one to three modes per segment, with and without friction)."""
-
 WEAK_PIVOT = 1e-7
 """Share of a diagonal entry that must be left when the equations of a step are solved without
 exchanging rows; below it more than half of the digits are gone, and the simulation is repeated with
@@ -55,7 +51,7 @@ def run_many(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Traje
     """What `run` gives for each job with `substeps` steps per sample.
 
     Jobs that share a structure run side by side, the longest ones together, on up to `workers`
-    threads; the compiled code holds no lock.
+    threads; the compiled code holds no lock. A motion does not depend on what runs beside it.
     """
     packed = [job.elements() for job in jobs]
     groups: dict[tuple[object, ...], list[int]] = {}
@@ -66,15 +62,10 @@ def run_many(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Traje
         ordered = sorted(members, key=lambda i: -len(jobs[i].task.time))
         for at in range(0, len(ordered), LANES):
             chunk = tuple(ordered[at : at + LANES])
-            alone = len(chunk) < FEWEST
-            passes += [(i,) for i in chunk] if alone else [chunk]
+            passes.append(chunk)
     found: dict[int, Trajectory] = {}
 
     def one(chosen: tuple[int, ...]) -> None:
-        if len(chosen) == 1:
-            job = jobs[chosen[0]]
-            found[chosen[0]] = run(job.model, job.numbers, job.task, substeps)
-            return
         motions = _run_pass([jobs[i] for i in chosen], [packed[i] for i in chosen], substeps)
         found.update(zip(chosen, motions, strict=True))
 

@@ -48,15 +48,16 @@ def within(share):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def slip(address, x, port, V, i, S, values, at, out, base, rest, own, g, F):  # type: ignore[no-untyped-def]
+def slip(address, x, port, V, i, S, values, at, out, base, rest, own, g, F, active):  # type: ignore[no-untyped-def]
     """The force F[i] of one bristle, with its V[i] and S[i], the others' forces being in `rest`.
 
-    Newton's method within a bracket, begun as if it went on slipping.
+    Newton's method within a bracket, begun as if it went on slipping; only the `active` lanes move.
     """
     low, high = spread(-1e300), spread(1e300)
-    speed, state, force = rest + own * get(F, i), get(S, i), get(F, i)
+    state, force = get(S, i), get(F, i)
+    speed = select(active, rest + own * force, get(V, i))
     put(V, i, speed)
-    open_ = spread(1.0) > 0.0
+    open_ = active
     tried = 0
     while tried < TRIES and any_lane(open_):
         call_wide_element(address, x, port, V, i, S, i, values, at, out)
@@ -133,8 +134,9 @@ def rub(  # type: ignore[no-untyped-def]
     `w` are the states from which the stage's rates are counted; it stands on those `back` times
     the rates kw1 before them. F is where the search begins: what it was in the stage before.
     """
-    count, swept, unsettled = bristles.size, 0, True
-    while unsettled and swept < SWEEPS:
+    count, swept = bristles.size, 0
+    active = spread(1.0) > 0.0
+    while any_lane(active) and swept < SWEEPS:
         moved = spread(0.0)
         for i in range(count):
             e = bristles[i]
@@ -142,10 +144,10 @@ def rub(  # type: ignore[no-untyped-def]
             before = get(F, i)
             slip(
                 addresses[e], x, ports[e], V, i, S, values, parameters[e], out, base,
-                others(D, F, free, i, g), g * get(D, i * count + i), g, F,
+                others(D, F, free, i, g), g * get(D, i * count + i), g, F, active,
             )  # fmt: skip
             moved = maximum(moved, furthest(D, i, count, get(F, i) - before, g))
-        unsettled = any_lane(moved > MISS)
+        active = active & (moved > MISS)
         swept += 1
 
 

@@ -75,6 +75,16 @@ def test_jobs_of_several_structures_come_back_in_their_order() -> None:
         assert len(found.time) == len(job.task.time)
 
 
+@pytest.mark.parametrize("kinds", [(), ("coulomb_friction",), ("drive_lag",)], ids="+".join)
+def test_a_motion_does_not_depend_on_what_runs_beside_it(kinds: tuple[str, ...]) -> None:
+    jobs = jobs_of(kinds, 5)
+    together = run_many(jobs, 4)
+    for job, found in zip(jobs, together, strict=True):
+        (alone,) = run_many([job], 4)
+        assert np.array_equal(found.q, alone.q)
+        assert np.array_equal(found.torque, alone.torque)
+
+
 def test_wide_sine_and_cosine_are_those_of_each_lane() -> None:
     @njit
     def evaluate(x, s, c):  # type: ignore[no-untyped-def]
