@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import threading
-from functools import cache
-from pathlib import Path
+from functools import cache, partial
 
 import numba
 import numpy as np
 import sympy as sp
 
-from core.arm.cache import cache_folder, keep_kernels_here, sources_key
-from core.arm.compiled import load_module
+from core.arm.cache import keep_kernels_here, sources_key
+from core.arm.sealed import kept_module
 from core.forces.generate import module_text
 from core.forces.law import ForceLaw
 
@@ -52,17 +50,6 @@ def compile_law(law: ForceLaw) -> CompiledLaw:
     """A tenth of a second the first time, from the cache after that."""
     text = repr((sp.srepr(law.outputs()), law.x, law.v, law.states, law.parameters))
     key = hashlib.sha256(f"{text}{numba.__version__}{sources_key()}".encode()).hexdigest()[:20]
-    file = cache_folder() / f"force_{key}.py"
     with _LOADING:
-        _write(file, law)
-        module = load_module(file)
+        module = kept_module(f"force_{key}", partial(module_text, law))
     return CompiledLaw(law, module.element)
-
-
-def _write(file: Path, law: ForceLaw) -> None:
-    if file.exists():
-        return
-    file.parent.mkdir(parents=True, exist_ok=True)
-    draft = file.with_suffix(f".{os.getpid()}.tmp")
-    draft.write_text(module_text(law), encoding="utf-8")
-    draft.replace(file)
