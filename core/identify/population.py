@@ -17,7 +17,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from core.identify.predictor import WORKERS
+from core.identify import predictor
 from core.identify.prepared import Prepared
 from core.identify.unknowns import START, Unknowns
 from core.model import Model, Numbers
@@ -84,7 +84,7 @@ def _rows_that_differ(weights: np.ndarray) -> np.ndarray:
 @cache
 def _pool() -> ThreadPoolExecutor:
     """Made once: starting threads takes longer than a small cost."""
-    return ThreadPoolExecutor(WORKERS, thread_name_prefix="cost")
+    return ThreadPoolExecutor(predictor.WORKERS, thread_name_prefix="cost")
 
 
 if hasattr(os, "register_at_fork"):
@@ -97,8 +97,6 @@ class PopulationCost:
     Offsets and gains keep their start here; they enter linearly and are left to refinement.
     """
 
-    workers = WORKERS
-
     def __init__(
         self,
         experiments: Sequence[Prepared],
@@ -108,6 +106,7 @@ class PopulationCost:
     ) -> None:
         self.experiments, self.unknowns, self.fixed = experiments, unknowns, fixed
         self.model: Model = experiments[0].model
+        self._workers: int | None = None
         self.held = not self.model.numbers().law.interpolate
         self.keep = self._states_that_matter()
         indices = range(len(experiments))
@@ -119,6 +118,15 @@ class PopulationCost:
         self._seen: dict[str, tuple[list[str], np.ndarray, np.ndarray]] = {}
         self._cached: dict[tuple[tuple[int, ...], int], tuple] = {}
         self.rows_vary = any(n not in arm_names or n.startswith("l") for n in names)
+
+    @property
+    def workers(self) -> int:
+        """Threads; as many as all predictions take, unless they were set."""
+        return predictor.WORKERS if self._workers is None else self._workers
+
+    @workers.setter
+    def workers(self, number: int) -> None:
+        self._workers = number
 
     def __call__(self, vectors: np.ndarray) -> np.ndarray:
         vectors = np.ascontiguousarray(np.atleast_2d(vectors), dtype=float)
