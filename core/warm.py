@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from contextlib import suppress
 
 from core.arm.cache import cache_folder, sources_key
 from core.progress import Progress
@@ -38,5 +39,5 @@ def warm_up(progress: Progress) -> None:
         helper.wait()
         import core.simulate.nonlinear  # noqa: F401
 
-        cache_folder().mkdir(parents=True, exist_ok=True)
-        (cache_folder() / f"warm_{sources_key()}").touch()
+        with suppress(OSError):  # the next start then does it again
+            (cache_folder() / f"warm_{sources_key()}").touch()

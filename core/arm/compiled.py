@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-import importlib.util
-import os
-import sys
 import threading
 from dataclasses import dataclass
-from functools import cache, cached_property
-from pathlib import Path
-from types import ModuleType
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
 
-from core.arm.cache import cache_folder, sources_key
+from core.arm.cache import keep_kernels_here, sources_key
+from core.arm.sealed import kept_module, module_file
 from core.arm.symbols import Structure
 
+keep_kernels_here()  # before the first module is compiled
 _LOADING = threading.Lock()
 """A second thread must not meet a module that is still being executed."""
 
@@ -82,51 +79,28 @@ def _key(structure: Structure) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:20]
 
 
-def _file(structure: Structure) -> Path:
-    return cache_folder() / f"arm_{_key(structure)}.py"
+def _name(structure: Structure) -> str:
+    return f"arm_{_key(structure)}"
 
 
 def is_compiled(structure: Structure) -> bool:
     """Whether this structure was met before on this machine, so that it is there at once."""
-    return _file(structure).exists()
+    return module_file(_name(structure)).exists()
 
 
-def _module_file(structure: Structure, wide: bool = False) -> Path:
-    """The generated module's file; derived and written where it does not exist yet."""
-    file = _file(structure)
-    if wide:
-        file = file.with_name(f"wide_{file.name}")
-    if not file.exists():
-        from core.arm.generate import ArmCode
-        from core.arm.kinematics import Kinematics
+def _module_text(structure: Structure, wide: bool = False) -> str:
+    from core.arm.generate import ArmCode
+    from core.arm.kinematics import Kinematics
 
-        file.parent.mkdir(parents=True, exist_ok=True)
-        code = ArmCode(Kinematics(structure))
-        text = code.wide_module() if wide else code.module()
-        draft = file.with_suffix(f".{os.getpid()}.tmp")
-        draft.write_text(text, encoding="utf-8")
-        draft.replace(file)
-    return file
-
-
-def load_module(file: Path) -> ModuleType:
-    """The generated module in a file, executed once."""
-    name = f"flexgui_{file.stem}"
-    if name in sys.modules:
-        return sys.modules[name]
-    spec = importlib.util.spec_from_file_location(name, file)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
+    code = ArmCode(Kinematics(structure))
+    return code.wide_module() if wide else code.module()
 
 
 @cache
 def compile_arm(structure: Structure) -> CompiledArm:
     """The compiled arm; a second or two the first time, from the cache after that."""
     with _LOADING:
-        module = load_module(_module_file(structure))
+        module = kept_module(_name(structure), partial(_module_text, structure))
     return CompiledArm(structure, module.dynamics, module.tip, module.linear)
 
 
@@ -142,5 +116,6 @@ class WideArm:
 def compile_wide_arm(structure: Structure) -> WideArm:
     """Seconds the first time, from the cache after that."""
     with _LOADING:
-        module = load_module(_module_file(structure, wide=True))
+        text = partial(_module_text, structure, wide=True)
+        module = kept_module(f"wide_{_name(structure)}", text)
     return WideArm(module.dynamics, module.tip)

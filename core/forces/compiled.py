@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import threading
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from types import ModuleType
 
 import numba
 import numpy as np
 import sympy as sp
 
-from core.arm.cache import cache_folder, keep_kernels_here, sources_key
-from core.arm.compiled import load_module
+from core.arm.cache import keep_kernels_here, sources_key
+from core.arm.sealed import kept_module
 from core.forces.generate import module_text, wide_module_text
 from core.forces.law import ForceLaw
 
@@ -63,11 +62,5 @@ def compile_wide_law(law: ForceLaw) -> CompiledLaw:
 def _loaded(stem: str, law: ForceLaw, write: Callable[[ForceLaw], str]) -> ModuleType:
     text = repr((sp.srepr(law.outputs()), law.x, law.v, law.states, law.parameters))
     key = hashlib.sha256(f"{text}{numba.__version__}{sources_key()}".encode()).hexdigest()[:20]
-    file = cache_folder() / f"{stem}_{key}.py"
     with _LOADING:
-        if not file.exists():
-            file.parent.mkdir(parents=True, exist_ok=True)
-            draft = file.with_suffix(f".{os.getpid()}.tmp")
-            draft.write_text(write(law), encoding="utf-8")
-            draft.replace(file)
-        return load_module(file)
+        return kept_module(f"{stem}_{key}", partial(write, law))

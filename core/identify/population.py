@@ -14,11 +14,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from core.identify import linear_outputs
+from core.identify import linear_outputs, predictor
 from core.identify.lane_groups import Lanes, PointGroup
 from core.identify.lane_runs import share
 from core.identify.linear_outputs import LinearOutputs
-from core.identify.predictor import WORKERS
 from core.identify.prepared import Prepared
 from core.identify.unknowns import GAIN, OFFSET, Unknowns
 from core.simulate.linear import interleave
@@ -49,8 +48,6 @@ class _Target:
 class PopulationCost:
     """costs(vectors (S, P)) -> (S,), the weighted squared error over all recordings."""
 
-    workers = WORKERS
-
     def __init__(
         self,
         experiments: Sequence[Prepared],
@@ -70,6 +67,16 @@ class PopulationCost:
             for k, v in fixed.items()
         )
         self._targets: dict[tuple[int, ...], _Target] = {}
+        self._workers: int | None = None
+
+    @property
+    def workers(self) -> int:
+        """Threads; as many as all predictions take, unless they were set."""
+        return predictor.WORKERS if self._workers is None else self._workers
+
+    @workers.setter
+    def workers(self, number: int) -> None:
+        self._workers = number
 
     def __call__(self, vectors: np.ndarray) -> np.ndarray:
         vectors = np.ascontiguousarray(np.atleast_2d(vectors), dtype=float)

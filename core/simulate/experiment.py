@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -135,20 +136,24 @@ def read_sensors(
     model: Model, trajectory: Trajectory, spec: SimulateSpec, noise: NoiseLevels
 ) -> dict[str, np.ndarray]:
     """All channels that the arm's sensors give, with their noise."""
-    rng = np.random.default_rng([spec.seed, 1])
     channels: dict[str, np.ndarray] = {}
     for kind, sensor in sorted(sensors().items()):
         if kind in ("y", "ydot") and not trajectory.arm.two_revolute:
             continue
         values = np.array(sensor.measure(trajectory))
         values = np.array(model.sensed(kind, values, spec.sample_time, {}))
-        draws = rng.standard_normal(values.shape)
+        draws = noise_stream(spec.seed, kind).standard_normal(values.shape)
         values += draws * _deviation(kind, values, spec, noise)
         if kind == "z" and noise.camera_rate is not None:
             values = _sampled(values, spec.sample_time, noise.camera_rate)
         for k, channel in enumerate(sensor.channels(trajectory.arm)):
             channels[channel.name] = values[:, k]
     return channels
+
+
+def noise_stream(seed: int, kind: str) -> np.random.Generator:
+    """The noise of one kind of sensor: another sensor beside it does not change it."""
+    return np.random.default_rng([seed, 1, zlib.crc32(kind.encode())])
 
 
 def _deviation(kind: str, values: np.ndarray, spec: SimulateSpec, noise: NoiseLevels) -> np.ndarray:

@@ -10,7 +10,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from core.identify import lane_runs
 from core.identify.population import PopulationCost
+from core.identify.predictor import single_threaded
 from core.identify.residuals import Residuals
 from core.recording.recording import CameraPose, LoggerFilter, Recording
 from core.recording.velocity import ZeroPhaseLowPass
@@ -59,6 +61,28 @@ def check(recordings: list[Recording], model=LPV, **settings: Any) -> None:  # t
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 7, 8, 9, 17])
 def test_any_number_of_recordings(count):
     check(short(count), parameters=("epsilon", "d"))
+
+
+def test_a_process_with_one_core_to_itself_gets_no_second_thread(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Made before or inside: what counts is where the cost is computed."""
+    residuals = residuals_of(LPV, short(3), parameters=("epsilon", "d"), output=("ydot",))
+    fast, points = residuals.population(), vectors(residuals)
+    assert fast is not None
+    expected = fast(points)
+
+    def second_thread() -> None:
+        raise AssertionError("a second thread is asked for")
+
+    monkeypatch.setattr(lane_runs, "_pool", second_thread)
+    with single_threaded():
+        made_here = residuals.population()
+        assert made_here is not None
+        for cost in (fast, made_here):
+            assert cost(points) == pytest.approx(expected, rel=EQUAL)
+    with pytest.raises(AssertionError):
+        fast(points)
 
 
 def test_recordings_of_different_length_and_sample_time():

@@ -9,6 +9,7 @@ from core.drives.cascade import Cascade
 from core.errors import InputError
 from core.model import Model
 from core.recording.spec import SimulateSpec
+from core.sensors import sensors
 from core.simulate.experiment import NoiseLevels, make_task, simulate_recording
 from core.simulate.sweep import half_cosine_rate
 from tests.helpers import ARMS, PAPER, looped
@@ -48,6 +49,22 @@ def test_noise_of_different_channels_is_independent() -> None:
     correlation = np.corrcoef([noisy[name] - clean[name] for name in names])
     five_sigma = 5.0 / np.sqrt(len(clean.time))
     assert np.abs(correlation - np.eye(4)).max() < five_sigma
+
+
+def test_another_sensor_beside_it_leaves_a_sensor_its_noise(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    model, spec = looped(PAPER), SimulateSpec(**{**LINEAR, "seconds": 0.5})
+    levels = NoiseLevels({"z": 1e-4, "encoder": 1e-4, "torque": 0.1})
+    everything = simulate_recording(model, spec, "r", noise=levels)
+    for kind in sensors():
+        alone = {kind: sensors()[kind]}
+        monkeypatch.setattr("core.simulate.experiment.sensors", lambda alone=alone: alone)
+        recording = simulate_recording(model, spec, "r", noise=levels)
+        measured = set(recording.channels) - set(model.drive.reference_channels(model.arm))
+        assert measured
+        for name in measured:
+            assert np.array_equal(recording[name], everything[name])
 
 
 def test_the_same_seed_gives_the_same_recording_and_another_seed_another() -> None:

@@ -1,0 +1,138 @@
+"""Files of the cache carry a digest, so that a damaged one is made anew and never run.
+
+The digest is a trailer. Python takes it for a comment, and Numba's reader ends before it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from core.arm.cache import cache_folder, log, without_folder
+
+MARK = b"\n# sha256 "
+TRAILER = len(MARK) + 64 + 1
+DAMAGED = "A file of the cache was damaged; what it held is made anew."
+NOT_KEPT = "Compiled code cannot be kept (%s), so the next start makes it anew."
+
+
+def trailer(digest: Any) -> bytes:
+    """What stands at the end of a file whose other bytes have this digest."""
+    return MARK + digest.hexdigest().encode() + b"\n"
+
+
+def is_whole(path: Path) -> bool:
+    """Whether a file is there with all that was once written; says so once where it is damaged."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return False
+    whole = content[-TRAILER:] == trailer(hashlib.sha256(content[:-TRAILER]))
+    if not whole:
+        _say_once(DAMAGED)
+    return whole
+
+
+@cache
+def _say_once(sentence: str, *words: str) -> None:
+    log.warning(sentence, *words)
+
+
+def module_file(name: str) -> Path:
+    """Where a generated module is kept."""
+    return cache_folder() / f"{name}.py"
+
+
+def kept_module(name: str, make: Callable[[], str]) -> ModuleType:
+    """The generated module of that name, executed once; `make` writes its text where it is not
+    in the cache, or not as it was written."""
+    known = f"flexgui_{name}"
+    if known in sys.modules:
+        return sys.modules[known]
+    file = module_file(name)
+    if not is_whole(file):
+        content = make().encode()
+        try:
+            _write(file, content)
+        except OSError as error:
+            without_folder(file.parent, error)
+            file = module_file(name)
+            _write(file, content)
+    return _executed(known, file)
+
+
+def _write(file: Path, content: bytes) -> None:
+    draft = file.with_suffix(f".{os.getpid()}.tmp")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        draft.write_bytes(content + trailer(hashlib.sha256(content)))
+        draft.replace(file)
+    finally:
+        with suppress(OSError):
+            draft.unlink()
+
+
+def _executed(name: str, file: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, file)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+@cache
+def seal_kernels() -> None:
+    """From now on Numba's compiled files carry a digest too, and are read only if it is right."""
+    from numba.core import caching
+
+    class Sealed(caching.IndexDataCacheFile):
+        """Numba's own file of one function, checked."""
+
+        def save(self, key: Any, data: Any) -> None:
+            try:
+                super().save(key, data)
+            except OSError as error:  # a full disk takes nobody's result
+                _say_once(NOT_KEPT, (error.strerror or type(error).__name__).lower())
+
+        def _load_index(self) -> Any:
+            return super()._load_index() if is_whole(Path(self._index_path)) else {}
+
+        def _load_data(self, name: str) -> Any:
+            path = Path(self._data_path(name))
+            if not is_whole(path):
+                raise FileNotFoundError(f"{path} is not as it was written")
+            return super()._load_data(name)
+
+        @contextmanager
+        def _open_for_write(self, filepath: str) -> Iterator[Any]:
+            with super()._open_for_write(filepath) as file:
+                counted = _Counted(file)
+                yield counted
+                file.write(trailer(counted.digest))
+
+    caching.IndexDataCacheFile = Sealed
+
+
+class _Counted:
+    """A file that keeps the digest of what is written."""
+
+    def __init__(self, file: Any) -> None:
+        self._file = file
+        self.digest = hashlib.sha256()
+
+    def write(self, data: Any) -> int:
+        self.digest.update(data)
+        return int(self._file.write(data))

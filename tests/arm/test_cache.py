@@ -1,0 +1,155 @@
+"""Compiled code that is kept: damaged it is made anew, and where nothing can be kept all runs."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from core.arm import cache, sealed
+from core.arm.compiled import _name as name_of
+from core.arm.compiled import compile_wide_arm
+from core.arm.symbols import Structure
+from tests.helpers import PAPER
+
+PATIENCE = 300.0
+"""s that compiling may take on a busy machine."""
+
+WORK = """
+import numpy as np
+from core.arm.arm import Arm
+from core.arm.compiled import compile_arm
+from core.arm.segment import Segment
+from core.arm.symbols import Structure
+link = Segment(length=0.5, mass=2.0, modes=0)
+arm = compile_arm(Structure.of(Arm(segments=(link,), name="link")))
+p = np.linspace(1.0, 2.0, 60)
+print(arm.mass_matrix(np.array([0.3]), p)[0, 0])
+"""
+
+
+def work(folder: Path) -> tuple[str, str]:
+    """What a process that compiles an arm of one rigid link computes with it, and what it says."""
+    given = {**os.environ, cache.VARIABLE: str(folder)}
+    given.pop("NUMBA_CACHE_DIR", None)
+    done = subprocess.run(
+        [sys.executable, "-c", WORK], env=given, capture_output=True, text=True, timeout=PATIENCE
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout, done.stderr
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """A folder in which all was compiled once, and the number that came out."""
+    folder = tmp_path_factory.mktemp("kept")
+    said, trouble = work(folder)
+    assert float(said) > 0.0 and trouble == ""
+    assert work(folder) == (said, "")
+    return folder, said
+
+
+def changed_digit(content: bytes) -> bytes:
+    """Valid code that computes something else."""
+    at = content.index(b"NODES_1 = np.array([0.") + len(b"NODES_1 = np.array([0.")
+    return content[:at] + (b"9" if content[at : at + 1] != b"9" else b"8") + content[at + 1 :]
+
+
+def garbled(content: bytes) -> bytes:
+    middle = len(content) // 2
+    return content[:middle] + bytes(255 - b for b in content[middle : middle + 64]) + content[
+        middle + 64 :
+    ]  # fmt: skip
+
+
+DAMAGE: dict[str, tuple[str, Callable[[bytes], bytes]]] = {
+    "an emptied module": ("arm_*.py", lambda content: b""),
+    "half a module": ("arm_*.py", lambda content: content[: len(content) // 2]),
+    "another number in a module": ("arm_*.py", changed_digit),
+    "garbled machine code": ("**/*.nbc", garbled),
+    "half an index": ("**/*.nbi", lambda content: content[: len(content) // 2]),
+    "an emptied index": ("**/*.nbi", lambda content: b""),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_what_is_damaged_is_made_anew_and_said_once(
+    damage: str, kept: tuple[Path, str], tmp_path: Path
+) -> None:
+    pattern, spoil = DAMAGE[damage]
+    folder = tmp_path / "cache"
+    # With the times of the files, by which Numba knows whether they belong together.
+    shutil.copytree(kept[0], folder)
+    files = list(folder.glob(pattern))
+    assert files
+    for file in files:
+        file.write_bytes(spoil(file.read_bytes()))
+    said, trouble = work(folder)
+    assert said == kept[1]
+    assert trouble.count("\n") == 1 and "damaged" in trouble
+    assert work(folder) == (kept[1], "")
+
+
+def test_without_a_folder_it_works_in_a_temporary_one(
+    kept: tuple[Path, str], tmp_path: Path
+) -> None:
+    place = tmp_path / "file"
+    place.touch()
+    said, trouble = work(place / "cache")
+    assert said == kept[1]
+    assert trouble.count("\n") == 1 and "cannot be used" in trouble and str(place) in trouble
+    assert "Traceback" not in trouble
+
+
+def test_a_disk_that_becomes_full_is_said_and_another_folder_is_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    full = tmp_path / "full"
+    monkeypatch.setenv(cache.VARIABLE, str(full))
+    assert cache.cache_folder() == full
+    write = Path.write_bytes
+
+    def no_room(path: Path, content: bytes) -> int:
+        if full in path.parents:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(path, content)
+
+    monkeypatch.setattr(Path, "write_bytes", no_room)
+    module = sealed.kept_module("force_of_a_test", lambda: "answer = 42\n")
+    monkeypatch.delitem(sys.modules, module.__name__)
+    assert module.answer == 42 and full not in Path(str(module.__file__)).parents
+    assert caplog.text.count("no space left on device") == 1
+
+
+def test_a_cache_that_cannot_grow_keeps_the_result(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Numba wrote its files after compiling; that they do not fit must not cost the function."""
+    sealed.seal_kernels()
+    import numba
+
+    def no_room(*given: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    from numba.core import caching
+
+    monkeypatch.setattr(caching.IndexDataCacheFile.__mro__[1], "save", no_room)
+
+    @numba.njit(cache=True)
+    def twice(x):  # type: ignore[no-untyped-def]
+        return 2 * x
+
+    assert twice(21) == 42
+    assert "cannot be kept" in caplog.text
+
+
+def test_the_module_for_many_arms_at_once_is_kept_with_a_digest_too() -> None:
+    structure = Structure.of(PAPER)
+    compile_wide_arm(structure)
+    assert sealed.is_whole(sealed.module_file(f"wide_{name_of(structure)}"))
