@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report study test long load bench blind mujoco lint format clean chromium
+.PHONY: help run report study test long load fuzz bench blind mujoco lint format clean chromium
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -9,6 +9,7 @@ BIN := $(VENV)/bin
 SCENARIO ?= scenarios/paper_glocal.toml
 OUT ?= reports/$(basename $(notdir $(SCENARIO)))
 STUDY ?= studies/$(basename $(notdir $(SCENARIO)))
+SEED ?= 1
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
 help:
@@ -18,6 +19,7 @@ help:
 	@echo "make test    ruff, mypy and the tests"
 	@echo "make long    the studies that take minutes: many seeds, whole recordings of real rigs"
 	@echo "make load    thirty sessions for three minutes, and the delay of a slider"
+	@echo "make fuzz    1,500 damaged recordings, scenarios, archives and command lines (SEED=... for others)"
 	@echo "make bench   how fast and how exact it is on this machine"
 	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
 	@echo "make mujoco  the recordings of the independent engine in scenarios/mujoco, where they are missing"
@@ -52,6 +54,9 @@ long: $(VENV)/.installed-test
 
 load: $(VENV)/.installed-test
 	@$(BIN)/python -m pytest -m long -s tests/server
+
+fuzz: $(VENV)/.installed-test
+	@$(BIN)/python -m tests.fuzz.run --seed $(SEED)
 
 lint: $(VENV)/.installed-test
 	@$(BIN)/ruff check .

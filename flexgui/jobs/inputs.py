@@ -21,8 +21,8 @@ from flexgui.jobs.task import Task
 MEMORY = 700_000_000
 """Bytes: the largest table that is read (160 MB of numbers), its columns in SI units, and room to
 put the pieces of both together."""
-SECONDS = 30.0
-"""For one file: the largest that is read takes ten on a busy machine."""
+SECONDS = 60.0
+"""For one file: the largest that is read, or the longest that is simulated, takes twenty alone."""
 WORKERS = 2
 """So that one file which takes all its time leaves the other worker to everybody else."""
 SETTINGS = PoolSettings(

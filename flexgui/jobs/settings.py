@@ -24,8 +24,9 @@ class PoolSettings:
     """s that a worker may need to be ready; on a new machine everything is compiled first."""
     niceness: int = 10
     """Of the workers, so that the page answers first (POSIX)."""
-    memory: int | None = None
-    """Bytes that a job may take beyond what its warm worker has (Linux); None: all there are."""
+    memory: int | None = 3_000_000_000
+    """Bytes that a job may take beyond what its warm worker has (Linux); None: all there are. The
+    diagnosis of seven recordings takes a tenth of that; two such jobs still fit into a laptop."""
     seconds: float | None = None
     """That a job may take, in all and of a processor; then its worker is replaced. None: no end."""
     warm_up: str | None = "flexgui.jobs.warm:warm_up"

@@ -189,7 +189,8 @@ class IdentifyPanel(Panel):
         steps = f" {run.done} of {run.total}" if run.total else ""
         left = session.remaining_seconds
         time = f", about {max(left, 1.0):.0f} s left" if left is not None else ""
-        return f"{words}{steps}{time}."
+        at = f": {run.text}" if run.text else ""
+        return f"{words}{steps}{at}{time}."
 
     def _show_paper(self) -> None:
         session = self.desk.session

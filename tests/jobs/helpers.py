@@ -76,6 +76,10 @@ def die_quietly(*, progress: Progress) -> None:
     os._exit(3)
 
 
+def loaded() -> None:
+    """Once this is called, its module has been imported."""
+
+
 def never_warm() -> None:
     raise RuntimeError("no warmth")
 
