@@ -164,7 +164,9 @@ def hypothesis(
     """
     plain = {k: v for k, v in values.items() if "@" not in k}
     hidden = unseen(data, effects)
-    model = data.bare.with_effects(effects, {**plain, **hidden}, data.sizes)
+    model = data.bare.with_effects(effects, plain, data.sizes)
+    held = {name: x for name, x in hidden.items() if name in model.effect_values}
+    model = replace(model, effect_values={**model.effect_values, **held}) if held else model
     own = effect_unknowns(model, data.sizes, secondary) if freed is None else tuple(freed)
     own = tuple(u for u in own if u.parameter.name not in hidden)
     names = {u.parameter.name for u in own}

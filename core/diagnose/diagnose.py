@@ -123,8 +123,8 @@ def diagnose(
     fitted = time.perf_counter()
     more = _climb(state, options, progress, listen)
     _prune(state, progress)
-    left = remains(state.data.experiments, state.refit.errors)
-    given = remains(begun.data.experiments, begun.base.errors)
+    left = remains(state.data.experiments, state.refit.errors, state.refit.hypothesis)
+    given = remains(begun.data.experiments, begun.base.errors, begun.base.hypothesis)
     stopped = progress.stopped()
     verdict = _verdict(bool(more or state.found or (stopped and given.above)), given)
     final = _verdict(more, left) if options.max_effects and not stopped else None

@@ -103,7 +103,7 @@ def _away_from_the_ends(e: Prepared) -> np.ndarray:
 def _cycles(i: int, e: Prepared) -> Group | None:
     """The cycles of one recording. The first of three or more is left out, of two the first halves:
     a motion that starts from rest takes some time until it repeats."""
-    inputs = _inputs(e)
+    inputs = inputs_of(e)
     length = period(inputs)
     if length is None:
         return None
@@ -114,7 +114,7 @@ def _cycles(i: int, e: Prepared) -> Group | None:
     return Group(tuple(starts), length - skipped)
 
 
-def _inputs(e: Prepared) -> np.ndarray:
+def inputs_of(e: Prepared) -> np.ndarray:
     """(N, k) what the motion follows: references, or under a servo the measured joints."""
     if not isinstance(e.model.steering, FollowingServo):
         return e.task.references
@@ -171,7 +171,7 @@ def _repeated_recordings(experiments: Sequence[Prepared]) -> list[Group]:
 
 
 def _same_motion(a: Prepared, b: Prepared) -> bool:
-    one, two = _inputs(a), _inputs(b)
+    one, two = inputs_of(a), inputs_of(b)
     same_time = np.isclose(a.recording.sample_time, b.recording.sample_time, rtol=1e-6)
     if one.shape != two.shape or not same_time:
         return False

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from core.diagnose.descent import Limits, descend
 from core.diagnose.floor import noise_of
 from core.diagnose.gram import explain, gram
-from core.diagnose.verdict import line_of
+from core.diagnose.lines import line_of
 from core.diagnose.whitening import fit_whitener, no_whitening
 
 ROUNDING = 1e-8

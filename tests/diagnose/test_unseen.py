@@ -1,0 +1,37 @@
+"""Parameters that the recordings cannot show are no unknowns, and stay neutral."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.diagnose.columns import trials
+from core.diagnose.data import Data, hypothesis
+from core.effects import effect
+from core.effects.sizes import typical
+from core.identify.prepared import Processing, prepare
+from core.recording.spec import SimulateSpec
+from core.sensors import sensor
+from core.simulate.experiment import simulate_recording
+from tests.helpers import PAPER, looped
+
+BARE = looped(PAPER)
+
+
+def data(*outputs: str) -> Data:
+    recording = simulate_recording(BARE, SimulateSpec(theta2=1.2, seconds=0.1), "r")
+    e = prepare(BARE, recording, [sensor(kind) for kind in outputs], Processing())
+    return Data(BARE, (e,), (), (np.ones(len(e.channels)),), {}, {}, typical(PAPER), 1)
+
+
+@pytest.mark.parametrize(("kind", "letter"), [("sensor_delay", "t"), ("sensor_gain", "g")])
+@pytest.mark.parametrize(("outputs", "own"), [(("z", "encoder"), "e"), (("deflection",), "g")])
+def test_only_compared_channels_are_unknown_and_tried(kind, letter, outputs, own):
+    seen = data(*outputs)
+    tried = hypothesis(seen, [effect(kind)], {})
+    names = [f"{letter}{own}1", f"{letter}{own}2"]
+    assert list(tried.unknowns.labels) == names
+    others = {n: v for n, v in tried.model.effect_values.items() if n not in names}
+    assert len(others) == 4 and not any(others.values())
+    base = hypothesis(seen, [], {})
+    assert [t.knob for t in trials(base, effect(kind), seen)] == names
