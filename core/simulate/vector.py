@@ -104,7 +104,7 @@ def _make_dot(rows: int, entry: Any = _one_vector) -> Any:
 
 
 dot1, dot2, dot4, dot8 = (_make_dot(rows) for rows in (1, 2, 4, 8))
-rows1, rows2, rows4, rows8 = (_make_dot(rows, _one_number) for rows in (1, 2, 4, 8))
+rows1, rows4, rows8, rows12 = (_make_dot(rows, _one_number) for rows in (1, 4, 8, 12))
 
 
 def _sum_of_squares(builder: Any, errors: list[Any], weights: list[Any]) -> Any:
