@@ -20,15 +20,11 @@ from core.arm.signatures import OPTIONS, matrix, vector
 from core.simulate import vector as wide
 from core.simulate.closed import augment, balance, place, room, solve
 from core.simulate.lanes import aligned, exponential
-from core.simulate.lpv import cube
+from core.simulate.lpv import LAWS, cube
 from core.simulate.small import INLINE
 from core.simulate.vector import LANES
 
 rows1, rows4, rows8, rows12 = wide.rows1, wide.rows4, wide.rows8, wide.rows12
-
-LAWS = types.Tuple((types.float64[:, :, ::1],) * 8)
-"""R, P, V, S, Fs, Fq, Fv, Fr of core.drives.law.DriveLaw; the systems come first."""
-
 
 TOGETHER = 2
 """Systems that advance in turns: each sample waits for the one before, and while one system waits
