@@ -73,7 +73,6 @@ class LaneNumbers:
         model, values = self.model, self.values(e, self.generic())
         numbers = model.numbers(values)
         rows = output_rows(e, numbers)
-        assert rows is not None
         law = with_forces(numbers, e.task)
         n, states = model.arm.coordinates, 2 * model.arm.coordinates + law.states
         # A posture of no symmetry: gravity may have no slope where the recording starts.
@@ -86,7 +85,7 @@ class LaneNumbers:
         spread = np.tile(feedback.sum(axis=0), (n, 1))
         own = np.hstack([law.Fq, law.Fv, law.Fs])
         A = np.vstack([np.eye(n, states, k=n), spread, own]) != 0.0
-        seen = np.any(rows[0] != 0.0, axis=0)
+        seen = np.ones(states, dtype=bool) if rows is None else np.any(rows[0] != 0.0, axis=0)
         for _ in range(states):
             seen = seen | np.any(A[seen], axis=0)
         return seen

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from math import comb
 
 import numpy as np
 
@@ -29,6 +30,7 @@ from core.identify.lane_runs import share
 from core.identify.prepared import TORQUE, Prepared
 from core.identify.processed import processed
 from core.identify.unknowns import Unknowns
+from core.simulate.linear import respond
 from core.simulate.postures import interpolation, joints_that_matter, midpoints
 from core.simulate.vector import LANES
 
@@ -37,26 +39,25 @@ POSTURE_TOLERANCE = 1e-6
 noise at 60 dB, so that with a hundred thousand samples no estimate moves by a tenth of its
 deviation."""
 
-HIGHEST_DEGREE = 16
-"""Of the interpolation; a sweep over most of the elbow's range needs about ten."""
+MOST_NODES = 40
+"""Of the interpolation; a sweep over most of the elbow's range needs a dozen, and with more than
+these one exponential per sample costs less."""
 
 CHECK = 3
-"""Degrees by which the interpolation that judges another one is higher."""
+"""Degrees by which the interpolation that judges another one is higher, at least."""
 
 
 def applicable(experiments: Sequence[Prepared]) -> bool:
-    """Whether all that is compared follows from linear outputs of the linear model."""
-    return bool(experiments) and all(map(_linear, experiments))
+    """Whether there are outputs of the linear model to be predicted."""
+    return bool(experiments) and all(e.model.level == "lpv" and e.outputs for e in experiments)
 
 
-def _linear(e: Prepared) -> bool:
+def _has_rows(e: Prepared) -> bool:
+    """Whether all that is compared follows from linear outputs along the recording's posture."""
     servo = isinstance(e.model.steering, FollowingServo)
     shown = servo and any(s.kind == TORQUE for s in e.outputs)
     moves = any(type(one).started is not Effect.started for one in e.model.effects)
-    return (
-        e.model.level == "lpv" and not shown and not moves
-        and bool(e.outputs) and output_rows(e, e.model.numbers()) is not None
-    )  # fmt: skip
+    return not shown and not moves and output_rows(e, e.model.numbers()) is not None
 
 
 def _plain(e: Prepared) -> bool:
@@ -68,6 +69,10 @@ def _plain(e: Prepared) -> bool:
     return linear and e.processing.nothing and not touched
 
 
+Take = Callable[[int, np.ndarray, np.ndarray], None]
+Job = Callable[[], None]
+
+
 class LinearOutputs:
     """blocks(vectors (S, P)) -> per recording (S, M, k), as Predictor.predict for each vector."""
 
@@ -77,15 +82,17 @@ class LinearOutputs:
         self.experiments, self.unknowns, self.fixed = experiments, unknowns, fixed
         self.numbers = LaneNumbers(experiments, unknowns, fixed)
         self.model = self.numbers.model
+        self._simulated = {i for i, e in enumerate(experiments) if not _has_rows(e)}
+        """Recordings that take the exact way, one exponential per sample."""
         held = not self.model.numbers().law.interpolate
         self.system = System(self.model, self.numbers.states_that_matter(), held)
         self.errors: dict[str, float] = {}
         """Per recording: the largest change of a channel by following the posture, in units of
         its rms; none at a fixed working point."""
-        self._followed = {
-            i: group for i, e in enumerate(experiments) if (group := self._follow(i, e)) is not None
-        }
-        self.plain = [i not in self._followed and _plain(e) for i, e in enumerate(experiments)]
+        self._followed: dict[int, FollowedGroup] = {}
+        share([partial(self._begin, i) for i in range(len(experiments))])
+        others = {*self._followed, *self._simulated}
+        self.plain = [i not in others and _plain(e) for i, e in enumerate(experiments)]
         """Per recording: whether nothing happens to its linear outputs, gains and offsets apart."""
         self._points: dict[tuple[int, ...], PointGroup] = {}
         self._ways: dict[int, list[Group]] = {}
@@ -112,28 +119,36 @@ class LinearOutputs:
         slopes = [np.moveaxis(b[1 : 1 + P] - b[1 + P :], 0, 2) / width for b in all_blocks]
         return [b[0] for b in all_blocks], slopes
 
-    def each(
-        self, vectors: np.ndarray, take: Callable[[int, np.ndarray, np.ndarray], None]
-    ) -> None:
+    def each(self, vectors: np.ndarray, take: Take) -> None:
         """take(recording, which vectors (s,), outputs (M, k, s)) for all recordings and vectors,
         from several threads, no pair of recording and vector twice."""
         jobs: list[Callable[[], None]] = []
         for group in self.groups(len(vectors)):
             jobs += self.jobs(group, self.numbers.lanes(group, vectors), vectors, take)
-        share(jobs)
+        share([*jobs, *self.simulations(vectors, take)])
 
-    def jobs(
-        self, group: Group, numbers: Lanes, vectors: np.ndarray,
-        take: Callable[[int, np.ndarray, np.ndarray], None],
-    ) -> list[Callable[[], None]]:  # fmt: skip
+    def jobs(self, group: Group, numbers: Lanes, vectors: np.ndarray, take: Take) -> list[Job]:
         """One per pass of a group; `take` as in `each`."""
         passes = range(len(numbers.p))
         return [partial(self._pass, group, numbers, s, vectors, take) for s in passes]
 
-    def _pass(
-        self, group: Group, numbers: Lanes, s: int, vectors: np.ndarray,
-        take: Callable[[int, np.ndarray, np.ndarray], None],
-    ) -> None:  # fmt: skip
+    def simulations(self, vectors: np.ndarray, take: Take) -> list[Job]:
+        """Jobs for the recordings that take the exact way; in no group."""
+        parts = [np.arange(a, min(a + LANES, len(vectors))) for a in range(0, len(vectors), LANES)]
+        return [
+            partial(self._simulate, i, part, vectors, take)
+            for i in sorted(self._simulated) for part in parts
+        ]  # fmt: skip
+
+    def _simulate(self, i: int, which: np.ndarray, vectors: np.ndarray, take: Take) -> None:
+        e = self.experiments[i]
+        values = [self.numbers.values(e, vectors[m]) for m in which]
+        numbers = [e.model.numbers(v) for v in values]
+        motions = respond(e.model, numbers, [e.task_at(v) for v in values])
+        each = [e.predicted(*one) for one in zip(motions, numbers, values, strict=True)]
+        take(i, which, np.stack(each, axis=2))
+
+    def _pass(self, group: Group, numbers: Lanes, s: int, vectors: np.ndarray, take: Take) -> None:
         recordings, copies = len(group.members), group.copies
         first = s * copies
         count = min(copies, len(vectors) - first)
@@ -152,10 +167,10 @@ class LinearOutputs:
         if size not in self._ways:
             kinds: dict[object, list[int]] = {}
             for i in range(len(self.experiments)):
-                if i not in self._followed:
+                if i not in self._followed and i not in self._simulated:
                     kinds.setdefault(self._kind(i), []).append(i)
             found = [group for some in kinds.values() for group in self._filled(some, size)]
-            self._ways[size] = [*self._followed.values(), *found]
+            self._ways[size] = [*(self._followed[i] for i in sorted(self._followed)), *found]
         return self._ways[size]
 
     def _filled(self, some: Sequence[int], size: int) -> list[PointGroup]:
@@ -178,31 +193,43 @@ class LinearOutputs:
             )
         return self._points[members]
 
-    def _follow(self, i: int, e: Prepared) -> FollowedGroup | None:
-        """With the lowest degree whose outputs at the start are those of a higher one; None
-        where the posture does not matter."""
-        if len(e.task.schedule) == 1:
-            return None
+    def _begin(self, i: int) -> None:
+        """Finds out how recording i is computed."""
+        e = self.experiments[i]
+        if i in self._simulated or len(e.task.schedule) == 1:
+            return
         points, start = midpoints(e.task.schedule), self.unknowns.parameters.vector()
-        joints = joints_that_matter(
-            self.model, self.model.numbers(self.numbers.values(e, start)), points
-        )
+        numbers = self.model.numbers(self.numbers.values(e, start))
+        joints = joints_that_matter(self.model, numbers, points)
         if not joints:
-            return None
+            return
+        group, error = self._follow(i, points, joints)
+        if error < POSTURE_TOLERANCE:
+            self._followed[i], self.errors[e.recording.name] = group, error
+        else:
+            self._simulated.add(i)
+
+    def _follow(self, i: int, points: np.ndarray, joints: list[int]) -> tuple[FollowedGroup, float]:
+        """The lowest degree whose outputs at the start are those of a higher one, and the
+        largest difference."""
+        start = self.unknowns.parameters.vector()
 
         def with_degree(degree: int) -> tuple[FollowedGroup, np.ndarray]:
             nodes = interpolation(points, joints, degree)
             group = followed_group(i, self.experiments, nodes)
             return group, self._outputs_at(group, start)
 
-        for degree in range(1, HIGHEST_DEGREE + 1):
+        degree, reference = 0, 0
+        while True:
+            degree += 1
+            if degree + CHECK > reference:
+                reference = 2 * (degree + CHECK)
+                _, exact = with_degree(reference)
             group, y = with_degree(degree)
-            _, finer = with_degree(degree + CHECK)
-            error = _largest(y - finer, finer)
-            if error < POSTURE_TOLERANCE:
-                break
-        self.errors[e.recording.name] = error
-        return group
+            error = _largest(y - exact, exact)
+            more = comb(degree + 1 + len(joints), len(joints))
+            if error < POSTURE_TOLERANCE or more > MOST_NODES:
+                return group, error
 
     def _outputs_at(self, group: FollowedGroup, vector: np.ndarray) -> np.ndarray:
         """(M, k) of a group's recording."""

@@ -28,7 +28,7 @@ _NO_OUTPUTS = np.zeros((1, 0))
 
 
 def applicable(experiments: Sequence[Prepared], unknowns: Unknowns) -> bool:
-    """Whether the fast cost is there: for a linear model and outputs that follow from its state."""
+    """Whether the fast cost is there: for the linear model, whatever is compared or estimated."""
     return linear_outputs.applicable(experiments)
 
 
@@ -54,9 +54,11 @@ class PopulationCost:
         weights: Sequence[np.ndarray],
         unknowns: Unknowns,
         fixed: Mapping[str, float],
+        outputs: LinearOutputs | None = None,
     ) -> None:
+        """`outputs` of the same experiments, unknowns and fixed values, where they are there."""
         self.experiments, self.weights = experiments, weights
-        self.outputs = LinearOutputs(experiments, unknowns, fixed)
+        self.outputs = LinearOutputs(experiments, unknowns, fixed) if outputs is None else outputs
         self.keep = self.outputs.system.keep
         labels = [item.parameter.name for item in unknowns.items]
         self._gains = np.array([name.startswith(GAIN) for name in labels], dtype=bool)
@@ -82,6 +84,7 @@ class PopulationCost:
         vectors = np.ascontiguousarray(np.atleast_2d(vectors), dtype=float)
         untouched = self._untouched(vectors)
         found = np.zeros((len(self.experiments), len(vectors)))
+        add = partial(self._add, found)
         jobs: list[Callable[[], None]] = []
         sums: list[Callable[[], None]] = []
         for group in self.outputs.groups(len(vectors)):
@@ -91,9 +94,8 @@ class PopulationCost:
                 jobs += self._comparisons(group, numbers, costs)
                 sums.append(partial(_unpack, group, costs, found))
             else:
-                take = partial(self._add, found)
-                jobs += self.outputs.jobs(group, numbers, vectors, take)
-        share(jobs, self.workers)
+                jobs += self.outputs.jobs(group, numbers, vectors, add)
+        share([*jobs, *self.outputs.simulations(vectors, add)], self.workers)
         for each in sums:
             each()
         return np.asarray(found.sum(axis=0))

@@ -20,31 +20,33 @@ from core.arm.signatures import OPTIONS, matrix, vector
 from core.simulate import vector as wide
 from core.simulate.closed import augment, balance, place, room, solve
 from core.simulate.lanes import aligned, exponential
-from core.simulate.lpv import cube
+from core.simulate.lpv import LAWS, cube
 from core.simulate.small import INLINE
 from core.simulate.vector import LANES
 
-rows1, rows2, rows4, rows8 = wide.rows1, wide.rows2, wide.rows4, wide.rows8
+rows1, rows4, rows8, rows12 = wide.rows1, wide.rows4, wide.rows8, wide.rows12
 
-LAWS = types.Tuple((types.float64[:, :, ::1],) * 8)
-"""R, P, V, S, Fs, Fq, Fv, Fr of core.drives.law.DriveLaw; the systems come first."""
+TOGETHER = 2
+"""Systems that advance in turns: each sample waits for the one before, and while one system waits
+the other works."""
+
+ROWS = 4
+"""Vectors of rows are made up to a multiple of it, so that few loops are needed."""
 
 
 @njit(**INLINE)
-def tall_product(A, vectors, x, x0, n, y):  # type: ignore[no-untyped-def]
-    """y = A x for one A (vectors LANES, n) that stands column by column, x (n,) from x0 on."""
+def tall_product(A, vectors, x, x0, n, y, y0):  # type: ignore[no-untyped-def]
+    """y = A x for one A (vectors LANES, n) that stands column by column; x (n,) and y from x0
+    and y0 on. The number of vectors is a multiple of ROWS."""
     column, r = vectors * LANES, 0
-    while r + 8 <= vectors:
-        rows8(A, r * LANES, column, x, x0, n, y, r * LANES)
+    while r + 12 <= vectors:
+        rows12(A, r * LANES, column, x, x0, n, y, y0 + r * LANES)
+        r += 12
+    if r + 8 <= vectors:
+        rows8(A, r * LANES, column, x, x0, n, y, y0 + r * LANES)
         r += 8
-    if r + 4 <= vectors:
-        rows4(A, r * LANES, column, x, x0, n, y, r * LANES)
-        r += 4
-    if r + 2 <= vectors:
-        rows2(A, r * LANES, column, x, x0, n, y, r * LANES)
-        r += 2
     if r < vectors:
-        rows1(A, r * LANES, column, x, x0, n, y, r * LANES)
+        rows4(A, r * LANES, column, x, x0, n, y, y0 + r * LANES)
 
 
 @njit(**OPTIONS)
@@ -105,23 +107,26 @@ def place_all(  # type: ignore[no-untyped-def]
 
 
 @njit(**OPTIONS)
-def follow(A, vectors, state_vectors, d, m, na, nr, ny, refs, shares, z, y, out, s):  # type: ignore[no-untyped-def]
-    """Writes out[:, :, s]; z holds [r; x], y has room for A's rows.
+def follow(tall, vectors, state_vectors, d, m, nx, nr, ny, refs, shares, z, y, out, s, stop):  # type: ignore[no-untyped-def]
+    """Writes out[:, :, s:stop], at most TOGETHER; z holds [r; x] per system, y has room for rows.
 
-    x stands in z at a multiple of LANES, where the start is: numbers are read from vectors just
-    written, which waits long where those straddle two cache lines.
+    x stands in z at a multiple of LANES, where the start is.
     """
-    T, at = out.shape[0], -(-m // LANES) * LANES
-    first = d * state_vectors * LANES
+    T, at, first = out.shape[0], -(-m // LANES) * LANES, d * state_vectors * LANES
+    size, tall_size = at + state_vectors * LANES, vectors * LANES
     for t in range(T):
-        for i in range(m):
-            z[at - m + i] = refs[t * nr + i]
-        tall_product(A, vectors, z, at - m, na, y)
-        for i in range(ny):
-            out[t, i, s] = y[first + i]
-        for r in range(state_vectors):
-            # The blend of the nodes is itself such a product: columns are nodes.
-            rows1(y, r * LANES, state_vectors * LANES, shares, t * d, d, z, at + r * LANES)
+        for k in range(stop - s):
+            for i in range(m):
+                z[k * size + at - m + i] = refs[t * nr + i]
+            tall_product(tall[s + k], vectors, z, k * size + at - m, m + nx, y, k * tall_size)
+            for i in range(ny):
+                out[t, i, s + k] = y[k * tall_size + first + i]
+            for r in range(state_vectors):
+                # The blend of the nodes is itself such a product: columns are nodes.
+                rows1(
+                    y, k * tall_size + r * LANES, state_vectors * LANES, shares, t * d, d, z,
+                    k * size + at + r * LANES,
+                )  # fmt: skip
 
 
 @njit(
@@ -146,7 +151,7 @@ def followed(  # type: ignore[no-untyped-def]
     m = nr if held else 2 * nr
     na = m + nx
     state_vectors = -(-nx // LANES)
-    vectors = d * state_vectors + -(-ny // LANES)
+    vectors = -(-(d * state_vectors + -(-ny // LANES)) // ROWS) * ROWS
     column = vectors * LANES
     tall = aligned((last - first) * na * column).reshape(last - first, -1)
     tall[:] = 0.0
@@ -155,11 +160,12 @@ def followed(  # type: ignore[no-untyped-def]
         state_vectors * LANES,
     )  # fmt: skip
     at = -(-m // LANES) * LANES
-    z, y = aligned(at + state_vectors * LANES), aligned(column)
-    for s in range(first, last):
-        for i in range(nx):
-            z[at + i] = x0[s, keep[i]] * (unit if keep[i] < n else 1.0)
-        follow(
-            tall[s - first], vectors, state_vectors, d, m, na, nr, ny, refs, shares, z, y, out,
-            s - first,
-        )  # fmt: skip
+    size = at + state_vectors * LANES
+    z, y = aligned(TOGETHER * size), aligned(TOGETHER * column)
+    for s in range(0, last - first, TOGETHER):
+        stop = min(s + TOGETHER, last - first)
+        for k in range(stop - s):
+            for i in range(nx):
+                start = x0[first + s + k, keep[i]]
+                z[k * size + at + i] = start * (unit if keep[i] < n else 1.0)
+        follow(tall, vectors, state_vectors, d, m, nx, nr, ny, refs, shares, z, y, out, s, stop)

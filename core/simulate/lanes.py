@@ -12,7 +12,7 @@ from numba import njit
 
 from core.arm.signatures import OPTIONS
 from core.simulate.small import INLINE
-from core.simulate.vector import LANES, add_squares, axpy, dot1, dot2, dot4, dot8, move
+from core.simulate.vector import LANES, axpy, dot1, dot2, dot4, dot8, move
 
 TAYLOR_DEGREE = 16
 TAYLOR_RADIUS = 0.78
@@ -141,23 +141,9 @@ def advance(F, nx, ny, m, z, t, refs, nr):  # type: ignore[no-untyped-def]
 
 
 @njit(**OPTIONS)
-def advance_and_compare(F, nx, ny, m, z, start, stop, refs, nr, measured, weights, total):  # type: ignore[no-untyped-def]
-    """Advances over samples start..stop-1 and adds sum weights (y - yhat)^2 to total (ny LANES).
-
-    F and z as in `advance`; refs (N + 1, nr, LANES), measured (N, ny, LANES), weights likewise
-    or (1, ny, LANES).
-    """
-    wide = ny * LANES
-    step = wide if weights.size > wide else 0
-    for t in range(start, stop):
-        y = advance(F, nx, ny, m, z, t, refs, nr)
-        for i in range(0, wide, LANES):
-            add_squares(z, y + i, measured, t * wide + i, weights, t * step + i, total, i)
-
-
-@njit(**OPTIONS)
 def advance_and_store(F, nx, ny, m, z, start, stop, refs, nr, out):  # type: ignore[no-untyped-def]
-    """As `advance_and_compare`, writing the outputs to out (N, ny, LANES)."""
+    """Advances over samples start..stop-1 and writes the outputs to out (N, ny, LANES); F and z
+    as in `advance`, refs (N + 1, nr, LANES)."""
     wide = ny * LANES
     for t in range(start, stop):
         y = advance(F, nx, ny, m, z, t, refs, nr)

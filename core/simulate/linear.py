@@ -102,7 +102,6 @@ def _respond_lanes(
     length = max(len(task.time) for task in tasks)
     schedule = joint_schedule(tasks)
     out = aligned((length, 2 * n + joints, LANES))
-    empty = np.zeros(0)
     lpv.respond(
         model.compiled.dynamics, model.compiled.linear, fill_lanes([each.p for each in numbers]),
         law_lanes(moving), fill_lanes(rows), fill_lanes(direct), schedule, len(schedule) > 1,
@@ -110,7 +109,7 @@ def _respond_lanes(
         np.arange(states), not laws[0].interpolate,
         fill_lanes([full_start(t, each) for t, each in zip(tasks, numbers, strict=True)]),
         interleave([task.references for task in tasks], length + 1).ravel(),
-        empty, empty, out.ravel(), True,
+        out.ravel(),
     )  # fmt: skip
     found = []
     for lane, (task, each) in enumerate(zip(tasks, numbers, strict=True)):

@@ -19,7 +19,7 @@ from core.arm.signatures import OPTIONS, matrix, vector
 from core.simulate import vector as wide
 from core.simulate.closed import augment, balance, place, room, solve
 from core.simulate.lanes import aligned, apply_part, exponential, product
-from core.simulate.lpv import POPULATION, cube
+from core.simulate.lpv import cube
 from core.simulate.small import INLINE
 from core.simulate.vector import LANES, move
 
@@ -27,6 +27,9 @@ compare1, compare2, compare4, compare8 = (
     wide.compare1, wide.compare2, wide.compare4, wide.compare8
 )  # fmt: skip
 weigh1, weigh2, weigh4, weigh8 = wide.weigh1, wide.weigh2, wide.weigh4, wide.weigh8
+
+POPULATION = types.Tuple((types.float64[:, :, :, ::1],) * 8)
+"""R, P, V, S, Fs, Fq, Fv, Fr of core.drives.law.DriveLaw; passes, then lanes, come first."""
 
 COMPARE, WEIGH, STORE = range(3)
 """What happens to outputs: squared errors, weighted squared errors, or they are written."""

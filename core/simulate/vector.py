@@ -104,7 +104,7 @@ def _make_dot(rows: int, entry: Any = _one_vector) -> Any:
 
 
 dot1, dot2, dot4, dot8 = (_make_dot(rows) for rows in (1, 2, 4, 8))
-rows1, rows2, rows4, rows8 = (_make_dot(rows, _one_number) for rows in (1, 2, 4, 8))
+rows1, rows4, rows8, rows12 = (_make_dot(rows, _one_number) for rows in (1, 4, 8, 12))
 
 
 def _sum_of_squares(builder: Any, errors: list[Any], weights: list[Any]) -> Any:
@@ -189,24 +189,6 @@ def _of_two(combine: str) -> Any:
     return operation
 
 
-def _add_squares(typingctx, y, y0, measured, m0, weights, w0, total, t0):  # type: ignore[no-untyped-def]
-    """total[t0 + lane] += weights[w0 + lane] (measured[m0 + lane] - y[y0 + lane])^2."""
-    signature = types.void(y, y0, measured, m0, weights, w0, total, t0)
-
-    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        def vector(i):  # type: ignore[no-untyped-def]
-            return _at(builder, _data(context, builder, sig.args[i], args[i]), args[i + 1])
-
-        values = [builder.load(vector(i), align=8) for i in (0, 2, 4, 6)]
-        error = builder.fsub(values[1], values[0])
-        weighted = builder.fmul(values[2], error)
-        square = builder.fmul(weighted, error, flags=_FUSE)
-        builder.store(builder.fadd(square, values[3], flags=_FUSE), vector(6), align=8)
-        return context.get_dummy_value()
-
-    return signature, emit
-
-
 def _axpy(typingctx, y, y0, scale, x, x0):  # type: ignore[no-untyped-def]
     """y[y0 + lane] += scale x[x0 + lane]."""
     signature = types.void(y, y0, scale, x, x0)
@@ -224,7 +206,6 @@ def _axpy(typingctx, y, y0, scale, x, x0):  # type: ignore[no-untyped-def]
 
 
 # Any: the type checker would ask for the typing context that Numba adds by itself.
-add_squares: Any = intrinsic(_add_squares)
 axpy: Any = intrinsic(_axpy)
 move: Any = intrinsic(_move)
 scale: Any = intrinsic(_of_two(""))

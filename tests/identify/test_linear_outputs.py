@@ -10,12 +10,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from core.effects import catalogue
 from core.identify.linear_outputs import POSTURE_TOLERANCE, LinearOutputs, applicable
 from core.identify.residuals import Residuals
 from core.recording.recording import CameraPose, LoggerFilter, Recording
+from core.recording.spec import SimulateSpec
 from core.recording.velocity import ZeroPhaseLowPass
+from core.simulate.experiment import simulate_recording
+from core.simulate.postures import interpolation
 from core.simulate.vector import LANES
-from tests.helpers import PAPER, looped, with_modes
+from tests.helpers import ARMS, PAPER, loaded, looped, with_modes
 from tests.identify.helpers import LPV, residuals_of, simulated
 
 EXACT = 1e-9
@@ -29,6 +33,7 @@ AWAY = 0.1
 """Of the parameters' scale: how far the vectors are from the start."""
 
 SECONDS = 0.3
+LINEAR_EFFECTS = sorted(kind for kind, one in catalogue().items() if one.linear)
 MODES = looped(with_modes(2, 3), level="lpv")
 
 
@@ -177,6 +182,63 @@ def test_slopes_are_differences_of_the_blocks():
     for b, s, e, expected in zip(base, slopes, residuals.experiments, plain, strict=True):
         assert b.shape == e.measured.shape
         assert -s == pytest.approx(expected, abs=1e-6 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("kind", LINEAR_EFFECTS)
+@pytest.mark.parametrize("moving", [False, True], ids=["working points", "followed"])
+def test_effects_that_the_linear_model_can_hold(kind, moving):
+    """All that the folder has, at plausible sizes, with their parameters estimated."""
+    model = LPV.with_effects([catalogue()[kind]])
+    given = [replace(r, theta2=None) if moving else r for r in recordings(2, seconds=0.2)]
+    bound = FOLLOWED if moving else EXACT
+    names = ("EI1", *model.effect_parameters)
+    check(given, bound, model, parameters=names, output=("z", "encoder"))
+
+
+@pytest.mark.parametrize("name", ["0-2-1", "slide", "ground"])
+def test_arms_of_other_shapes_are_followed(name):
+    """Two angles matter on the chain of three, none or a slide's place on the others."""
+    joints = ARMS[name].joints
+    model = looped(ARMS[name], level="lpv", gain=20.0)
+    spec = SimulateSpec(theta=[0.3, 0.9, -0.7][:joints], seconds=0.3, level="lpv", seed=3)
+    moving = replace(simulate_recording(model, spec, "r"), theta2=None)
+    check([moving], FOLLOWED, model, parameters=("m1",), output=("z", "encoder"))
+
+
+def test_with_gravity_the_first_joint_matters_too():
+    arm = loaded(ARMS["1-1"], gravity=(0.0, -9.81))
+    model = looped(arm, level="lpv")
+    moving = [replace(r, theta2=None) for r in recordings(2, model)]
+    check(moving, FOLLOWED, model, parameters=("EI1",), output=("z", "encoder"))
+
+
+@pytest.mark.parametrize("moving", [False, True], ids=["working points", "followed"])
+def test_a_servo_whose_references_run_straight_between_samples(moving):
+    given = [replace(r, theta2=None) if moving else r for r in recordings(2, seconds=0.2)]
+    bound = FOLLOWED if moving else EXACT
+    check(given, bound, parameters=("EI1",), output=("z",), servo_hz=5.0)
+
+
+def test_a_torque_that_a_servo_shows_takes_the_exact_way():
+    check(recordings(2, seconds=0.1), EXACT, parameters=("EI1",), output=("torque",))
+
+
+@settings(max_examples=10)
+@given(st.integers(1, 3), st.floats(0.01, 0.5), st.integers(0, 100))
+def test_interpolated_matrices_converge_with_the_degree(dimensions, width, seed):
+    """On a smooth function of some coordinates, whatever their box."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-1.0, 1.0, dimensions) + width * rng.uniform(-1, 1, (50, dimensions))
+
+    def smooth(q):
+        return np.exp(np.sin(q.sum(axis=1) / np.sqrt(dimensions)))
+
+    errors = []
+    for degree in (2, 5):
+        nodes = interpolation(points, list(range(dimensions)), degree)
+        assert nodes.shares.sum(axis=1) == pytest.approx(1.0)
+        errors.append(np.abs(nodes.shares @ smooth(nodes.postures) - smooth(points)).max())
+    assert errors[1] < 0.2 * errors[0] + EXACT
 
 
 def test_it_does_not_apply_to_the_non_linear_model():

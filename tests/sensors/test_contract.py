@@ -77,6 +77,34 @@ def test_linear_rows_read_what_the_sensor_reads(kind: str, name: str) -> None:
     assert np.abs(values - predicted).max() < AGREEMENT * scale
 
 
+@pytest.mark.parametrize("direct", [True, False])
+@pytest.mark.parametrize(("kind", "name"), CASES)
+def test_many_motions_are_read_as_each_alone(kind: str, name: str, direct: bool) -> None:
+    """Whether the recording holds the channels or what they come from."""
+    motion, found = motions(name)[1], sensor(kind)
+    arm, model = motion.arm, looped(ARMS[name], gain=None if ARMS[name].joints == 2 else 20.0)
+    law = model.numbers().law
+    names = [c.name for c in found.channels(arm)] if direct else []
+    recording = Recording("r", motion.time, {c: np.zeros(len(motion.time)) for c in names})
+    rows = found.linear_rows(recording, arm, motion.p, law)
+    assert rows is not None
+    task, _ = make_task(model, SimulateSpec(theta2=1.2, seconds=0.1), "r")
+    y = motion.q @ rows.Q.T + motion.v @ rows.V.T + task.references @ rows.R.T
+    many = found.from_linear(
+        np.stack([y, 2.0 * y, y], axis=2),
+        recording,
+        arm,
+        motion.compiled,
+        np.tile(motion.p, (3, 1)),
+    )
+    expected = found.measure_like(recording, motion)
+    scale = max(np.abs(expected).max(), 1.0)
+    for k in (0, 2):
+        assert np.abs(many[:, :, k] - expected).max() < AGREEMENT * scale
+    if found.is_linear(recording, arm):
+        assert np.abs(many[:, :, 0] - y).max() == 0.0
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_measured_reads_the_channels_of_a_recording(kind: str) -> None:
     arm, motion = ARMS["1-1"], motions("1-1")[0]

@@ -9,8 +9,14 @@ from flexgui.bench.peer_linear import Response, control_response, lsim_response,
 from flexgui.bench.row import Row, median_seconds
 from flexgui.bench.size import Size
 
-SAME = 1e-8
+SAME = 1e-10
 """Relative: both discretise exactly, so only rounding over 3000 steps may differ."""
+
+SINGLE, ONE_THREAD, TWO_THREADS = 700.0, 1000.0, 1800.0
+"""Targets against lsim, of one vector alone and of one in a population."""
+
+COMPARED = (0, MEMBERS // 2, MEMBERS - 1)
+"""Members whose cost is computed both ways."""
 
 
 def rows(size: Size) -> list[Row]:
@@ -19,13 +25,16 @@ def rows(size: Size) -> list[Row]:
     ours = median_seconds(lambda: case.cost(AWAY), size.repeats)
     samples = len(case.experiments[0].task.time)
     what = f"glocal cost, 7 x {samples} samples"
-    found = [_row(case, ours, f"{what}, scipy.signal.lsim", lsim_response, 300.0, size)]
+    found = [_row(case, ours, f"{what}, scipy.signal.lsim", lsim_response, SINGLE, size)]
     name = f"{what}, control.forced_response"
     if find_spec("control") is None:
         found.append(Row(name, ours, value="skipped", note="python-control is not installed"))
     else:
         found.append(_row(case, ours, name, control_response, 400.0, size))
-    return [*found, _inside_population(case, size)]
+    peer = found[0].peer
+    assert peer is not None
+    rates = ((1, ONE_THREAD), (case.cost.workers, TWO_THREADS))
+    return [*found, *(_inside_population(case, peer, *rate, size) for rate in rates)]
 
 
 def _row(case: Case, ours: float, what: str, response: Response, target: float, size: Size) -> Row:
@@ -35,8 +44,17 @@ def _row(case: Case, ours: float, what: str, response: Response, target: float, 
     return Row(what, ours, peer, target, difference < SAME, note=note)
 
 
-def _inside_population(case: Case, size: Size) -> Row:
-    members = population()
-    each = median_seconds(lambda: case.cost(members), size.repeats) / MEMBERS
-    note = f"on {case.cost.workers} threads"
-    return Row(f"one cost inside a population of {MEMBERS}", each, value="-", note=note)
+def _inside_population(case: Case, peer: float, workers: int, target: float, size: Size) -> Row:
+    members, usual = population(), case.cost.workers
+    case.cost.workers = workers
+    try:
+        each = median_seconds(lambda: case.cost(members), size.repeats) / MEMBERS
+        costs = case.cost(members)
+    finally:
+        case.cost.workers = usual
+    worst = max(
+        abs(peer_cost(case, lsim_response, members[i]) / float(costs[i]) - 1.0) for i in COMPARED
+    )
+    note = f"relative difference {worst:.0e}"
+    what = f"one cost inside a population of {MEMBERS}, {workers} thread(s), scipy.signal.lsim"
+    return Row(what, each, peer, target, worst < SAME, note=note)
