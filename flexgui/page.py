@@ -11,7 +11,7 @@ from core.plugins import classes_of
 from flexgui.panels.desk import Desk
 from flexgui.panels.painter import Painter
 from flexgui.panels.panel import Panel
-from flexgui.panels.plot import paper_of
+from flexgui.panels.plot import fresh_paper, paper_of
 from flexgui.panels.room import CONTROLS, PLOTS, Room, Widths, Window
 from flexgui.panels.scene import Scene
 from flexgui.panels.stagebar import StageBar
@@ -47,6 +47,7 @@ class Page:
         self.desk = desk
         gui = desk.gui
         self._room = Room(desk.client)
+        fresh_paper(gui)
         others = set(gui._gui_input_handle_from_uuid)
         gui.set_panel_label("FlexGUI")
         gui.main_panel.dock_right()

@@ -62,7 +62,7 @@ class Demo(Generic[S]):
         self._show(visit)
         if begins:
             for other in list(self._visits.values()):
-                if other.role == FOLLOWER:
+                if other.role == FOLLOWER and other.session is None:
                     self._follow(other)
 
     def leave(self, visit: Visit[S]) -> None:

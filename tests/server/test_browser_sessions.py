@@ -11,6 +11,7 @@ import pytest
 from tests.server.chromium import (
     CHROMIUM,
     NONE,
+    SMALL,
     box,
     drawn,
     press,
@@ -111,3 +112,25 @@ def test_a_follower_sees_the_teacher_and_takes_a_copy(tmp_path: Path, browser: A
         ready(follower)
         shows(follower, THETA2, "80")
         assert "Traceback" not in demo.log, demo.log
+
+
+def test_a_copy_in_a_small_window_is_a_live_page(tmp_path: Path, browser: Any) -> None:
+    """Its figures are narrower than those of a wide window, from which they begin."""
+    with (
+        served(tmp_path, "--demo", "--workers", "1") as demo,
+        visit(browser, demo.address),
+        visit(browser, demo.address, SMALL) as follower,
+    ):
+        for way, back in ((COPY, FOLLOW), (FOLLOW, COPY), (COPY, FOLLOW)):
+            press(follower, way)
+            follower.get_by_role("button", name=back).wait_for()
+            ready(follower)
+        before = drawn(follower)
+        box(follower, THETA2).fill("140")
+        redrawn(follower, before)
+        follower.set_viewport_size({"width": 1100, "height": 700})
+        follower.wait_for_timeout(STILL)
+        before = drawn(follower)
+        box(follower, THETA2).fill("100")
+        redrawn(follower, before)
+        assert not demo.log, demo.log
