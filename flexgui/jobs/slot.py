@@ -64,7 +64,7 @@ class Slot:
 
     def _has_worker(self) -> bool:
         """Whether a warm worker is there, after starting one where it was not."""
-        if self._worker is not None and not self._worker.alive:
+        if self._worker is not None and not self._idles(self._worker):
             log.warning("Idle worker %s is gone; another takes its place", self._worker.pid)
             self._dismiss(0.0)
         if self._jobs >= self._settings.recycle_after:
@@ -77,6 +77,14 @@ class Slot:
             pause = min(2.0**self._failures / 2.0, LONGEST_PAUSE) if self._failures else TICK
             self._pool.closing.wait(pause)
         return self._worker is not None
+
+    def _idles(self, worker: WorkerProcess) -> bool:
+        """Whether it is there and shows signs of life; they are read, or the pipe would be full."""
+        try:
+            worker.receive(0.0)
+        except WorkerGoneError:
+            return False
+        return worker.alive and worker.silent < self._settings.silence
 
     def _started(self) -> WorkerProcess | None:
         if self._pool.closing.is_set():
@@ -154,6 +162,10 @@ class Slot:
             if self._pool.closing.is_set():
                 return Stopped()
             wishes.pass_on()
+            if worker.silent > self._settings.silence:
+                log.warning("Worker %s hangs; another takes its place", worker.pid)
+                self._dismiss(0.0)
+                return _hung(job, worker)
             if self._overdue(job):
                 log.warning("%s did not stop in time; its worker is replaced", job.task.title)
                 self._dismiss(0.0)
@@ -195,6 +207,15 @@ def _verdict(job: Job, answer: Answer) -> Ended:
 
 def _failed(job: Job, error: str) -> Failed:
     return Failed(f"{job.task.title} failed unexpectedly ({error}); details are in the log.")
+
+
+def _hung(job: Job, worker: WorkerProcess) -> Ended:
+    if job.stop_wished is not None:
+        return Stopped()
+    return WorkerLost(
+        f"{job.task.title} hangs: its worker process has shown no sign of life for "
+        f"{worker.silent:.0f} s and is replaced; start it again."
+    )
 
 
 def _lost(job: Job, worker: WorkerProcess) -> Ended:
