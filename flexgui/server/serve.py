@@ -24,6 +24,7 @@ from flexgui.server.entry import Word
 from flexgui.server.greeting import Say, greet_alone, greet_class, teacher_address
 from flexgui.server.kept import KeptWork
 from flexgui.server.limits import Limits
+from flexgui.server.lost import watch_connection
 from flexgui.server.options import ServeOptions
 from flexgui.server.plotly_script import send_plotly
 from flexgui.server.services import Services
@@ -87,6 +88,7 @@ def serve(options: ServeOptions, say: Say) -> None:
 def _welcome(warming: Warming) -> Callable[[viser.ClientHandle], None]:
     def welcome(client: viser.ClientHandle) -> None:
         warming.receive(client)
+        watch_connection(client)
         send_plotly(client)
         warming.wait()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -134,3 +135,36 @@ def test_a_copy_in_a_small_window_is_a_live_page(tmp_path: Path, browser: Any) -
         box(follower, THETA2).fill("100")
         redrawn(follower, before)
         assert not demo.log, demo.log
+
+
+def test_a_lost_connection_is_told_and_the_work_is_offered_again(
+    tmp_path: Path, browser: Any
+) -> None:
+    port = ("--port", str(free_port()))
+    with (
+        served(tmp_path, "--workers", "1", *port) as before,
+        visit(browser, before.address) as page,
+    ):
+        press(page, "Data")
+        sees(page, "7 to fit, 1 to validate.")
+        box(page, "Points").fill("3")
+        page.wait_for_timeout(STILL / 2)
+        press(page, "Simulate these experiments")
+        sees(page, "3 to fit, 1 to validate.")
+        before.process.kill()
+        before.process.wait()
+        sees(page, "The connection is lost.")
+        with served(tmp_path, "--workers", "1", *port) as again:
+            sees(page, "Restore your work of")
+            page.get_by_text("The connection is lost.").wait_for(state="hidden")
+            press(page, "Restore it")
+            sees(page, "is here again")
+            press(page, "Data")
+            sees(page, "3 to fit, 1 to validate.")
+            assert "Traceback" not in again.log, again.log
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
