@@ -41,6 +41,7 @@ class Slot:
         self._worker: WorkerProcess | None = None
         self._jobs = 0
         self._failures = 0
+        self._working = False
         self.thread = threading.Thread(target=self._run, name=f"jobs-slot-{number}", daemon=True)
 
     @property
@@ -49,6 +50,12 @@ class Slot:
         worker = self._worker
         return None if worker is None else worker.pid
 
+    @property
+    def free(self) -> bool:
+        """Whether its worker is ready and would begin a job at once: one that was stopped may keep
+        its worker for a while, and then it is replaced."""
+        return self._worker is not None and not self._working
+
     def _run(self) -> None:
         while not self._pool.closing.is_set():
             try:
@@ -56,9 +63,11 @@ class Slot:
                     job = self._pool.next_job(IDLE)
                     if job is not None:
                         self._look_after(job)
+                        self._working = False
             except Exception:
                 log.exception("A worker's supervisor met an error and goes on")
                 self._dismiss(0.0)
+                self._working = False
                 self._pool.closing.wait(IDLE)
         self._dismiss(EXIT_PATIENCE)
 
@@ -133,6 +142,7 @@ class Slot:
 
     def _look_after(self, job: Job) -> None:
         assert self._worker is not None
+        self._working = True
         self._jobs += 1
         ending: Ended = _failed(job, "an error in its supervisor")
         try:
