@@ -9,9 +9,10 @@ import viser
 
 from core.plugins import classes_of
 from flexgui.panels.desk import Desk
+from flexgui.panels.offer import Offer
 from flexgui.panels.painter import Painter
 from flexgui.panels.panel import Panel
-from flexgui.panels.plot import paper_of
+from flexgui.panels.plot import fresh_paper, paper_of
 from flexgui.panels.room import CONTROLS, PLOTS, Room, Widths, Window
 from flexgui.panels.scene import Scene
 from flexgui.panels.stagebar import StageBar
@@ -47,6 +48,7 @@ class Page:
         self.desk = desk
         gui = desk.gui
         self._room = Room(desk.client)
+        fresh_paper(gui)
         others = set(gui._gui_input_handle_from_uuid)
         gui.set_panel_label("FlexGUI")
         gui.main_panel.dock_right()
@@ -55,6 +57,7 @@ class Page:
         kinds = classes_of("flexgui.panels", Panel)
         self._panels: dict[str, Panel] = {stage: kinds[stage](desk) for stage in STAGES}
         self._folders: dict[str, tuple[Any, Any]] = {}
+        self._offer = Offer(desk)
         self._bar = StageBar(desk)
         self._tour = Tour(desk)
         self._cursor_drawn = 0.0
@@ -121,6 +124,8 @@ class Page:
                 for stage, folders in self._folders.items():
                     for folder in folders:
                         folder.visible = stage == session.stage
+            if Topic.KEPT in topics:
+                self._offer.refresh()
             if topics & {Topic.STAGE, Topic.MESSAGE}:
                 self._bar.refresh()
             if topics - {Topic.CURSOR, Topic.LIVE, Topic.MESSAGE}:

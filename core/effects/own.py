@@ -69,6 +69,8 @@ class OwnEffect(Effect):
 class FormulaLaw(ForceLaw):
     """A law in the functions of a formula, compiled with the sign that force laws print."""
 
+    passing = True
+
     def outputs(self) -> tuple[sp.Expr, ...]:
         return tuple(e.replace(FUNCTIONS["sign"], _SIGN) for e in super().outputs())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import threading
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache, lru_cache, partial
 from types import ModuleType
 
 import numba
@@ -16,6 +16,7 @@ from core.arm.cache import keep_kernels_here, sources_key
 from core.arm.sealed import kept_module
 from core.forces.generate import module_text, wide_module_text
 from core.forces.law import ForceLaw
+from core.forces.passing import PassingLaw, wide
 
 keep_kernels_here()
 _LOADING = threading.Lock()
@@ -47,15 +48,31 @@ def _pointer_type():  # type: ignore[no-untyped-def]
     return ctypes.POINTER(ctypes.c_double)
 
 
+KNOWN = 128
+"""Formulas that are at hand; a model has a few, and they are soon compiled anew."""
+
+
+def compile_law(law: ForceLaw) -> CompiledLaw | PassingLaw:
+    """A tenth of a second the first time, from the cache after that; a formula when needed."""
+    return _passing(law) if law.passing else _kept(law)
+
+
+def compile_wide_law(law: ForceLaw) -> CompiledLaw | PassingLaw:
+    """The same for LANES arms side by side; its `address` takes rows of LANES doubles."""
+    return _wide_passing(law) if law.passing else _wide_kept(law)
+
+
+_passing = lru_cache(KNOWN)(PassingLaw)
+_wide_passing = lru_cache(KNOWN)(wide)
+
+
 @cache
-def compile_law(law: ForceLaw) -> CompiledLaw:
-    """A tenth of a second the first time, from the cache after that."""
+def _kept(law: ForceLaw) -> CompiledLaw:
     return CompiledLaw(law, _loaded("force", law, module_text).element)
 
 
 @cache
-def compile_wide_law(law: ForceLaw) -> CompiledLaw:
-    """The same for LANES arms side by side; its `address` takes rows of LANES doubles."""
+def _wide_kept(law: ForceLaw) -> CompiledLaw:
     return CompiledLaw(law, _loaded("wide_force", law, wide_module_text).element)
 
 

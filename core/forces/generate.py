@@ -22,6 +22,16 @@ def element(x, v, w, e, out):
 '''
 
 
+_PLAIN_HEAD = '''"""A force law in plain Python, written by core.forces.generate."""
+
+from numpy import arccos as acos, arcsin as asin, arctan as atan, arctan2 as atan2
+from numpy import cos, cosh, exp, log, sin, sinh, sqrt, tan, tanh
+
+
+def element(x, v, w, e, out):
+'''
+
+
 class _Printer(PythonCodePrinter):
     """Plain arithmetic that Numba knows."""
 
@@ -120,6 +130,11 @@ def wide_module_text(law: ForceLaw) -> str:
 def module_text(law: ForceLaw) -> str:
     """The module of one law."""
     return _text(law, _HEAD, _Printer(), "{}[{}]", "out[{}] = {}")
+
+
+def plain_text(law: ForceLaw) -> str:
+    """The module of one law that is not compiled."""
+    return _text(law, _PLAIN_HEAD, _Printer(), "{}[{}]", "out[{}] = {}")
 
 
 def _text(law: ForceLaw, head: str, printer: _Printer, read: str, write: str) -> str:

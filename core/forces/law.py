@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import sympy as sp
 
@@ -33,6 +34,9 @@ class ForceLaw:
         symbols = (*self.x, *self.v, *self.states, *self.parameters)
         if len(set(symbols)) < len(symbols):
             raise ValueError(f"one symbol stands for two things among {symbols}")
+
+    passing: ClassVar[bool] = False
+    """Whether it comes and goes, as a formula that a person tries."""
 
     @property
     def size(self) -> int:

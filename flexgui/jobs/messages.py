@@ -26,6 +26,11 @@ class Begin:
 
 
 @dataclass(frozen=True)
+class Alive:
+    """Told again and again, whatever the worker does: who is silent hangs."""
+
+
+@dataclass(frozen=True)
 class Ready:
     """The worker is warm, or at least there."""
 

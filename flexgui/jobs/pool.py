@@ -60,6 +60,11 @@ class JobPool:
         return len(self.worker_pids)
 
     @property
+    def workers_free(self) -> int:
+        """How many workers are warm and have no job."""
+        return sum(slot.free for slot in self._slots)
+
+    @property
     def worker_pids(self) -> tuple[int, ...]:
         """Process ids of the warm workers."""
         return tuple(slot.pid for slot in self._slots if slot.pid is not None)

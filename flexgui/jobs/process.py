@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import time
 from multiprocessing.connection import wait
 from typing import Any
 
 from core.resumable.threads import one_thread_each
-from flexgui.jobs.messages import Order
+from flexgui.jobs.messages import Alive, Order
 from flexgui.jobs.settings import PoolSettings
 from flexgui.jobs.worker import work
 
@@ -28,6 +29,7 @@ class WorkerProcess:
     """Starts on construction; used by one thread."""
 
     def __init__(self, settings: PoolSettings) -> None:
+        self._heard = time.monotonic()
         self._pipe, theirs = _SPAWN.Pipe()
         try:
             self._process = _SPAWN.Process(
@@ -54,6 +56,11 @@ class WorkerProcess:
         return self._process.is_alive()
 
     @property
+    def silent(self) -> float:
+        """s since it was heard of last."""
+        return time.monotonic() - self._heard
+
+    @property
     def ending(self) -> str:
         """How the process ended, for a sentence."""
         code = self._process.exitcode
@@ -74,7 +81,9 @@ class WorkerProcess:
         try:
             # A dead worker's last words are read before its death is told: the pipe ends after.
             if wait([self._pipe], timeout):
-                return self._pipe.recv()
+                message = self._pipe.recv()
+                self._heard = time.monotonic()
+                return None if isinstance(message, Alive) else message
         except (EOFError, OSError) as error:
             self._process.join(LAST_BREATH)
             raise WorkerGoneError from error

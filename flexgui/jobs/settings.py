@@ -13,6 +13,9 @@ class PoolSettings:
     """Jobs of one session that may wait."""
     grace: float = 8.0
     """s that a task may take to end by itself once it was stopped; then its worker is killed."""
+    silence: float = 60.0
+    """s without a sign of life, of which there is one every two, after which a worker hangs: one
+    large function that is compiled has held up a busy machine's interpreter for fifteen."""
     pause_limit: float = 600.0
     """s that a paused job may keep its worker while others wait; then it is stopped."""
     recycle_after: int = 200

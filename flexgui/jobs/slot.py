@@ -42,6 +42,7 @@ class Slot:
         self._worker: WorkerProcess | None = None
         self._jobs = 0
         self._failures = 0
+        self._working = False
         self.thread = threading.Thread(target=self._run, name=f"jobs-slot-{number}", daemon=True)
 
     @property
@@ -50,6 +51,12 @@ class Slot:
         worker = self._worker
         return None if worker is None else worker.pid
 
+    @property
+    def free(self) -> bool:
+        """Whether its worker is ready and would begin a job at once: one that was stopped may keep
+        its worker for a while, and then it is replaced."""
+        return self._worker is not None and not self._working
+
     def _run(self) -> None:
         while not self._pool.closing.is_set():
             try:
@@ -57,15 +64,17 @@ class Slot:
                     job = self._pool.next_job(IDLE)
                     if job is not None:
                         self._look_after(job)
+                        self._working = False
             except Exception:
                 log.exception("A worker's supervisor met an error and goes on")
                 self._dismiss(0.0)
+                self._working = False
                 self._pool.closing.wait(IDLE)
         self._dismiss(EXIT_PATIENCE)
 
     def _has_worker(self) -> bool:
         """Whether a warm worker is there, after starting one where it was not."""
-        if self._worker is not None and not self._worker.alive:
+        if self._worker is not None and not self._idles(self._worker):
             log.warning("Idle worker %s is gone; another takes its place", self._worker.pid)
             self._dismiss(0.0)
         if self._jobs >= self._settings.recycle_after:
@@ -78,6 +87,14 @@ class Slot:
             pause = min(2.0**self._failures / 2.0, LONGEST_PAUSE) if self._failures else TICK
             self._pool.closing.wait(pause)
         return self._worker is not None
+
+    def _idles(self, worker: WorkerProcess) -> bool:
+        """Whether it is there and shows signs of life; they are read, or the pipe would be full."""
+        try:
+            worker.receive(0.0)
+        except WorkerGoneError:
+            return False
+        return worker.alive and worker.silent < self._settings.silence
 
     def _started(self) -> WorkerProcess | None:
         if self._pool.closing.is_set():
@@ -126,6 +143,7 @@ class Slot:
 
     def _look_after(self, job: Job) -> None:
         assert self._worker is not None
+        self._working = True
         self._jobs += 1
         ending: Ended = _failed(job, "an error in its supervisor")
         try:
@@ -159,6 +177,10 @@ class Slot:
                 log.warning("%s took too long; its worker is replaced", job.task.title)
                 self._dismiss(0.0)
                 return Failed(f"{job.task.title} {TOO_LONG.format(self._settings.seconds)}")
+            if worker.silent > self._settings.silence:
+                log.warning("Worker %s hangs; another takes its place", worker.pid)
+                self._dismiss(0.0)
+                return _hung(job, worker)
             if self._overdue(job):
                 log.warning("%s did not stop in time; its worker is replaced", job.task.title)
                 self._dismiss(0.0)
@@ -206,6 +228,15 @@ def _verdict(job: Job, answer: Answer) -> Ended:
 
 def _failed(job: Job, error: str) -> Failed:
     return Failed(f"{job.task.title} failed unexpectedly ({error}); details are in the log.")
+
+
+def _hung(job: Job, worker: WorkerProcess) -> Ended:
+    if job.stop_wished is not None:
+        return Stopped()
+    return WorkerLost(
+        f"{job.task.title} hangs: its worker process has shown no sign of life for "
+        f"{worker.silent:.0f} s and is replaced; start it again."
+    )
 
 
 def _lost(job: Job, worker: WorkerProcess) -> Ended:

@@ -1,7 +1,8 @@
 """What runs in a spawned worker process.
 
-Three threads: the main one works; one reads orders, so that a stop, a pause or the death of the
-server (the pipe ends) is known at once; one sends news, at most every INTERVAL.
+Four threads: the main one works; one reads orders, so that a stop, a pause or the death of the
+server (the pipe ends) is known at once; one sends news, at most every INTERVAL; one says every
+BEAT that the process lives.
 """
 
 from __future__ import annotations
@@ -20,10 +21,13 @@ from core.errors import InputError
 from core.sentences import brief
 from flexgui.jobs.limited import TOO_LARGE, limit_memory, limit_time
 from flexgui.jobs.mailbox import Mailbox
-from flexgui.jobs.messages import Answer, Begin, Crashed, Done, Order, Ready, Refused
+from flexgui.jobs.messages import Alive, Answer, Begin, Crashed, Done, Order, Ready, Refused
 from flexgui.jobs.reporter import Reporter
 from flexgui.jobs.settings import PoolSettings
 from flexgui.jobs.task import Task
+
+BEAT = 2.0
+"""s between two signs of life."""
 
 INTERVAL = 0.05
 """s between two batches of news: 20 a second is as fast as a page follows."""
@@ -44,6 +48,7 @@ def work(pipe: Connection, settings: PoolSettings) -> None:
     trouble = _trouble_of(settings.warm_up)
     limit_memory(settings.memory)
     worker.send(Ready(trouble))
+    threading.Thread(target=worker.beat, name="heart", daemon=True).start()
     worker.serve(settings.seconds)
 
 
@@ -106,6 +111,13 @@ class Worker:
             with contextlib.suppress(OSError):  # the reading thread learns it too, and ends all
                 self._flush()
             time.sleep(INTERVAL)
+
+    def beat(self) -> None:
+        """Signs of life, on a thread of its own; the reading one learns when nobody hears them."""
+        with contextlib.suppress(OSError):
+            while True:
+                self.send(Alive())
+                time.sleep(BEAT)
 
     def send(self, message: Any) -> None:
         with self._sending:

@@ -50,7 +50,9 @@ class ArmSliders:
 
     @property
     def _gains(self) -> list[float]:
-        return list(self._desk.session.scenario.drive.options.get("gains", ()))
+        """One number per joint; a controller that has rows of them has no slider."""
+        gains = self._desk.session.scenario.drive.options.get("gains", ())
+        return list(gains) if all(isinstance(gain, int | float) for gain in gains) else []
 
     def _build_first(self) -> None:
         desk, session, arm = self._desk, self._desk.session, self._arm

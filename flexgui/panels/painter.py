@@ -1,4 +1,4 @@
-"""One thread per page that draws what changed, so that no callback ever waits for a drawing."""
+"""Draws what changed on another thread, so that no callback ever waits for a drawing."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 
 from flexgui.session import Topic
+from flexgui.session.crew import CREW
 from flexgui.session.turn import TURNS
 
 log = logging.getLogger(__name__)
@@ -25,17 +26,21 @@ class Painter:
         self._draw = draw
         self._news = threading.Condition()
         self._dirty: set[Topic] = set()
-        self._closed = False
+        self._busy = self._closed = False
         self._streamed = 0.0
         """When what streams was drawn last."""
-        self._thread = threading.Thread(target=self._run, name="painter", daemon=True)
-        self._thread.start()
 
     def mark(self, topic: Topic) -> None:
         """Returns at once."""
         with self._news:
+            if self._closed:
+                return
             self._dirty.add(topic)
             self._news.notify()
+            if self._busy:
+                return
+            self._busy = True
+        CREW.run(self._run)
 
     def close(self) -> None:
         """Draws nothing more."""
@@ -44,13 +49,7 @@ class Painter:
             self._news.notify()
 
     def _run(self) -> None:
-        while True:
-            with self._news:
-                while not self._closed and (pause := self._pause()) != 0.0:
-                    self._news.wait(pause)
-                if self._closed:
-                    return
-                dirty, self._dirty = frozenset(self._dirty), set()
+        while dirty := self._next():
             if dirty & STREAMED:
                 self._streamed = time.monotonic()
             try:
@@ -60,10 +59,17 @@ class Painter:
                 if not self._closed:
                     log.exception("Drawing %s failed", sorted(topic.value for topic in dirty))
 
-    def _pause(self) -> float | None:
-        """s until something is to be drawn; None where nothing has changed."""
-        if not self._dirty:
-            return None
-        if self._dirty - STREAMED:
+    def _next(self) -> frozenset[Topic]:
+        """What is to be drawn, when it is time; empty where nothing is."""
+        with self._news:
+            while not self._closed and (pause := self._pause()):
+                self._news.wait(pause)
+            dirty, self._dirty = frozenset(() if self._closed else self._dirty), set()
+            self._busy = bool(dirty)
+            return dirty
+
+    def _pause(self) -> float:
+        """s until what has changed is to be drawn."""
+        if not self._dirty or self._dirty - STREAMED:
             return 0.0
         return max(self._streamed + INTERVAL - time.monotonic(), 0.0)

@@ -41,6 +41,11 @@ def paper_of(gui: viser.GuiApi) -> Paper:
     return _PAPERS.setdefault(gui, Paper())
 
 
+def fresh_paper(gui: viser.GuiApi) -> None:
+    """For a page that takes the place of another: the figures of that one are gone."""
+    _PAPERS[gui] = Paper()
+
+
 class _Blank:
     """What viser asks of a figure: Plotly's own takes longer to make than a page's other parts."""
 
@@ -94,7 +99,9 @@ class Plot:
         self.show(plain, height=height)
 
     def fit(self, width: float) -> None:
-        """As high as it was, in a panel of another width in px."""
+        """As high as it was, in a panel of another width in px; one that was removed stays so."""
+        if self._handle._impl.removed:
+            return
         self._handle.aspect = self._height / width
 
     def move_cursor(self, cursor: float | None) -> None:

@@ -102,7 +102,7 @@ class Room:
     def __init__(self, client: viser.ClientHandle) -> None:
         self._client = client
         self._takers: list[Take] = []
-        self._lock = threading.Lock()
+        self._lock, self._telling = threading.Lock(), threading.RLock()
         self._waits, self._closed = False, False
         self._shape = client.camera.aspect
         self.window = Window()
@@ -120,8 +120,10 @@ class Room:
         self._tell()
 
     def close(self) -> None:
-        """Asks nothing more."""
+        """Asks and tells nothing more: what would take it will be removed."""
         self._closed = True
+        with self._telling:
+            self._takers.clear()
 
     async def _moved(self, camera: viser.CameraHandle) -> None:
         """On the event loop, with every turn of the view."""
@@ -158,5 +160,6 @@ class Room:
 
     def _tell(self) -> None:
         shares = widths(self.window)
-        for take in self._takers:
-            take(self.window, shares)
+        with self._telling:
+            for take in self._takers:
+                take(self.window, shares)

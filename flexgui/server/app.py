@@ -30,7 +30,7 @@ from flexgui.server.guarded import connection_of, guarded_viser, stop, tolerate_
 from flexgui.server.limits import Limits
 from flexgui.server.origins import loopback_origins
 from flexgui.server.services import FOLLOWER, Services
-from flexgui.server.store import Closable, SessionStore
+from flexgui.server.store import Closable, Kept, SessionStore
 from flexgui.server.transfers import folder_bytes
 from flexgui.server.visits import Visit
 
@@ -60,6 +60,8 @@ class Settings(Generic[S]):
     teacher: Word | None = None
     key: bytes = field(default_factory=lambda: secrets.token_bytes(32))
     """What tickets are made with."""
+    kept: Kept | None = None
+    """Where the work of sessions is kept; None: nowhere."""
     limits: Limits = Limits()
     clock: Callable[[], float] = time.monotonic
 
@@ -78,6 +80,7 @@ class PageServer(Generic[S]):
             settings.limits,
             stop_jobs=self._stop_jobs,
             clock=settings.clock,
+            kept=settings.kept,
         )
         self.demo = self._make_demo(first_is_teacher=settings.join is None)
         self.services = replace(settings.services, demo=self.demo)

@@ -55,14 +55,14 @@ class Demo(Generic[S]):
             if ticket or first or known:
                 begins = self.session is None
                 self._as_teacher(visit, key)
-            elif self._store.find(key) is not None:
+            elif self._store.knows(key):
                 self._as_own(visit, self._store.join(key, address=visit.address))
             else:
                 visit.role, visit.session = FOLLOWER, self.session
         self._show(visit)
         if begins:
             for other in list(self._visits.values()):
-                if other.role == FOLLOWER:
+                if other.role == FOLLOWER and other.session is None:
                     self._follow(other)
 
     def leave(self, visit: Visit[S]) -> None:

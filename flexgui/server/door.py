@@ -20,6 +20,7 @@ from websockets.http11 import Request, Response
 
 from flexgui.server.entry import Attempts, Word, same
 from flexgui.server.limits import Limits
+from flexgui.server.lost import ALIVE
 from flexgui.server.origins import hosts_of
 
 log = logging.getLogger(__name__)
@@ -111,6 +112,9 @@ class Door:
     def _page(self, connection: ServerConnection, request: Request) -> Response:
         address = urlsplit(request.path)
         said = parse_qs(address.query, keep_blank_values=True)
+        if address.path == ALIVE:
+            asks = CODE in self._tickets and not self._may_enter(request)
+            return _text(http.HTTPStatus.UNAUTHORIZED if asks else http.HTTPStatus.OK, "")
         if address.path not in ("/", "/index.html"):
             return _text(http.HTTPStatus.NOT_FOUND, "There is one page only: /")
         if self._words.keys() & said.keys():

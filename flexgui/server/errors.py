@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
+import threading
 import traceback
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -63,11 +64,19 @@ class Reports:
 
 
 class ReportingExecutor(ThreadPoolExecutor):
-    """Runs viser's callbacks; their errors are reported to the browser that caused them."""
+    """Runs viser's callbacks; their errors are reported to the browser that caused them.
+
+    A callback of an input reads the input's value when it runs. While it runs or waits, however
+    often the input changes, it is only noted that it has to run once more: the newest value wins
+    before the queue, and values are never taken in another order than they came.
+    """
 
     def __init__(self, threads: int, report: Report) -> None:
         super().__init__(threads, thread_name_prefix="flexgui-callback")
         self._report = report
+        self._again: dict[_Mark, bool] = {}
+        """Of the inputs that are at work: whether something newer has come."""
+        self._lock = threading.Lock()
 
     def submit(
         self, function: Callable[..., Any], /, *arguments: Any, **options: Any
@@ -81,7 +90,41 @@ class ReportingExecutor(ThreadPoolExecutor):
                 self._report(error, _client_of(arguments))
                 return None
 
-        return super().submit(careful)
+        mark = _mark(function, arguments)
+        if mark is None:
+            return super().submit(careful)
+        with self._lock:
+            if mark in self._again:
+                self._again[mark] = True
+                return _done()
+            self._again[mark] = False
+        return super().submit(self._until_newest, mark, careful)
+
+    def _until_newest(self, mark: _Mark, work: Callable[[], Any]) -> None:
+        while True:
+            with self._lock:  # before the value is read: what comes from now on is newer
+                self._again[mark] = False
+            work()
+            with self._lock:
+                if not self._again[mark]:
+                    del self._again[mark]
+                    return
+
+
+_Mark = tuple[object, str]
+"""A callback and the input that it is of."""
+
+
+def _mark(function: Callable[..., Any], arguments: tuple[Any, ...]) -> _Mark | None:
+    """Of the callback of an input with a value; None of a click or a file, which all count."""
+    target = getattr(arguments[0], "target", None) if arguments else None
+    return (function, target._impl.uuid) if isinstance(target, viser.GuiInputHandle) else None
+
+
+def _done() -> Future[Any]:
+    found: Future[Any] = Future()
+    found.set_result(None)
+    return found
 
 
 def _client_of(arguments: tuple[Any, ...]) -> viser.ClientHandle | None:

@@ -25,11 +25,12 @@ def _remove_left_behind(parent: Path) -> None:
             mine = path.lstat().st_uid == os.getuid() and path.is_dir() and not path.is_symlink()
         except OSError:
             continue
-        if mine and process.isdigit() and not _alive(int(process)):
+        if mine and process.isdigit() and not alive(int(process)):
             shutil.rmtree(path, ignore_errors=True)
 
 
-def _alive(process: int) -> bool:
+def alive(process: int) -> bool:
+    """Whether there is such a process (POSIX)."""
     try:
         os.kill(process, 0)
     except ProcessLookupError:

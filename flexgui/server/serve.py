@@ -22,11 +22,14 @@ from flexgui.server.browser import can_open, open_soon
 from flexgui.server.ending import end_in_any_case, until_asked, wait
 from flexgui.server.entry import Word
 from flexgui.server.greeting import Say, greet_alone, greet_class, teacher_address
+from flexgui.server.kept import KeptWork
 from flexgui.server.limits import Limits
+from flexgui.server.lost import watch_connection
 from flexgui.server.options import ServeOptions
 from flexgui.server.plotly_script import send_plotly
 from flexgui.server.services import Services
-from flexgui.server.state import server_key
+from flexgui.server.state import server_key, state_folder
+from flexgui.server.store import Kept
 from flexgui.server.warming import Warming
 
 if TYPE_CHECKING:
@@ -65,6 +68,7 @@ def serve(options: ServeOptions, say: Say) -> None:
         join=join,
         teacher=teacher,
         key=server_key(),
+        kept=_kept_work(log),
         limits=limits,
     )
     with until_asked() as asked:
@@ -84,6 +88,7 @@ def serve(options: ServeOptions, say: Say) -> None:
 def _welcome(warming: Warming) -> Callable[[viser.ClientHandle], None]:
     def welcome(client: viser.ClientHandle) -> None:
         warming.receive(client)
+        watch_connection(client)
         send_plotly(client)
         warming.wait()
 
@@ -154,6 +159,7 @@ def _session_maker(
     def make(key: str, folder: Path) -> Session:
         session = Session(key, folder)
         session.open(fetch_files(given, beside, data, folder))
+        session.keep_here()
         return session
 
     return make
@@ -162,7 +168,17 @@ def _session_maker(
 def _demo_session(key: str, folder: Path) -> Session:
     from flexgui.session import Session
 
-    return Session(key, folder)
+    session = Session(key, folder)
+    session.keep_here()
+    return session
+
+
+def _kept_work(log: logging.Logger) -> Kept | None:
+    try:
+        return KeptWork(state_folder() / "sessions")
+    except OSError as error:
+        log.warning("Work is not kept beyond the end of this server: %s", error)
+        return None
 
 
 def _quiet_log() -> logging.Logger:

@@ -25,6 +25,16 @@ class Closable(Protocol):
     def close(self) -> None: ...
 
 
+class Kept(Protocol):
+    """Where work is kept beyond the end of a session."""
+
+    def knows(self, key: str | None) -> bool: ...
+
+    def begin(self, key: str) -> Path: ...
+
+    def end(self, folder: Path) -> None: ...
+
+
 S = TypeVar("S", bound=Closable)
 
 
@@ -54,9 +64,12 @@ class SessionStore(Generic[S]):
         *,
         stop_jobs: Callable[[S], None] = lambda session: None,
         clock: Callable[[], float] = time.monotonic,
+        kept: Kept | None = None,
     ) -> None:
+        """`kept` holds the folders instead of `root`, and some of them beyond their end."""
         self._make, self._root, self._limits = make, root, limits
         self._stop_jobs, self._clock = stop_jobs, clock
+        self._kept_work = kept
         self._lock = threading.RLock()
         self._entries: dict[str, _Entry[S]] = {}
 
@@ -68,6 +81,12 @@ class SessionStore(Generic[S]):
         entry = self._entries.get(key or "")
         return None if entry is None else entry.session
 
+    def knows(self, key: str | None) -> bool:
+        """Whether the key opens something: a session, or work that was kept of one."""
+        return self.find(key) is not None or (
+            self._kept_work is not None and self._kept_work.knows(key)
+        )
+
     def join(self, key: str | None, *, pinned: bool = False, address: str = "") -> S:
         """The key's session, or a new one, with one more browser; InputError where all is full.
 
@@ -78,7 +97,7 @@ class SessionStore(Generic[S]):
             entry = self._entries.get(key or "")
             if entry is None:
                 over = self._make_room(address)
-                entry = self._new(address)
+                entry = self._new(address, key if key is not None and self.knows(key) else None)
             entry.clients += 1
             entry.stopped, entry.pinned = False, entry.pinned or pinned
         if over is not None:
@@ -150,10 +169,13 @@ class SessionStore(Generic[S]):
         oldest = min(free, key=lambda entry: (entry.touched, entry.left_at))
         return self._entries.pop(oldest.session.key).session
 
-    def _new(self, address: str) -> _Entry[S]:
-        key = secrets.token_urlsafe(24)
-        folder = self._root / secrets.token_hex(8)  # lists of files tell no keys
-        folder.mkdir(mode=0o700)
+    def _new(self, address: str, key: str | None) -> _Entry[S]:
+        key = key or secrets.token_urlsafe(24)
+        if self._kept_work is not None:
+            folder = self._kept_work.begin(key)
+        else:
+            folder = self._root / secrets.token_hex(8)  # lists of files tell no keys
+            folder.mkdir(mode=0o700)
         try:
             entry = _Entry(self._make(key, folder), address)
         except BaseException:
@@ -165,6 +187,9 @@ class SessionStore(Generic[S]):
     def _close(self, session: S) -> None:
         folder = session.folder
         with contextlib.ExitStack() as always:
-            always.callback(shutil.rmtree, folder, ignore_errors=True)
+            if self._kept_work is not None:
+                always.callback(self._kept_work.end, folder)
+            else:
+                always.callback(shutil.rmtree, folder, ignore_errors=True)
             self._stop_jobs(session)
             session.close()

@@ -105,18 +105,18 @@ class Diagnosing(Comparing, ABC):
 
     def _go_on(self, edit: Edit, title: str, added: str | None, services: Services) -> bool:
         """Changes the model and looks at it."""
-        if self.busy:
-            self.say(BUSY, bad=True)
-            return False
-        changed = edited(self.scenario, edit)
-        base_model(changed)
-        before = self.scenario
-        if not self.change(edit):
-            return False
-        look = Look(self.scenario, title, added)
-        if self._look_at(look, services, BEFORE, before):
-            return True
-        self._restore(before, self.outcome, self.outcome_of)
+        with self._lock:
+            if self.busy:
+                self.say(BUSY, bad=True)
+                return False
+            before = self.scenario
+            base_model(edited(before, edit))
+            if not self.change(edit):
+                return False
+            look = Look(self.scenario, title, added)
+            if self._look_at(look, services, BEFORE, before):
+                return True
+            self._restore(before, self.outcome, self.outcome_of)
         return False
 
     def _look_at(self, look: Look, services: Services, fit: str, was: Scenario) -> bool:
@@ -134,13 +134,14 @@ class Diagnosing(Comparing, ABC):
             elif isinstance(event, Ended):
                 self._over(event, before)
 
-        if self.busy:
-            self.say(BUSY, bad=True)
-            return False
-        self.pending = look
-        done = self._submit(services, "diagnose", task, told)
-        if not done:
-            self.pending = None
+        with self._lock:  # or who comes at the same moment takes the look away
+            if self.busy:
+                self.say(BUSY, bad=True)
+                return False
+            self.pending = look
+            done = self._submit(services, "diagnose", task, told)
+            if not done:
+                self.pending = None
         return done
 
     def _told(self, found: Looked) -> None:

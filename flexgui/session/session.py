@@ -11,20 +11,22 @@ from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
 from flexgui.jobs.inputs import leave
+from flexgui.kept_files import is_kept
 from flexgui.session.demo import EMBEDDED, scenario_choices
+from flexgui.session.keeping import Keeping
 from flexgui.session.services import Services
 from flexgui.session.state import Cursor
-from flexgui.session.studying import Studying
 from flexgui.session.topics import Topic
 from flexgui.session.uploads import fetch_files
 
 
 @final
-class Session(Studying):
+class Session(Keeping):
     """State and what may be done with it; subscribers hear which part changed, then read it.
 
     Its parts stand in files of their own: listened -> editing -> playing -> running ->
-    diagnosing -> demonstrating -> uploading -> challenging -> studying -> here.
+    diagnosing -> demonstrating -> uploading -> challenging -> studying ->
+    keeping -> here.
     """
 
     def choose(self, name: str, services: Services) -> bool:
@@ -78,7 +80,7 @@ class Session(Studying):
         return self._live_worker.wait_idle(timeout) and self._motion_worker.wait_idle(timeout)
 
     def close(self) -> None:
-        """Ends its threads and its job, and removes its folder."""
+        """Ends its threads and its job, and removes its folder where no work is kept in it."""
         self.closed = True
         self._unlisten()
         self.end_demonstration()
@@ -89,4 +91,5 @@ class Session(Studying):
         self._motion_worker.close()
         with self._lock:
             self._subscribers.clear()
-        shutil.rmtree(self.folder, ignore_errors=True)
+        if not is_kept(self.folder):
+            shutil.rmtree(self.folder, ignore_errors=True)

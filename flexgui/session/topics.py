@@ -22,5 +22,7 @@ class Topic(Enum):
     STUDY = "study"
     """The Monte Carlo study: its settings, how it stands, what it has found."""
     TOUR = "tour"
+    KEPT = "kept"
+    """Earlier work is offered, or no longer."""
     CURSOR = "cursor"
     MESSAGE = "message"

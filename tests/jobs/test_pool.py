@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -258,3 +259,23 @@ def test_results_carry_arrays(pool):
     job = pool.submit("s", Task("tests.jobs.helpers:sevens", {"size": 100_000}), Listener())
     assert job.wait(PATIENCE)
     np.testing.assert_array_equal(job.result, np.full(100_000, 7.0))
+
+
+def test_a_worker_that_has_not_stopped_yet_is_ready_but_not_free():
+    """Whoever waits for a free one is not surprised by its replacement."""
+    with JobPool(1, replace(LIGHT, grace=2.0)) as pool:
+        first = Listener()
+        pool.submit("s", task(process_id), first)
+        before = first.wait_for(Finished).result
+        assert eventually(lambda: pool.workers_free == 1)
+        deaf = Listener()
+        job = pool.submit("s", task(sleep_deaf, seconds=PATIENCE), deaf)
+        deaf.wait_for(Stage)
+        job.stop()
+        assert (pool.workers_ready, pool.workers_free) == (1, 0)
+        pool.start()
+        assert eventually(lambda: pool.workers_free == 1)
+        assert pool.worker_pids != (before,), "the deaf one was replaced meanwhile"
+        second = Listener()
+        pool.submit("s", task(process_id), second)
+        assert second.wait_for(Finished).result == pool.worker_pids[0]

@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from core.scenario.read import read_scenario
 from flexgui.session import Session
+from flexgui.session.demo import READY_MADE
 from tests.page.conftest import Desktop
-from tests.page.helpers import PLOTS, enter, plots, press, sees
+from tests.page.helpers import FIRST, PLOTS, enter, plots, press, sees
 
 SLIDERS = {"θ2 [deg]": "100", "ε [GPa]": "2", "d [mm]": "60", "SNR [dB]": "35"}
 MORE = {
@@ -108,3 +110,19 @@ def test_a_follower_sees_the_stage_and_changes_nothing(
     assert page.get_by_role("button", name="Next: take measurements").is_disabled()
     session.show("Data")
     sees(page, "7 to fit, 1 to validate.")
+
+
+def test_a_controller_with_rows_of_gains_has_no_slider_of_them(
+    page: Any, desktop: Desktop, session: Session
+) -> None:
+    """The bench in its own loop; its recording is not needed to look at its arm."""
+    scenario = read_scenario(READY_MADE / "bench_2dsfl_loop.toml")
+    assert session.open(scenario)
+    sees(page, scenario.title)
+    page.reload()
+    page.wait_for_function(FIRST)
+    page.get_by_text("EI2 [N m²]", exact=True).first.wait_for()
+    moved(page, desktop, "θ2 [deg]", "100")
+    page.get_by_text("More about the arm", exact=True).click()
+    page.get_by_text("m2 [kg]", exact=True).first.wait_for()
+    assert not page.get_by_text("λ1 [N m s/rad]").count()

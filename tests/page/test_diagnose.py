@@ -270,10 +270,11 @@ def answer(page: Any, kind: str) -> None:
 
 
 def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desktop) -> None:
-    # A worker that did not stop in time for the test before is replaced, which may take longer.
+    # A job that the test before has stopped may keep its worker for a while, and then the worker
+    # is replaced, which takes longer than the challenge itself on a busy machine.
     pool = desktop.services.pool
     pool.start()
-    until(lambda: pool.workers_ready == 1, DEFAULT.start_limit)
+    until(lambda: pool.workers_free == 1, DEFAULT.grace + DEFAULT.start_limit)
     press(page, "Diagnose")
     page.get_by_text("Challenge", exact=True).first.click()
     press(page, "Hide an effect")

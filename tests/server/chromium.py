@@ -17,6 +17,7 @@ FLAGS = (
 PATIENCE = 30_000
 """ms that a click or a sentence may take on a busy machine without a graphics card."""
 SIZE = {"width": 1600, "height": 900}
+SMALL = {"width": 1280, "height": 720}
 
 SHOWN = """() => JSON.stringify([
   [...document.querySelectorAll('.js-plotly-plot')].map(p => p.data.map(t => [t.name, t.x, t.y])),
@@ -38,9 +39,9 @@ def chromium() -> Iterator[Any]:
 
 
 @contextlib.contextmanager
-def visit(browser: Any, address: str) -> Iterator[Any]:
+def visit(browser: Any, address: str, size: dict[str, int] = SIZE) -> Iterator[Any]:
     """A page of a person of its own (a context shares no storage), once its plots stand."""
-    context = browser.new_context(viewport=SIZE)
+    context = browser.new_context(viewport=size)
     context.set_default_timeout(PATIENCE)
     page = context.new_page()
     page.goto(address)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import pytest
 from tests.server.chromium import (
     CHROMIUM,
     NONE,
+    SMALL,
     box,
     drawn,
     press,
@@ -111,3 +113,58 @@ def test_a_follower_sees_the_teacher_and_takes_a_copy(tmp_path: Path, browser: A
         ready(follower)
         shows(follower, THETA2, "80")
         assert "Traceback" not in demo.log, demo.log
+
+
+def test_a_copy_in_a_small_window_is_a_live_page(tmp_path: Path, browser: Any) -> None:
+    """Its figures are narrower than those of a wide window, from which they begin."""
+    with (
+        served(tmp_path, "--demo", "--workers", "1") as demo,
+        visit(browser, demo.address),
+        visit(browser, demo.address, SMALL) as follower,
+    ):
+        for way, back in ((COPY, FOLLOW), (FOLLOW, COPY), (COPY, FOLLOW)):
+            press(follower, way)
+            follower.get_by_role("button", name=back).wait_for()
+            ready(follower)
+        before = drawn(follower)
+        box(follower, THETA2).fill("140")
+        redrawn(follower, before)
+        follower.set_viewport_size({"width": 1100, "height": 700})
+        follower.wait_for_timeout(STILL)
+        before = drawn(follower)
+        box(follower, THETA2).fill("100")
+        redrawn(follower, before)
+        assert not demo.log, demo.log
+
+
+def test_a_lost_connection_is_told_and_the_work_is_offered_again(
+    tmp_path: Path, browser: Any
+) -> None:
+    port = ("--port", str(free_port()))
+    with (
+        served(tmp_path, "--workers", "1", *port) as before,
+        visit(browser, before.address) as page,
+    ):
+        press(page, "Data")
+        sees(page, "7 to fit, 1 to validate.")
+        box(page, "Points").fill("3")
+        page.wait_for_timeout(STILL / 2)
+        press(page, "Simulate these experiments")
+        sees(page, "3 to fit, 1 to validate.")
+        before.process.kill()
+        before.process.wait()
+        sees(page, "The connection is lost.")
+        with served(tmp_path, "--workers", "1", *port) as again:
+            sees(page, "Restore your work of")
+            page.get_by_text("The connection is lost.").wait_for(state="hidden")
+            press(page, "Restore it")
+            sees(page, "is here again")
+            press(page, "Data")
+            sees(page, "3 to fit, 1 to validate.")
+            assert "Traceback" not in again.log, again.log
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import replace
 from random import Random
 from typing import Any
@@ -218,3 +219,38 @@ def test_random_bytes_are_refused_without_a_word(
             browser.send_raw(bytes([k % 256]) + random.randbytes(k % 23))
         assert works(place, browser)
     assert not [r for r in caplog.records if r.levelname in ("WARNING", "ERROR", "CRITICAL")]
+
+
+def test_a_fast_hand_waits_in_the_queue_once_per_input(place: Place) -> None:
+    """The newest position wins before the queue: what lies in between is never computed."""
+    begun, go_on, seen = threading.Event(), threading.Event(), list[float]()
+    with Browser(place.server) as browser:
+        shown = place.page(browser)
+        slider, number = shown.widgets["slider"], shown.widgets["number"]
+
+        @slider.on_update
+        def _(event: Any) -> None:
+            begun.set()
+            go_on.wait(5.0)
+            seen.append(event.target.value)
+
+        number.on_update(lambda event: seen.append(-event.target.value))
+        place.set(browser, "slider", 0.1)
+        assert wait_for(begun.is_set)
+        for k in range(2, 30):
+            place.set(browser, "slider", k / 10)
+        place.set(browser, "number", 7.0)
+        wait_for(lambda: -7.0 in seen)
+        go_on.set()
+        wait_for(lambda: len(seen) == 3)
+        browser.listen(SILENCE)
+    assert seen == [-7.0, 2.9, 2.9]
+
+
+def test_every_click_counts(place: Place) -> None:
+    clicks: list[int] = []
+    with Browser(place.server) as browser:
+        place.page(browser).widgets["button"].on_click(lambda _: clicks.append(1))
+        for _ in range(20):
+            place.set(browser, "button", True)
+        wait_for(lambda: len(clicks) == 20)

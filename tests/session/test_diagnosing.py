@@ -5,14 +5,18 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import threading
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from core.diagnose.maps import error_maps
 from core.scenario.write import scenario_toml
+from flexgui.jobs import JobPool
 from flexgui.jobs.looked import Looked
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
@@ -21,7 +25,7 @@ from flexgui.session.look import ladder_steps, story
 from flexgui.session.own_ranked import own_place
 from flexgui.session.run import DONE, FAILED
 from flexgui.views.pooled import channel_errors, with_role
-from tests.session.conftest import Offered
+from tests.session.conftest import SOON, Offered
 from tests.session.helpers import until
 
 CANDIDATES = ["coulomb_friction", "viscous_friction", "tip_payload"]
@@ -231,3 +235,41 @@ def test_residuals_are_in_floors(friction: Session, services: Offered) -> None:
     assert isinstance(found, Looked)
     mean = np.sqrt(np.mean(np.concatenate([r.ravel() for r in found.residual]) ** 2))
     assert mean == pytest.approx(np.sqrt(found.step.cost_per_sample), rel=1e-3)
+
+
+class SlowPool:
+    """Takes a job only after somebody else has had the time to ask for one as well."""
+
+    def __init__(self) -> None:
+        self.asked, self.go_on = threading.Event(), threading.Event()
+
+    def submit(self, *_: Any) -> Any:
+        self.asked.set()
+        self.go_on.wait(SOON)
+        return SimpleNamespace(over=False, stop=lambda: None)
+
+
+def test_two_who_ask_at_the_same_moment_do_not_take_each_others_look_away(
+    session: Session, services: Offered
+) -> None:
+    pool = SlowPool()
+    offered = replace(services, pool=cast(JobPool, pool))
+    answers: dict[str, bool] = {}
+
+    def ask(who: str) -> threading.Thread:
+        def run() -> None:
+            answers[who] = session.diagnose(offered)
+
+        thread = threading.Thread(target=run)
+        thread.start()
+        return thread
+
+    first = ask("first")
+    assert pool.asked.wait(SOON)
+    second = ask("second")
+    second.join(0.3)  # as it was, it is done by now
+    pool.go_on.set()
+    for thread in (first, second):
+        thread.join(SOON)
+    assert answers == {"first": True, "second": False}
+    assert session.pending is not None

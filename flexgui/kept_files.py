@@ -1,0 +1,26 @@
+"""How the work of a session lies in its folder, for the server that looks and the session that
+writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+WORK, RESULTS = ".work.npz", ".results.npz"
+"""What was stated, and what was found. No upload has such a name, and no scenario may read it."""
+OWNER = ".server"
+"""Holds the process that uses the folder."""
+
+
+def is_kept(folder: Path) -> bool:
+    """Whether there is work in a session's folder."""
+    return (folder / WORK).is_file()
+
+
+def kept_at(folder: Path) -> float:
+    """When it was changed last, s of the clock."""
+    return max((folder / n).stat().st_mtime for n in (WORK, RESULTS) if (folder / n).exists())
+
+
+def earlier_folder(folder: Path) -> Path:
+    """Where the work of the session before waits."""
+    return folder.with_name(f"{folder.name}-before")

@@ -1,0 +1,76 @@
+"""Folders of sessions that outlive the server: found again by the key that a browser keeps."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import shutil
+import time
+from pathlib import Path
+
+from flexgui.kept_files import OWNER, earlier_folder, is_kept, kept_at
+from flexgui.server.folders import alive
+from flexgui.server.limits import MEGA
+from flexgui.server.state import private
+
+MOST, MOST_BYTES, LONGEST = 200, 2000 * MEGA, 30 * 86400.0
+"""Sessions, bytes of all of them, and s since one was changed: the oldest go first."""
+
+log = logging.getLogger(__name__)
+
+
+class KeptWork:
+    """One folder per session, named so that lists of files tell no keys."""
+
+    def __init__(self, root: Path) -> None:
+        """Makes the root (0700), and removes what is too old or too much; OSError else."""
+        self.root = private(root)
+        self._prune()
+
+    def knows(self, key: str | None) -> bool:
+        """Whether there is work of that key which no other server uses."""
+        folder = self._folder(key or "")
+        return any(is_kept(each) and not _used(each) for each in (folder, earlier_folder(folder)))
+
+    def begin(self, key: str) -> Path:
+        """A fresh folder for the key; what was kept of it waits beside."""
+        folder = self._folder(key)
+        if is_kept(folder):
+            shutil.rmtree(earlier_folder(folder), ignore_errors=True)
+            folder.rename(earlier_folder(folder))
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(mode=0o700)
+        (folder / OWNER).write_text(str(os.getpid()))
+        return folder
+
+    def end(self, folder: Path) -> None:
+        """The session is over: its folder stays where there is work in it."""
+        if is_kept(folder):
+            (folder / OWNER).unlink(missing_ok=True)
+        else:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _folder(self, key: str) -> Path:
+        return self.root / hashlib.sha256(key.encode()).hexdigest()[:32]
+
+    def _prune(self) -> None:
+        unused = [p for p in self.root.iterdir() if p.is_dir() and not _used(p)]
+        whole = sorted((p for p in unused if is_kept(p)), key=kept_at, reverse=True)
+        room, now = MOST_BYTES, time.time()
+        for number, folder in enumerate(whole):
+            room -= sum(p.lstat().st_size for p in folder.rglob("*"))
+            if room < 0 or number >= MOST or now - kept_at(folder) > LONGEST:
+                log.info("Work of %s is too old or too much and goes", time.ctime(kept_at(folder)))
+                shutil.rmtree(folder, ignore_errors=True)
+        for folder in set(unused) - set(whole):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _used(folder: Path) -> bool:
+    """By a server that runs."""
+    try:
+        process = int((folder / OWNER).read_text())
+    except (OSError, ValueError):
+        return False
+    return os.name != "posix" or alive(process)

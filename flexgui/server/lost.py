@@ -1,0 +1,43 @@
+"""A banner in the browser while the server cannot be reached: the page itself only stands still."""
+
+from __future__ import annotations
+
+import viser
+from viser import _messages
+
+ALIVE = "/alive"
+"""What the page asks for; answered without a word."""
+
+LOST = "The connection is lost. Your work is kept; this page comes back by itself."
+JOIN = "The server was started anew and asks for its join code: reload this page."
+
+SCRIPT = f"""(() => {{
+  if (window.flexguiWatch) return;
+  window.flexguiWatch = true;
+  const banner = document.createElement("div");
+  banner.setAttribute("role", "alert");
+  banner.style.cssText = "position:fixed;top:0;left:0;right:0;z-index:10000;padding:.6rem 1rem;"
+    + "text-align:center;font:600 1rem system-ui,sans-serif;color:#fff;background:#b3261e";
+  banner.hidden = true;
+  document.body.append(banner);
+  let failed = 0;
+  const show = (text) => {{ banner.textContent = text; banner.hidden = !text; }};
+  const ask = async () => {{
+    try {{
+      const options = {{cache: "no-store", signal: AbortSignal.timeout(5000)}};
+      const answer = await fetch("{ALIVE}", options);
+      failed = 0;
+      show(answer.status === 401 ? "{JOIN}" : "");
+    }} catch (error) {{
+      failed += 1;
+      if (failed > 1) show("{LOST}");
+    }}
+    setTimeout(ask, failed ? 1000 : 3000);
+  }};
+  ask();
+}})();"""
+
+
+def watch_connection(client: viser.ClientHandle) -> None:
+    """From now on the browser looks by itself."""
+    client._websock_connection.queue_message(_messages.RunJavascriptMessage(SCRIPT))

@@ -1,0 +1,134 @@
+"""Frozen records as bytes and back: a tree of plain values beside its arrays, never a pickle."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import json
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+import core.results
+from core.errors import InputError
+from core.scenario.schema import Scenario
+from core.scenario.write import scenario_toml
+from flexgui.jobs.looked import Looked
+from flexgui.session.challenging import Challenge, Revealed
+from flexgui.session.judging import Guess, Judged, Judgement
+from flexgui.session.look import Look
+
+TREE = "tree"
+"""The name of the tree among the arrays."""
+KIND, VALUE, NUMBER = "$", "v", "n"
+
+_RECORDS: dict[str, type] = {
+    each.__name__: each
+    for each in (
+        *(getattr(core.results, name) for name in core.results.__all__),
+        Looked, Look, Challenge, Revealed, Guess, Judged, Judgement,
+    )
+}  # fmt: skip
+"""What may stand in a file; anything else in one is damage."""
+
+
+def packed(value: Any) -> bytes:
+    """Of records, mappings, tuples, lists, arrays, scenarios, texts and numbers."""
+    return _Packing().run(value)
+
+
+def unpacked(content: bytes) -> Any:
+    """What was packed; InputError where the bytes are not what `packed` gave."""
+    try:
+        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
+            found = {name: arrays[name] for name in arrays.files}
+        tree = json.loads(found.pop(TREE).tobytes())
+        return _Unpacking(found).value(tree)
+    except Exception as error:  # zipfile and zlib have errors of their own
+        raise InputError("What was kept of an earlier session is damaged.") from error
+
+
+class _Packing:
+    """Arrays and records that several hold are written once."""
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, np.ndarray] = {}
+        self._names: dict[int, str] = {}
+        self._numbers: dict[int, int] = {}
+
+    def run(self, value: Any) -> bytes:
+        tree = json.dumps(self.value(value)).encode()
+        room = io.BytesIO()
+        everything: dict[str, Any] = {TREE: np.frombuffer(tree, dtype=np.uint8), **self._arrays}
+        np.savez(room, **everything)
+        return room.getvalue()
+
+    def value(self, value: Any) -> Any:
+        if value is None or isinstance(value, bool | int | float | str):
+            return value
+        if isinstance(value, np.ndarray):
+            return {KIND: "array", VALUE: self._array(value)}
+        if isinstance(value, np.generic):
+            return self.value(value.item())
+        if isinstance(value, Scenario):
+            return {KIND: "scenario", VALUE: scenario_toml(value)}
+        if isinstance(value, Mapping):
+            return {KIND: "map", VALUE: [[self.value(k), self.value(v)] for k, v in value.items()]}
+        if isinstance(value, tuple):
+            return {KIND: "tuple", VALUE: self._each(value)}
+        if isinstance(value, list):
+            return self._each(value)
+        return self._record(value)
+
+    def _each(self, values: Iterable[Any]) -> list[Any]:
+        return [self.value(each) for each in values]
+
+    def _record(self, value: Any) -> dict[str, Any]:
+        name = str(type(value).__name__)
+        if _RECORDS.get(name) is not type(value) or not dataclasses.is_dataclass(value):
+            raise TypeError(f"{type(value)} is no record that is kept")
+        if id(value) in self._numbers:
+            return {KIND: "again", VALUE: self._numbers[id(value)]}
+        number = self._numbers[id(value)] = len(self._numbers)
+        fields = {f.name: getattr(value, f.name) for f in dataclasses.fields(value)}
+        return {KIND: name, NUMBER: number, VALUE: {k: self.value(v) for k, v in fields.items()}}
+
+    def _array(self, value: np.ndarray) -> str:
+        if value.dtype == object:
+            raise TypeError("an array of objects is not kept")
+        name = self._names.setdefault(id(value), f"a{len(self._names)}")
+        self._arrays[name] = value
+        return name
+
+
+class _Unpacking:
+    def __init__(self, arrays: Mapping[str, np.ndarray]) -> None:
+        self._arrays = arrays
+        self._kinds: dict[str, Callable[[Any], Any]] = {
+            "array": lambda name: self._arrays[name],
+            "tuple": lambda values: tuple(self.value(v) for v in values),
+            "map": lambda pairs: {self.value(k): self.value(v) for k, v in pairs},
+            "scenario": _scenario,
+            "again": lambda number: self._made[number],
+        }
+        self._made: dict[int, Any] = {}
+
+    def value(self, tree: Any) -> Any:
+        if isinstance(tree, list):
+            return [self.value(each) for each in tree]
+        if not isinstance(tree, dict):
+            return tree
+        make = self._kinds.get(tree[KIND])
+        return self._record(tree) if make is None else make(tree[VALUE])
+
+    def _record(self, tree: dict[str, Any]) -> Any:
+        fields = {k: self.value(v) for k, v in tree[VALUE].items()}
+        found = self._made[tree[NUMBER]] = _RECORDS[tree[KIND]](**fields)
+        return found
+
+
+def _scenario(text: str) -> Scenario:
+    from core.scenario.read import parse_scenario
+
+    return parse_scenario(text, "What was kept")

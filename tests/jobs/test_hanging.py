@@ -1,0 +1,62 @@
+"""A worker that is stopped, not dead: it is told to hang, and another one takes its place."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from dataclasses import replace
+
+import pytest
+
+from flexgui.jobs import Advanced, Finished, JobPool, WorkerLost
+from tests.jobs.conftest import LIGHT
+from tests.jobs.helpers import (
+    MANY,
+    PATIENCE,
+    Listener,
+    count,
+    eventually,
+    process_id,
+    sleep_deaf,
+    task,
+)
+
+SILENCE = 6.0
+"""s: three signs of life, so that a busy machine is not taken for a hanging worker."""
+
+
+@pytest.fixture
+def pool() -> Iterator[JobPool]:
+    with JobPool(1, replace(LIGHT, silence=SILENCE)) as made:
+        yield made
+
+
+def worker_of(pool: JobPool) -> int:
+    heard = Listener()
+    pool.submit("s", task(process_id), heard)
+    return int(heard.wait_for(Finished).result)
+
+
+def test_a_stopped_worker_is_told_to_hang_and_replaced(pool: JobPool) -> None:
+    before, heard = worker_of(pool), Listener()
+    pool.submit("s", task(count, steps=MANY), heard)
+    heard.wait_for(Advanced)
+    os.kill(before, signal.SIGSTOP)
+    said = heard.wait_for(WorkerLost, SILENCE + PATIENCE).sentence
+    assert said.startswith("The test hangs") and said.endswith("start it again.")
+    assert worker_of(pool) != before
+
+
+def test_an_idle_worker_that_is_stopped_is_replaced(pool: JobPool) -> None:
+    before = worker_of(pool)
+    os.kill(before, signal.SIGSTOP)
+    assert eventually(lambda: before not in {slot.pid for slot in pool._slots}, 2 * PATIENCE)
+    assert worker_of(pool) != before
+
+
+def test_a_task_that_says_nothing_does_not_hang(pool: JobPool) -> None:
+    heard = Listener()
+    pool.submit("s", task(sleep_deaf, seconds=1.5 * SILENCE), heard)
+    heard.wait_for(Finished, SILENCE + PATIENCE)
+    assert not heard.of(WorkerLost)

@@ -1,0 +1,94 @@
+"""Who comes and goes leaves nothing behind."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+
+from flexgui.jobs import JobPool
+from flexgui.page import build_page
+from flexgui.server.app import PageServer, Settings
+from flexgui.server.binding import bind
+from flexgui.server.limits import Limits
+from flexgui.server.services import Services
+from flexgui.session import Session
+from flexgui.session.crew import LINGER
+from tests.server.conftest import Place
+from tests.server.helpers import Browser, FakeClock
+from tests.server.served import until, widget
+
+MANY, SOME = 100, 8
+"""Visits of a page that does nothing, and of one with everything on it, which takes a second."""
+PATIENCE = 20.0 + LINGER
+POOLED = ("flexgui-callback", "flexgui-door", "asyncio_")
+"""Threads that serve everybody and stay."""
+
+
+def threads() -> list[str]:
+    return [t.name for t in threading.enumerate() if not t.name.startswith(POOLED)]
+
+
+def descriptors() -> int:
+    return sum(1 for _ in Path("/proc/self/fd").iterdir())
+
+
+def settled(server: PageServer[Any], clock: FakeClock, before: tuple[int, int]) -> None:
+    """Sessions, folders, threads and descriptors are as before, once the time has passed."""
+    until(lambda: not server._visits, PATIENCE, "the leave")
+
+    def over() -> bool:
+        clock.now += Limits.keep_untouched  # each leaves a moment after its browser
+        return len(server.store) == 0
+
+    until(over, PATIENCE, "the end of the sessions")
+    until(lambda: not list(server._root.iterdir()), PATIENCE, "the end of the folders")
+    until(lambda: len(threads()) <= before[0], PATIENCE, "the end of the threads")
+    until(lambda: descriptors() <= before[1], PATIENCE, "the end of the descriptors")
+
+
+def test_a_hundred_visits_leave_nothing(place: Place) -> None:
+    with Browser(place.server) as browser:  # what is made once is made
+        place.page(browser)
+    until(lambda: not place.server._visits, PATIENCE, "the leave")
+    before = (len(threads()), descriptors())
+    for _ in range(MANY):
+        with Browser(place.server) as browser:
+            place.page(browser)
+    settled(place.server, place.clock, before)
+
+
+@pytest.fixture
+def clock() -> FakeClock:
+    return FakeClock()
+
+
+@pytest.fixture
+def real(clock: FakeClock) -> Iterator[PageServer[Session]]:
+    settings = Settings[Session](
+        make_session=Session,
+        build_page=build_page,
+        services=Services(cast(JobPool, None), log=logging.getLogger("flexgui.test")),
+        clock=clock,
+    )
+    made = PageServer(bind("127.0.0.1", 0, 1), settings)
+    yield made
+    made.close()
+
+
+def test_visits_of_whole_pages_leave_nothing(real: PageServer[Session], clock: FakeClock) -> None:
+    def visit() -> None:
+        with Browser(real) as browser:  # type: ignore[arg-type]
+            widget(browser, "3-D playback (HTML)", "GuiButton")
+
+    visit()
+    until(lambda: not real._visits, PATIENCE, "the leave")
+    until(lambda: "flexgui-crew" not in threads(), PATIENCE, "the rest of the crew")
+    before = (len(threads()), descriptors())
+    for _ in range(SOME):
+        visit()
+    settled(real, clock, before)

@@ -1,0 +1,265 @@
+"""What was done is there again after the server has died."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+import pytest
+
+import flexgui.server.kept as kept_work
+from core.errors import InputError
+from core.scenario.read import read_scenario
+from core.scenario.schema import Scenario
+from flexgui.kept_files import OWNER, RESULTS, WORK, earlier_folder, is_kept
+from flexgui.server.kept import KeptWork
+from flexgui.session import Session, Topic
+from flexgui.session.challenging import Challenge, Guess
+from flexgui.session.demo import READY_MADE, demo_scenario, hidden_scenario
+from flexgui.session.edit import put
+from flexgui.session.records import packed, unpacked
+from tests.session.conftest import Offered
+from tests.session.helpers import bring, good_csv, small, until
+
+KEY = "k" * 32
+
+
+def same(a: Any, b: Any) -> bool:
+    """Of records that hold arrays, with NaN equal to NaN."""
+    if isinstance(a, np.ndarray):
+        return a.dtype == b.dtype and np.array_equal(a, b, equal_nan=a.dtype.kind == "f")
+    if isinstance(a, Scenario):
+        return bool(a == b)
+    if dataclasses.is_dataclass(a):
+        names = [f.name for f in dataclasses.fields(a)]
+        return type(a) is type(b) and all(same(getattr(a, n), getattr(b, n)) for n in names)
+    if isinstance(a, Mapping):
+        return list(a) == list(b) and all(same(a[k], b[k]) for k in a)
+    if isinstance(a, tuple | list):
+        pairs = zip(a, b, strict=True)
+        return type(a) is type(b) and len(a) == len(b) and all(same(x, y) for x, y in pairs)
+    return bool(a == b or a != a and b != b)
+
+
+def begun(work: KeptWork, key: str = KEY) -> Session:
+    made = Session(key, work.begin(key))
+    made.keep_here()
+    return made
+
+
+def dead(session: Session) -> None:
+    """As after a SIGKILL: nothing is ended or removed; no process has the folder any more."""
+    session._keeps = False
+    session.stop()
+    session._live_worker.close()
+    session._motion_worker.close()
+    (session.folder / OWNER).write_text("999999999")
+
+
+@pytest.fixture
+def work(tmp_path: Path) -> KeptWork:
+    return KeptWork(tmp_path / "sessions")
+
+
+@pytest.fixture
+def session(work: KeptWork) -> Iterator[Session]:
+    made = begun(work)
+    yield made
+    made.close()
+
+
+def revived(work: KeptWork) -> Session:
+    again = KeptWork(work.root)
+    assert again.knows(KEY)
+    made = begun(again)
+    assert made.earlier is not None and made.restore(), made.message
+    assert made.earlier is None and not earlier_folder(made.folder).exists()
+    return made
+
+
+@pytest.fixture(scope="module")
+def found(services: Offered, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Session]:
+    """An identification and a diagnosis, short."""
+    folder = tmp_path_factory.mktemp("found")
+    made = Session("found", folder)
+    made.choose("something hidden", services)
+    small(made)
+    assert made.change(put(("diagnose", "candidates"), ["coulomb_friction", "tip_payload"]))
+    assert made.identify(services)
+    until(lambda: not made.busy)
+    assert made.diagnose(services)
+    until(lambda: not made.busy and made.pending is None)
+    assert made.outcome is not None and made.looks
+    yield made
+    made.close()
+
+
+def test_results_are_the_same_after_writing_and_reading(found: Session) -> None:
+    stated = (found.outcome, found.outcome_of, found.looks, found.scenario)
+    again = unpacked(packed(stated))
+    assert same(stated, again)
+    assert again[2][-1].outcome is again[0], "what was one record is one again"
+
+
+@pytest.mark.parametrize("path", sorted(READY_MADE.glob("*.toml")), ids=lambda p: p.stem)
+def test_every_scenario_is_the_same_after_writing_and_reading(path: Path) -> None:
+    for scenario in (read_scenario(path), demo_scenario(), hidden_scenario()):
+        assert unpacked(packed(scenario)) == scenario
+
+
+def test_damaged_bytes_are_told_in_words() -> None:
+    random, content = Random(1), packed({"a": (1, np.arange(5.0)), "b": demo_scenario()})
+    for _ in range(300):
+        bad = bytearray(content)
+        for _ in range(random.randint(1, 8)):
+            bad[random.randrange(len(bad))] = random.randrange(256)
+        try:
+            unpacked(bytes(bad[: random.randint(0, len(bad))] if random.random() < 0.5 else bad))
+        except InputError as error:
+            assert "damaged" in str(error)
+
+
+def test_what_is_no_record_is_neither_written_nor_read() -> None:
+    with pytest.raises(TypeError):
+        packed({"a": Path("x")})
+    with pytest.raises(TypeError):
+        packed(np.array([object()]))
+    with pytest.raises(InputError):
+        unpacked(packed({"a": 1}).replace(b'"map"', b'"Pat"'))
+
+
+def test_edits_files_and_a_challenge_are_there_again(
+    session: Session, work: KeptWork, services: Offered
+) -> None:
+    assert session.change(put(("identify", "population"), 17))
+    assert bring(session, "own.csv", good_csv(session), services)
+    session.challenge = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
+    session.tell(Topic.CHALLENGE)
+    scenario, content = session.scenario, (session.folder / "own.csv").read_bytes()
+    dead(session)
+    made = revived(work)
+    assert made.scenario == scenario and made.scenario.identify.population == 17
+    assert (made.folder / "own.csv").read_bytes() == content
+    assert made.wait_idle() and made.recording is not None
+    known = made.challenge
+    assert known is not None and known.guesses == (Guess("rotor_inertia", "2"),)
+    made.close()
+
+
+def test_results_are_there_again(
+    session: Session, work: KeptWork, found: Session, services: Offered
+) -> None:
+    session.scenario = found.scenario
+    session.outcome, session.outcome_of, session.looks = (
+        found.outcome, found.outcome_of, found.looks
+    )  # fmt: skip
+    session.tell(Topic.OUTCOME)
+    dead(session)
+    made = revived(work)
+    assert same(made.outcome, found.outcome) and made.outcome_of == made.scenario
+    assert same(made.looks, found.looks)
+    assert made.diagnose(services), "it goes on from there"
+    made.close()
+
+
+def test_what_was_shown_was_written_before(session: Session, work: KeptWork) -> None:
+    """Whoever hears of a change could be the last to do so."""
+    copies: list[tuple[Any, Path]] = []
+
+    def hear(topic: Any) -> None:
+        if topic.value == "scenario":
+            place = work.root.parent / f"copy-{len(copies)}"
+            shutil.copytree(session.folder, place)
+            copies.append((session.scenario, place))
+
+    session.subscribe(hear)
+    for k in range(5):
+        assert session.change(put(("identify", "population"), 20 + k))
+    for scenario, place in copies:
+        assert unpacked((place / WORK).read_bytes())["scenario"] == scenario
+    assert len(copies) == 5
+
+
+def test_nothing_is_kept_of_a_session_in_which_nothing_was_done(work: KeptWork) -> None:
+    made = begun(work)
+    assert made.wait_idle()
+    made.show("Data")
+    made.refresh_playback()
+    assert made.wait_idle() and not is_kept(made.folder)
+    made.close()
+    work.end(made.folder)
+    assert not list(work.root.iterdir())
+
+
+def test_who_declines_is_asked_again_and_who_begins_anew_keeps_both(work: KeptWork) -> None:
+    first = begun(work)
+    assert first.change(put(("identify", "population"), 17))
+    dead(first)
+    second = begun(KeptWork(work.root))
+    second.decline()
+    assert second.earlier is None and is_kept(earlier_folder(second.folder))
+    second.close()
+    work.end(second.folder)
+    third = begun(KeptWork(work.root))
+    assert third.change(put(("identify", "population"), 19)) and third.earlier is not None
+    assert third.restore() and third.scenario.identify.population == 17
+    third.close()
+
+
+def test_damaged_work_is_told_and_the_session_goes_on(session: Session, work: KeptWork) -> None:
+    assert session.change(put(("identify", "population"), 17))
+    (session.folder / WORK).write_bytes(b"no zip")
+    dead(session)
+    made = begun(KeptWork(work.root))
+    assert not made.restore() and "damaged" in made.message.text
+    assert made.change(put(("identify", "population"), 18)) and is_kept(made.folder)
+    made.close()
+
+
+def test_a_full_disk_is_told_once(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("flexgui.session.keeping._write", full)
+    assert session.change(put(("identify", "population"), 17))
+    assert "cannot be written" in session.message.text
+    session.say("")
+    assert session.change(put(("identify", "population"), 18)) and not session.message.text
+
+
+def test_the_folders_are_nobody_elses_and_tell_no_key(session: Session, work: KeptWork) -> None:
+    assert work.root.stat().st_mode & 0o777 == 0o700 == session.folder.stat().st_mode & 0o777
+    assert KEY not in str(session.folder)
+
+
+def test_the_oldest_go_first_and_none_that_is_in_use(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    root = tmp_path / "sessions"
+    root.mkdir()
+    for k in range(6):
+        folder = root / f"{k}"
+        folder.mkdir()
+        (folder / WORK).write_bytes(bytes(100))
+        os.utime(folder / WORK, (1e9 + k, 1e9 + k))
+    (root / "0" / OWNER).write_text(str(os.getpid()))
+    (root / "none").mkdir()
+    monkeypatch.setattr(kept_work, "MOST_BYTES", 250)
+    monkeypatch.setattr(kept_work, "LONGEST", float("inf"))
+    KeptWork(root)
+    assert {p.name for p in root.iterdir()} == {"0", "4", "5"}
+    monkeypatch.setattr(kept_work, "LONGEST", 1.0)
+    KeptWork(root)
+    assert {p.name for p in root.iterdir()} == {"0"}
+
+
+def test_another_server_does_not_take_what_is_in_use(session: Session, work: KeptWork) -> None:
+    assert session.change(put(("identify", "population"), 17))
+    assert not KeptWork(work.root).knows(KEY) and is_kept(session.folder)
+    assert not (session.folder / RESULTS).exists()
