@@ -43,8 +43,8 @@ class Limits:
     lower: np.ndarray
     upper: np.ndarray
     scales: np.ndarray
-    believed: np.ndarray
-    deviations: np.ndarray
+    believed: np.ndarray | float = 0.0
+    deviations: np.ndarray | float = np.inf
 
     def surprise(self, x: np.ndarray) -> float:
         """Squared deviations from what is known beforehand."""
@@ -111,8 +111,8 @@ def descend(
     while done < most and len(x) and np.isfinite(cost) and not (S and stopped()):
         S = [whole(s) for s in slopes(x)]
         A, b = normal_equations(blocks, S)
-        A[np.diag_indices_from(A)] += limits.deviations**-2
-        b += (x - limits.believed) / limits.deviations**2
+        A[np.diag_indices_from(A)] += np.asarray(limits.deviations) ** -2.0
+        b += (x - limits.believed) / np.asarray(limits.deviations) ** 2
         done += 1
         free = _free(x, b, limits)
         gradient = _cosine(A, b * free, cost)

@@ -53,15 +53,18 @@ class _Search:
         self._white, self._plain = seen.white.projected(), seen.plain.projected()
         self._sided = [c.one_sided for c in seen.columns]
         self._price = float(np.log(max(count, 2)))
+        self._choice = 2.0 * float(np.log(max(len(seen.candidates), 1)))
         by_score = sorted(seen.candidates, key=lambda s: -s.score)
         by_drop = sorted(seen.candidates, key=lambda s: -s.drop)
         listed = {s.effect.kind: s for pair in zip(by_score, by_drop, strict=True) for s in pair}
         self._candidates = list(listed.values())[:SHORTLIST]
 
     def _value(self, chosen: Sequence[Screened]) -> float:
-        """Fall of the whitened squared error minus the price of what is free."""
+        """Fall of the whitened squared error minus the price of what is free, and of the choice
+        among many (extended BIC, Chen and Chen, Biometrika 95, 2008)."""
         at = [i for s in chosen for i in s.columns]
-        price = sum(s.freedom * self._price + 2.0 * np.log(max(s.tried, 1.0)) for s in chosen)
+        each = (s.freedom * self._price + 2.0 * np.log(max(s.tried, 1.0)) for s in chosen)
+        price = sum(each) + len(chosen) * self._choice
         return explain(self._white, at, [self._sided[i] for i in at]).drop - price
 
     def plain_drop(self, chosen: Sequence[Screened]) -> float:

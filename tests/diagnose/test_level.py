@@ -1,0 +1,102 @@
+"""The level of a model: linear where that is as good, and never a missing effect of the arm."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from core.results import Outcome
+from core.scenario.schema import Scenario
+from core.workbench import run_scenario
+
+SAME = 0.02
+"""Relative, of EI from a start that is far off: a few deviations of two short recordings."""
+
+
+def scenario(snr: float | None, amplitude: float, **more: Any) -> Scenario:
+    recordings = [
+        {
+            "name": f"r{k}",
+            "simulate": {
+                "theta2": theta2, "seconds": 1.0, "seed": k, "amplitude": amplitude,
+                **({} if snr is None else {"snr_db": snr}),
+            },
+        }
+        for k, theta2 in enumerate((0.8, 1.6))
+    ]  # fmt: skip
+    document = {
+        "title": "level",
+        "arm": {"preset": "paper"},
+        "drive": {"kind": "velocity_loop", "gains": [60.0, 30.0]},
+        "identify": {"parameters": ["EI"]},
+        "recordings": recordings,
+    } | more
+    return Scenario.model_validate(document)
+
+
+def run(document: Scenario) -> Outcome:
+    return run_scenario(document, folder=Path())
+
+
+def test_small_motions_under_much_noise_need_no_more_than_the_linear_model() -> None:
+    sensors = {"camera_noise": 2e-3, "encoder_noise": 2e-3, "deflection_noise": 2e-3}
+    found = run(scenario(None, 0.05, sensors=sensors))
+    assert found.level == "lpv"
+    assert "within" in found.notes[0]
+
+
+def test_large_motions_seen_well_need_the_full_equations() -> None:
+    sensors = {"camera_noise": 3e-5, "encoder_noise": 1e-5, "deflection_noise": 1e-5}
+    found = run(scenario(None, 0.6, sensors=sensors))
+    assert found.level == "nonlinear"
+    assert "full equations" in found.notes[0]
+
+
+@pytest.mark.parametrize("factor", [0.25, 0.7, 1.3, 4.0])
+def test_a_nominal_stiffness_that_is_far_off_is_found_and_nothing_else(factor: float) -> None:
+    sensors = {"camera_noise": 3e-5, "encoder_noise": 1e-5, "deflection_noise": 1e-5}
+    document = scenario(
+        None, 0.3, sensors=sensors, diagnose={"max_effects": 2},
+        identify={"parameters": ["EI"], "start": {"EI": factor * 520.8333}},
+    )  # fmt: skip
+    found = run(document)
+    assert found.diagnosis is not None
+    assert found.diagnosis.verdict == "nothing_missing"
+    assert found.diagnosis.effects == ()
+    (stiffness,) = [e for e in found.diagnosis.parameters if e.name == "EI"]
+    assert stiffness.value == pytest.approx(520.8333, rel=SAME)
+
+
+def test_what_the_linear_model_misses_is_no_missing_effect() -> None:
+    sensors = {"camera_noise": 3e-5, "encoder_noise": 1e-5, "deflection_noise": 1e-5}
+    document = scenario(
+        None, 0.6, sensors=sensors, model={"level": "lpv"}, diagnose={"max_effects": 3}
+    )
+    found = run(document).diagnosis
+    assert found is not None
+    assert found.verdict == "nothing_missing"
+    assert found.effects == ()
+    assert found.linear_model is not None
+    assert found.linear_model.tip_rms is not None
+    assert found.linear_model.full_equations_tip_rms is not None
+    assert found.linear_model.tip_rms > 2.0 * found.linear_model.full_equations_tip_rms
+
+
+def test_the_stiffness_that_is_stated_in_the_end_is_that_of_the_model_with_what_was_found() -> None:
+    """Identified without the friction that is there, it is biased."""
+    sensors = {"camera_noise": 3e-5, "encoder_noise": 1e-5, "deflection_noise": 1e-5}
+    document = scenario(None, 0.3, sensors=sensors, diagnose={"max_effects": 2})
+    hidden = tuple(
+        r.model_copy(update={"hidden": {"viscous_friction": {"fv1": 6.0, "fv2": 3.0}}})
+        for r in document.recordings
+    )
+    found = run(document.model_copy(update={"recordings": hidden})).diagnosis
+    assert found is not None
+    assert [e["id"] for e in found.effects] == ["viscous_friction"]
+    at = {e.name: e.value for e in found.parameters}
+    assert at["EI"] == pytest.approx(520.8333, rel=SAME)
+    assert at["fv1"] == pytest.approx(6.0, rel=SAME)
+    assert found.origins["fv1"] == "viscous_friction"
+    assert found.origins["EI"] == "arm"

@@ -1,0 +1,105 @@
+"""Sets of effects are found at once, and what is accepted has to stand up to unseen recordings."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.diagnose.columns import Column
+from core.diagnose.descent import Limits, descend
+from core.diagnose.evidence import BAR, Weighed, acceptable
+from core.diagnose.screen import Screen, _scored
+from core.diagnose.sets import best_set
+from core.effects import effect
+from core.effects.effect import Effect
+
+SAMPLES = 2000
+NOISE = 1.0
+"""Floors are units of the noise."""
+
+FOUR = ("viscous_friction", "tip_payload", "structural_damping", "torque_offset")
+STAND_IN = "gravity_tilt"
+
+
+def column(kind: str, block: np.ndarray) -> Column:
+    one: Effect = effect(kind)
+    return Column(one, kind, {kind: 1.0}, {kind: 1.0}, False, False, (), (block,))
+
+
+def seen(errors: np.ndarray, blocks: dict[str, np.ndarray]) -> Screen:
+    columns = [column(kind, block) for kind, block in blocks.items()]
+    slopes = [np.zeros((*errors.shape, 0))]
+    return _scored([errors], slopes, columns, [effect(kind) for kind in blocks], 0)
+
+
+def directions(seed: int, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return {name: rng.standard_normal((SAMPLES, 1)) for name in names}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_four_equal_effects_are_found_together(seed: int) -> None:
+    blocks = directions(seed, (*FOUR, STAND_IN, "air_drag", "camera_delay"))
+    noise = NOISE * np.random.default_rng(seed + 100).standard_normal((SAMPLES, 1))
+    errors = sum(2.0 * blocks[name] for name in FOUR) + noise
+    found = best_set(seen(np.asarray(errors), blocks), 4, SAMPLES)
+    assert {s.effect.kind for s in found.members} == set(FOUR)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_stand_in_that_comes_first_gives_way_to_the_pair_that_is_true(seed: int) -> None:
+    """It points between two effects: alone it explains more than either, together they win."""
+    blocks = directions(seed, FOUR[:2])
+    noise = NOISE * np.random.default_rng(seed + 100).standard_normal((SAMPLES, 1))
+    total = blocks[FOUR[0]] + blocks[FOUR[1]]
+    blocks[STAND_IN] = total + 0.4 * np.random.default_rng(seed + 7).standard_normal(total.shape)
+    screen = seen(3.0 * total + noise, blocks)
+    assert screen.candidates[0].effect.kind == STAND_IN
+    found = best_set(screen, 3, SAMPLES)
+    assert {s.effect.kind for s in found.members} == set(FOUR[:2])
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_noise_alone_makes_no_set(seed: int) -> None:
+    blocks = directions(seed, (*FOUR, STAND_IN))
+    noise = NOISE * np.random.default_rng(seed + 100).standard_normal((SAMPLES, 1))
+    assert best_set(seen(noise, blocks), 4, SAMPLES).members == ()
+
+
+def weighed(fall: float) -> Weighed:
+    return Weighed(None, None, 1, fall, 1.0, 500.0, True, 490.0, 1e-20)  # type: ignore[arg-type]
+
+
+def test_a_quarter_of_the_error_is_accepted_as_part_of_a_set_that_explains_it() -> None:
+    quarter = weighed(0.25)
+    assert quarter.fall < BAR
+    assert not acceptable(quarter)
+    assert acceptable(quarter, part=True)
+
+
+def test_a_stated_prior_pulls_the_fit_as_much_as_its_deviation_says() -> None:
+    """One parameter measured with deviation 1 at 4 and believed to be 0 within 1: 2."""
+    limits = Limits(
+        np.array([-9.0]), np.array([9.0]), np.array([1.0]), np.array([0.0]), np.array([1.0])
+    )
+    found = descend(
+        lambda x: [np.array([[4.0 - x[0]]])],
+        lambda _: [np.array([[[-1.0]]])],
+        np.array([4.0]),
+        limits,
+    )
+    assert found.vector[0] == pytest.approx(2.0, rel=1e-6)
+
+
+def test_a_descent_goes_on_after_a_step_that_damping_made_short() -> None:
+    """Rosenbrock's valley: the cost falls little while steps are short, and much later."""
+    limits = Limits(np.full(2, -9.0), np.full(2, 9.0), np.ones(2))
+
+    def errors(x: np.ndarray) -> list[np.ndarray]:
+        return [np.array([[1.0 - x[0]], [100.0 * (x[1] - x[0] ** 2)]])]
+
+    def slopes(x: np.ndarray) -> list[np.ndarray]:
+        return [np.array([[[-1.0, 0.0]], [[-200.0 * x[0], 100.0]]])]
+
+    found = descend(errors, slopes, np.array([-1.5, 2.0]), limits, most=200)
+    assert found.vector == pytest.approx(np.ones(2), abs=1e-2)
