@@ -124,10 +124,10 @@ def _structure(job: Job, elements: ElementArrays) -> tuple[object, ...]:
         law.references,
         law.interpolate,
         *(
-            tuple(part.tolist())
+            tuple(part.ravel().tolist())
             for part in (
                 elements.addresses, elements.ports, elements.states, elements.parameters,
-                elements.tips, elements.bristles,
+                elements.tips, elements.bristles, elements.loads,
             )
         ),
     )  # fmt: skip
@@ -201,5 +201,5 @@ def _elements(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> tuple[np.
         addresses, like.ports, like.states, like.parameters,
         _interleaved([one.directions for one in packed]),
         _interleaved([one.values for one in packed]),
-        like.tips, like.bristles,
+        like.tips, like.bristles, like.loads,
     )  # fmt: skip

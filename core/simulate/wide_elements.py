@@ -16,10 +16,14 @@ from core.lanes.wide import LANES, get, put, spread
 from core.simulate.elements import OUT_PER_PORT, integers
 
 WIDE_ELEMENTS = types.Tuple(
-    (integers, integers, integers, integers, matrix, matrix, integers, integers)
-)
+    (
+        integers, integers, integers, integers, matrix, matrix, integers, integers,
+        types.int64[:, ::1],
+    )
+)  # fmt: skip
 """Addresses (E,), first port, state and parameter (E + 1,), directions (K n, LANES), parameters
-(count, LANES), first ports at the tip, and which elements are bristles."""
+(count, LANES), first ports at the tip, which elements are bristles, and (joint, parameter) of those
+that are told a drive's torque."""
 
 
 @intrinsic
@@ -68,9 +72,17 @@ def see(tip, elements, q, v, p, x, xd, z, J):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
+def load(elements, u):  # type: ignore[no-untyped-def]
+    """Tells loaded elements the drives' torques u (nj,)."""
+    values, loads = elements[5], elements[8]
+    for i in range(loads.shape[0]):
+        put(values, loads[i, 1], get(u, loads[i, 0]))
+
+
+@njit(**INLINE)
 def push(elements, x, xd, w, out, f, dw):  # type: ignore[no-untyped-def]
     """f += the elements' forces; dw (nw,) the rates of their states."""
-    addresses, ports, states, parameters, directions, values, _, bristles = elements
+    addresses, ports, states, parameters, directions, values, _, bristles, _ = elements
     n = f.shape[0]
     for e in range(addresses.size - bristles.size):
         first, count = ports[e], ports[e + 1] - ports[e]
@@ -87,7 +99,7 @@ def push(elements, x, xd, w, out, f, dw):  # type: ignore[no-untyped-def]
 @njit(**INLINE)
 def push_implicitly(elements, x, xd, w, out, f, dw, g, W, Fx, Fw, rv, rw):  # type: ignore[no-untyped-def]
     """As `push`; the slopes enter W (n, n) and are kept per port (Fx) and state (Fw, rv, rw)."""
-    addresses, ports, states, parameters, directions, values, _, bristles = elements
+    addresses, ports, states, parameters, directions, values, _, bristles, _ = elements
     n = f.shape[0]
     for e in range(addresses.size - bristles.size):
         first, count = ports[e], ports[e + 1] - ports[e]

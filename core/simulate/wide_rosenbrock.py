@@ -41,6 +41,7 @@ from core.simulate.wide_bristles import answer, bound, free_speeds, give, rub
 from core.simulate.wide_elements import (
     WIDE_ELEMENTS,
     add_known,
+    load,
     push,
     push_implicitly,
     see,
@@ -161,11 +162,11 @@ def integrate(  # type: ignore[no-untyped-def]
     p (np, LANES); r (N nr, LANES); y0 (2 n + ns + nw, LANES); dt (1, LANES); `limited` says
     whether any drive has a limit.
     """
-    addresses, ports, states_of, values_of, given_directions, values, tips, bristles = given
-    # The tip's directions are written here, and other threads may run the same model.
-    directions = given_directions.copy()
+    addresses, ports, states_of, values_of, _, _, tips, bristles, loads = given
+    # The tip's directions and loads are written here, and other threads may run the same model.
+    directions, values = given[4].copy(), given[5].copy()
     elements = (
-        addresses, ports, states_of, values_of, directions, values, tips, bristles
+        addresses, ports, states_of, values_of, directions, values, tips, bristles, loads
     )  # fmt: skip
     R, P, V, S, Fs, Fq, Fv, Fr, limit = law
     A, B, whole_T, T2, inverse, A0, B0 = parts
@@ -233,6 +234,7 @@ def integrate(  # type: ignore[no-untyped-def]
                 cut_drives(cuts, u, limit)
             if K > 0:
                 see(tip, elements, q, v, p, x, xd, z, J)
+                load(elements, u)
             copy(f0, f)
             copy(c0, c)
             again = True
@@ -269,6 +271,7 @@ def integrate(  # type: ignore[no-untyped-def]
             add_torque(f, u)
             if K > 0:
                 see(tip, elements, q2, v2, p, x, xd, z, J)
+                load(elements, u)
                 push(elements, x, xd, w2, out, f, cw)
             factor_positive(M2, n)
             substitute_positive(M2, n, f)

@@ -29,7 +29,8 @@ EFFECTS = (
     (), ("viscous_friction",), ("coulomb_friction",), ("stribeck_friction",),
     ("presliding_friction",), ("joint_elasticity",), ("tip_payload",), ("structural_damping",),
     ("torque_ripple",), ("backlash",), ("drive_lag",), ("air_drag",), ("base_compliance",),
-    ("cubic_stiffness",), ("friction_asymmetry",), ("coulomb_friction", "drive_lag"),
+    ("cubic_stiffness",),
+    ("load_friction",), ("friction_asymmetry",), ("coulomb_friction", "drive_lag"),
 )  # fmt: skip
 
 
