@@ -165,3 +165,28 @@ def vibration(left: Remains) -> str:
         f"that stands far out of everything beside it: look for a machine that shakes the arm or "
         f"a part that swings by itself."
     )
+
+
+SAME = 1.05
+"""Times the error of the full equations up to which the linear model is called as good: the two
+are fitted to different outputs, which moves the tip's error by a few per cent."""
+
+
+def linear_line(linear: float | None, full: float | None, floor: float) -> str:
+    """What the linear model costs, m rms of the tip; a matter of the model, never of the arm."""
+    ours = "The diagnosis uses the full equations."
+    if linear is None or full is None:
+        return ours
+    missed, least = quantity(linear, "m", 2), quantity(full, "m", 2)
+    if linear <= SAME * full:
+        return (
+            f"The linear model is as good as the full equations here: it misses the tip by "
+            f"{missed} rms, they by {least}. {ours}"
+        )
+    beside = f"the full equations by {least}"
+    if full <= ABOVE * floor:
+        beside = f"the full equations do not: their {least} are the floor"
+    return (
+        f"The linear model misses the tip by {missed} rms here; {beside}. This is a matter of the "
+        f"model and no missing effect. {ours}"
+    )

@@ -65,7 +65,7 @@ def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
         return None
     maps = error_maps(found.given or outcome.comparisons, found.floors)
     return DiagnosisBlock(
-        words=found.words,
+        words=found.paragraphs,
         formulas=_formulas(found),
         ladder=plot(ladder(found.steps)),
         ladder_table=ladder_table(found),

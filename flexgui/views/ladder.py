@@ -18,6 +18,13 @@ from flexgui.views.table import Column, Row, Table
 
 GIVEN = "as given"
 
+SOURCES = {
+    "repetition": "repeated motion",
+    "stated": "stated noise",
+    "estimated": "the sensor's high frequencies",
+}
+"""Where a floor's noise comes from, in words."""
+
 ROOM = 1.6
 """Times the highest bar: the axis ends there, with room for the bar's number."""
 
@@ -101,6 +108,7 @@ def ladder_table(diagnosis: Diagnosis) -> Table:
         Column("Rms error", numeric=True),
         Column("On validation", numeric=True),
         Column("Floor", numeric=True),
+        Column("Floor from"),
         Column("Error / floor", numeric=True),
     )
     rows = []
@@ -109,9 +117,10 @@ def ladder_table(diagnosis: Diagnosis) -> Table:
             cells = (
                 "" if k else label, channel_symbol(e.channel), in_unit(e.rms, e.unit),
                 in_unit(e.validation_rms, e.unit), in_unit(e.floor, e.unit),
+                SOURCES.get(e.floor_source, e.floor_source),
                 format_number(e.rms / e.floor, 3, keep_zeros=True),
             )  # fmt: skip
             rows.append(Row(cells))
         if step.tip_rms is not None:
-            rows.append(Row(("", "tip", in_unit(step.tip_rms, "m"), "", "", ""), strong=True))
+            rows.append(Row(("", "tip", in_unit(step.tip_rms, "m"), "", "", "", ""), strong=True))
     return Table(columns, tuple(rows), "Tip: distance between measured and modelled tip, rms.")
