@@ -11,9 +11,11 @@ from core.diagnose.phrases import LEFT_BY_ALL
 from core.results import ChannelError, Diagnosis, LadderStep
 from flexgui.views import colours
 from flexgui.views.fit_table import in_unit
+from flexgui.views.headline import COMPLETE
 from flexgui.views.layout import styled
-from flexgui.views.names import channel_symbol
+from flexgui.views.names import channel_symbol, plain_symbol
 from flexgui.views.numbers import format_number
+from flexgui.views.parameters import estimate_text
 from flexgui.views.table import Column, Row, Table
 
 GIVEN = "as given"
@@ -124,3 +126,16 @@ def ladder_table(diagnosis: Diagnosis) -> Table:
         if step.tip_rms is not None:
             rows.append(Row(("", "tip", in_unit(step.tip_rms, "m"), "", "", "", ""), strong=True))
     return Table(columns, tuple(rows), "Tip: distance between measured and modelled tip, rms.")
+
+
+def sizes_table(diagnosis: Diagnosis) -> Table | None:
+    """All parameters as they stand after each step; None where no step tells of any."""
+    known = {e.name: e for step in diagnosis.steps for e in step.parameters}
+    if not known:
+        return None
+    columns = [Column("Model")] + [Column(plain_symbol(e.symbol, n)) for n, e in known.items()]
+    rows = []
+    for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):
+        mine = {e.name: estimate_text(e) for e in step.parameters}
+        rows.append(Row((label, *(mine.get(name, "") for name in known))))
+    return Table(tuple(columns), tuple(rows), COMPLETE)
