@@ -123,7 +123,7 @@ def how_big(sizes: Sequence[Estimate], titles: dict[str, str]) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-COMPLETE = "The ± hold only if the model is complete."
+COMPLETE = "The ±\N{NO-BREAK SPACE}values hold only if the model is complete."
 
 
 def at_bounds(estimates: Sequence[Estimate], titles: Mapping[str, str]) -> str:

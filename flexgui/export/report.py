@@ -86,7 +86,9 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "diagnosis": diagnosis_block(outcome),
         "parameters": standing_parameters(outcome) if outcome.fits else None,
         "parameters_as_given": given_parameters(outcome),
-        "first_fit": FIRST_FIT if grown(outcome) else "",
+        "given_open": grown(outcome),
+        # Of a way on the page the last fit is of the grown model.
+        "first_fit": FIRST_FIT if grown(outcome) and not outcome.as_given else "",
         "sentences": _sentences(outcome),
         "valley": plot(valley(outcome.fits)),
         "fit_table": fit_table(shown, before) if shown else None,

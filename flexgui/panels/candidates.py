@@ -157,11 +157,17 @@ def _figures(one: RankedEffect) -> str:
     refitted = one.refit_drop_percent
     if not math.isfinite(one.score) and refitted is not None:
         return f"Your formula explains of the error: {percent(refitted)} fitted."
-    expected = f"expected ≈ {percent(one.expected_drop_percent)}"
+    expected = f"expected {_about(one.expected_drop_percent)}"
     score = f"score {format_number(one.score, 3)}, chance of noise {chance(one.p_value)}"
     if refitted is None:
         return f"Not refitted; {expected} of the error; {score}."
     return f"Explains of the error: {percent(refitted)} refitted, {expected}; {score}."
+
+
+def _about(share: float) -> str:
+    """'≈ 80 %', 'less than 1 %'."""
+    text = percent(share)
+    return f"≈ {text}" if text[0].isdigit() else text
 
 
 def explanation(kind: str) -> Markup:

@@ -171,7 +171,7 @@ class DiagnosePanel(Panel):
         titles = ", ".join(title for _, title in present(session.scenario))
         looks = session.shown_looks
         text = Markup("In the model: {}.").format(titles)
-        said = paragraph(text, "good") + _values(looks) if titles else Markup("")
+        said = paragraph(text, "good") + _values(looks, session.first_fit) if titles else Markup("")
         if len(looks) > 1 and looks[-1].added and looks[-1].added not in catalogue():
             said += paragraph(own_place(looks[-2], looks[-1]))
         self._added.show(said)
@@ -236,15 +236,15 @@ class DiagnosePanel(Panel):
             self._residual.move_cursor(self._cursor(look.found))
 
 
-def _values(looks: Sequence[Look]) -> Markup:
-    """Of the model as it now stands, by the diagnosis' own fit, and of it as given."""
+def _values(looks: Sequence[Look], first_fit: Sequence[Estimate]) -> Markup:
+    """Of the model as it now stands, by the diagnosis' own fit, and the first fit of it."""
     told = [look.found.step for look in looks if look.found is not None]
     if not told:
         return Markup("")
     own = base_model(looks[-1].scenario).effect_parameters
     standing = sorted(told[-1].parameters, key=lambda e: e.name not in own)
     text = Markup("As it now stands: {}. {}").format(_equations(standing), COMPLETE)
-    first = [e for e in told[0].parameters if e.name not in own]
+    first = [e for e in first_fit if e.name not in own and not e.recording]
     if len(told) == 1 or not first:
         return paragraph(text)
     found = looks[0].diagnosis

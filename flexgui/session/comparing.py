@@ -86,12 +86,15 @@ class Comparing(Running, ABC):
         notes = outcome.notes if shown is outcome.comparisons else (*outcome.notes, COMPARED_BY)
         told = story(self.looks)
         told = told and replace(told, linear_model=self.linear_model)
-        given = self._first_fit() if told is not None and told.added else ()
+        given = self.first_fit if told is not None and told.added else ()
         return replace(outcome, comparisons=shown, notes=notes, diagnosis=told, as_given=given)
 
-    def _first_fit(self) -> tuple[Estimate, ...]:
-        """Of the way's first model, which the last result is no longer about."""
-        first = self.looks[0]
+    @property
+    def first_fit(self) -> tuple[Estimate, ...]:
+        """Estimates of the way's first model, which the last result may no longer be about."""
+        first = next(iter(self.shown_looks), None)
+        if first is None:
+            return ()
         if first.outcome is not None:
             return overall_estimates(first.outcome.fits)
         return () if first.found is None else first.found.step.parameters

@@ -12,7 +12,7 @@ from flexgui.views.pooled import derived_names, overall_estimates
 
 AS_GIVEN = "As given"
 BIASED = "as given; biased, since an effect was missing"
-COMPLETE = "± values hold only if the model is complete."
+COMPLETE = "±\N{NO-BREAK SPACE}values hold only if the model is complete."
 SHORT_OF = "An effect is still missing in it, so that these values are biased too."
 PLACES = {"arm": "arm", "drive": "drive", "sensor": "sensors"}
 

@@ -237,7 +237,7 @@ def test_no_number_of_effects_is_claimed_to_be_all_that_is_missing() -> None:
 
 
 def test_deviations_are_said_to_hold_only_for_a_complete_model() -> None:
-    assert text(FOUND).count("The ± hold only if the model is complete.") == 1
+    assert text(FOUND).count("The ± values hold only if the model is complete.") == 1
     assert "±" not in text(replace(FOUND, verdict=NOTHING, rounds=(), steps=(GIVEN,), kept=()))
 
 

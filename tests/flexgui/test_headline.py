@@ -11,6 +11,7 @@ import pytest
 
 from core.results import Estimate, LinearModel, Outcome, RecordingComparison
 from flexgui.export.outcome import export_outcome
+from flexgui.export.report import FIRST_FIT
 from flexgui.views.fit_table import fit_table
 from flexgui.views.headline import BIASED, COMPLETE, SHORT_OF
 from flexgui.views.parameters import standing_parameters
@@ -168,3 +169,13 @@ def test_figures_as_given_stand_in_columns_of_their_own(after: Outcome) -> None:
     table = fit_table(after.diagnosis.left, after.diagnosis.given)
     assert [c.title for c in table.columns[-2:]] == ["FIT as given [%]", "Rms as given"]
     assert all(len(row.cells) == len(table.columns) and row.cells[-1] for row in table.rows)
+
+
+def test_only_figures_of_the_first_fit_are_called_that(after: Outcome, tmp_path: Path) -> None:
+    """On the page the last identification already knows what was added."""
+    given = (Estimate("EI1", 369.5, 3.3, "N m²", True, "EI_1"),)
+    for k, outcome in enumerate((after, replace(after, as_given=given))):
+        export_outcome(outcome, "", tmp_path / str(k))
+    told = [unglued((tmp_path / str(k) / "report.html").read_text("utf-8")) for k in (0, 1)]
+    assert [FIRST_FIT in text for text in told] == [True, False]
+    assert "370 ± 3 N m²" in told[1] and "370 ± 3 N m²" not in told[0]
