@@ -96,6 +96,16 @@ class Model:
                 found[item.name] = replace(item, value=value, lower=lower, upper=upper)
         return found
 
+    def origin(self, name: str) -> str:
+        """What a parameter belongs to: the id of an effect, 'drive', 'arm', or else 'sensor'."""
+        sizes = typical(self.arm)
+        for one in reversed(self.effects):
+            if any(k.parameter.name == name for k in one.knobs(self.arm, self.drive, sizes)):
+                return one.kind
+        if any(item.name == name for item in self.drive.parameters(self.arm)):
+            return "drive"
+        return "arm" if name in self.arm_catalogue.entries else "sensor"
+
     def parameter(self, name: str) -> Parameter:
         """The parameter of that name; InputError with the nearest known one otherwise."""
         if name not in self.parameters:

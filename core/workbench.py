@@ -14,6 +14,7 @@ from core.arm.arm import Arm
 from core.arm.build import build_arm
 from core.diagnose.diagnose import Options, diagnose
 from core.diagnose.level import AUTO, choose_level
+from core.diagnose.phrases import linear_line
 from core.diagnose.stated_noise import stated_noise
 from core.drives import build_drive
 from core.errors import InputError
@@ -28,7 +29,7 @@ from core.progress import Progress, Silent
 from core.recording.recording import Recording
 from core.results import Diagnosis, LinearModel, Outcome, RecordingComparison, Variant
 from core.scenario.data_folder import Folder
-from core.scenario.schema import CompareSpec, IdentifySpec, Scenario
+from core.scenario.schema import CompareSpec, EffectSpec, IdentifySpec, Scenario
 from core.scenario.stated_effects import (
     candidate_effects,
     fitting,
@@ -37,7 +38,6 @@ from core.scenario.stated_effects import (
 )
 from core.simulate.descriptor import descriptor
 from core.simulate.equations import equations
-from core.written import quantity
 
 MEAN_LABEL = "mean of the local fits"
 
@@ -87,22 +87,40 @@ def run_scenario(
         with clock.timed("diagnose"):
             diagnosis = _diagnosis(scenario, setup, recordings, spec, fits, progress)
             if setup.model.level == "lpv":
-                diagnosis = replace(diagnosis, linear_model=_linear_model(comparisons, diagnosis))
-    numbers = setup.model.steered_by(None).numbers(_shared(fits))
+                diagnosis = replace(diagnosis, linear_model=linear_model(comparisons, diagnosis))
+    standing, values = _as_it_stands(scenario, setup, fits, diagnosis)
     return Outcome(
         title=scenario.title,
         method=scenario.identify.method,
         level=setup.model.level,
         fits=tuple(f.fit for f in fits),
         comparisons=comparisons,
-        model=descriptor(setup.model.steered_by(None), numbers),
-        equations=equations(setup.model),
+        model=descriptor(standing, standing.numbers(values)),
+        equations=equations(standing),
         variants=variants,
         seconds=clock.seconds,
         notes=(*setup.notes, *_error_notes(fits), *_warnings(recordings)),
         arm_table=_arm_table(model),
         diagnosis=diagnosis,
+        origins=_origins(setup.model, fits),
     )
+
+
+def _as_it_stands(
+    scenario: Scenario, setup: Setup, fits: Sequence[Fitted], diagnosis: Diagnosis | None
+) -> tuple[Model, Mapping[str, float]]:
+    """The model with what was added, and its values where the last fit ended."""
+    if diagnosis is None or not diagnosis.effects:
+        return setup.model.steered_by(None), _shared(fits)
+    added = tuple(EffectSpec.model_validate(dict(entry)) for entry in diagnosis.effects)
+    spec = scenario.model.model_copy(update={"effects": (*scenario.model.effects, *added)})
+    model = with_stated_effects(_bare(scenario, build_arm(scenario.arm)), spec)
+    return model.at_level("nonlinear"), diagnosis.values
+
+
+def _origins(model: Model, fits: Sequence[Fitted]) -> dict[str, str]:
+    names = {e.name for f in fits for e in (*f.fit.estimates, *f.fit.derived)}
+    return {name: model.origin(name) for name in sorted(names)}
 
 
 def diagnosis_wanted(scenario: Scenario) -> bool:
@@ -135,18 +153,17 @@ def _diagnosis(
     return diagnose(setup, spec, recordings, options, progress)
 
 
-def _linear_model(comparisons: Sequence[RecordingComparison], diagnosis: Diagnosis) -> LinearModel:
-    """What the linear model misses beside the full equations on the estimation recordings."""
+def linear_model(comparisons: Sequence[RecordingComparison], diagnosis: Diagnosis) -> LinearModel:
+    """What the linear model misses beside the full equations on the estimation recordings.
+
+    `comparisons` are of the linear model, `diagnosis` is on the same recordings.
+    """
     tips = [c.tip_rms for c in comparisons if c.role == "estimate" and c.tip_rms is not None]
     linear = float(np.sqrt(np.mean(np.square(tips)))) if tips else None
-    full = diagnosis.steps[0].tip_rms
-    sentence = "The diagnosis uses the full equations."
-    if linear is not None and full is not None:
-        sentence = (
-            f"The linear model misses the tip by {quantity(linear, 'm', 2)} rms on these "
-            f"recordings, the full equations by {quantity(full, 'm', 2)}. {sentence}"
-        )
-    return LinearModel(linear, full, sentence)
+    first = diagnosis.steps[0]
+    floors = [e.floor for e in first.errors if e.channel in ("z1", "z2")]
+    floor = float(np.sqrt(np.sum(np.square(floors)))) if floors else float("nan")
+    return LinearModel(linear, first.tip_rms, linear_line(linear, first.tip_rms, floor))
 
 
 def settled_level(

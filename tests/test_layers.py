@@ -41,6 +41,7 @@ RANKS = {
     "core.identify": 9,
     "core.diagnose": 10,
     "core.workbench": 11,
+    "core.diagnosed": 11.5,
     "core.study": 12,
     "core.montecarlo": 12.5,
     "flexgui": 13,

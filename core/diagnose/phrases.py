@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from core.diagnose.verdict import ABOVE, Remains
 from core.results import ChannelError, Estimate, LadderStep, RankedEffect
@@ -43,6 +43,32 @@ def percent(share: float) -> str:
     if share < 1.0:
         return "less than 1 %"
     return f"{share:.1f} %" if share > 99.0 else f"{share:.0f} %"
+
+
+LEAST_SHARE = 0.05
+"""Per cent of the error: less is written as 0.0 and explains nothing."""
+
+NEUTRAL = 1e-6
+"""Of the distance between the bounds: a size within it of nothing at all is none."""
+
+
+def share_of(ranked: RankedEffect) -> float:
+    """Per cent that an effect explains: by its refit, or what the screen expects."""
+    refitted = ranked.refit_drop_percent
+    return ranked.expected_drop_percent if refitted is None else refitted
+
+
+def worth_listing(ranking: Sequence[RankedEffect]) -> list[RankedEffect]:
+    """Without those that explain nothing, and without those that vanished when refitted: what
+    these seem to explain is something else that moved meanwhile."""
+    return [r for r in ranking if share_of(r) >= LEAST_SHARE and not _vanished(r.parameters)]
+
+
+def _vanished(sizes: Sequence[Estimate]) -> bool:
+    return bool(sizes) and all(
+        e.value == 0.0 or (e.at_bound and abs(e.value) <= NEUTRAL * (e.upper - e.lower))
+        for e in sizes
+    )
 
 
 def strength(delta_bic: float) -> str:
@@ -95,6 +121,22 @@ def how_big(sizes: Sequence[Estimate], titles: dict[str, str]) -> str:
         return "It has no size: it is in the model or it is not."
     text = listed([size(e, titles) for e in sizes])
     return f"{text[0].upper()}{text[1:]}."
+
+
+COMPLETE = "The ±\N{NO-BREAK SPACE}values hold only if the model is complete."
+
+
+def at_bounds(estimates: Sequence[Estimate], titles: Mapping[str, str]) -> str:
+    """Parameters that ended where they may not go on; empty where none did."""
+    stuck = [e for e in estimates if e.at_bound]
+    if not stuck:
+        return ""
+    told = [
+        f"{titles.get(e.name, e.name)} ended at its bound of {quantity(e.value, e.unit, 4)}"
+        for e in stuck
+    ]
+    them = "it" if len(stuck) == 1 else "them"
+    return f"{listed(told)}: widen {them} if that is plausible, else doubt the model."
 
 
 def explained(found: RankedEffect, before: LadderStep, after: LadderStep | None) -> str:
@@ -164,4 +206,29 @@ def vibration(left: Remains) -> str:
         f"The error of {channel_symbol(channel)} holds a vibration of {format_number(hz, 3)} Hz "
         f"that stands far out of everything beside it: look for a machine that shakes the arm or "
         f"a part that swings by itself."
+    )
+
+
+SAME = 1.05
+"""Times the error of the full equations up to which the linear model is called as good: the two
+are fitted to different outputs, which moves the tip's error by a few per cent."""
+
+
+def linear_line(linear: float | None, full: float | None, floor: float) -> str:
+    """What the linear model costs, m rms of the tip; a matter of the model, never of the arm."""
+    ours = "The diagnosis uses the full equations."
+    if linear is None or full is None:
+        return ours
+    missed, least = quantity(linear, "m", 2), quantity(full, "m", 2)
+    if linear <= SAME * full:
+        return (
+            f"The linear model is as good as the full equations here: it misses the tip by "
+            f"{missed} rms, they by {least}. {ours}"
+        )
+    beside = f"the full equations by {least}"
+    if full <= ABOVE * floor:
+        beside = f"the full equations do not: their {least} are the floor"
+    return (
+        f"The linear model misses the tip by {missed} rms here; {beside}. This is a matter of the "
+        f"model and no missing effect. {ours}"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from core.diagnose.kin import akin, contains, named
-from core.diagnose.phrases import evidence, percent
+from core.diagnose.phrases import evidence, percent, worth_listing
 from core.results import DiagnosisRound, LadderStep, RankedEffect
 from core.sentences import listed
 
@@ -37,7 +37,7 @@ def _refitted(f: Finding) -> list[tuple[float, RankedEffect]]:
     """The other effects of which it is known what they explain."""
     return [
         (r.refit_drop_percent, r)
-        for r in f.found_in.ranking
+        for r in worth_listing(f.found_in.ranking)
         if r.effect != f.ranked.effect and r.refit_drop_percent is not None
     ]
 

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 from core.diagnose.phrases import (
+    COMPLETE,
     FLOOR_IS,
+    at_bounds,
     by_channel,
     explained,
     how_big,
@@ -17,11 +19,12 @@ from core.diagnose.phrases import (
     percent,
     times,
     vibration,
+    worth_listing,
 )
 from core.diagnose.rivals import Finding, what_else
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains
 from core.effects import catalogue
-from core.results import DiagnosisRound, Estimate, LadderStep
+from core.results import DiagnosisRound, Estimate, LadderStep, RankedEffect
 from core.sentences import first_sentence, listed
 
 FLOOR = f"the floor. {FLOOR_IS}"
@@ -101,16 +104,34 @@ def _missing(told: Told) -> list[str]:
     findings = _findings(told)
     if not findings:
         return _unlisted(told)
-    names = listed([f.ranked.title for f in findings])
-    how_many = "one effect" if len(findings) == 1 else f"{len(findings)} effects"
+    first, *more = [f.ranked.title for f in findings]
+    after = f", then {listed(more)}" if more else ""
     opening = (
-        f"The model lacks {how_many}: {names}. As given, its error is {times(told.given.rms)} "
-        f"{FLOOR}"
+        f"The first missing effect is {first}{after}. As given, the model's error is "
+        f"{times(told.given.rms)} {FLOOR}"
     )
     paragraphs = [opening]
     for f in findings:
         paragraphs += [_found(f, told), what_else(f)]
-    return [*paragraphs, _removed(told), _remains(told)]
+    sized = any(told.sizes.get(f.ranked.effect, f.ranked.parameters) for f in findings)
+    complete = COMPLETE if sized else ""
+    ending = (_removed(told), _remains(told), " ".join(p for p in (_stuck(told), complete) if p))
+    return [*paragraphs, *ending]
+
+
+def _stuck(told: Told) -> str:
+    """Nominal parameters at a bound; of sizes it is said where they stand."""
+    own = {e.name for sizes in told.sizes.values() for e in sizes}
+    last = told.steps[-1].parameters if told.steps else ()
+    return at_bounds([e for e in last if e.name not in own], told.titles)
+
+
+def _refused(told: Told) -> str:
+    """Why the last round added nothing though something explained a part."""
+    last = told.rounds[-1] if told.rounds else None
+    if last is None or last.accepted is not None or last.experiments or not last.sentence:
+        return ""
+    return f"{last.sentence[0].upper()}{last.sentence[1:]}"
 
 
 def _found(f: Finding, told: Told) -> str:
@@ -145,7 +166,7 @@ def _remains(told: Told) -> str:
         UNLISTED: _unexplained(told),
         MISSING: _more(told),
     }
-    parts = (_left(told), on_validation(last.errors), endings[told.final])
+    parts = (_left(told), on_validation(last.errors), endings[told.final], _refused(told))
     return " ".join(p for p in parts if p)
 
 
@@ -187,7 +208,8 @@ def _nothing(told: Told) -> list[str]:
     )
     tried = f" {count} effects were tried, and none explains enough of the error to count."
     hidden = "An effect that these motions hardly call for can still be there."
-    return [f"{text}{tried if count else ''} {hidden}", _not_tried(told), _remains(told)]
+    first = f"{text}{tried if count else ''} {hidden}"
+    return [first, _not_tried(told), _remains(told), _stuck(told)]
 
 
 def _unlisted(told: Told) -> list[str]:
@@ -197,22 +219,30 @@ def _unlisted(told: Told) -> list[str]:
         f"{times(told.given.rms)} {FLOOR} None of the {len(ranking)} effects that were tried "
         f"brings the error down enough."
     )
-    refitted = [(r.refit_drop_percent, r.title) for r in ranking if r.refit_drop_percent]
+    refitted = _refitted(ranking)
     if refitted:
         share, title = max(refitted)
         closest = f"The closest, {title}, explains {percent(share)} of the error above the floor."
-        opening = f"{opening} {closest}"
+        opening = " ".join(part for part in (opening, closest, _refused(told)) if part)
     rest = (
         f"{_left(told)} The maps of the error tell when and where it happens; an effect of your "
         f"own can be written as a formula."
     )
-    return [opening, vibration(told.left), _not_tried(told), rest]
+    return [opening, vibration(told.left), _not_tried(told), rest, _stuck(told)]
+
+
+def _refitted(ranking: Sequence[RankedEffect]) -> list[tuple[float, str]]:
+    """(per cent explained, title) of those of which it is known."""
+    listed_ones = worth_listing(ranking)
+    return [
+        (r.refit_drop_percent, r.title) for r in listed_ones if r.refit_drop_percent is not None
+    ]
 
 
 def _unfinished(told: Told) -> list[str]:
     """A stopped search that named nothing proves nothing about the list."""
     ranking = told.rounds[-1].ranking if told.rounds else ()
-    refitted = [(r.refit_drop_percent, r.title) for r in ranking if r.refit_drop_percent]
+    refitted = _refitted(ranking)
     best = ""
     if refitted:
         share, title = max(refitted)

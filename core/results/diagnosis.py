@@ -135,6 +135,22 @@ class Diagnosis:
     """What the linear model costs on these recordings, where it was the one identified."""
 
     @property
+    def paragraphs(self) -> tuple[str, ...]:
+        """All that is said: what the linear model costs, where it was used, before the verdict."""
+        first = () if self.linear_model is None else (self.linear_model.sentence,)
+        return (*first, *self.words)
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Ids of the effects that were added on the ladder; some may have become needless."""
+        return tuple(step.added for step in self.steps if step.added is not None)
+
+    @property
+    def standing_verdict(self) -> str:
+        """Of the model as it now stands."""
+        return self.final_verdict or self.verdict
+
+    @property
     def ranking(self) -> tuple[RankedEffect, ...]:
         """That of the first round."""
         return self.rounds[0].ranking if self.rounds else ()

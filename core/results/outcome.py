@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from core.results.comparison import RecordingComparison, Variant
 from core.results.description import DescriptorModel, Equation
 from core.results.diagnosis import Diagnosis
-from core.results.identification import Fit
+from core.results.identification import Estimate, Fit
 
 
 @dataclass(frozen=True)
@@ -30,3 +30,7 @@ class Outcome:
     arm_table: tuple[tuple[str, str, float, str], ...] = ()
     """(name, title, value, unit) of the arm's and the drive's parameters as given."""
     diagnosis: Diagnosis | None = None
+    origins: Mapping[str, str] = field(default_factory=dict)
+    """Name of an estimate -> arm, drive, sensor, or the id of the effect it belongs to."""
+    as_given: tuple[Estimate, ...] = ()
+    """Estimates of the first fit, where `fits` are of a model that has grown since."""

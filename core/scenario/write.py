@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,12 @@ def write_scenario(scenario: Scenario, path: Path) -> None:
 
 def scenario_toml(scenario: Scenario) -> str:
     """The scenario as TOML: what differs from the defaults, as a person would write it."""
-    text = tomli_w.dumps(_plain(scenario.model_dump(exclude_defaults=True)))
-    return _SHORT_LIST.sub(_on_one_line, text)
+    return document_toml(scenario.model_dump(exclude_defaults=True))
+
+
+def document_toml(document: Mapping[str, Any]) -> str:
+    """A scenario's tables as TOML, tables that are empty too."""
+    return _SHORT_LIST.sub(_on_one_line, tomli_w.dumps(_plain(dict(document))))
 
 
 _SHORT_LIST = re.compile(r"\[\n((?: +[^\n\[\]{}]+,\n)+) *\]")

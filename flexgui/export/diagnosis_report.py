@@ -19,7 +19,7 @@ from core.results import (
 from flexgui.export.plot import Plot, plot
 from flexgui.views.equations import mathml
 from flexgui.views.error_map import error_map, worst_table
-from flexgui.views.ladder import ladder, ladder_table
+from flexgui.views.ladder import ladder, ladder_table, sizes_table
 from flexgui.views.numbers import format_number
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.residual_over import residual_over
@@ -48,6 +48,8 @@ class DiagnosisBlock:
     formulas: tuple[tuple[str, Markup], ...]
     ladder: Plot | None
     ladder_table: Table
+    sizes: Table | None
+    """All parameters after each step."""
     rounds: tuple[RankingBlock, ...]
     by_frequency: Plot | None
     by_time: Plot | None
@@ -65,10 +67,11 @@ def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
         return None
     maps = error_maps(found.given or outcome.comparisons, found.floors)
     return DiagnosisBlock(
-        words=found.words,
+        words=found.paragraphs,
         formulas=_formulas(found),
         ladder=plot(ladder(found.steps)),
         ladder_table=ladder_table(found),
+        sizes=sizes_table(found),
         rounds=tuple(_round(k, one) for k, one in enumerate(found.rounds, start=1)),
         by_frequency=plot(error_map(maps.by_frequency)),
         by_time=plot(error_map(maps.by_time)),

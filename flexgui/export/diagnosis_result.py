@@ -31,6 +31,17 @@ def verdicts(found: Diagnosis | None, parameter: Parameter) -> dict[str, Any]:
     }
 
 
+def linear_model(found: Diagnosis | None) -> dict[str, Any] | None:
+    """What the linear model costs; null where it was not the one identified."""
+    if found is None or found.linear_model is None:
+        return None
+    told = found.linear_model
+    return {
+        "tip_rms_m": told.tip_rms,
+        "full_equations_tip_rms_m": told.full_equations_tip_rms,
+    }
+
+
 def steps(found: Diagnosis, parameter: Parameter) -> list[dict[str, Any]]:
     """The error ladder; the first step is the model as given."""
     return [_step(one, parameter) for one in found.steps]
@@ -43,7 +54,7 @@ def diagnosis(outcome: Outcome, parameter: Parameter) -> dict[str, Any] | None:
         return None
     maps = error_maps(found.given or outcome.comparisons, found.floors)
     return {
-        "words": found.words,
+        "words": found.paragraphs,
         "effects": found.effects,
         "floors": found.floors,
         "not_applicable": found.not_applicable,

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
 
+from core.diagnosed import diagnosed_scenario
 from core.errors import InputError
+from core.identify.unknowns import GAIN, MARK, OFFSET
 from core.recording.recording import Recording
 from core.results import Outcome
 from core.scenario.data_folder import Folder
 from core.scenario.schema import Scenario
+
+if TYPE_CHECKING:
+    from flexgui.stage.recorded import Playback
 
 
 @dataclass(frozen=True)
@@ -31,14 +37,14 @@ def report_motion(
     A report without it is still a report: what cannot be read again or drawn is left out.
     """
     from flexgui.stage.playback import MOST_SECONDS, embedded, playback_html, playback_note
-    from flexgui.stage.recorded import playback, read_one
+    from flexgui.stage.recorded import read_one
 
     ordered = sorted(scenario.recordings, key=lambda spec: spec.role != "validate")
     if not ordered:
         return None
     try:
         recording = _first(read_one(scenario, ordered[0].name, folder, data), MOST_SECONDS)
-        shown = playback(scenario, outcome, recording)
+        shown = _shown(scenario, outcome, recording)
         page = playback_html(shown.motion, shown.ghost, shown.exaggeration)
     except (InputError, OSError):
         return None
@@ -46,6 +52,21 @@ def report_motion(
     ghost = "" if shown.ghost is None else " The translucent arm is the measured one."
     note = f"{shown.recording}: {playback_note(shown.motion, shown.exaggeration)}{ghost}"
     return Motion(Markup(embedded(page, title)), note)
+
+
+def _shown(scenario: Scenario, outcome: Outcome, recording: Recording) -> Playback:
+    """By the model as it now stands."""
+    from flexgui.stage.recorded import playback, played
+
+    found = outcome.diagnosis
+    if found is None or not (found.added and found.values):
+        return playback(scenario, outcome, recording)
+    values = {}
+    for label, value in found.values.items():
+        name, mark, own = label.partition(MARK)
+        if (not mark or own == recording.name) and not name.startswith((OFFSET, GAIN)):
+            values[name] = value
+    return played(diagnosed_scenario(scenario, found), values, recording)
 
 
 def _first(recording: Recording, seconds: float) -> Recording:

@@ -9,6 +9,7 @@ import pandas as pd
 import pyarrow as pa
 from pyarrow import csv
 
+from core.diagnosed import NAME as DIAGNOSED
 from core.errors import InputError
 from core.results import Outcome
 from flexgui.export.folder import INDEX, swap_in, workroom
@@ -24,12 +25,19 @@ DIGITS = 10
 
 
 def export_outcome(
-    outcome: Outcome, scenario_text: str, out: Path, motion: Motion | None = None
+    outcome: Outcome,
+    scenario_text: str,
+    out: Path,
+    motion: Motion | None = None,
+    diagnosed: str = "",
 ) -> None:
-    """Write the export into the folder `out`; where that fails an older one stays as it was."""
+    """Write the export into the folder `out`; where that fails an older one stays as it was.
+
+    `diagnosed` is the text of the scenario with what was found; empty: there is none.
+    """
     try:
         with workroom(out) as room:
-            _write(outcome, scenario_text, room, motion)
+            _write(outcome, scenario_text, room, motion, diagnosed)
             swap_in(room, out)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
@@ -55,13 +63,17 @@ def _rounded(values: np.ndarray) -> np.ndarray:
     return np.asarray(np.round(values * factor) / factor)
 
 
-def _write(outcome: Outcome, scenario_text: str, room: Path, motion: Motion | None) -> None:
+def _write(
+    outcome: Outcome, scenario_text: str, room: Path, motion: Motion | None, diagnosed: str
+) -> None:
     (room / "tables").mkdir()
     for name, table in tables(outcome).items():
         _csv(table, room / "tables" / f"{name}.csv")
     write_mat(outcome.model, room / "model.mat")
     _text(room / "model.json", dumps(as_json(outcome.model)))
     _text(room / "scenario.toml", scenario_text)
+    if diagnosed:
+        _text(room / DIAGNOSED, diagnosed)
     _text(room / "report.html", report_html(outcome, scenario_text, motion))
     written = [path for path in room.rglob("*") if path.is_file()]
     files = sorted([path.relative_to(room).as_posix() for path in written] + [INDEX])

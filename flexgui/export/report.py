@@ -22,10 +22,11 @@ from flexgui.views.correlation import correlation
 from flexgui.views.equations import mathml
 from flexgui.views.fit_bars import bar_label, fit_bars
 from flexgui.views.fit_table import ROLES, fit_table, in_unit
+from flexgui.views.headline import beside, final_comparisons, given_comparisons, grown
 from flexgui.views.matrices import affine, matrices
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.numbers import format_number, with_unit
-from flexgui.views.parameters import parameters
+from flexgui.views.parameters import given_parameters, standing_parameters
 from flexgui.views.summary import summary
 from flexgui.views.table import Column, Row, Table
 from flexgui.views.units import shown_unit
@@ -77,19 +78,24 @@ def _environment() -> Environment:
 
 
 def _content(outcome: Outcome) -> dict[str, Any]:
+    shown, before = final_comparisons(outcome), given_comparisons(outcome)
     return {
         "title": outcome.title,
         "summary": summary(outcome),
         "which_fit": told_apart(outcome),
         "diagnosis": diagnosis_block(outcome),
-        "parameters": parameters(outcome.fits) if outcome.fits else None,
+        "parameters": standing_parameters(outcome) if outcome.fits else None,
+        "parameters_as_given": given_parameters(outcome),
+        "given_open": grown(outcome),
+        # Of a way on the page the last fit is of the grown model.
+        "first_fit": FIRST_FIT if grown(outcome) and not outcome.as_given else "",
         "sentences": _sentences(outcome),
         "valley": plot(valley(outcome.fits)),
-        "fit_table": fit_table(outcome.comparisons) if outcome.comparisons else None,
-        "fit_bars": plot(fit_bars(outcome.comparisons)),
+        "fit_table": fit_table(shown, before) if shown else None,
+        "fit_bars": plot(fit_bars(shown)),
         "variants": variants(outcome),
-        "recordings": _recordings(outcome.comparisons),
-        "missing": _missing(outcome.comparisons),
+        "recordings": _recordings(shown, before),
+        "missing": _missing(shown),
         "convergence": plot(convergence(outcome.fits)),
         "correlations": [p for fit in outcome.fits if (p := plot(correlation(fit)))],
         "equations": [(e.title, mathml(e.latex), e.note) for e in outcome.equations],
@@ -100,26 +106,35 @@ def _content(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _recordings(comparisons: tuple[RecordingComparison, ...]) -> list[RecordingBlock]:
+FIRST_FIT = "Of the identification: the first fit, of the model as given."
+
+
+def _recordings(
+    comparisons: tuple[RecordingComparison, ...], before: tuple[RecordingComparison, ...]
+) -> list[RecordingBlock]:
     return [
-        _block(recording, bar_label(recording, comparisons), k < OPEN)
+        _block(recording, bar_label(recording, comparisons), k < OPEN, beside(recording, before))
         for k, recording in enumerate(comparisons)
         if recording.channels
     ]
 
 
-def _block(recording: RecordingComparison, label: str, opened: bool) -> RecordingBlock:
+def _block(
+    recording: RecordingComparison, label: str, opened: bool, before: RecordingComparison | None
+) -> RecordingBlock:
     fitted = [c for c in recording.channels if c.fitted]
     others = [c for c in recording.channels if not c.fitted]
     about = [ROLES.get(recording.role, recording.role)]
     if recording.tip_rms is not None:
         about.append(f"tip missed by {in_unit(recording.tip_rms, 'm')} rms")
+    if before is not None and before.tip_rms is not None:
+        about.append(f"as given by {in_unit(before.tip_rms, 'm')}")
     return RecordingBlock(
         title=f"{label} – {', '.join(about)}",
         note=recording.note,
         open=opened,
-        fitted=plot(comparison(recording, fitted)) if fitted else None,
-        others=plot(comparison(recording, others)) if others else None,
+        fitted=plot(comparison(recording, fitted, before)) if fitted else None,
+        others=plot(comparison(recording, others, before)) if others else None,
     )
 
 

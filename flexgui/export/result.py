@@ -14,13 +14,22 @@ from core.results import (
     RecordingComparison,
     Variant,
 )
-from flexgui.export.diagnosis_result import diagnosis, steps, verdicts
+from flexgui.export.diagnosis_result import diagnosis, linear_model, steps, verdicts
+from flexgui.views.headline import (
+    belongs_to,
+    final_comparisons,
+    follows,
+    given,
+    given_biased,
+    given_comparisons,
+    standing,
+    standing_biased,
+)
 from flexgui.views.pooled import (
     ESTIMATE,
     VALIDATE,
     channel_errors,
     derived_names,
-    overall_estimates,
     tip_rms,
     with_role,
 )
@@ -31,22 +40,29 @@ SCHEMA = 1
 def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
     """The content of result.json; `files` are all files of the export.
 
-    Without a diagnosis both verdicts and the floors are null and the ranking is empty, and the
-    one step is the fit as the comparison shows it. For local fits `parameters` holds the means;
-    each fit's own stand under `fits`.
+    `parameters` and `recordings` are of the model as it now stands, after the ladder; those of the
+    first fit stand beside them. Without a diagnosis both verdicts and the floors are null and the
+    ranking is empty, and the one step is the fit as the comparison shows it. For local fits
+    `parameters_as_given` holds the means; each fit's own stand under `fits`.
     """
-    derived = derived_names(outcome.fits)
     return {
         "schema": SCHEMA,
         "title": outcome.title,
         **verdicts(outcome.diagnosis, _parameter),
-        "parameters": [_parameter(e, derived) for e in overall_estimates(outcome.fits)],
+        "parameters": _parameters(
+            outcome, standing(outcome), follows(outcome), standing_biased(outcome)
+        ),
+        "parameters_as_given": _parameters(
+            outcome, given(outcome), derived_names(outcome.fits), given_biased(outcome)
+        ),
+        "linear_model": linear_model(outcome.diagnosis),
         "steps": _steps(outcome),
         "seconds": {"identify": None, "diagnose": 0.0, **outcome.seconds},
         "method": outcome.method,
         "level": outcome.level,
         "fits": [_fit(fit) for fit in outcome.fits],
-        "recordings": [_recording(comparison) for comparison in outcome.comparisons],
+        "recordings": [_recording(c) for c in final_comparisons(outcome)],
+        "recordings_as_given": [_recording(c) for c in given_comparisons(outcome)],
         "variants": [_variant(variant) for variant in outcome.variants],
         "diagnosis": diagnosis(outcome, _parameter),
         "arm": [
@@ -87,6 +103,15 @@ def _step(comparisons: Sequence[RecordingComparison]) -> dict[str, Any]:
             for e in estimation
         ],
     }
+
+
+def _parameters(
+    outcome: Outcome, estimates: Sequence[Estimate], derived: frozenset[str], biased: bool
+) -> list[dict[str, Any]]:
+    return [
+        {**_parameter(e, derived), "of": belongs_to(outcome, e.name), "biased": biased}
+        for e in estimates
+    ]
 
 
 def _parameter(estimate: Estimate, derived: frozenset[str] = frozenset()) -> dict[str, Any]:

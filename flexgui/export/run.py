@@ -36,9 +36,11 @@ def export_scenario(
 
     outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)
 
+    from flexgui.export.diagnosed_file import diagnosed_beside
     from flexgui.export.motion import report_motion
     from flexgui.export.outcome import export_outcome
 
     progress.stage("Writing the report")
     motion = report_motion(scenario, outcome, path.parent, data)
-    export_outcome(outcome, text, out, motion)
+    found = diagnosed_beside(scenario, outcome, out, path.parent, data)
+    export_outcome(outcome, text, out, motion, found)

@@ -6,10 +6,20 @@ from collections.abc import Callable, Iterable
 
 import pandas as pd
 
-from core.results import ChannelComparison, Estimate, Fit, Outcome, RecordingComparison
+from core.results import ChannelComparison, Estimate, Outcome, RecordingComparison
 from flexgui.export.diagnosis_tables import diagnosis_tables
 from flexgui.export.filenames import unique_slugs
 from flexgui.views.fit_bars import bar_label
+from flexgui.views.headline import (
+    belongs_to,
+    beside,
+    final_comparisons,
+    follows,
+    given_biased,
+    given_comparisons,
+    standing,
+    standing_biased,
+)
 
 Tables = dict[str, pd.DataFrame]
 
@@ -22,26 +32,56 @@ def tables(outcome: Outcome) -> Tables:
         "correlation": correlation_table,
         "convergence": convergence_table,
     }
+    if outcome.diagnosis is not None:
+        named["parameters_as_given"] = parameter_table_as_given
     made = {name: make(outcome) for name, make in named.items()}
     return made | diagnosis_tables(outcome) | recording_tables(outcome)
 
 
+PARAMETER_COLUMNS = (
+    "fit parameter of value std unit start lower upper identifiable at_bound derived recording "
+    "biased"
+).split()
+
+
 def parameter_table(outcome: Outcome) -> pd.DataFrame:
-    """A row per fit and parameter, in the units of the results."""
-    rows = [
-        _estimate(fit, estimate, derived)
+    """A row per parameter of the model as it now stands, in the units of the results; without a
+    diagnosis a row per fit and parameter."""
+    if outcome.diagnosis is None or not outcome.diagnosis.parameters:
+        return parameter_table_as_given(outcome)
+    derived, biased = follows(outcome), standing_biased(outcome)
+    rows = [_estimate(outcome, STANDING, e, e.name in derived, biased) for e in standing(outcome)]
+    return pd.DataFrame(rows, columns=PARAMETER_COLUMNS)
+
+
+STANDING = "the model as it now stands"
+
+
+def parameter_table_as_given(outcome: Outcome) -> pd.DataFrame:
+    """A row per parameter of each first fit."""
+    biased = given_biased(outcome)
+    groups = [
+        (fit.label, derived, group)
         for fit in outcome.fits
         for derived, group in ((False, fit.estimates), (True, fit.derived))
+    ]
+    if outcome.as_given:
+        groups = [("as given", False, outcome.as_given)]
+    rows = [
+        _estimate(outcome, label, estimate, derived, biased)
+        for label, derived, group in groups
         for estimate in group
     ]
-    columns = "fit parameter value std unit start lower upper identifiable at_bound derived"
-    return pd.DataFrame(rows, columns=[*columns.split(), "recording"])
+    return pd.DataFrame(rows, columns=PARAMETER_COLUMNS)
 
 
-def _estimate(fit: Fit, estimate: Estimate, derived: bool) -> dict[str, object]:
+def _estimate(
+    outcome: Outcome, fit: str, estimate: Estimate, derived: bool, biased: bool
+) -> dict[str, object]:
     return {
-        "fit": fit.label,
+        "fit": fit,
         "parameter": estimate.name,
+        "of": belongs_to(outcome, estimate.name),
         "value": estimate.value,
         "std": estimate.std,
         "unit": estimate.unit,
@@ -52,13 +92,15 @@ def _estimate(fit: Fit, estimate: Estimate, derived: bool) -> dict[str, object]:
         "at_bound": estimate.at_bound,
         "derived": derived,
         "recording": estimate.recording,
+        "biased": biased,
     }
 
 
 def fit_table(outcome: Outcome) -> pd.DataFrame:
-    """A row per recording and output."""
+    """A row per recording and output of the model as it now stands, then of it as given."""
     rows = [
         {
+            "model": model,
             "recording": recording.recording,
             "role": recording.role,
             "fit": recording.fit_label,
@@ -70,10 +112,14 @@ def fit_table(outcome: Outcome) -> pd.DataFrame:
             "normalised_error": channel.normalised_error,
             "relative_error": channel.relative_error,
         }
-        for recording in outcome.comparisons
+        for model, comparisons in (
+            ("as it now stands", final_comparisons(outcome)),
+            ("as given", given_comparisons(outcome)),
+        )
+        for recording in comparisons
         for channel in recording.channels
     ]
-    columns = "recording role fit channel unit fitted fit_percent rms normalised_error"
+    columns = "model recording role fit channel unit fitted fit_percent rms normalised_error"
     return pd.DataFrame(rows, columns=[*columns.split(), "relative_error"])
 
 
@@ -110,20 +156,34 @@ def convergence_table(outcome: Outcome) -> pd.DataFrame:
 
 
 def recording_tables(outcome: Outcome) -> Tables:
-    """A table per recording: time and, per output, measured, model, residual, counted."""
-    labels = [bar_label(r, outcome.comparisons) for r in outcome.comparisons]
-    slugs = unique_slugs(labels)
+    """A table per recording: time and, per output, measured, model, residual, counted; and the
+    model as given beside them where it has changed since."""
+    shown, before = final_comparisons(outcome), given_comparisons(outcome)
+    slugs = unique_slugs([bar_label(r, shown) for r in shown])
     return {
-        f"recording_{slug}": recording_table(recording)
-        for slug, recording in zip(slugs, outcome.comparisons, strict=True)
+        f"recording_{slug}": recording_table(recording, beside(recording, before))
+        for slug, recording in zip(slugs, shown, strict=True)
     }
 
 
-def recording_table(recording: RecordingComparison) -> pd.DataFrame:
+def recording_table(
+    recording: RecordingComparison, before: RecordingComparison | None = None
+) -> pd.DataFrame:
     """One row per time; an empty cell is 'no sample'."""
     parts: Iterable[pd.DataFrame] = [_channel(channel) for channel in recording.channels]
+    if before is not None:
+        parts = [*parts, *(_as_given(channel) for channel in before.channels)]
     joined = pd.concat(list(parts), axis=1) if recording.channels else pd.DataFrame()
     return joined.rename_axis("t [s]").sort_index().reset_index()
+
+
+def _as_given(channel: ChannelComparison) -> pd.DataFrame:
+    name, unit = channel.channel, channel.unit or "-"
+    values = {
+        f"{name} model as given [{unit}]": channel.model,
+        f"{name} residual as given [{unit}]": channel.residual,
+    }
+    return pd.DataFrame(values, index=channel.time)
 
 
 def _channel(channel: ChannelComparison) -> pd.DataFrame:

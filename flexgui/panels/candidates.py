@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from markupsafe import Markup
 
 from core.diagnose.kin import kinship
+from core.diagnose.phrases import percent, worth_listing
 from core.diagnose.verdict import ABOVE, NOTHING
 from core.effects import catalogue
 from core.results import RankedEffect
@@ -49,7 +50,7 @@ class Candidates:
         if found is self._shown:
             return
         self._shown = found
-        ranking: Sequence[RankedEffect] = () if found is None else found.ranking
+        ranking = [] if found is None else worth_listing(found.ranking)
         self._head.show(_head(found) if found is not None and ranking else "")
         for k, row in enumerate(self._rows):
             row.show(k, ranking[k] if k < len(ranking) else None, found, titles)
@@ -133,8 +134,10 @@ class Demonstrate:
 
 
 def _row(place: int, one: RankedEffect, found: Looked, titles: dict[str, str]) -> Markup:
+    # Only what a refit has shown stands in bold.
+    share = "" if one.refit_drop_percent is None else percent(one.refit_drop_percent)
     head = Markup("<div class='rank'><span>{}.</span><b>{}</b><i>{}</i></div>").format(
-        place + 1, one.title, _fall(one)
+        place + 1, one.title, share
     )
     parts = [head, paragraph(_figures(one), "soft")]
     if one.parameters:
@@ -150,26 +153,21 @@ def _row(place: int, one: RankedEffect, found: Looked, titles: dict[str, str]) -
     return joined(*parts)
 
 
-def _fall(one: RankedEffect) -> str:
-    if one.refit_drop_percent is None:
-        return f"≈ {_percent(one.expected_drop_percent)}"
-    return _percent(one.refit_drop_percent)
-
-
 def _figures(one: RankedEffect) -> str:
-    if not math.isfinite(one.score):
-        return f"Your formula explains of the error: {_fall(one)} fitted."
-    expected = f"expected {_percent(one.expected_drop_percent)}"
+    refitted = one.refit_drop_percent
+    if not math.isfinite(one.score) and refitted is not None:
+        return f"Your formula explains of the error: {percent(refitted)} fitted."
+    expected = f"expected {_about(one.expected_drop_percent)}"
     score = f"score {format_number(one.score, 3)}, chance of noise {chance(one.p_value)}"
-    if one.refit_drop_percent is None:
-        return f"Would explain of the error: {expected}, not refitted; {score}."
-    return (
-        f"Explains of the error: {_percent(one.refit_drop_percent)} refitted, {expected}; {score}."
-    )
+    if refitted is None:
+        return f"Not refitted; {expected} of the error; {score}."
+    return f"Explains of the error: {percent(refitted)} refitted, {expected}; {score}."
 
 
-def _percent(value: float) -> str:
-    return f"{value:.1f} %" if value < 99.95 else "100 %"
+def _about(share: float) -> str:
+    """'≈ 80 %', 'less than 1 %'."""
+    text = percent(share)
+    return f"≈ {text}" if text[0].isdigit() else text
 
 
 def explanation(kind: str) -> Markup:

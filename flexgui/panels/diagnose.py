@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from markupsafe import Markup
 
+from core.diagnose.verdict import MISSING
 from core.effects import catalogue
+from core.results import Estimate
 from core.workbench import base_model
 from flexgui.jobs.looked import Looked
 from flexgui.panels import widgets
@@ -25,6 +28,7 @@ from flexgui.session.look import Look, ladder_steps
 from flexgui.session.own_ranked import own_place
 from flexgui.session.run import RUNNING
 from flexgui.session.tour_card import holds_way_on
+from flexgui.views.headline import AS_GIVEN, BIASED, COMPLETE
 from flexgui.views.ladder import ladder
 from flexgui.views.live_prediction import live_prediction
 from flexgui.views.numbers import format_number
@@ -151,16 +155,23 @@ class DiagnosePanel(Panel):
         if session.pending is None and look is not None and worse(session.looks):
             text = paragraph(AGAINST.format(session.looks[-1].title))
             return Markup("<div class='verdict unlisted'>{}</div>").format(text)
-        return _verdict(look)
+        return self._linear(look) + _verdict(look)
+
+    def _linear(self, look: Look | None) -> Markup:
+        """What the linear model costs, beside the verdict on the first model."""
+        cost = self.desk.session.linear_model
+        first = next(iter(self.desk.session.shown_looks), None)
+        if cost is None or look is not first:
+            return Markup("")
+        return paragraph(cost.sentence)
 
     def _show_added(self) -> None:
         """What is in the model with its sizes, and the way back."""
         session = self.desk.session
         titles = ", ".join(title for _, title in present(session.scenario))
         looks = session.shown_looks
-        sizes = _fitted_sizes(looks[-1]) if looks else Markup("")
-        text = Markup("In the model: {}.{}").format(titles, sizes)
-        said = paragraph(text, "good") if titles else Markup("")
+        text = Markup("In the model: {}.").format(titles)
+        said = paragraph(text, "good") + _values(looks, session.first_fit) if titles else Markup("")
         if len(looks) > 1 and looks[-1].added and looks[-1].added not in catalogue():
             said += paragraph(own_place(looks[-2], looks[-1]))
         self._added.show(said)
@@ -225,12 +236,26 @@ class DiagnosePanel(Panel):
             self._residual.move_cursor(self._cursor(look.found))
 
 
-def _fitted_sizes(look: Look) -> Markup:
-    """Of the effects in the model, by the diagnosis' own fit."""
-    own = base_model(look.scenario).effect_parameters
-    known = () if look.found is None else look.found.step.parameters
-    sizes = Markup(", ").join(equation(e) for e in known if e.name in own)
-    return Markup(" Fitted: {}.").format(sizes) if sizes else Markup("")
+def _values(looks: Sequence[Look], first_fit: Sequence[Estimate]) -> Markup:
+    """Of the model as it now stands, by the diagnosis' own fit, and the first fit of it."""
+    told = [look.found.step for look in looks if look.found is not None]
+    if not told:
+        return Markup("")
+    own = base_model(looks[-1].scenario).effect_parameters
+    standing = sorted(told[-1].parameters, key=lambda e: e.name not in own)
+    text = Markup("As it now stands: {}. {}").format(_equations(standing), COMPLETE)
+    first = [e for e in first_fit if e.name not in own and not e.recording]
+    if len(told) == 1 or not first:
+        return paragraph(text)
+    found = looks[0].diagnosis
+    biased = found is not None and found.verdict == MISSING
+    said = f"{BIASED[0].upper()}{BIASED[1:]}" if biased else AS_GIVEN
+    before = Markup("{}: {}.").format(said, _equations(first))
+    return joined(paragraph(text), paragraph(before, "soft"))
+
+
+def _equations(estimates: Sequence[Estimate]) -> Markup:
+    return Markup(", ").join(equation(e) for e in estimates)
 
 
 def _color(invites: bool) -> str:

@@ -14,7 +14,7 @@ from flexgui.panels import widgets
 from flexgui.panels.panel import Panel
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
-from flexgui.session.bundle import scenario_file, zipped_folder
+from flexgui.session.bundle import diagnosed_file, recordings_of, scenario_file, zipped_folder
 from flexgui.session.uploads import safe_name
 from flexgui.stage.playback import playback_html
 from flexgui.views.html import html_equations
@@ -29,7 +29,9 @@ class ExportPanel(Panel):
     """Buttons that download, on the right; a summary of what is in the files on the left."""
 
     kind: ClassVar[str] = "Export"
-    topics: ClassVar[frozenset[Topic]] = frozenset({Topic.OUTCOME, Topic.RUN, Topic.SCENARIO})
+    topics: ClassVar[frozenset[Topic]] = frozenset(
+        {Topic.OUTCOME, Topic.RUN, Topic.SCENARIO, Topic.DIAGNOSIS}
+    )
 
     def build_controls(self) -> None:
         desk = self.desk
@@ -41,6 +43,10 @@ class ExportPanel(Panel):
         self._scenario = widgets.button(
             desk, "Scenario file", self._save_scenario,
             hint="What `flexgui export` runs; with your recordings in one zip.",
+        )  # fmt: skip
+        self._diagnosed = widgets.button(
+            desk, "Scenario with what was found", self._save_diagnosed,
+            hint="Runs again to the same error; with your recordings in one zip.",
         )  # fmt: skip
         wishes: dict[str, Callable[[], object]] = {
             "All tables (zip)": lambda: self._from_export("tables"),
@@ -58,9 +64,11 @@ class ExportPanel(Panel):
 
     def refresh(self) -> None:
         session = self.desk.session
-        outcome, run = session.outcome, session.run
+        outcome, run = session.whole, session.run
         for each in self._needs:
             each.disabled = outcome is None or run.busy or self.desk.read_only
+        self._diagnosed.visible = outcome is not None and outcome.diagnosis is not None
+        self._diagnosed.disabled = run.busy or self.desk.read_only
         self._bar.visible = run.busy
         writing = run.busy and run.kind == "report"
         self._said.show(paragraph(self._sentence(writing), "soft"))
@@ -93,12 +101,31 @@ class ExportPanel(Panel):
         except InputError as error:
             session.say(str(error), bad=True)
 
+    def _save_diagnosed(self) -> None:
+        session = self.desk.session
+        outcome, scenario = session.whole, session.outcome_of
+        if outcome is None or outcome.diagnosis is None or scenario is None:
+            return
+        try:
+            self._send(*diagnosed_file(scenario, outcome.diagnosis, session.folder))
+        except InputError as error:
+            session.say(str(error), bad=True)
+
+    def _recordings(self) -> dict[str, bytes]:
+        """Beside the scenarios, which name them without a folder."""
+        session = self.desk.session
+        try:
+            return recordings_of(session.outcome_of or session.scenario, session.folder)
+        except InputError:  # a file that is gone: all else is still worth taking away
+            return {}
+
     def _from_export(self, what: str) -> None:
         def written(folder: Path) -> None:
             path = folder / what
             if path.is_dir():
                 ending = f"_{what}.zip" if what else ".zip"
-                self._send(self._name(ending), zipped_folder(path))
+                beside = {} if what else self._recordings()
+                self._send(self._name(ending), zipped_folder(path, beside))
             else:
                 self._send(self._name(f"_{what}"), path.read_bytes())
 

@@ -43,7 +43,9 @@ class IdentifyPanel(Panel):
     """Settings and progress on the right; what the search finds on the left."""
 
     kind: ClassVar[str] = "Identify"
-    topics: ClassVar[frozenset[Topic]] = frozenset({Topic.SCENARIO, Topic.RUN, Topic.OUTCOME})
+    topics: ClassVar[frozenset[Topic]] = frozenset(
+        {Topic.SCENARIO, Topic.RUN, Topic.OUTCOME, Topic.DIAGNOSIS}
+    )
 
     def build_controls(self) -> None:
         desk, session, gui = self.desk, self.desk.session, self.desk.gui
@@ -123,7 +125,7 @@ class IdentifyPanel(Panel):
         else:
             self._table.show(html_table(_short(outcome.fits)))
             self._fit.show(live_fit(outcome.comparisons))
-            self._summary.show(_said(summary(outcome), self._old()))
+            self._summary.show(_said(summary(outcome), self._old(), session.known_biased))
         self._show_paper()
 
     @property
@@ -205,9 +207,13 @@ class IdentifyPanel(Panel):
         )
 
 
-def _said(sentences: tuple[str, ...], old: bool) -> Markup:
+BIASED_NOTE = "As given; biased, since an effect is missing: Diagnose says which."
+
+
+def _said(sentences: tuple[str, ...], old: bool, biased: bool) -> Markup:
     note = paragraph("The settings have changed since; start again to renew this.", "bad")
-    return joined(*(paragraph(s) for s in sentences), note if old else "")
+    doubt = paragraph(BIASED_NOTE, "bad") if biased else ""
+    return joined(doubt, *(paragraph(s) for s in sentences), note if old else "")
 
 
 def _short(fits: Sequence[Fit]) -> Table:

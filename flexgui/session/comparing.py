@@ -6,10 +6,13 @@ from abc import ABC
 from dataclasses import replace
 from pathlib import Path
 
-from core.results import Outcome, RecordingComparison
+from core.diagnose.verdict import MISSING
+from core.results import Estimate, LinearModel, Outcome, RecordingComparison
+from core.workbench import linear_model
 from flexgui.session.failing import WhereItFails, where_it_fails
 from flexgui.session.look import Look, ladder_steps, story
 from flexgui.session.running import Running
+from flexgui.views.pooled import overall_estimates
 
 COMPARED_BY = (
     "Measured and modelled are compared as the diagnosis does it: the starts of each recording are "
@@ -81,4 +84,38 @@ class Comparing(Running, ABC):
             return outcome
         shown = self.comparisons or outcome.comparisons
         notes = outcome.notes if shown is outcome.comparisons else (*outcome.notes, COMPARED_BY)
-        return replace(outcome, comparisons=shown, notes=notes, diagnosis=story(self.looks))
+        told = story(self.looks)
+        told = told and replace(told, linear_model=self.linear_model)
+        given = self.first_fit if told is not None and told.added else ()
+        return replace(outcome, comparisons=shown, notes=notes, diagnosis=told, as_given=given)
+
+    @property
+    def first_fit(self) -> tuple[Estimate, ...]:
+        """Estimates of the way's first model, which the last result may no longer be about."""
+        first = next(iter(self.shown_looks), None)
+        if first is None:
+            return ()
+        if first.outcome is not None:
+            return overall_estimates(first.outcome.fits)
+        return () if first.found is None else first.found.step.parameters
+
+    @property
+    def whole(self) -> Outcome | None:
+        """The last result with the way to it, as the report tells it."""
+        return None if self.outcome is None else self._told_whole(self.outcome)
+
+    @property
+    def linear_model(self) -> LinearModel | None:
+        """What the linear model costs, where the first model of the way was identified with it."""
+        first = next(iter(self.shown_looks), None)
+        if first is None or first.diagnosis is None or first.outcome is None:
+            return None
+        if first.outcome.level != "lpv":
+            return None
+        return linear_model(first.outcome.comparisons, first.diagnosis)
+
+    @property
+    def known_biased(self) -> bool:
+        """Whether an effect is known to be missing in the model of the last result."""
+        same = [look.diagnosis for look in self.shown_looks if look.scenario == self.outcome_of]
+        return any(found is not None and found.verdict == MISSING for found in same)

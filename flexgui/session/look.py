@@ -96,6 +96,9 @@ def story(looks: Sequence[Look]) -> Diagnosis | None:
         notes=(*first.notes, *(last.notes if whole else ())),
         given=told[0].comparisons,
         left=told[-1].comparisons if whole else (),
+        parameters=last.parameters,
+        origins=last.origins,
+        values=last.values,
     )
 
 

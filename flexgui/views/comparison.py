@@ -21,12 +21,16 @@ SIGNAL_SHARE, RESIDUAL_SHARE = 0.64, 0.36
 MEASURED_LINE = {"color": colours.MEASURED, "width": 1.6}
 MODEL_LINE = {"color": colours.MODEL, "width": 1.4, "dash": "dash"}
 RESIDUAL_LINE = {"color": colours.RESIDUAL, "width": 1.0}
+GIVEN_LINE = {"color": colours.faded(colours.START, 0.45), "width": 1.0}
 
 
 def comparison(
-    recording: RecordingComparison, channels: Sequence[ChannelComparison] | None = None
+    recording: RecordingComparison,
+    channels: Sequence[ChannelComparison] | None = None,
+    before: RecordingComparison | None = None,
 ) -> go.Figure:
-    """Two rows per output (signal and residual) over a shared time axis in s.
+    """Two rows per output (signal and residual) over a shared time axis in s; `before`: what the
+    model as given left, pale beside the residual.
 
     Written as plain data: adding traces and axes one by one costs a quarter of a second each
     time that a figure has twenty of them.
@@ -35,10 +39,11 @@ def comparison(
     height = HEIGHT_OF_FRAME + HEIGHT_PER_CHANNEL * len(shown)
     layout = frame(height, _caption(shown)) | {"hovermode": "x unified"}
     layout["xaxis"] = axis("time [s]") | {"anchor": f"y{2 * len(shown)}", "domain": [0.0, 1.0]}
+    given = {} if before is None else {c.channel: c for c in before.channels}
     traces: list[dict[str, Any]] = []
     for k, channel in enumerate(shown):
         rows = _domains(k, len(shown))
-        for place, (label, lines) in enumerate(_lines(channel)):
+        for place, (label, lines) in enumerate(_lines(channel, given.get(channel.channel))):
             number = 2 * k + place + 1
             name = f"yaxis{number}" if number > 1 else "yaxis"
             layout[name] = axis(label) | {"anchor": "x", "domain": rows[place]}
@@ -59,7 +64,9 @@ def _placing(number: int, legend: bool) -> dict[str, Any]:
     return {"xaxis": "x", "yaxis": f"y{number}" if number > 1 else "y", "showlegend": legend}
 
 
-def _lines(channel: ChannelComparison) -> list[tuple[str, list[dict[str, Any]]]]:
+def _lines(
+    channel: ChannelComparison, before: ChannelComparison | None
+) -> list[tuple[str, list[dict[str, Any]]]]:
     """(axis title, traces) of the signal and of the residual."""
     symbol = channel_symbol(channel.channel)
     signal = shown_unit(np.concatenate([channel.measured, channel.model]), channel.unit)
@@ -67,10 +74,13 @@ def _lines(channel: ChannelComparison) -> list[tuple[str, list[dict[str, Any]]]]
     small = shown_unit(counted, channel.unit)
     measured = _line(channel, "measured", channel.measured, signal, symbol, MEASURED_LINE)
     model = _line(channel, "model", channel.model, signal, symbol, MODEL_LINE)
-    residual = _line(channel, "residual", counted, small, symbol, RESIDUAL_LINE)
+    left = [_line(channel, "residual", counted, small, symbol, RESIDUAL_LINE)]
+    if before is not None and before.time.shape == channel.time.shape:
+        was = np.where(before.counted, before.residual, np.nan)
+        left.insert(0, _line(channel, "residual as given", was, small, symbol, GIVEN_LINE))
     return [
         (signal.label(symbol), [measured, model]),
-        (small.label(f"Δ{symbol}"), [residual]),
+        (small.label(f"Δ{symbol}"), left),
     ]
 
 

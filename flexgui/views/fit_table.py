@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +11,13 @@ from core.results import ChannelComparison, RecordingComparison
 from flexgui.views.fit_bars import bar_label
 from flexgui.views.names import channel_symbol
 from flexgui.views.numbers import format_number, format_percent, with_unit
-from flexgui.views.pooled import ESTIMATE, VALIDATE, channel_errors, with_role
+from flexgui.views.pooled import (
+    ESTIMATE,
+    VALIDATE,
+    ChannelError,
+    channel_errors,
+    with_role,
+)
 from flexgui.views.table import Column, Row, Table
 from flexgui.views.units import shown_unit
 
@@ -27,25 +34,55 @@ COLUMNS = (
 )
 
 
-def fit_table(comparisons: Sequence[RecordingComparison]) -> Table:
-    """The means over the recordings of each role, then a row per recording and output."""
+def fit_table(
+    comparisons: Sequence[RecordingComparison], before: Sequence[RecordingComparison] = ()
+) -> Table:
+    """The means over the recordings of each role, then a row per recording and output; `before`:
+    the same of the model as given, in columns of their own."""
     rows: list[Row] = []
+    earlier = channel_errors_by_role(before)
     for role in (ESTIMATE, VALIDATE):
         chosen = with_role(comparisons, role)
         if len(chosen) > 1:
-            rows.extend(_means(chosen, role))
-    rows.extend(
-        _row(recording, channel, bar_label(recording, comparisons))
-        for recording in comparisons
-        for channel in recording.channels
-    )
+            rows.extend(_means(chosen, role, earlier.get(role) if before else None))
+    given = {(r.recording, c.channel): c for r in before for c in r.channels}
+    for recording in comparisons:
+        for channel in recording.channels:
+            row = _row(recording, channel, bar_label(recording, comparisons))
+            was = given.get((recording.recording, channel.channel))
+            rows.append(_beside(row, was) if before else row)
+    columns = (*COLUMNS, *GIVEN_COLUMNS) if before else COLUMNS
     return Table(
-        COLUMNS,
+        columns,
         tuple(rows),
         "r: measured minus model. y: measured. An output marked * was not fitted. "
         "FIT = 100 (1 − ‖r‖ / ‖y − mean‖), not below 0. "
         "In the rows of all recordings FIT is a mean and the rms error counts all samples alike.",
     )
+
+
+GIVEN_COLUMNS = (
+    Column("FIT as given [%]", numeric=True),
+    Column("Rms as given", numeric=True),
+)
+
+
+def channel_errors_by_role(
+    comparisons: Sequence[RecordingComparison],
+) -> dict[str, dict[str, ChannelError]]:
+    """role -> channel -> its error over all recordings of the role."""
+    return {
+        role: {e.channel: e for e in channel_errors(with_role(comparisons, role))}
+        for role in (ESTIMATE, VALIDATE)
+    }
+
+
+def _beside(row: Row, was: ChannelComparison | ChannelError | None) -> Row:
+    """The row with the figures of the model as given."""
+    cells = ("", "")
+    if was is not None:
+        cells = (format_percent(was.fit_percent), in_unit(was.rms, was.unit))
+    return replace(row, cells=(*row.cells, *cells))
 
 
 def _row(recording: RecordingComparison, channel: ChannelComparison, label: str) -> Row:
@@ -62,22 +99,23 @@ def _row(recording: RecordingComparison, channel: ChannelComparison, label: str)
     )
 
 
-def _means(chosen: Sequence[RecordingComparison], role: str) -> list[Row]:
-    return [
-        Row(
-            (
-                f"all {len(chosen)}",
-                ROLES[role],
-                channel_symbol(error.channel) + ("" if error.fitted else " *"),
-                format_percent(error.fit_percent),
-                in_unit(error.rms, error.unit),
-                "",
-                "",
-            ),
-            strong=True,
+def _means(
+    chosen: Sequence[RecordingComparison], role: str, before: Mapping[str, ChannelError] | None
+) -> list[Row]:
+    rows = []
+    for error in channel_errors(chosen):
+        cells = (
+            f"all {len(chosen)}",
+            ROLES[role],
+            channel_symbol(error.channel) + ("" if error.fitted else " *"),
+            format_percent(error.fit_percent),
+            in_unit(error.rms, error.unit),
+            "",
+            "",
         )
-        for error in channel_errors(chosen)
-    ]
+        row = Row(cells, strong=True)
+        rows.append(row if before is None else _beside(row, before.get(error.channel)))
+    return rows
 
 
 def in_unit(value: float, unit: str, digits: int = 3) -> str:

@@ -11,12 +11,21 @@ from core.diagnose.phrases import LEFT_BY_ALL
 from core.results import ChannelError, Diagnosis, LadderStep
 from flexgui.views import colours
 from flexgui.views.fit_table import in_unit
+from flexgui.views.headline import COMPLETE
 from flexgui.views.layout import styled
-from flexgui.views.names import channel_symbol
+from flexgui.views.names import channel_symbol, plain_symbol
 from flexgui.views.numbers import format_number
+from flexgui.views.parameters import estimate_text
 from flexgui.views.table import Column, Row, Table
 
 GIVEN = "as given"
+
+SOURCES = {
+    "repetition": "repeated motion",
+    "stated": "stated noise",
+    "estimated": "the sensor's high frequencies",
+}
+"""Where a floor's noise comes from, in words."""
 
 ROOM = 1.6
 """Times the highest bar: the axis ends there, with room for the bar's number."""
@@ -101,6 +110,7 @@ def ladder_table(diagnosis: Diagnosis) -> Table:
         Column("Rms error", numeric=True),
         Column("On validation", numeric=True),
         Column("Floor", numeric=True),
+        Column("Floor from"),
         Column("Error / floor", numeric=True),
     )
     rows = []
@@ -109,9 +119,23 @@ def ladder_table(diagnosis: Diagnosis) -> Table:
             cells = (
                 "" if k else label, channel_symbol(e.channel), in_unit(e.rms, e.unit),
                 in_unit(e.validation_rms, e.unit), in_unit(e.floor, e.unit),
+                SOURCES.get(e.floor_source, e.floor_source),
                 format_number(e.rms / e.floor, 3, keep_zeros=True),
             )  # fmt: skip
             rows.append(Row(cells))
         if step.tip_rms is not None:
-            rows.append(Row(("", "tip", in_unit(step.tip_rms, "m"), "", "", ""), strong=True))
+            rows.append(Row(("", "tip", in_unit(step.tip_rms, "m"), "", "", "", ""), strong=True))
     return Table(columns, tuple(rows), "Tip: distance between measured and modelled tip, rms.")
+
+
+def sizes_table(diagnosis: Diagnosis) -> Table | None:
+    """All parameters as they stand after each step; None where no step tells of any."""
+    known = {e.name: e for step in diagnosis.steps for e in step.parameters}
+    if not known:
+        return None
+    columns = [Column("Model")] + [Column(plain_symbol(e.symbol, n)) for n, e in known.items()]
+    rows = []
+    for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):
+        mine = {e.name: estimate_text(e) for e in step.parameters}
+        rows.append(Row((label, *(mine.get(name, "") for name in known))))
+    return Table(tuple(columns), tuple(rows), COMPLETE)

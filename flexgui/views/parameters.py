@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from markupsafe import Markup
 
-from core.results import Estimate, Fit
+from core.results import Estimate, Fit, Outcome
+from flexgui.views.headline import (
+    BIASED,
+    COMPLETE,
+    SHORT_OF,
+    belongs_in_words,
+    follows,
+    given,
+    given_biased,
+    standing,
+    standing_biased,
+)
 from flexgui.views.names import equals, typeset
 from flexgui.views.numbers import format_number, format_value, with_unit
 from flexgui.views.pooled import overall_estimates
@@ -40,6 +52,46 @@ def parameters(fits: Sequence[Fit]) -> Table:
     return Table(_columns("Fit", True), tuple(rows), _caption(fits))
 
 
+def standing_parameters(outcome: Outcome) -> Table:
+    """A row per parameter of the model as it now stands, with what it belongs to; without a
+    diagnosis the table of the fits."""
+    if outcome.diagnosis is None or not outcome.diagnosis.parameters:
+        table = parameters(outcome.fits)
+        return replace(table, caption=f"{table.caption} {COMPLETE}")
+    shown, derived = standing(outcome), follows(outcome)
+    own = any(e.recording for e in shown)
+    columns = (Column("Belongs to"), *_columns("Recording", own))
+    rows = []
+    for e in shown:
+        cells = _cells(e, e.name in derived)
+        label = ((e.recording or "all"),) if own else ()
+        rows.append(Row((belongs_in_words(outcome, e.name), *label, *cells)))
+    added = outcome.diagnosis.added
+    text = " ".join(
+        part
+        for part in (
+            "Of the model as it now stands, with what was added to it." if added else "",
+            COMPLETE,
+            SHORT_OF if standing_biased(outcome) else "",
+            _caption_of(bool(derived), 1),
+        )
+        if part
+    )
+    return Table(columns, tuple(rows), text)
+
+
+def given_parameters(outcome: Outcome) -> Table | None:
+    """Those of the first fit where the diagnosis speaks of another one; else None."""
+    if outcome.diagnosis is None or not (outcome.diagnosis.parameters and given(outcome)):
+        return None
+    table = parameters(outcome.fits)
+    if outcome.as_given:
+        rows = tuple(Row(_cells(e, False)) for e in outcome.as_given)
+        table = Table(COLUMNS, rows, _caption_of(False, 1))
+    said = f"{BIASED[0].upper()}{BIASED[1:]}. " if given_biased(outcome) else ""
+    return replace(table, caption=f"{said}{table.caption}")
+
+
 def _all(fit: Fit) -> tuple[Estimate, ...]:
     return (*fit.estimates, *fit.derived)
 
@@ -49,9 +101,13 @@ def _columns(first: str, wanted: bool) -> tuple[Column, ...]:
 
 
 def _row(fit: Fit, estimate: Estimate, label: str, labelled: bool, strong: bool = False) -> Row:
+    cells = _cells(estimate, any(e.name == estimate.name for e in fit.derived))
+    return Row((label, *cells) if labelled else cells, strong=strong)
+
+
+def _cells(estimate: Estimate, derived: bool) -> tuple[str, ...]:
     unit = shown_unit(estimate.value, estimate.unit)
-    derived = any(e.name == estimate.name for e in fit.derived)
-    cells = (
+    return (
         typeset(estimate.symbol, estimate.name) + (" (follows)" if derived else ""),
         estimate_text(estimate),
         interval(estimate, unit),
@@ -61,7 +117,6 @@ def _row(fit: Fit, estimate: Estimate, label: str, labelled: bool, strong: bool 
         _bounds(estimate, unit),
         _verdict(estimate),
     )
-    return Row((label, *cells) if labelled else cells, strong=strong)
 
 
 def estimate_text(estimate: Estimate) -> str:
@@ -103,12 +158,16 @@ def _verdict(estimate: Estimate) -> str:
 
 
 def _caption(fits: Sequence[Fit]) -> str:
+    return _caption_of(any(fit.derived for fit in fits), len(fits))
+
+
+def _caption_of(derived: bool, count: int) -> str:
     text = (
         "The standard deviation (std) allows for coloured residuals. A parameter that is not "
         "identifiable has no deviation: the data leave it free within its bounds."
     )
-    if any(fit.derived for fit in fits):
+    if derived:
         text += " (follows): computed from the other estimates."
-    if len(fits) > 1:
+    if count > 1:
         text += " The mean's std is √(Σ std²)/n for n independent fits."
     return text

@@ -8,6 +8,7 @@ import plotly.graph_objects as go
 from markupsafe import Markup
 
 from core.diagnose.kin import kinship
+from core.diagnose.phrases import worth_listing
 from core.results import Estimate, RankedEffect
 from flexgui.views import colours
 from flexgui.views.layout import styled
@@ -32,8 +33,8 @@ COLUMNS = (
 
 def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> go.Figure | None:
     """Two bars per effect: what the linear screen expects and what a refit explains; None where
-    nothing was ranked."""
-    shown = list(ranked[:SHOWN])
+    nothing explains anything."""
+    shown = worth_listing(ranked)[:SHOWN]
     if not shown:
         return None
     figure = go.Figure()
@@ -64,15 +65,18 @@ def _colour(ranked: RankedEffect, accepted: str | None) -> str:
 
 
 def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -> Table:
-    """All candidates with their figures."""
+    """The candidates that explain something, with their figures; refitted ones first."""
     titles = {r.effect: r.title for r in ranked}
     best = accepted or (ranked[0].effect if ranked else "")
-    rows = tuple(_row(r, titles, accepted, best) for r in ranked)
+    shown = worth_listing(ranked)
+    rows = tuple(_row(r, titles, accepted, best) for r in shown)
     text = (
         "Explains: share of the squared error above the floor. ΔBIC: gain in evidence after a "
         "price for each parameter; above 10 is very strong. Chance of noise: that noise alone "
         "looks like this, allowing for everything that was tried."
     )
+    if len(shown) < len(ranked):
+        text += f" Not listed: {len(ranked) - len(shown)} that explain nothing."
     return Table(COLUMNS, rows, text)
 
 
@@ -112,7 +116,10 @@ def _size(e: Estimate) -> str:
 
 
 def _share(percent: float | None) -> str:
-    return "" if percent is None else format_number(percent, 3, keep_zeros=True)
+    """Two decimals at most; nothing is called all of it."""
+    if percent is None:
+        return ""
+    return "> 99.9" if percent > 99.9 else format_number(percent, 3, keep_zeros=True)
 
 
 def chance(p_value: float) -> str:

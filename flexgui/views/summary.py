@@ -7,8 +7,20 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from markupsafe import Markup, escape
 
-from core.results import Estimate, Fit, Outcome, RecordingComparison
+from core.results import Estimate, Outcome, RecordingComparison
+from core.sentences import listed
 from flexgui.views.fit_table import in_unit
+from flexgui.views.headline import (
+    BIASED,
+    COMPLETE,
+    final_comparisons,
+    follows,
+    given,
+    given_biased,
+    given_comparisons,
+    grown,
+    standing,
+)
 from flexgui.views.names import channel_symbol, typeset
 from flexgui.views.numbers import format_percent
 from flexgui.views.parameters import equation
@@ -16,7 +28,6 @@ from flexgui.views.pooled import (
     ESTIMATE,
     VALIDATE,
     channel_errors,
-    overall_estimates,
     tip_rms,
     with_role,
 )
@@ -30,14 +41,16 @@ NAMED = 6
 
 def summary(outcome: Outcome) -> tuple[str, ...]:
     """Sentences in reading order; symbols are typeset for HTML."""
-    sentences: list[str] = [_what(outcome)]
+    sentences: list[str] = [_what(outcome), _before(outcome)]
+    shown, before = final_comparisons(outcome), given_comparisons(outcome)
     for role, words in ((ESTIMATE, "On the estimation recordings"), (VALIDATE, "On validation")):
-        text = _quality(with_role(outcome.comparisons, role))
+        text = _quality(with_role(shown, role))
         if text:
-            sentences.append(f"{words} the model reaches {text}.")
+            was = _tip_before(with_role(before, role))
+            sentences.append(f"{words} the model reaches {text}{was}.")
     if any("FIT" in each for each in sentences):
         sentences.append(FIT_IS)
-    sentences.append(_doubt(outcome.fits))
+    sentences.append(_doubt(outcome))
     if any(fit.stopped for fit in outcome.fits):
         sentences.append("The search was stopped early; the numbers are the best until then.")
     return tuple(s for s in sentences if s)
@@ -50,13 +63,33 @@ def _what(outcome: Outcome) -> str:
         return f"Nothing was estimated: {level} is compared as given."
     count = f"{len(names)} recording{'s' if len(names) != 1 else ''}"
     how = METHODS.get(outcome.method, outcome.method) if len(names) > 1 else "in one fit"
-    told = [e for e in overall_estimates(outcome.fits) if e.recording is None]
+    told = [e for e in standing(outcome) if e.recording is None]
     sure = [e for e in told if e.identifiable]
     text = f"From {count}, {how}, with {level}"
+    if grown(outcome):
+        text = f"From {count}, with the full equations and {_with(outcome)} in the model"
     if not sure:
         return f"{text}, no parameter could be determined by itself."
-    mean = "on average " if len(outcome.fits) > 1 else ""
-    return Markup("{}: {}{}.").format(text, mean, _listed(sure))
+    several = len(outcome.fits) > 1 and outcome.diagnosis is None
+    mean = "on average " if several else ""
+    return Markup("{}: {}{}. {}").format(text, mean, _listed(sure), COMPLETE)
+
+
+def _with(outcome: Outcome) -> str:
+    """What the ladder put into the model and left there."""
+    found = outcome.diagnosis
+    assert found is not None
+    kept = {str(entry["id"]) for entry in found.effects}
+    steps = [s for s in found.steps if s.added is not None]
+    return listed([s.title for s in steps if s.added in kept] or [s.title for s in steps])
+
+
+def _before(outcome: Outcome) -> Markup | str:
+    """The first fit, for comparison, with what it is worth."""
+    told = [e for e in given(outcome) if e.recording is None and e.identifiable]
+    if outcome.diagnosis is None or not (given_biased(outcome) and told):
+        return ""
+    return Markup("The first fit gave {} ({}).").format(_listed(told), BIASED)
 
 
 def _listed(estimates: Sequence[Estimate]) -> Markup:
@@ -76,10 +109,22 @@ def _quality(comparisons: Sequence[RecordingComparison]) -> str:
     return text
 
 
-def _doubt(fits: Sequence[Fit]) -> str:
+def _tip_before(comparisons: Sequence[RecordingComparison]) -> str:
+    distance = tip_rms(comparisons)
+    if distance is None or not np.isfinite(distance):
+        return ""
+    return f" (as given by {in_unit(distance, 'm')})"
+
+
+def _doubt(outcome: Outcome) -> str:
+    fits = outcome.fits
     if not fits:
         return ""
+    own = outcome.diagnosis is not None and outcome.diagnosis.parameters
+    derived = follows(outcome)
     estimates = [e for fit in fits for e in fit.estimates]
+    if own:
+        estimates = [e for e in standing(outcome) if e.name not in derived and not e.recording]
     free = _symbols(e for e in estimates if not e.identifiable)
     stuck = _symbols(e for e in estimates if e.at_bound)
     text = Markup("The data determine every parameter by itself.")

@@ -8,11 +8,11 @@ from markupsafe import Markup
 
 from core.diagnose.phrases import LABEL
 from core.identify.unknowns import START
-from core.results import Diagnosis, Estimate, Fit, Outcome, RecordingComparison
+from core.results import Fit, Outcome, RecordingComparison
 from core.sentences import listed
 from core.written import split_name
+from flexgui.views.headline import final_comparisons
 from flexgui.views.names import channel_symbol
-from flexgui.views.parameters import equation
 
 HELD = "takes the beginning of each recording from the encoders' first sample"
 FREE = ", and it also fits how each recording begins"
@@ -47,16 +47,23 @@ def told_apart(outcome: Outcome) -> Markup:
         return Markup("")
     names = [e.channel for e in found.steps[0].errors]
     outputs, starts = listed([channel_symbol(n) for n in names]), starts_freed(names, outcome.fits)
-    text = (
-        f"The estimates above are of the identification, which compares the outputs that were "
-        f"asked for{f' and {HELD}' if starts else ''}. What is missing is told from the diagnosis' "
-        f"own fit: it compares {outputs}, each in times its floor{FREE if starts else ''}."
+    own = (
+        f"the diagnosis' own fit: it compares {outputs}, each in times its floor"
+        f"{FREE if starts else ''}"
     )
-    if of_diagnosis(outcome.comparisons):
-        text += " The FIT and the tip's error above are of that fit too."
-    sizes = Markup(", ").join(equation(e) for e in sizes_added(found))
-    there = Markup(" By that fit {}.").format(sizes) if sizes else Markup("")
-    return Markup("{}{}").format(text, there)
+    first = (
+        f"the identification, which compares the outputs that were asked for"
+        f"{f' and {HELD}' if starts else ''}"
+    )
+    if not found.parameters:
+        text = f"The estimates above are of {first}. What is missing is told from {own}."
+    else:
+        text = f"The estimates above are of {own}. The first fit is that of {first}."
+    if of_diagnosis(final_comparisons(outcome)):
+        text += " The FIT and the tip's error above are of the diagnosis' fit too."
+    elif found.parameters:
+        text += " The FIT and the tip's error above are of the first fit."
+    return Markup("{}").format(text)
 
 
 def starts_freed(channels: Sequence[str], fits: Sequence[Fit]) -> bool:
@@ -65,10 +72,3 @@ def starts_freed(channels: Sequence[str], fits: Sequence[Fit]) -> bool:
     servo = any(split_name(name)[0] in ("u", "torque") for name in channels)
     asked = any(e.name.startswith(START) for fit in fits for e in fit.estimates)
     return not servo and not asked
-
-
-def sizes_added(found: Diagnosis) -> list[Estimate]:
-    """Of the effects that were added, as the diagnosis fitted them last."""
-    names = {name for entry in found.effects for name in entry if name != "id"}
-    latest = {e.name: e for step in found.steps[1:] for e in step.parameters if e.name in names}
-    return list(latest.values())

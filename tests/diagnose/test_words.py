@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.diagnose.facts import titles_in_catalogue
-from core.diagnose.phrases import chance, percent, strength
+from core.diagnose.phrases import chance, linear_line, percent, strength, worth_listing
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
 from core.diagnose.words import say
-from core.results import DiagnosisRound
+from core.results import DiagnosisRound, Estimate
 from tests.diagnose.told import (
     AFTER,
     FOUND,
@@ -21,6 +21,8 @@ from tests.diagnose.told import (
     GIVEN,
     PAYLOAD,
     RIVALS,
+    SPACE,
+    VISCOUS,
     estimate,
     left,
     ranked,
@@ -32,7 +34,7 @@ from tests.helpers import PAPER, looped
 
 def test_a_found_effect_is_named_with_what_it_is() -> None:
     said = text(FOUND)
-    assert "lacks one effect: Coulomb friction" in say(FOUND)[0]
+    assert "first missing effect is Coulomb friction" in say(FOUND)[0]
     assert "Two dry surfaces rub: the friction has the same level at every speed" in said
 
 
@@ -78,7 +80,7 @@ def test_what_remains_is_told_by_channel() -> None:
 
 def test_something_found_and_something_left_are_both_told() -> None:
     said = text(replace(FOUND, final=UNLISTED, left=left(4.2, ("z1", 12.34))))
-    assert "lacks one effect: Coulomb friction" in said
+    assert "first missing effect is Coulomb friction" in said
     assert "4.2 times the floor is left that no effect of the list explains" in said
     assert "z₁ holds a vibration of 12.3 Hz" in said
     assert "That is the floor" not in said
@@ -99,7 +101,7 @@ def test_two_found_effects_have_a_paragraph_each() -> None:
         steps=(GIVEN, replace(AFTER, cost_per_sample=9.0), step(PAYLOAD, 1.0, None)),
     )  # fmt: skip
     said = say(told)
-    assert "lacks 2 effects: Coulomb friction and Tip payload" in said[0]
+    assert "first missing effect is Coulomb friction, then Tip payload." in said[0]
     assert any(
         p.startswith("Tip payload. ") and "from 3.0 times its floor to 1.0" in p for p in said
     )
@@ -110,7 +112,7 @@ def test_what_became_needless_is_told_and_not_claimed() -> None:
     steps = (GIVEN, AFTER, step(PAYLOAD, 1.0, None), replace(GIVEN, title="Without: x"))
     told = replace(FOUND, rounds=(FOUND.rounds[0], second), steps=steps, kept=(PAYLOAD,))
     said = say(told)
-    assert "lacks one effect: Tip payload" in said[0]
+    assert "first missing effect is Tip payload" in said[0]
     assert any("Coulomb friction seemed to be missing at first" in p for p in said)
 
 
@@ -121,7 +123,7 @@ def test_nothing_missing_says_so_and_claims_no_more_than_the_recordings_show() -
     assert said.startswith("Nothing is missing that these recordings could show.")
     assert "3 effects were tried" in said
     assert "can still be there" in said
-    assert "lacks" not in said
+    assert "missing effect" not in said
 
 
 def test_unlisted_says_so_with_the_closest_and_the_vibration() -> None:
@@ -145,7 +147,7 @@ RANKED_ONLY = replace(
 
 def test_a_ranking_without_adding_names_the_first() -> None:
     said = text(RANKED_ONLY)
-    assert "lacks one effect: Coulomb friction" in said
+    assert "first missing effect is Coulomb friction" in said
     assert "explains 99.4 % of the error above the floor." in said
 
 
@@ -162,7 +164,7 @@ def test_before_anything_was_added_nothing_is_said_to_remain() -> None:
 
 def test_a_stopped_ranking_names_no_effect_as_missing() -> None:
     said = text(replace(RANKED_ONLY, stopped=True))
-    assert "lacks" not in said and "remains" not in said
+    assert "missing effect" not in said and "remains" not in said
     assert "What it is was not found yet. So far Coulomb friction explains most, 99.4 %" in said
 
 
@@ -228,3 +230,68 @@ def test_more_evidence_is_never_called_weaker(a: float, b: float) -> None:
     grades = ("weak", "positive", "strong", "very strong")
     low, high = sorted((a, b))
     assert grades.index(strength(low)) <= grades.index(strength(high))
+
+
+def test_no_number_of_effects_is_claimed_to_be_all_that_is_missing() -> None:
+    assert "lacks" not in text(FOUND) and "one effect" not in text(FOUND)
+
+
+def test_deviations_are_said_to_hold_only_for_a_complete_model() -> None:
+    assert text(FOUND).count("The ± values hold only if the model is complete.") == 1
+    assert "±" not in text(replace(FOUND, verdict=NOTHING, rounds=(), steps=(GIVEN,), kept=()))
+
+
+def test_a_nominal_parameter_at_its_bound_is_said_whatever_the_verdict() -> None:
+    stuck = Estimate("EI1", 5208.3, np.nan, "N m²", False, at_bound=True)
+    sure = replace(stuck, name="EI2", at_bound=False)
+    titles = {"EI1": "Bending stiffness of segment 1", **FOUND.titles}
+    for verdict in (MISSING, NOTHING, UNLISTED):
+        last = replace(AFTER if verdict == MISSING else GIVEN, parameters=(stuck, sure))
+        steps = (GIVEN, last) if verdict == MISSING else (last,)
+        said = text(replace(FOUND, verdict=verdict, steps=steps, titles=titles))
+        assert "Bending stiffness of segment 1 ended at its bound of 5208 N m²" in said, verdict
+        assert "EI2" not in said
+
+
+def test_a_size_at_its_bound_is_not_told_twice() -> None:
+    size = estimate(std=np.nan, at_bound=True)
+    last = replace(AFTER, parameters=(size,))
+    said = text(replace(FOUND, sizes={FRICTION: (size,)}, steps=(GIVEN, last)))
+    assert said.count("bound") == 1
+
+
+WHY = "Tip payload was not added: recordings that no fit has seen become worse with it."
+
+
+@pytest.mark.parametrize("verdict", [MISSING, UNLISTED, NOTHING])
+def test_a_round_that_refused_everything_says_why(verdict: str) -> None:
+    refused = DiagnosisRound(RIVALS[1:], None, WHY)
+    rounds = (*FOUND.rounds[:1], refused) if verdict == MISSING else (refused,)
+    steps = FOUND.steps if verdict == MISSING else (GIVEN,)
+    told = replace(FOUND, verdict=verdict, final=verdict, rounds=rounds, steps=steps)
+    assert text(told).count(WHY) == 1
+
+
+def test_what_explains_nothing_or_has_no_size_is_not_listed() -> None:
+    nothing = ranked(VISCOUS, 0.01, -8.0)
+    gone = replace(ranked(VISCOUS, 100.0, 900.0), parameters=(estimate("b1", 0.0, 0.0),))
+    least = replace(estimate("b1", 1e-6, at_bound=True), lower=0.0, upper=1e3)
+    stuck = replace(gone, parameters=(least,))
+    for one in (nothing, gone, stuck):
+        assert worth_listing([RIVALS[0], one]) == [RIVALS[0]]
+        rounds = (DiagnosisRound((RIVALS[0], one), FRICTION), *FOUND.rounds[1:])
+        assert "Viscous" not in text(replace(FOUND, rounds=rounds))
+    assert worth_listing(RIVALS) == list(RIVALS)
+
+
+def test_the_linear_model_is_told_as_a_matter_of_the_model_and_only_where_it_is_worse() -> None:
+    floor = 4.2e-5
+    missed = linear_line(2e-4, 4.3e-5, floor).replace(SPACE, " ")
+    assert missed.startswith(
+        "The linear model misses the tip by 0.20 mm rms here; the full equations do not"
+    )
+    assert "no missing effect" in missed
+    both = linear_line(1.2e-3, 1e-3, floor).replace(SPACE, " ")
+    assert "misses the tip by 1.2 mm rms here; the full equations by 1.0 mm" in both
+    assert "as good as the full equations" in linear_line(1e-3, 1e-3, floor)
+    assert "linear" not in linear_line(None, None, float("nan"))

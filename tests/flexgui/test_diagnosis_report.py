@@ -26,7 +26,7 @@ from core.results import (
 )
 from flexgui.export.outcome import export_outcome
 from flexgui.views.error_map import cell_labels, error_map, place, row_labels, worst_table
-from flexgui.views.ladder import ladder, ladder_table, step_labels
+from flexgui.views.ladder import ladder, ladder_table, sizes_table, step_labels
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.residual_over import residual_over
 from flexgui.views.which_fit import starts_freed, told_apart, which_fit
@@ -192,16 +192,17 @@ def test_steps_with_the_same_effect_have_labels_of_their_own() -> None:
 
 
 def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> None:
-    size = replace(RANKING[0].parameters[0], value=1.1998, std=0.0015)
-    steps = (FOUND.steps[0], replace(FOUND.steps[1], parameters=(size,)))
-    told = told_apart(replace(diagnosed, diagnosis=replace(FOUND, steps=steps)))
+    told = told_apart(diagnosed)
     assert "The estimates above are of the identification" in told
     assert ", each in times its floor, and it also fits how each recording begins." in told
-    assert "By that fit f_c1 = 1.1998 ± 0.0015" in told.replace("<sub>", "_").striptags()
     assert "FIT" not in told, "the comparisons are the identification's here"
+    last = replace(FOUND, parameters=(RANKING[0].parameters[0],))
+    told = told_apart(replace(diagnosed, diagnosis=last)).unescape()
+    assert "The estimates above are of the diagnosis' own fit" in told
+    assert "The first fit is that of the identification" in told
     theirs = tuple(replace(c, fit_label=LABEL) for c in diagnosed.comparisons)
     theirs_too = told_apart(replace(diagnosed, comparisons=theirs)).unescape()
-    assert "The FIT and the tip's error above are of that fit too." in theirs_too
+    assert "The FIT and the tip's error above are of the diagnosis' fit too." in theirs_too
     assert not told_apart(replace(diagnosed, diagnosis=None))
 
 
@@ -264,3 +265,47 @@ def test_patterns_are_drawn_for_both_directions(diagnosed: Outcome) -> None:
     lines = [t for t in figure.data if t.mode == "lines+markers"]
     assert [t.name for t in lines] == ["forwards", "backwards"] * 2
     assert residual_over(()) is None
+
+
+def test_what_explains_nothing_is_in_no_list() -> None:
+    none = replace(RANKING[1], refit_drop_percent=0.004)
+    shown = (RANKING[0], none, RANKING[2])
+    assert [row.cells[0] for row in ranking_table(shown).rows] == [
+        "Coulomb friction",
+        "Tip payload",
+    ]
+    assert "Not listed: 1 that explain nothing." in ranking_table(shown).caption
+    figure = ranking(shown)
+    assert figure is not None and none.title not in figure.data[0].y
+    assert ranking((none,)) is None
+
+
+def test_no_share_in_the_table_is_called_all_of_it() -> None:
+    all_of_it = replace(RANKING[0], refit_drop_percent=99.99)
+    assert ranking_table((all_of_it,)).rows[0].cells[1] == "> 99.9"
+
+
+def test_each_step_states_all_sizes_as_they_stand_after_it(diagnosed: Outcome) -> None:
+    first = Estimate("EI1", 369.5, 3.3, "N m²", True, "EI_1")
+    given = replace(FOUND.steps[0], parameters=(first,))
+    grown = replace(
+        FOUND.steps[1],
+        parameters=(*RANKING[0].parameters, replace(first, value=520.8, std=0.2)),
+    )
+    table = sizes_table(replace(FOUND, steps=(given, grown)))
+    assert table is not None
+    told = [[str(c).replace("\N{NO-BREAK SPACE}", " ") for c in row.cells] for row in table.rows]
+    assert told[0][1:] == ["370 ± 3 N m²", ""]
+    assert told[1][1:] == ["520.8 ± 0.2 N m²", "1.200 ± 0.010 N m"]
+    assert sizes_table(FOUND) is None
+
+
+def test_each_floor_says_where_it_comes_from(diagnosed: Outcome, tmp_path: Path) -> None:
+    errors = tuple(replace(e, floor_source="stated") for e in FOUND.steps[0].errors)
+    found = replace(FOUND, steps=(replace(FOUND.steps[0], errors=errors),))
+    assert all(
+        "stated noise" in row.cells for row in ladder_table(found).rows if row.cells[1] != "tip"
+    )
+    export_outcome(replace(diagnosed, diagnosis=found), "", tmp_path)
+    result = json.loads((tmp_path / "result.json").read_text("utf-8"))
+    assert {e["floor_source"] for e in result["steps"][0]["errors"]} == {"stated"}

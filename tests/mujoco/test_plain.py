@@ -59,7 +59,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Result:
 
     @cache
     def of(name: str) -> dict[str, Any]:
-        export_scenario(FOLDER / f"{name}.toml", folder / name, None, Silent())
+        export_scenario(FOLDER / f"{name}.toml", folder / name, None, Silent(), lambda _: None)
         text = (folder / name / "result.json").read_text(encoding="utf-8")
         found: dict[str, Any] = json.loads(text)
         return found

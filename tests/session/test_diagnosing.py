@@ -15,10 +15,13 @@ import numpy as np
 import pytest
 
 from core.diagnose.maps import error_maps
+from core.scenario.read import parse_scenario
 from core.scenario.write import scenario_toml
+from core.workbench import base_model
 from flexgui.jobs import JobPool
 from flexgui.jobs.looked import Looked
 from flexgui.session import Session
+from flexgui.session.bundle import diagnosed_file
 from flexgui.session.edit import Document, put
 from flexgui.session.effects import own_parameters, present
 from flexgui.session.look import ladder_steps, story
@@ -101,11 +104,41 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(
     headless = exported(scenario_toml(friction.scenario), tmp_path)
     rms = [e["rms"] for e in headless["steps"][0]["errors"]]
     assert rms == pytest.approx([e.rms for e in second.errors], rel=SAME_LADDER)
-    told_steps = reported(friction, services)["steps"]
-    assert [step["added"] for step in told_steps] == [None, "coulomb_friction"]
+    headline_of_the_whole_way(friction, reported(friction, services))
     assert friction.undo()
     assert friction.scenario == given and friction.outcome is outcome
     assert len(friction.looks) == 1 and not present(friction.scenario)
+
+
+def headline_of_the_whole_way(session: Session, told: dict[str, Any]) -> None:
+    """The page's report tells of the model as it stands, with the first fit beside it."""
+    assert [step["added"] for step in told["steps"]] == [None, "coulomb_friction"]
+    of = {p["name"]: p["of"] for p in told["parameters"]}
+    assert of == {"EI": "arm", "fc1": "coulomb_friction", "fc2": "coulomb_friction"}
+    given = {p["name"]: p["biased"] for p in told["parameters_as_given"]}
+    assert given == {"EI": True}
+    assert told["recordings"][0]["tip_rms_m"] < told["recordings_as_given"][0]["tip_rms_m"]
+    assert "diagnosed.toml" in told["files"]
+    whole, scenario = session.whole, session.outcome_of
+    assert whole is not None and whole.diagnosis is not None and scenario is not None
+    name, content = diagnosed_file(scenario, whole.diagnosis, session.folder)
+    assert name.endswith("_diagnosed.toml")
+    again = parse_scenario(content.decode(), name)
+    fitted = {e.name: e.value for e in whole.diagnosis.parameters}
+    assert base_model(again).effect_values["fc1"] == pytest.approx(fitted["fc1"])
+    assert again.identify.start["EI"] == pytest.approx(fitted["EI"])
+
+
+def test_the_first_result_is_known_to_be_biased_once_something_is_missing(
+    friction: Session, services: Offered
+) -> None:
+    assert not friction.known_biased
+    friction.diagnose(services)
+    over(friction)
+    assert friction.known_biased
+    assert friction.add("coulomb_friction", services)
+    over(friction)
+    assert not friction.known_biased
 
 
 def test_map_ladder_and_compare_agree_on_every_channel(

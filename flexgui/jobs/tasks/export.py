@@ -19,6 +19,7 @@ def export(
     """
     from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
+    from flexgui.export.diagnosed_file import diagnosed_plainly
     from flexgui.export.folder import check_writable
     from flexgui.export.motion import report_motion
     from flexgui.export.outcome import export_outcome
@@ -27,5 +28,6 @@ def export(
     check_writable(Path(out))
     scenario = parse_scenario(scenario_toml, "scenario.toml")
     motion = report_motion(scenario, outcome, Within(Path(folder)))
-    export_outcome(outcome, scenario_toml, Path(out), motion)
+    found = diagnosed_plainly(scenario, outcome)
+    export_outcome(outcome, scenario_toml, Path(out), motion, found)
     return out

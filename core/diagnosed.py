@@ -1,0 +1,164 @@
+"""The scenario with what a diagnosis found in it, to be run again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from core.effects import catalogue, with_included
+from core.identify.unknowns import MARK
+from core.results import Diagnosis
+from core.scenario.read import check_scenario
+from core.scenario.schema import Scenario
+from core.scenario.write import document_toml
+
+NAME = "diagnosed.toml"
+
+Document = dict[str, Any]
+
+
+def diagnosed_toml(
+    scenario: Scenario, found: Diagnosis, locate: Callable[[str], str] = lambda file: file
+) -> str:
+    """The scenario as TOML with the effects that were added and every value where it ended.
+
+    `locate` says how a recording's file is named from where the text will lie. InputError where
+    the result would be no scenario.
+    """
+    document = diagnosed(scenario, found)
+    for recording in document.get("recordings", ()):
+        if "file" in recording:
+            recording["file"] = locate(recording["file"])
+    text = document_toml(document)
+    check_scenario(document, NAME)
+    return text
+
+
+def diagnosed_scenario(scenario: Scenario, found: Diagnosis) -> Scenario:
+    """The same as a checked scenario."""
+    return check_scenario(diagnosed(scenario, found), NAME)
+
+
+def diagnosed(scenario: Scenario, found: Diagnosis) -> Document:
+    """The scenario's tables with what was found.
+
+    Refinement alone goes on from there: a search over a population would begin anew. Models that
+    were compared with the first one are left out, since what is held in them is their own.
+    """
+    document = _thawed(scenario.model_dump(exclude_defaults=True))
+    document.pop("compare", None)
+    document.setdefault("diagnose", {})
+    identify = document.setdefault("identify", {})
+    identify["generations"] = 0
+    model = document.setdefault("model", {})
+    model["level"] = "nonlinear"
+    _keep_priors(scenario, document)
+    _put_effects(model, found)
+    _put_values(document, _stated_values(scenario, found), found.origins)
+    return document
+
+
+def _put_effects(model: Document, found: Diagnosis) -> None:
+    """What was added, after what was there; a whole way already tells of both."""
+    entries = model.setdefault("effects", [])
+    known = [entry["id"] for entry in entries]
+    for entry in found.effects:
+        fresh = _thawed(dict(entry))
+        if fresh["id"] in known:
+            known.remove(fresh["id"])
+        else:
+            entries.append({k: v for k, v in fresh.items() if not _said(entries, k)} | _id(fresh))
+    if not entries:
+        del model["effects"]
+
+
+def _id(entry: Document) -> Document:
+    return {"id": entry["id"]}
+
+
+def _said(entries: list[Document], name: str) -> bool:
+    """Whether an entry speaks of that parameter: an effect may bring what another includes."""
+    return name != "id" and any(name in entry for entry in entries)
+
+
+def _stated_values(scenario: Scenario, found: Diagnosis) -> dict[str, float]:
+    """name -> value of what a scenario can state: what is shared, and what belongs to the only
+    recording."""
+    alone = len(scenario.recordings) == 1
+    values = {}
+    for label, value in found.values.items():
+        name, mark, _ = label.partition(MARK)
+        if not mark or alone:
+            values[name] = float(value)
+    return values
+
+
+def _put_values(
+    document: Document, values: Mapping[str, float], origins: Mapping[str, str]
+) -> None:
+    starts = document["identify"].setdefault("start", {})
+    bounds = document["identify"].get("bounds", {})
+    for name, value in values.items():
+        knobs = _knobs_of(document["model"], name, origins.get(name, ""))
+        if knobs is None or name in starts:
+            starts[name] = _clipped(value, *bounds.get(name, (None, None)))
+        if knobs is not None:
+            _start(knobs, name, value)
+    if not starts:
+        del document["identify"]["start"]
+
+
+def _knobs_of(model: Document, name: str, origin: str) -> Document | None:
+    """The table that speaks of an effect's parameter; None where it belongs to no effect."""
+    entries = model.get("effects", [])
+    own = [each["parameters"] for each in model.get("own", ()) if name in each["parameters"]]
+    saying = [entry for entry in entries if name in entry]
+    same = [entry for entry in entries if entry["id"] == origin]
+    around = [entry for entry in entries if origin in _parts(entry["id"])]
+    return next(iter((*own, *saying, *same, *around)), None)
+
+
+def _parts(kind: str) -> list[str]:
+    known = catalogue()
+    return [one.kind for one in with_included([known[kind]])] if kind in known else []
+
+
+def _start(knobs: Document, name: str, value: float) -> None:
+    """Where a parameter that is estimated begins; one that the user holds stays."""
+    said = knobs.get(name, {})
+    knob = dict(said) if isinstance(said, dict) else {"start": said}
+    if knob.get("vary", True):
+        knob["start"] = _clipped(value, knob.get("lower"), knob.get("upper"))
+        knobs[name] = knob
+
+
+def _clipped(value: float, lower: float | None, upper: float | None) -> float:
+    value = value if lower is None else max(value, lower)
+    return value if upper is None else min(value, upper)
+
+
+def _keep_priors(scenario: Scenario, document: Document) -> None:
+    """What is believed is about the start unless it is said otherwise; the start moves now."""
+    from core.workbench import base_model  # heavy, and most scenarios come without a diagnosis
+
+    priors = document["identify"].get("prior", {})
+    known = base_model(scenario).parameters
+    for name, prior in priors.items():
+        if prior.get("value") is None and name in known:
+            prior["value"] = scenario.identify.start.get(name, known[name].value)
+    tables = [*document["model"].get("effects", ())]
+    tables += [each["parameters"] for each in document["model"].get("own", ())]
+    for table in tables:
+        for name, knob in table.items():
+            prior = knob.get("prior") if isinstance(knob, dict) else None
+            if prior and prior.get("value") is None and name in known:
+                prior["value"] = known[name].value
+
+
+def _thawed(value: Any) -> Any:
+    """Plain lists and tables that may be changed."""
+    if isinstance(value, Mapping):
+        return {str(k): _thawed(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_thawed(each) for each in value]
+    return value

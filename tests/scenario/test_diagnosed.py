@@ -1,0 +1,164 @@
+"""The scenario with what was found, by facts; and that it runs again to the same end."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from core.diagnosed import diagnosed, diagnosed_scenario, diagnosed_toml
+from core.loading import load_recordings
+from core.progress import Silent
+from core.recording.save import save_recording
+from core.results import Diagnosis
+from core.scenario.read import parse_scenario
+from core.scenario.schema import Scenario
+from core.workbench import base_model
+from flexgui.export.diagnosed_file import seen_from
+from flexgui.export.run import export_scenario
+
+SAME_ERROR = 0.02
+"""Relative: two fits of the same model that began at different places."""
+
+HEAD = """
+title = "plain"
+[arm]
+preset = "paper"
+[drive]
+kind = "velocity_loop"
+gains = [60.0, 30.0]
+[sensors]
+camera_noise = 3e-5
+encoder_noise = 1e-5
+[identify]
+parameters = ["EI1", "EI2"]
+"""
+RECORDING = "[[recordings]]\nname = 'a'\nsimulate = {theta2 = 1.0, seconds = 0.4}\n"
+FRICTION: tuple[dict[str, Any], ...] = (
+    {"id": "coulomb_friction", "fc1": {"start": 1.2, "vary": True}},
+)
+ORIGINS = {"EI1": "arm", "EI2": "arm", "fc1": "coulomb_friction", "start_theta1": "sensor"}
+VALUES = {"EI1": 519.0, "EI2": 522.0, "fc1": 1.21}
+
+
+def found(**more: Any) -> Diagnosis:
+    given = {"effects": FRICTION, "values": VALUES, "origins": ORIGINS, **more}
+    return Diagnosis("missing", "nothing_missing", (), (), (), {}, **given)
+
+
+def scenario(*parts: str) -> Scenario:
+    return parse_scenario("\n".join((HEAD, *parts)), "case.toml")
+
+
+def test_what_was_found_is_in_it_at_its_final_values_with_the_full_equations() -> None:
+    made = diagnosed_scenario(scenario(RECORDING), found())
+    assert made.identify.start == {"EI1": 519.0, "EI2": 522.0}
+    assert base_model(made).effect_values["fc1"] == 1.21
+    assert (made.model.level, made.identify.generations) == ("nonlinear", 0)
+
+
+def test_the_text_reads_back_as_the_same_scenario_and_still_asks_for_a_diagnosis() -> None:
+    stated = scenario(RECORDING, "[diagnose]\nmax_effects = 0")
+    read = parse_scenario(diagnosed_toml(stated, found()), "diagnosed.toml")
+    assert read == diagnosed_scenario(stated, found())
+    assert "diagnose" in read.model_fields_set
+
+
+def test_starts_of_the_only_recording_are_stated_and_those_of_several_are_not() -> None:
+    own = {**VALUES, "start_theta1@a": 1e-4}
+    one = scenario(RECORDING)
+    assert diagnosed_scenario(one, found(values=own)).identify.start["start_theta1"] == 1e-4
+    two = scenario(RECORDING, RECORDING.replace("'a'", "'b'"))
+    assert "start_theta1" not in diagnosed_scenario(two, found(values=own)).identify.start
+
+
+def test_a_prior_stays_about_what_it_was_about() -> None:
+    stated = scenario("prior = {EI1 = 5.0}\nstart = {EI1 = 500.0}", RECORDING)
+    prior = diagnosed_scenario(stated, found()).identify.prior["EI1"]
+    assert (prior.value, prior.std) == (500.0, 5.0)
+
+
+def test_effects_that_were_there_are_not_listed_twice_and_go_on_from_their_fit() -> None:
+    stated = scenario(RECORDING, "[model]\neffects = [{id = 'coulomb_friction', fc1 = 0.4}]")
+    made = diagnosed_scenario(stated, found())
+    assert [e.id for e in made.model.effects] == ["coulomb_friction"]
+    assert base_model(made).effect_values["fc1"] == 1.21
+
+
+def test_what_the_user_holds_stays_held() -> None:
+    held = "[model]\neffects = [{id = 'coulomb_friction', fc1 = {start = 0.4, vary = false}}]"
+    made = diagnosed_scenario(scenario(RECORDING, held), found())
+    assert base_model(made).effect_values["fc1"] == 0.4
+
+
+def test_a_formula_goes_on_from_its_fit() -> None:
+    own = (
+        "[[model.own]]\ntarget = 'joint1'\nformula = '-a*tanh(dtheta1/0.001)'\n"
+        "parameters = {a = {start = 0.5, unit = 'N m'}}"
+    )
+    values, origins = {**VALUES, "a": 0.7}, {**ORIGINS, "a": "own_1"}
+    made = diagnosed_scenario(scenario(RECORDING, own), found(values=values, origins=origins))
+    assert base_model(made).effect_values["a"] == 0.7
+
+
+def test_models_that_were_compared_with_the_first_are_left_out() -> None:
+    stated = scenario(RECORDING, "[[compare]]\ntitle = 'soft'\narm = {modes = 2}")
+    assert "compare" not in diagnosed(stated, found())
+
+
+def test_a_file_is_named_from_where_the_text_lies(tmp_path: Path) -> None:
+    data, out = tmp_path / "data", tmp_path / "reports" / "mine"
+    data.mkdir()
+    out.mkdir(parents=True)
+    (data / "th1.csv").touch()
+    assert (out / seen_from(data / "th1.csv", out)).samefile(data / "th1.csv")
+    assert seen_from(data / "th1.csv", out) == "../../data/th1.csv"
+
+
+def test_a_file_elsewhere_is_named_whole() -> None:
+    assert seen_from(Path("/one/th1.csv"), Path("/other/out")) == "/one/th1.csv"
+
+
+HIDDEN = "hidden = {coulomb_friction = {fc1 = 1.2, fc2 = 0.5}}"
+POINTS = (0.8, 1.7)
+CANDIDATES = ["coulomb_friction", "viscous_friction", "tip_payload"]
+
+
+def recorded(folder: Path) -> Path:
+    """A scenario and two recordings from files of an arm with a friction that it lacks."""
+    folder.mkdir()
+    entries = "".join(
+        f"[[recordings]]\nname = 'r{k}'\n"
+        f"simulate = {{theta2 = {p}, seconds = 0.6, seed = {k + 1}}}\n{HIDDEN}\n"
+        for k, p in enumerate(POINTS)
+    )
+    rig = scenario(entries)
+    for recording in load_recordings(rig, base_model(rig), folder, None, Silent()):
+        save_recording(recording, folder / f"{recording.name}.csv")
+    files = "".join(f"[[recordings]]\nfile = 'r{k}.csv'\n" for k in range(len(POINTS)))
+    path = folder / "mine.toml"
+    path.write_text(f"{HEAD}[diagnose]\nmax_effects = 2\ncandidates = {CANDIDATES}\n{files}")
+    return path
+
+
+def export(path: Path, out: Path) -> dict[str, Any]:
+    export_scenario(path, out, None, Silent(), lambda _: None)
+    return dict(json.loads((out / "result.json").read_text("utf-8")))
+
+
+def test_exported_again_it_gives_the_same_error_and_nothing_is_missing(tmp_path: Path) -> None:
+    first = export(recorded(tmp_path / "data"), tmp_path / "reports" / "first")
+    assert (first["verdict"], first["final_verdict"]) == ("missing", "nothing_missing")
+    again = export(tmp_path / "reports" / "first" / "diagnosed.toml", tmp_path / "second")
+    assert again["verdict"] == "nothing_missing"
+    error, before = again["steps"][0]["tip_rms_m"], first["steps"][-1]["tip_rms_m"]
+    assert error == pytest.approx(before, rel=SAME_ERROR)
+    assert {p["name"]: p["of"] for p in again["parameters"]}["fc1"] == "coulomb_friction"
+    # The whole tree may be moved.
+    shutil.move(tmp_path / "reports", tmp_path / "elsewhere")
+    moved = tmp_path / "elsewhere" / "first" / "diagnosed.toml"
+    stated = parse_scenario(moved.read_text("utf-8"), moved.name)
+    assert all((moved.parent / str(r.file)).is_file() for r in stated.recordings)
