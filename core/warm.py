@@ -33,8 +33,9 @@ def warm_up(progress: Progress) -> None:
     if not is_warm():
         progress.stage("Compiling for this machine, once (about fifteen seconds)")
         helper = subprocess.Popen([sys.executable, "-c", _SECOND], stderr=subprocess.DEVNULL)
-    import core.identify.lane_groups
-    import core.simulate.linear  # noqa: F401  (importing compiles)
+    import core.simulate.followed
+    import core.simulate.linear
+    import core.simulate.pieces  # noqa: F401  (importing compiles)
 
     if helper is not None:
         helper.wait()
