@@ -145,6 +145,22 @@ def _cosine(A: np.ndarray, b: np.ndarray, cost: float) -> float:
     return float(np.max(np.abs(b) / size)) if len(b) else 0.0
 
 
+FIRST_WAY = 0.9
+"""Of the distance to a bound, that a step which would cross it takes: at a bound an effect may
+have no slope left (a lag far below the sample time), and a descent that jumps there stays."""
+
+NEAR = 0.05
+"""Of a typical size: from here on a step may go all the way."""
+
+
+def _inside(x: np.ndarray, move: np.ndarray, limits: Limits) -> np.ndarray:
+    """x + move within the bounds."""
+    low, high, near = limits.lower, limits.upper, NEAR * limits.scales
+    low = np.where(x - low > near, x - FIRST_WAY * (x - low), low)
+    high = np.where(high - x > near, x + FIRST_WAY * (high - x), high)
+    return np.clip(x + move, low, high)
+
+
 def _step(  # type: ignore[no-untyped-def]
     errors, x, blocks, cost, A, b, free, limits: Limits, damping: float
 ):
@@ -156,7 +172,7 @@ def _step(  # type: ignore[no-untyped-def]
     while damping < WORST_DAMPING and len(inside):
         move = np.zeros_like(x)
         move[inside] = -np.linalg.solve(normal + damping * np.eye(len(inside)), right)
-        tried = np.clip(x + move / scale, limits.lower, limits.upper)
+        tried = _inside(x, move / scale, limits)
         found = errors(tried)
         new = cost_of(found) + limits.surprise(tried)
         if new < cost:

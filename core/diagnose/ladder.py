@@ -14,6 +14,7 @@ from core.diagnose.refit import Refit, converged, refit_with, whitened
 from core.diagnose.reshape import reshaped
 from core.diagnose.screen import Screen, Screened, screen
 from core.diagnose.sets import FoundSet, best_set
+from core.diagnose.verdict import ABOVE
 from core.effects import catalogue
 from core.effects.effect import Effect, Rig
 from core.effects.sizes import typical
@@ -182,7 +183,7 @@ class _Work:
             if not room:
                 return replace(still, accepted=best)
             weighed, data, after = self._polished(best)
-            reason = ended_at_bound(weighed, after) or self.gate(data, after)
+            reason = ended_at_bound(after, data) or self.gate(data, after)
             if not reason:
                 order = [weighed, *[w for w in found if w.screened is not weighed.screened]]
                 kept = (Added(weighed, after),)
@@ -238,7 +239,7 @@ class _Work:
         if alone - whole.cost < RELEVANT * self.data.count or share < BAR:
             return None
         data, after = converged(self.data, whole.hypothesis, self.seen.whitener, self.stopped)
-        if ended_at_bound(None, after) or self.gate(data, after):
+        if ended_at_bound(after, data) or self.gate(data, after):
             return None
         added = self._in_order(members, after, found)
         order = [a.weighed for a in added]
@@ -265,8 +266,13 @@ MOST_TRIED = 3
 """Of a ranking: what is refused gives way to the next, but a fourth would be a guess."""
 
 
-def ended_at_bound(weighed: Weighed | None, after: Refit) -> str:
-    """A sentence where a size of an effect ended at the bound far from neutral."""
+def ended_at_bound(after: Refit, data: Data) -> str:
+    """A sentence where a size ended at the bound far from neutral and an error is left.
+
+    What brings the error down to the floor within its bounds is not refuted by standing at one.
+    """
+    if after.cost <= ABOVE**2 * data.count:
+        return ""
     h = after.hypothesis
     knobs = [
         k

@@ -68,8 +68,14 @@ def planned_data(data: Data, spec: SimulateSpec) -> Data:
     shared = [u for u in data.nuisance if u.recording is None]
     own = {u.parameter.name: u for u in data.nuisance if u.recording is not None}
     nuisance = (*shared, *[Unknown(u.parameter, NAME, u.searched) for u in own.values()])
+    # Nothing takes the error of few steps off here, so there are as many as a statement needs.
     return replace(
-        data, experiments=(prepared,), weights=(weights,), nuisance=nuisance, anchor=None
+        data,
+        steps=data.fine,
+        experiments=(prepared,),
+        weights=(weights,),
+        nuisance=nuisance,
+        anchor=None,
     )
 
 

@@ -12,6 +12,7 @@ from core.diagnose.descent import descend
 from core.diagnose.refit import Refit
 from core.identify.prepared import Prepared
 from core.identify.unknowns import Unknown
+from core.model import Model
 from core.results import ChannelError, Estimate, LadderStep
 
 VALIDATION_ITERATIONS = 4
@@ -22,7 +23,7 @@ def ladder_step(
     data: Data, later: Validated | None, refit: Refit, added: str | None, title: str,
     names: Sequence[str],
 ) -> LadderStep:  # fmt: skip
-    """`names`: parameters to list first."""
+    """`names`: parameters of what was added, listed first; with none all unknowns are listed."""
     errors = _by_channel(data, refit.errors)
     unseen = {} if later is None else _by_channel(later.data, later.errors)
     listed = estimates(refit)
@@ -30,7 +31,7 @@ def ladder_step(
         added=added,
         model=tuple(one.kind for one in refit.hypothesis.model.effects),
         title=title,
-        parameters=tuple(sorted(listed, key=lambda e: e.name not in names)),
+        parameters=_sizes(listed, refit.hypothesis.model, names),
         errors=tuple(
             ChannelError(
                 name, unit, rms, data.floors.get(name, float("nan")),
@@ -44,6 +45,14 @@ def ladder_step(
         fit_percent=tuple(f for _, _, f in errors.values()),
         validation_fit_percent=tuple(f for _, _, f in unseen.values()),
     )  # fmt: skip
+
+
+def _sizes(listed: Sequence[Estimate], model: Model, names: Sequence[str]) -> tuple[Estimate, ...]:
+    """Of all effects as they stand now: what is added later moves those that came before."""
+    if not names:
+        return tuple(listed)
+    sizes = [e for e in listed if e.name in model.effect_parameters]
+    return tuple(sorted(sizes, key=lambda e: e.name not in names))
 
 
 def _tip(errors: Mapping[str, tuple[str, float, float]]) -> float | None:

@@ -32,7 +32,8 @@ class LadderStep:
     added: str | None
     title: str
     parameters: tuple[Estimate, ...]
-    """Those of the added effect first, then all others as they stand after the step."""
+    """Sizes of the added effect first, then of the others as they stand after the step; all
+    unknowns for the first step."""
     errors: tuple[ChannelError, ...]
     tip_rms: float | None
     """m, over the estimation recordings; None without a camera."""

@@ -197,7 +197,8 @@ def test_stated_noise_is_that_of_the_sensor_whatever_the_filter() -> None:
 def test_errors_say_where_their_floor_comes_from() -> None:
     found = ran(diagnose=FEW + "max_effects = 0").diagnosis
     assert found is not None
-    assert {e.floor_source for e in found.steps[0].errors} == {"stated"}
+    sources = {e.channel.rstrip("12"): e.floor_source for e in found.steps[0].errors}
+    assert sources == {"z": "stated", "theta": "stated", "deflection": "estimated"}
 
 
 def test_an_early_effect_that_includes_a_simpler_one_gives_way_to_it() -> None:

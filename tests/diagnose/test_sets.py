@@ -17,6 +17,9 @@ SAMPLES = 2000
 NOISE = 1.0
 """Floors are units of the noise."""
 
+LARGE = 1e3
+"""Times the noise."""
+
 FOUR = ("viscous_friction", "tip_payload", "structural_damping", "torque_offset")
 STAND_IN = "gravity_tilt"
 
@@ -92,14 +95,15 @@ def test_a_stated_prior_pulls_the_fit_as_much_as_its_deviation_says() -> None:
 
 
 def test_a_descent_goes_on_after_a_step_that_damping_made_short() -> None:
-    """Rosenbrock's valley: the cost falls little while steps are short, and much later."""
+    """Rosenbrock's valley at a cost of a million: one part in ten thousand of it is still ten times
+    the evidence at which two models tie."""
     limits = Limits(np.full(2, -9.0), np.full(2, 9.0), np.ones(2))
 
     def errors(x: np.ndarray) -> list[np.ndarray]:
-        return [np.array([[1.0 - x[0]], [100.0 * (x[1] - x[0] ** 2)]])]
+        return [LARGE * np.array([[1.0 - x[0]], [100.0 * (x[1] - x[0] ** 2)]])]
 
     def slopes(x: np.ndarray) -> list[np.ndarray]:
-        return [np.array([[[-1.0, 0.0]], [[-200.0 * x[0], 100.0]]])]
+        return [LARGE * np.array([[[-1.0, 0.0]], [[-200.0 * x[0], 100.0]]])]
 
     found = descend(errors, slopes, np.array([-1.5, 2.0]), limits, most=200)
     assert found.vector == pytest.approx(np.ones(2), abs=1e-2)
