@@ -9,7 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.diagnose.data import Data
-from core.diagnose.evidence import BAR, RELEVANT, Weighed, acceptable, degenerate, ranked, weigh
+from core.diagnose.evidence import (
+    AT_BOUND,
+    BAR,
+    RELEVANT,
+    Weighed,
+    acceptable,
+    degenerate,
+    ranked,
+    weigh,
+)
 from core.diagnose.refit import Refit, converged, refit_with, whitened
 from core.diagnose.reshape import reshaped
 from core.diagnose.screen import Screen, Screened, screen
@@ -279,17 +288,19 @@ def ended_at_bound(after: Refit, data: Data) -> str:
         for one in h.model.effects
         for k in one.knobs(h.model.arm, h.model.drive, typical(h.model.arm))
     ]
-    neutral = {k.parameter.name: k.neutral for k in knobs}
+    neutral = {k.parameter.name: k.neutral for k in knobs if not k.secondary}
     at = dict(zip(h.unknowns.labels, h.vector, strict=True))
     for u in h.unknowns.items:
         p = u.parameter
         if p.name not in neutral or u.recording is not None:
             continue
-        near = AT_BOUND_SHARE * (p.upper - p.lower)
-        for bound, gap in ((p.lower, at[u.label] - p.lower), (p.upper, p.upper - at[u.label])):
-            other = p.upper if bound == p.lower else p.lower
-            away = abs(bound - neutral[p.name]) > abs(other - neutral[p.name])
-            if gap <= near and away:
+        near, beside = AT_BOUND_SHARE * (p.upper - p.lower), AT_BOUND * p.scale
+        ends = (
+            (p.lower, at[u.label] - p.lower, neutral[p.name] <= p.lower + beside),
+            (p.upper, p.upper - at[u.label], neutral[p.name] >= p.upper - beside),
+        )
+        for bound, gap, vanishes in ends:
+            if gap <= near and not vanishes:
                 return (
                     f"{p.title or p.name} ended at {format_number(bound, 3)} {p.unit}, the bound "
                     f"of what is plausible."

@@ -10,8 +10,10 @@ from core.effects.sizes import Sizes
 SHARE = 0.1
 """Of the stated gain: torque constants on data sheets are good to a tenth."""
 
-FURTHEST = 10.0
-"""Times the stated gain, and as a share of it: no unit is mistaken by more within one system."""
+FURTHEST = 2.0
+"""Times the stated gain, and as a share of it: a warm or aged magnet, a loop in other units of the
+same size. A much smaller constant shrinks measured and modelled torque alike, and would explain
+any error away."""
 
 
 class DriveGain(Effect):

@@ -19,8 +19,10 @@ from core.effects.sizes import Sizes
 START = 0.05
 """Share of the scale: a strain gauge that nobody calibrated is easily off by that."""
 
-LEAST, MOST = -0.9, 4.0
-"""A tenth to five times: the sign of a channel and its unit are questions of the recording."""
+LEAST, MOST = -0.5, 1.0
+"""Half to twice: a factor of two is the largest slip of an amplifier's or a bridge's setting; what
+is further off is a unit or a gear ratio, a question of the recording and no size to be fitted.
+Wider, a scale takes up friction: an encoder that is wrong by four fits better than none at all."""
 
 NAME = "g"
 
