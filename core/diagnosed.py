@@ -10,6 +10,7 @@ from core.identify.unknowns import MARK
 from core.results import Diagnosis
 from core.scenario.read import check_scenario
 from core.scenario.schema import Scenario
+from core.scenario.stated_model import base_model
 from core.scenario.write import document_toml
 
 NAME = "diagnosed.toml"
@@ -139,8 +140,6 @@ def _clipped(value: float, lower: float | None, upper: float | None) -> float:
 
 def _keep_priors(scenario: Scenario, document: Document) -> None:
     """What is believed is about the start unless it is said otherwise; the start moves now."""
-    from core.workbench import base_model  # heavy, and most scenarios come without a diagnosis
-
     priors = document["identify"].get("prior", {})
     known = base_model(scenario).parameters
     for name, prior in priors.items():

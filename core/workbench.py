@@ -10,13 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from core.arm.arm import Arm
 from core.arm.build import build_arm
 from core.diagnose.diagnose import Options, diagnose
 from core.diagnose.level import AUTO, choose_level
 from core.diagnose.phrases import linear_line
 from core.diagnose.stated_noise import stated_noise
-from core.drives import build_drive
+from core.diagnosed import diagnosed_scenario
 from core.errors import InputError
 from core.identify.compare import compare, shared_values
 from core.identify.fit import Fitted, identify
@@ -29,13 +28,15 @@ from core.progress import Progress, Silent
 from core.recording.recording import Recording
 from core.results import Diagnosis, LinearModel, Outcome, RecordingComparison, Variant
 from core.scenario.data_folder import Folder
-from core.scenario.schema import CompareSpec, EffectSpec, IdentifySpec, Scenario
+from core.scenario.schema import CompareSpec, IdentifySpec, Scenario
 from core.scenario.stated_effects import (
     candidate_effects,
     fitting,
     with_effect_parameters,
     with_stated_effects,
 )
+from core.scenario.stated_model import bare_model
+from core.scenario.stated_model import base_model as base_model
 from core.simulate.descriptor import descriptor
 from core.simulate.equations import equations
 
@@ -112,10 +113,7 @@ def _as_it_stands(
     """The model with what was added, and its values where the last fit ended."""
     if diagnosis is None or not diagnosis.effects:
         return setup.model.steered_by(None), _shared(fits)
-    added = tuple(EffectSpec.model_validate(dict(entry)) for entry in diagnosis.effects)
-    spec = scenario.model.model_copy(update={"effects": (*scenario.model.effects, *added)})
-    model = with_stated_effects(_bare(scenario, build_arm(scenario.arm)), spec)
-    return model.at_level("nonlinear"), diagnosis.values
+    return base_model(diagnosed_scenario(scenario, diagnosis)), diagnosis.values
 
 
 def _origins(model: Model, fits: Sequence[Fitted]) -> dict[str, str]:
@@ -191,17 +189,6 @@ def _identified(fits: Sequence[Fitted]) -> dict[str, float]:
         for label, value in zip(labels, f.vector, strict=True):
             found.setdefault(label, []).append(float(value))
     return {label: float(np.mean(values)) for label, values in found.items()}
-
-
-def base_model(scenario: Scenario) -> Model:
-    """The model that a scenario states, before any fit."""
-    return with_stated_effects(_bare(scenario, build_arm(scenario.arm)), scenario.model)
-
-
-def _bare(scenario: Scenario, arm: Arm) -> Model:
-    drive = build_drive(scenario.drive.kind, scenario.drive.options)
-    level = scenario.model.level
-    return Model(arm, drive, "nonlinear" if level == AUTO else level)
 
 
 def _estimation(recordings: Sequence[Recording]) -> list[Recording]:
@@ -318,7 +305,7 @@ def _variant(
     if spec.arm is not None:
         arm = build_arm(spec.arm, arm, f"[[compare]] {index + 1} arm")
     chosen = [replace(r, logger_filters={}) if spec.drop_logger_filters else r for r in recordings]
-    bare = _bare(scenario, arm)
+    bare = bare_model(scenario, arm)
     effects = fitting(bare, scenario.model)
     model = with_stated_effects(bare, effects)
     identify_spec = with_effect_parameters(scenario.identify, model, effects)

@@ -88,6 +88,18 @@ def test_effects_that_were_there_are_not_listed_twice_and_go_on_from_their_fit()
     assert base_model(made).effect_values["fc1"] == 1.21
 
 
+def test_what_an_effect_shares_with_one_that_it_includes_is_said_once() -> None:
+    """As the ladder tells it: the rotor's inertia is that of the soft joint too."""
+    both = ("rotor_inertia", {"start": 0.5}), ("joint_elasticity", {"start": 0.5})
+    effects = tuple({"id": kind, "Jh1": dict(knob)} for kind, knob in both)
+    values, origins = {**VALUES, "Jh1": 0.4}, {**ORIGINS, "Jh1": "joint_elasticity"}
+    made = diagnosed_scenario(
+        scenario(RECORDING), found(effects=effects, values=values, origins=origins)
+    )
+    assert [e.id for e in made.model.effects] == ["rotor_inertia", "joint_elasticity"]
+    assert base_model(made).effect_values["Jh1"] == 0.4
+
+
 def test_what_the_user_holds_stays_held() -> None:
     held = "[model]\neffects = [{id = 'coulomb_friction', fc1 = {start = 0.4, vary = false}}]"
     made = diagnosed_scenario(scenario(RECORDING, held), found())
