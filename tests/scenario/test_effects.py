@@ -65,7 +65,7 @@ def test_stated_effects_are_in_the_model_at_their_starts():
 
 
 def test_an_effect_without_values_starts_at_plausible_ones():
-    found = model('[model]\neffects = [{id = "viscous_friction"}]')
+    found = model('[model]\nlevel = "lpv"\neffects = [{id = "viscous_friction"}]')
     assert found.level == "lpv"
     assert all(value > 0.0 for value in found.effect_values.values())
 
