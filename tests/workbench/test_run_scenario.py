@@ -99,7 +99,7 @@ def test_a_variant_at_its_stated_values_is_not_fitted():
 def test_what_was_done_is_said():
     text = " ".join(outcome().notes)
     assert "Compared output: ydot" in text
-    assert "linear parameter-varying" in text
+    assert "Model level: full equations; the linear model misses" in text
 
 
 def test_seconds_of_each_kind_of_work_are_told():
