@@ -51,8 +51,8 @@ def run_many(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Traje
     """What `run` gives for each job with `substeps` steps per sample.
 
     Jobs that share a structure run side by side, the longest ones together, on up to `workers`
-    threads; the compiled code holds no lock. A motion does not depend on what runs beside it, but to
-    rounding on whether anything does.
+    threads; the compiled code holds no lock. A motion does not depend on what runs beside
+    it; only whether anything does changes its rounding.
     """
     packed = [job.elements() for job in jobs]
     groups: dict[tuple[object, ...], list[int]] = {}
