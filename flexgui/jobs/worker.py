@@ -46,9 +46,9 @@ def work(pipe: Connection, settings: PoolSettings) -> None:
     threading.Thread(target=worker.read, name="orders", daemon=True).start()
     threading.Thread(target=worker.spread_news, name="news", daemon=True).start()
     trouble = _trouble_of(settings.warm_up)
-    limit_memory(settings.memory)
-    worker.send(Ready(trouble))
     threading.Thread(target=worker.beat, name="heart", daemon=True).start()
+    limit_memory(settings.memory)  # beyond the stacks of its threads
+    worker.send(Ready(trouble))
     worker.serve(settings.seconds)
 
 
@@ -63,7 +63,7 @@ def _trouble_of(warm_up: str | None) -> str:
 
 
 class Worker:
-    """The state that the three threads share."""
+    """The state that the four threads share."""
 
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
@@ -116,7 +116,8 @@ class Worker:
         """Signs of life, on a thread of its own; the reading one learns when nobody hears them."""
         with contextlib.suppress(OSError):
             while True:
-                self.send(Alive())
+                with contextlib.suppress(MemoryError):  # the job has taken all there is; it lives
+                    self.send(Alive())
                 time.sleep(BEAT)
 
     def send(self, message: Any) -> None:

@@ -6,10 +6,12 @@ import os
 import signal
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any, cast
 
 import pytest
 
-from flexgui.jobs import Advanced, Finished, JobPool, WorkerLost
+from flexgui.jobs import Advanced, Finished, JobPool, WorkerLost, worker
+from flexgui.jobs.messages import Alive
 from tests.jobs.conftest import LIGHT
 from tests.jobs.helpers import (
     MANY,
@@ -60,3 +62,26 @@ def test_a_task_that_says_nothing_does_not_hang(pool: JobPool) -> None:
     pool.submit("s", task(sleep_deaf, seconds=1.5 * SILENCE), heard)
     heard.wait_for(Finished, SILENCE + PATIENCE)
     assert not heard.of(WorkerLost)
+
+
+class Narrow:
+    """A pipe whose first message finds no memory; nobody hears the third."""
+
+    def __init__(self) -> None:
+        self.heard: list[Any] = []
+
+    def send(self, message: Any) -> None:
+        self.heard.append(message)
+        if len(self.heard) == 1:
+            raise MemoryError
+        if len(self.heard) == 3:
+            raise OSError
+
+
+def test_a_worker_whose_job_took_all_memory_goes_on_giving_signs_of_life(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(worker, "BEAT", 0.0)
+    pipe = Narrow()
+    worker.Worker(cast(Any, pipe)).beat()
+    assert [type(message) for message in pipe.heard] == [Alive] * 3
