@@ -21,8 +21,6 @@ title = "small"
 preset = "paper"
 [drive]
 gains = [60.0, 30.0]
-[model]
-level = "lpv"
 [identify]
 parameters = ["EI"]
 output = "ydot"
