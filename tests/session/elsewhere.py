@@ -40,7 +40,7 @@ def names(session: Path, target: Path) -> tuple[str, ...]:
         # absolute
         here, f"/{here}", f"//{here}", here.replace("/", "//"), here.replace("/", "/./"),
         f"{target.parent}/../{target.parent.name}/{name}", f"file://{here}", f"{here}/", f" {here}",
-        "/etc/passwd", "/etc/hostname", "/root/.ssh/id_rsa", "~/.ssh/id_rsa", "~root/notes.txt",
+        "/etc/passwd", "/etc/hostname", "/home/a/.ssh/id_rsa", "~/.ssh/id_rsa", "~root/notes.txt",
         "$HOME/notes.txt", str(session / "room" / "inside.csv"),
         # dots
         up, f"./{up}", f"room/../{up}", deep, ".", "..", "...", "./", "../", ".hidden.csv",
