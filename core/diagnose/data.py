@@ -13,7 +13,8 @@ from core.diagnose.descent import Limits, limits_of, whole
 from core.effects import with_included
 from core.effects.effect import Effect, Rig
 from core.effects.sizes import Sizes, typical
-from core.identify.predictor import Predictor
+from core.identify.held import steps_needed
+from core.identify.predictor import Motions, Predictor
 from core.identify.prepared import Prepared, make_task
 from core.identify.residuals import Residuals
 from core.identify.unknowns import Unknown, Unknowns
@@ -67,6 +68,8 @@ class Data:
     """Effects whose sizes belong to these recordings alone."""
     anchor: Anchor | None = None
     """What few steps per sample miss, as found on one model; None: nothing is taken off."""
+    motions: Motions = field(default_factory=Motions)
+    """That its models share."""
     floor_sources: Mapping[str, str] = field(default_factory=dict)
     """channel -> where its noise comes from: repetition, stated or estimated."""
 
@@ -178,8 +181,8 @@ def hypothesis(
     if data.steps is not None:
         dt = max(e.recording.sample_time for e in data.experiments)
         loose = 1.0 if data.anchor is None else LOOSE
-        steps = max(int(model.steps(dt, data.steps, loose) * finer), 1)
-    predictor = Predictor(experiments, unknowns, data.fixed, steps=steps)
+        steps = max(int(steps_needed(model, dt, data.steps, loose) * finer), 1)
+    predictor = Predictor(experiments, unknowns, data.fixed, steps=steps, motions=data.motions)
     residuals = Residuals(predictor, list(data.weights))
     return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector(), data.anchor)
 
@@ -195,7 +198,7 @@ def again(
 
 def coarser(predictor: Predictor, steps: int) -> Predictor:
     """The same with other steps per sample."""
-    return Predictor(predictor.experiments, predictor.unknowns, predictor.fixed, steps=steps)
+    return replace(predictor, steps=steps, substeps={}, errors={}, correction={})
 
 
 def moved(experiment: Prepared, model: Model) -> Prepared:

@@ -248,7 +248,9 @@ class _Work:
         if alone - whole.cost < RELEVANT * self.data.count or share < BAR:
             return None
         data, after = converged(self.data, whole.hypothesis, self.seen.whitener, self.stopped)
-        if ended_at_bound(after, data) or self.gate(data, after):
+        there = {e.kind for e in after.hypothesis.model.effects}
+        members = tuple(s for s in members if s.effect.kind in there)
+        if len(members) < 2 or ended_at_bound(after, data) or self.gate(data, after):
             return None
         added = self._in_order(members, after, found)
         order = [a.weighed for a in added]

@@ -17,6 +17,7 @@ from core.diagnose.descent import (
 )
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
+from core.identify.held import steps_needed
 from core.identify.uncertainty import covariance
 
 ROUGH_ITERATIONS = 10
@@ -245,7 +246,7 @@ def anchored(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
     errors (M, k) with as many steps as it takes until more of them change nothing."""
     dt = max(e.recording.sample_time for e in data.experiments)
     assert data.steps is not None
-    steps = max(data.fine or 0, h.model.steps(dt, 2 * data.steps))
+    steps = max(data.fine or 0, steps_needed(h.model, dt, 2 * data.steps, 1.0))
     bare = replace(data, anchor=None)
     errors = _with_steps(bare, h, steps)
     while steps < MOST_FINE:
@@ -271,5 +272,7 @@ def converged(
     data, errors = anchored(data, found.hypothesis)
     at = replace(found.descended, blocks=tuple(errors), cost=cost_of(errors))
     h = again(data, found.hypothesis, finer=1)
+    if len(h.vector) < len(found.hypothesis.vector):  # an effect was fitted down to nothing
+        return converged(data, h, whitener, stopped)
     white, _ = whitened(h, at, whitener) if whitener is not None else (at.cost, None)
     return data, settled(Refit(h, at, white, found.covariance))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,9 +31,23 @@ def bend(x: np.ndarray) -> np.ndarray:
     return out
 
 
+def acceleration(place: np.ndarray, dt: float) -> np.ndarray:
+    """(N, k) by second differences, zero at both ends."""
+    return bend(place) * (12.0 / dt**2)
+
+
 def rates(place: np.ndarray, dt: float) -> np.ndarray:
     """(N, k) by central differences."""
     return np.column_stack([central_difference(x, dt) for x in place.T])
+
+
+class Recorded(NamedTuple):
+    """What a virtual servo's rig recorded: signals (N, nr) of the drive, and the joints' positions
+    and speeds (N, joints)."""
+
+    signals: np.ndarray
+    place: np.ndarray
+    speed: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -101,12 +116,15 @@ class FollowingServo:
         """
         return bend(place) @ self.gains()[0] + bend(rates(place, dt)) @ self.gains()[1]
 
+    def recorded(self, recording: Recording, arm: Arm) -> Recorded:
+        """What was measured of drive and joints, smoothed where so chosen."""
+        return Recorded(self._drive_signals(recording, arm), *self.motion(recording, arm))
+
     def recorded_torque(
-        self, recording: Recording, arm: Arm, p: np.ndarray, values: Mapping[str, float]
+        self, known: Recorded, arm: Arm, p: np.ndarray, values: Mapping[str, float]
     ) -> np.ndarray:
         """(N, joints): what the drive itself applied along the measured motion."""
         own = self.base.law(arm, p, values)
-        place, speed = self.motion(recording, arm)
         joints = arm.joints
-        torque = self._drive_signals(recording, arm) @ own.R.T
-        return torque - place @ own.P[:, :joints].T - speed @ own.V[:, :joints].T
+        torque = known.signals @ own.R.T
+        return torque - known.place @ own.P[:, :joints].T - known.speed @ own.V[:, :joints].T

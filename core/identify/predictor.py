@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -10,8 +11,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from core.drives.servo import FollowingServo
+from core.identify import held
 from core.identify.prepared import TORQUE, Prepared
-from core.identify.unknowns import GAIN, OFFSET, Unknowns
+from core.identify.unknowns import Unknowns
 from core.model import Numbers
 from core.simulate.linear import respond
 from core.simulate.many import Job, run_many, run_many_extrapolated, simulate_many
@@ -50,6 +52,28 @@ Request = tuple[np.ndarray, Sequence[int]]
 Motion = tuple[Trajectory, Numbers, dict[str, float]]
 
 
+class Motions:
+    """The latest motions, by what decides them; models that differ in what moves nothing share
+    them."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[tuple[object, ...], Trajectory] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def find(self, key: tuple[object, ...]) -> Trajectory | None:
+        with self._lock:
+            return self._known.get(key)
+
+    def keep(self, motions: Mapping[tuple[object, ...], Trajectory], most: int) -> None:
+        """These, and up to `most` of the latest others."""
+        with self._lock:
+            for key, motion in motions.items():
+                self._known[key] = motion
+                self._known.move_to_end(key)
+            while len(self._known) > len(motions) + most:
+                self._known.popitem(last=False)
+
+
 @dataclass
 class Predictor:
     """Simulates prepared recordings at the level of their model."""
@@ -59,13 +83,14 @@ class Predictor:
     fixed: Mapping[str, float] = field(default_factory=dict)
     substeps: dict[str, int] = field(default_factory=dict)
     steps: int | None = None
-    """Steps per sample of one plain pass; None: as many as the stated error needs. Diagnosis
-    fixes them: friction and limits have edges, where extrapolation does harm."""
+    """Steps per sample of one plain pass, or of the first of two whose error is extrapolated where
+    the motion is smooth; None: as many as the stated error needs. Diagnosis fixes them: friction
+    and limits have edges, where extrapolation does harm."""
     correction: dict[str, np.ndarray] = field(default_factory=dict)
     """Recording -> (M, k): the outputs that `steps` miss, added to all predictions."""
     errors: dict[str, float] = field(default_factory=dict)
     """Estimated simulation error per recording in m or rad, non-linear level only."""
-    _motions: OrderedDict[tuple[object, ...], Trajectory] = field(default_factory=OrderedDict)
+    motions: Motions = field(default_factory=lambda: Motions())
 
     @property
     def simulation_is_dear(self) -> bool:
@@ -82,7 +107,11 @@ class Predictor:
         values = [self.values(e, vector) for e, vector in jobs]
         numbers = [e.model.numbers(v) for (e, _), v in zip(jobs, values, strict=True)]
         motions = self._simulate([e for e, _ in jobs], numbers, values)
-        found = iter(zip(motions, numbers, values, strict=True))
+        whole = [
+            held.with_held(e.model, n, motion)
+            for (e, _), n, motion in zip(jobs, numbers, motions, strict=True)
+        ]
+        found = iter(zip(whole, numbers, values, strict=True))
         return [[next(found) for _ in which] for _, which in requests]
 
     def predict_many(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
@@ -108,19 +137,21 @@ class Predictor:
         numbers: Sequence[Numbers],
         values: Sequence[Mapping[str, float]],
     ) -> list[Trajectory]:
-        """Motions, each once; one that differs only in offsets or gains is not simulated again."""
-        keys = [_motion_key(e, v, self.steps) for e, v in zip(chosen, values, strict=True)]
+        """Motions, each once: what a sensor does, or a force at a held joint, moves nothing."""
+        parts = [held.simulated_part(e.model, n) for e, n in zip(chosen, numbers, strict=True)]
+        tasks = [e.task_at(v) for e, v in zip(chosen, values, strict=True)]
+        keys = [
+            (e.recording.name, self.steps, held.digest(e.model, n, task, e.task))
+            for e, n, task in zip(chosen, parts, tasks, strict=True)
+        ]
+        known = {key: motion for key in keys if (motion := self.motions.find(key)) is not None}
         first = {key: i for i, key in reversed(list(enumerate(keys)))}
-        new = [i for i, key in enumerate(keys) if key not in self._motions and first[key] == i]
-        tasks = [chosen[i].task_at(values[i]) for i in new]
+        new = [i for i, key in enumerate(keys) if key not in known and first[key] == i]
         some = [chosen[i] for i in new]
-        found = self._run(some, [numbers[i] for i in new], tasks)
-        for i, motion in zip(new, found, strict=True):
-            self._motions[keys[i]] = motion
-        motions = [self._motions[key] for key in keys]
-        while len(self._motions) > len(chosen) + REMEMBERED * len(self.experiments):
-            self._motions.popitem(last=False)
-        return motions
+        found = self._run(some, [parts[i] for i in new], [tasks[i] for i in new])
+        known |= {keys[i]: motion for i, motion in zip(new, found, strict=True)}
+        self.motions.keep(known, REMEMBERED * len(self.experiments))
+        return [known[key] for key in keys]
 
     def _run(
         self, chosen: Sequence[Prepared], numbers: Sequence[Numbers], tasks: Sequence[Task]
@@ -130,8 +161,13 @@ class Predictor:
         if chosen[0].model.level == "lpv":
             return respond(chosen[0].model, numbers, tasks)
 
+        if all(held.is_followed(e.model, n) for e, n in zip(chosen, numbers, strict=True)):
+            pairs = zip(chosen, numbers, tasks, strict=True)
+            return [held.follow(e.model, n, task) for e, n, task in pairs]
         jobs = [Job(e.model, n, task) for e, n, task in zip(chosen, numbers, tasks, strict=True)]
         if self.steps is not None:
+            if all(held.is_smooth(e.model) for e in chosen):
+                return run_many_extrapolated(jobs, 2 * self.steps, WORKERS)
             return run_many(jobs, self.steps, WORKERS)
         names = [e.recording.name for e in chosen]
         self._find_steps(names, chosen, jobs)
@@ -195,11 +231,3 @@ def _spread_of(e: Prepared) -> np.ndarray:
     """(k,) of what was measured, one where nothing moves."""
     spread = np.array([np.std(e.measured[e.counted[:, k], k]) for k in range(e.measured.shape[1])])
     return np.where(spread > 0.0, spread, 1.0)
-
-
-def _motion_key(
-    experiment: Prepared, values: Mapping[str, float], steps: int | None
-) -> tuple[object, ...]:
-    """What decides a motion: the recording and every value that is simulated."""
-    simulated = sorted((k, v) for k, v in values.items() if not k.startswith((OFFSET, GAIN)))
-    return (experiment.recording.name, steps, *simulated)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from core.drives.servo import FollowingServo, rates
+from core.drives.servo import FollowingServo, Recorded, rates
 from core.errors import InputError
 from core.identify.unknowns import GAIN, OFFSET, START
 from core.model import Model, Numbers
@@ -132,9 +133,16 @@ class Prepared:
         # What the servo adds is the residual, whatever torque constant is being tried.
         arm, base = self.model.arm, self.model.numbers()
         known = {**self.model.effect_values, **values}
-        applied = steering.recorded_torque(self.recording, arm, trajectory.p, known)
+        applied = steering.recorded_torque(self._recorded, arm, trajectory.p, known)
         y += steering.between_samples(self._place_at(values)[0], self.recording.sample_time)
-        return y - applied + steering.recorded_torque(self.recording, arm, base.p, {})
+        stated = steering.recorded_torque(self._recorded, arm, base.p, {})
+        return stated + _in_stated_units(y - applied, applied, stated)
+
+    @cached_property
+    def _recorded(self) -> Recorded:
+        """Of the rig that the virtual servo follows."""
+        assert isinstance(self.model.steering, FollowingServo)
+        return self.model.steering.recorded(self.recording, self.model.arm)
 
     def _through_logger(self, name: str, y: np.ndarray, dt: float) -> np.ndarray:
         delay = self.recording.camera.delay
@@ -143,6 +151,17 @@ class Prepared:
             y = np.interp(t - delay, t, y)
         logged = self.recording.logger_filters.get(name)
         return y if logged is None else apply_logger_filter(y, dt, logged)
+
+
+def _in_stated_units(missing: np.ndarray, applied: np.ndarray, stated: np.ndarray) -> np.ndarray:
+    """(N, joints) missing torque in the units of the recorded signal at the stated gains.
+
+    Sensors err in the signal that they record. With a smaller torque constant the same signal
+    is a smaller torque, and every error would shrink with it.
+    """
+    sizes = np.sqrt(np.mean(applied**2, axis=0)), np.sqrt(np.mean(stated**2, axis=0))
+    known = (sizes[0] > 0.0) & (sizes[1] > 0.0)
+    return missing * np.divide(sizes[1], sizes[0], out=np.ones(len(known)), where=known)
 
 
 def prepare(
@@ -185,7 +204,8 @@ def measured_outputs(
     names = [c.name for c in sensor.channels(arm)]
     steering = model.steering
     if sensor.kind == TORQUE and isinstance(steering, FollowingServo):
-        y = steering.recorded_torque(recording, arm, model.numbers().p, {})
+        known = steering.recorded(recording, arm)
+        y = steering.recorded_torque(known, arm, model.numbers().p, {})
     else:
         y = np.array(sensor.measured(recording, arm))
     mask = np.isfinite(y)

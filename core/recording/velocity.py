@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -56,7 +57,7 @@ class ZeroPhaseLowPass(BaseModel):
                 f"[identify] filter.cutoff_hz is {self.cutoff_hz:g}; at a sample time of {dt:g} s "
                 f"it must be below {0.5 / dt:g} Hz."
             )
-        sections = signal.butter(self.order, self.cutoff_hz, fs=1.0 / dt, output="sos")
+        sections = _sections(self.order, self.cutoff_hz, 1.0 / dt)
         padding = min(3 * (self.order + 1), len(x) - 1)
         return np.asarray(signal.sosfiltfilt(sections, x, axis=0, padlen=padding))
 
@@ -66,6 +67,12 @@ class ZeroPhaseLowPass(BaseModel):
             f"Butterworth low-pass of order {self.order} at {self.cutoff_hz:g} Hz, run forwards "
             f"and backwards: zero phase, half the amplitude at {self.cutoff_hz:g} Hz."
         )
+
+
+@lru_cache
+def _sections(order: int, cutoff_hz: float, rate: float) -> np.ndarray:
+    """Second-order sections; designing them takes longer than filtering a short recording."""
+    return np.asarray(signal.butter(order, cutoff_hz, fs=rate, output="sos"))
 
 
 def _over_runs(
@@ -80,6 +87,8 @@ def _over_runs(
     differs (a dropped frame), a new run begins.
     """
     sampled = np.flatnonzero(np.isfinite(x))
+    if len(sampled) == len(x) >= shortest:
+        return operation(x, dt)
     out = np.full(len(x), np.nan)
     if len(sampled) < shortest:
         return out

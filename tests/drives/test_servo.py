@@ -75,7 +75,7 @@ def test_recorded_torque_of_a_velocity_loop_is_its_law_along_the_measured_motion
     arm, model = loaded(PAPER), looped(loaded(PAPER))
     recording = simulate_recording(model, SimulateSpec(**SMOOTH), "r")
     servo = FollowingServo(model.drive, DEFAULT_HZ, (4.0, 1.0))
-    found = servo.recorded_torque(recording, arm, model.numbers().p, {})
+    found = servo.recorded_torque(servo.recorded(recording, arm), arm, model.numbers().p, {})
     true = np.column_stack([recording["u1"], recording["u2"]])
     inner = slice(5, -5)
     assert (found - true)[inner].std() < IDLE * true.std()

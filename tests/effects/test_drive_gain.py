@@ -137,7 +137,26 @@ def test_under_a_servo_a_known_torque_constant_leaves_no_missing_torque(values) 
         motion = simulate(ready.model, numbers, ready.task_at(constants)).trajectory
         return ready.predicted(motion, numbers, constants) - ready.measured
 
-    needed = residual(values) + current * np.array([1.2, 0.9])
+    # What is missing is stated in the recorded current's scale, at the stated constants.
+    needed = residual(values) * np.array([1.2 / 2.0, 0.9 / 1.0]) + current * np.array([1.2, 0.9])
     free = residual({"kt1": 2.0, "kt2": 1.0}) + current * np.array([2.0, 1.0])
     size = np.sqrt(np.mean(needed**2))
     assert np.abs(needed - free)[5:].max() < SERVO * size
+
+
+def test_a_smaller_torque_constant_does_not_shrink_an_error_of_the_sensor() -> None:
+    """Else any error would be explained away by a motor that gives hardly any torque."""
+    model = Model(PAPER, Torque(torque_constants=(2.0, 1.0)))
+    servo = FollowingServo(model.drive, 60.0, (4.0, 0.8))
+    t = np.arange(400) * 1e-3
+    noise = 0.1 * np.random.default_rng(1).standard_normal((400, 2))
+    channels = {"i1": noise[:, 0], "i2": noise[:, 1], "theta1": 0.0 * t, "theta2": 0.0 * t}
+    ready = prepare(
+        model.steered_by(servo), Recording("r", t, channels), [sensor("torque")], Processing()
+    )
+    sizes = []
+    for constants in ({}, {"kt1": 1.0, "kt2": 0.5}):
+        numbers = ready.model.numbers(constants)
+        motion = simulate(ready.model, numbers, ready.task_at(constants)).trajectory
+        sizes.append(np.std(ready.predicted(motion, numbers, constants) - ready.measured))
+    assert sizes[1] == pytest.approx(sizes[0], rel=SERVO)

@@ -1,0 +1,225 @@
+"""Forces at joints that a virtual servo holds: they change its torque, not the motion.
+
+The servo follows the recorded joints whatever rubs in them. So friction, ripples and offsets of
+the torque need no simulation: they are evaluated along the followed motion and added to the torque
+that it takes. What is left to simulate is smooth and never stiff.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numba import njit, types
+
+from core.arm.signatures import DYNAMICS, OPTIONS, matrix, vector
+from core.arm.symbols import Structure
+from core.drives.servo import FollowingServo, acceleration
+from core.effects.effect import Effect
+from core.forces.compiled import compile_law
+from core.forces.element import Element
+from core.model import Model, Numbers
+from core.simulate.elements import call_element
+from core.simulate.motion import Task
+from core.simulate.nonlinear import law_arrays
+from core.trajectory import Trajectory
+
+FINER = 4
+"""Steps per sample of a friction state: where its speed turns round within a sample."""
+
+TRIES = 50
+"""Newton's steps to the torque of a drive that its own losses depend on; they are piecewise
+straight in it, so two or three are needed."""
+
+FLAT = 1e-3
+"""Slope below which a step of Newton's method would lead astray."""
+
+MISS = 1e-9
+"""Of the torque, N m or N: where Newton's method ends."""
+
+
+def is_held(model: Model, element: Element) -> bool:
+    """Whether the element acts at one joint alone, and a servo holds that joint."""
+    servo = isinstance(model.steering, FollowingServo) and model.level == "nonlinear"
+    if not servo or element.at_tip or len(element.directions) != 1:
+        return False
+    direction = element.directions[0]
+    return bool(np.count_nonzero(direction) == 1 and np.any(direction[: model.arm.joints]))
+
+
+def simulated_part(model: Model, numbers: Numbers) -> Numbers:
+    """The numbers without the forces at held joints; all of them where the drive has a limit,
+    which those forces count against."""
+    if np.any(np.isfinite(numbers.law.limit)):
+        return numbers
+    moving = tuple(e for e in numbers.elements if not is_held(model, e))
+    return numbers if len(moving) == len(numbers.elements) else numbers._replace(elements=moving)
+
+
+def effects_that_move(model: Model) -> tuple[Effect, ...]:
+    """Effects of the model that are simulated, because the motion depends on them."""
+    numbers = model.numbers()
+    if np.any(np.isfinite(numbers.law.limit)):
+        return model.effects
+    known = model.effect_values
+    forces = [(one, one.elements(model.arm, numbers.p, known)) for one in model.effects]
+    return tuple(
+        one
+        for one, elements in forces
+        if not elements or not all(is_held(model, e) for e in elements)
+    )
+
+
+def is_smooth(model: Model) -> bool:
+    """Whether a servo holds the joints and nothing that is simulated has edges, so that the error
+    of the steps can be extrapolated."""
+    if not isinstance(model.steering, FollowingServo):
+        return False
+    numbers = simulated_part(model, model.numbers())
+    edges = any(e.law.bristle for e in numbers.elements)
+    return not edges and not np.any(np.isfinite(numbers.law.limit))
+
+
+def is_followed(model: Model, simulated: Numbers) -> bool:
+    """Whether nothing is left to simulate: a rigid arm goes where its servo takes it."""
+    return (
+        isinstance(model.steering, FollowingServo)
+        and model.level == "nonlinear"
+        and model.arm.coordinates == model.arm.joints
+        and not simulated.elements
+        and not np.any(np.isfinite(simulated.law.limit))
+    )
+
+
+def follow(model: Model, numbers: Numbers, task: Task) -> Trajectory:
+    """The motion of a rigid arm along the recorded joints, with the torque of its inverse dynamics,
+
+        u = M(q) q'' - f(q, q'),
+
+    accelerations by second differences. The torque is stated as a servo shows it at the samples.
+    """
+    steering, joints = model.steering, model.arm.joints
+    assert isinstance(steering, FollowingServo)
+    dt = task.sample_time
+    q, v = (np.ascontiguousarray(x) for x in np.split(task.references[:, -2 * joints :], 2, axis=1))
+    torque = _inverse_dynamics(model.compiled.dynamics, q, v, acceleration(q, dt), numbers.p)
+    torque -= steering.between_samples(q, dt)
+    return Trajectory(model.arm, model.compiled, numbers.p, task.time, q, v, torque)
+
+
+@njit(matrix(DYNAMICS, matrix, matrix, matrix, vector), **OPTIONS)
+def _inverse_dynamics(dynamics, q, v, a, p):  # type: ignore[no-untyped-def]
+    """u (N, n) = M(q) a - f(q, v)."""
+    N, n = q.shape
+    out = np.empty((N, n))
+    M, f = np.empty((n, n)), np.empty(n)
+    for t in range(N):
+        dynamics(q[t], v[t], p, M, f)
+        for i in range(n):
+            total = -f[i]
+            for j in range(n):
+                total += M[i, j] * a[t, j]
+            out[t, i] = total
+    return out
+
+
+def with_held(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
+    """The motion with the torque that overcomes the forces at held joints as well."""
+    simulated = simulated_part(model, numbers)
+    if simulated is numbers:
+        return motion
+    moving = {id(e) for e in simulated.elements}
+    held = [e for e in numbers.elements if id(e) not in moving]
+    torque = motion.torque.copy()
+    for e in sorted(held, key=lambda one: one.law.loaded):  # losses see all other forces
+        k = int(np.flatnonzero(e.directions[0])[0])
+        torque[:, k] = _overcome(e, motion, k, torque[:, k].copy())
+    return replace(motion, arm=model.arm, torque=torque)
+
+
+def _overcome(e: Element, motion: Trajectory, k: int, torque: np.ndarray) -> np.ndarray:
+    """(N,) torque at joint k (from 0) with what overcomes one element."""
+    law, scale = e.law, float(e.directions[0][k])
+    x = np.ascontiguousarray(scale * motion.q[:, k])
+    v = np.ascontiguousarray(scale * motion.v[:, k])
+    step = float(motion.time[1] - motion.time[0]) / FINER
+    values = np.array([*e.values, 0.0], dtype=float)
+    loaded_at = len(e.values) - 1 if law.loaded else -1
+    out = np.zeros(law.size)
+    address = compile_law(law).address
+    _along(address, len(law.states), loaded_at, x, v, step, values, scale, torque, out)
+    return torque
+
+
+@njit(**OPTIONS)
+def _force(address, x, v, w, values, loaded_at, u, out):  # type: ignore[no-untyped-def]
+    """Of the element, N m or N, where the drive's torque is u."""
+    if loaded_at >= 0:
+        values[loaded_at] = u
+    call_element(address, x, 0, v, 0, w, 0, values, 0, out)
+    return out[0]
+
+
+@njit(
+    types.void(
+        types.int64, types.int64, types.int64, vector, vector, types.float64, vector,
+        types.float64, vector, vector,
+    ),
+    **OPTIONS,
+)  # fmt: skip
+def _along(address, states, loaded_at, x, v, step, values, scale, torque, out):  # type: ignore[no-untyped-def]
+    """torque (N,) -= scale times the force along x, v (N,); a state (states is 0 or 1) begins at
+    zero.
+
+    The rate of a state is of first degree in it, so each step is exact at a constant speed.
+    """
+    w, at_x, at_v = np.zeros(1), np.zeros(1), np.zeros(1)
+    for t in range(x.size):
+        if t > 0 and states > 0:
+            for i in range(FINER):
+                share = (i + 0.5) / FINER
+                at_x[0] = x[t - 1] + share * (x[t] - x[t - 1])
+                at_v[0] = v[t - 1] + share * (v[t] - v[t - 1])
+                call_element(address, at_x, 0, at_v, 0, w, 0, values, 0, out)
+                slope = out[6] * step
+                grown = np.expm1(slope) / slope if abs(slope) > 1e-12 else 1.0
+                w[0] += step * out[3] * grown
+        at_x[0], at_v[0] = x[t], v[t]
+        known = torque[t]
+        u = known
+        for _ in range(TRIES):
+            miss = u - known + scale * _force(address, at_x, at_v, w, values, loaded_at, u, out)
+            if abs(miss) <= MISS or loaded_at < 0:
+                break
+            h = 1e-6 * (1.0 + abs(u))
+            above = _force(address, at_x, at_v, w, values, loaded_at, u + h, out)
+            slope = (u + h - known + scale * above - miss) / h
+            u -= miss / slope if abs(slope) > FLAT else miss
+        torque[t] = u if loaded_at >= 0 else u - miss
+
+
+def digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> bytes:
+    """Of all that decides a motion beyond the `plain` task of its recording."""
+    found = hashlib.blake2b(digest_size=16)
+    found.update(repr((hash(Structure.of(model.arm)), model.level)).encode())
+    found.update(numbers.p.tobytes())
+    for array in law_arrays(numbers.law):
+        found.update(array.tobytes())
+    for e in numbers.elements:
+        found.update(repr((hash(e.law), e.values, e.at_tip, e.loaded_by)).encode())
+        for direction in e.directions:
+            found.update(direction.tobytes())
+    if task is not plain:
+        for array in (task.references, task.start, task.schedule):
+            found.update(np.ascontiguousarray(array).tobytes())
+    return found.digest()
+
+
+def steps_needed(model: Model, sample_time: float, fewest: int, times: float) -> int:
+    """Steps per sample: at least `fewest`, and none longer than `times` what the effects that
+    move the arm allow."""
+    moving: Sequence[Effect] = effects_that_move(model)
+    longest = times * min((one.longest_step for one in moving), default=np.inf)
+    return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))
