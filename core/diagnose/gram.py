@@ -87,9 +87,10 @@ def explain(projected: np.ndarray, which: Sequence[int], one_sided: Sequence[boo
     there = np.diag(A) > NOTHING
     d = np.where(there, np.sqrt(np.maximum(np.diag(A), NOTHING)), np.inf)
     normal = A / np.outer(d, d) + 1e-12 * np.eye(len(at))
-    L = np.linalg.cholesky(normal + 1e-9 * np.eye(len(at)))
-    right = np.linalg.solve(L, b / d)
-    x = _signed(L.T, right, one_sided)
+    values, vectors = np.linalg.eigh(normal)  # rounding can leave a tiny negative one
+    roots = np.sqrt(np.maximum(values, 0.0) + 1e-9)
+    right = (vectors / roots).T @ (b / d)
+    x = _signed(roots[:, None] * vectors.T, right, one_sided)
     drop = float(2.0 * x @ (b / d) - x @ normal @ x)
     return Explained(max(drop, 0.0), x / d)
 

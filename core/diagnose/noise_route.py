@@ -21,7 +21,7 @@ from core.identify.prepared import TORQUE, Prepared, make_task, measured_outputs
 from core.recording.logger_filter import apply_logger_filter
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass
-from core.sensors import Sensor, sensors
+from core.sensors import Sensor, sensor, sensors
 from core.simulate.nonlinear import run
 
 DRAWS = 8
@@ -160,7 +160,8 @@ class _Route:
         e, dt = self.experiment, self.recording.sample_time
         assert isinstance(e.model.steering, FollowingServo)
         place = e.model.drive.reference_channels(e.model.arm).index(name)
-        torque = self.trajectory.torque[:, min(place, e.model.arm.joints - 1)]  # type: ignore[attr-defined]
+        read = e.sensed(sensor(TORQUE), self.trajectory, self.numbers, self.values)  # type: ignore[arg-type]
+        torque = read[:, min(place, e.model.arm.joints - 1)]
         wide = min(WIDE_SERVO * e.model.steering.hz, 0.4 / dt)
         return ZeroPhaseLowPass(cutoff_hz=wide).apply(torque, dt) / self._constant(name)
 

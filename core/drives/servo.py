@@ -9,9 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from scipy import signal
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
@@ -39,6 +41,14 @@ def acceleration(place: np.ndarray, dt: float) -> np.ndarray:
 def rates(place: np.ndarray, dt: float) -> np.ndarray:
     """(N, k) by central differences."""
     return np.column_stack([central_difference(x, dt) for x in place.T])
+
+
+@lru_cache
+def _response(hz: float, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Coefficients for straight lines between samples, and the states of a constant input."""
+    w = 2.0 * np.pi * hz
+    b, a, _ = signal.cont2discrete(([2.0 * w, w * w], [1.0, 2.0 * w, w * w]), dt, method="foh")
+    return np.ravel(b), np.ravel(a), signal.lfilter_zi(np.ravel(b), np.ravel(a))
 
 
 class Recorded(NamedTuple):
@@ -84,6 +94,13 @@ class FollowingServo:
         w = 2.0 * np.pi * self.hz
         inertia = np.diag(self.inertia)
         return inertia * w * w, inertia * 2.0 * w
+
+    def response(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """(N, k): how the joints follow references x (N, k), and how the servo's torque follows
+        what is missing: (2 w s + w^2) / (s + w)^2 with w = 2 pi hz, beginning at rest in x[0]."""
+        b, a, steady = _response(self.hz, dt)
+        found, _ = signal.lfilter(b, a, x, axis=0, zi=np.outer(steady, x[0]))
+        return np.asarray(found)
 
     def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
         """(N, nr + 2 joints)"""

@@ -61,15 +61,16 @@ def simulated_part(model: Model, numbers: Numbers) -> Numbers:
 def effects_that_move(model: Model) -> tuple[Effect, ...]:
     """Effects of the model that are simulated, because the motion depends on them."""
     numbers = model.numbers()
-    if np.any(np.isfinite(numbers.law.limit)):
+    if not isinstance(model.steering, FollowingServo) or np.any(np.isfinite(numbers.law.limit)):
         return model.effects
-    known = model.effect_values
-    forces = [(one, one.elements(model.arm, numbers.p, known)) for one in model.effects]
-    return tuple(
-        one
-        for one, elements in forces
-        if not elements or not all(is_held(model, e) for e in elements)
-    )
+
+    def moves(one: Effect) -> bool:
+        kind = type(one)
+        inside = kind.law is Effect.law and kind.changed_arm is Effect.changed_arm
+        forces = one.elements(model.arm, numbers.p, model.effect_values)
+        return not inside or not all(is_held(model, e) for e in forces)
+
+    return tuple(one for one in model.effects if moves(one))
 
 
 def is_smooth(model: Model) -> bool:
@@ -98,14 +99,16 @@ def follow(model: Model, numbers: Numbers, task: Task) -> Trajectory:
 
         u = M(q) q'' - f(q, q'),
 
-    accelerations by second differences. The torque is stated as a servo shows it at the samples.
+    accelerations by second differences. Positions and speeds pass the servo's response, as when
+    they are simulated; what is missing passes it later (`core.identify.prepared`).
     """
     steering, joints = model.steering, model.arm.joints
     assert isinstance(steering, FollowingServo)
     dt = task.sample_time
-    q, v = (np.ascontiguousarray(x) for x in np.split(task.references[:, -2 * joints :], 2, axis=1))
-    torque = _inverse_dynamics(model.compiled.dynamics, q, v, acceleration(q, dt), numbers.p)
-    torque -= steering.between_samples(q, dt)
+    place, speed = np.split(task.references[:, -2 * joints :], 2, axis=1)
+    q, v = (np.ascontiguousarray(steering.response(x, dt)) for x in (place, speed))
+    a = np.ascontiguousarray(acceleration(place, dt))
+    torque = _inverse_dynamics(model.compiled.dynamics, q, v, a, numbers.p)
     return Trajectory(model.arm, model.compiled, numbers.p, task.time, q, v, torque)
 
 

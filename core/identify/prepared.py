@@ -10,6 +10,7 @@ import numpy as np
 
 from core.drives.servo import FollowingServo, Recorded, rates
 from core.errors import InputError
+from core.identify.held import is_followed, simulated_part
 from core.identify.unknowns import GAIN, OFFSET, START
 from core.model import Model, Numbers
 from core.recording.logger_filter import apply_logger_filter
@@ -114,7 +115,7 @@ class Prepared:
         """(M, k): the model's outputs by the route that the measured ones took."""
         if not np.all(np.isfinite(trajectory.q)):
             return np.full(self.measured.shape, np.nan)  # a simulation that went astray
-        columns = [self._sensed(sensor, trajectory, values) for sensor in self.outputs]
+        columns = [self.sensed(sensor, trajectory, numbers, values) for sensor in self.outputs]
         raw = np.hstack(columns)
         dt = self.recording.sample_time
         for k, (name, _) in enumerate(self.channels):
@@ -122,9 +123,15 @@ class Prepared:
             raw[:, k] = values.get(GAIN + name, 1.0) * raw[:, k] + values.get(OFFSET + name, 0.0)
         return self.processing.apply(raw, dt)
 
-    def _sensed(
-        self, sensor: Sensor, trajectory: Trajectory, values: Mapping[str, float]
+    def sensed(
+        self,
+        sensor: Sensor,
+        trajectory: Trajectory,
+        numbers: Numbers,
+        values: Mapping[str, float],
     ) -> np.ndarray:
+        """(N, k): what a sensor reads along a motion, before any filter; of a virtual servo's
+        torque what the model says that the drive's sensor reads."""
         y = np.array(sensor.measure_like(self.recording, trajectory))
         y = self.model.sensed(sensor.kind, y, self.recording.sample_time, values)
         steering = self.model.steering
@@ -134,9 +141,13 @@ class Prepared:
         arm, base = self.model.arm, self.model.numbers()
         known = {**self.model.effect_values, **values}
         applied = steering.recorded_torque(self._recorded, arm, trajectory.p, known)
-        y += steering.between_samples(self._place_at(values)[0], self.recording.sample_time)
+        dt = self.recording.sample_time
         stated = steering.recorded_torque(self._recorded, arm, base.p, {})
-        return stated + _in_stated_units(y - applied, applied, stated)
+        if is_followed(self.model, simulated_part(self.model, numbers)):
+            missing = steering.response(y - applied, dt)
+        else:
+            missing = y + steering.between_samples(self._place_at(values)[0], dt) - applied
+        return stated + _in_stated_units(missing, applied, stated)
 
     @cached_property
     def _recorded(self) -> Recorded:
@@ -178,6 +189,8 @@ def prepare(
     raw = np.hstack(measured) if measured else np.zeros((len(recording.time), 0))
     mask = np.hstack(counted) if counted else np.zeros((len(recording.time), 0), dtype=bool)
     processed = processing.apply(raw, dt)
+    if isinstance(model.steering, FollowingServo):
+        mask = mask & _inside(processing, len(mask), dt)[:, None]
     counts = mask[:: processing.decimate] & np.isfinite(processed)
     task = make_task(model, recording)
     if outputs and not counts.any():
@@ -187,6 +200,20 @@ def prepare(
         )
     _ = arm
     return Prepared(model, recording, tuple(outputs), processing, task, processed, counts)
+
+
+def _inside(processing: Processing, N: int, dt: float) -> np.ndarray:
+    """(N,) whether a sample is further from both ends than a filter's answer to them lasts.
+
+    A torque is made from accelerations, and what a filter must invent beyond the ends of a
+    position is differentiated twice. A Butterworth filter of order n at f answers for about twice
+    its group delay, which is below n / (2 pi f).
+    """
+    filters = [f for f in (processing.filter, processing.output_filter) if f is not None]
+    edge = max((f.order / (np.pi * f.cutoff_hz) for f in filters), default=0.0)
+    count = int(np.ceil(edge / dt))
+    at = np.arange(N)
+    return np.asarray((at >= count) & (at < N - count))
 
 
 def can_measure(model: Model, recording: Recording, sensor: Sensor) -> bool:
