@@ -1,0 +1,337 @@
+"""What is hidden in a rig of the plain matrix, how well it shows, and whether it can be told.
+
+- *Shown*: rms over all samples of what the healthy model misses on recordings without noise, beyond
+  what the estimated parameters and the recordings' starts absorb, in floors (noise of the same
+  route and a thousandth of the signal's spread, the product's own definition). An error of rms
+  sqrt(1 + shown^2) floors is left: weak effects raise it to 1.5-2.2, strong ones to 5-12.
+- *Can be told*: at the truth, with everything else that is hidden free, no single other effect of
+  the catalogue imitates a hidden one but for an rms of TOLD floors (linear, at the sizes that the
+  screen tries). Effects that contain the hidden one are no rivals. Sets that fail are drawn anew:
+  the diagnosis says that it does not ask for what lies below. Pairs of stand-ins are not looked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from core.diagnose.columns import Zeros, simulated, trials
+from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.gram import gram
+from core.diagnose.kin import contains
+from core.diagnose.shapes import best_shape
+from core.diagnose.start import nuisance_of, outputs_of
+from core.diagnose.whitening import no_whitening
+from core.effects import catalogue, effect, with_included
+from core.effects.effect import Effect, Knob, Rig
+from core.effects.sizes import Sizes, sizes_of
+from core.identify.prepared import prepare
+from core.identify.setup import Setup, make_setup
+from core.model import Model
+from core.recording.recording import Recording
+from core.scenario.schema import Scenario
+from core.study.crossing import UnreachableError, crossing
+from tests.studies.plain_matrix_rigs import STEPS_HZ
+from tests.studies.plain_matrix_rigs import Rig as Bench
+
+WEAK, STRONG = (1.1, 2.0), (5.0, 12.0)
+"""Floors, rms: between which a hidden effect shows."""
+
+TOLD = 0.3
+"""Floors, rms, that the best single stand-in must leave: half as much again as what the diagnosis
+calls relevant at all (0.2, core.diagnose.evidence.RELEVANT). Stribeck's bulge below a hundredth of
+the usual speed is there, but not worth a word beside Coulomb friction."""
+
+FIDELITY = 1e-3
+"""Of a channel's spread, in its floor: what the diagnosis takes where nothing is stated."""
+
+NEVER = ("large_motion",)
+"""No effect of the arm but a level of the model."""
+
+ATTEMPTS = 12
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is hidden in a machine."""
+
+    kinds: tuple[str, ...]
+    values: Mapping[str, float]
+    shown: Mapping[str, float]
+    machine: Model
+
+
+class Sight:
+    """What the recordings of a bench show of a change of its machine."""
+
+    def __init__(self, bench: Bench) -> None:
+        self.bench = bench
+        self.healthy = bench.healthy
+        scenario = Scenario.model_validate(bench.document(true=True))
+        self.spec = scenario.identify
+        clean = bench.sketched(self.healthy)
+        self.setup: Setup = make_setup(self.healthy, self.spec, clean)
+        motions = [bench.roughly(self.healthy, i) for i in range(len(clean))]
+        self.sizes: Sizes = sizes_of(motions)
+        self.plain = self.data(clean)
+        self.plain = replace(self.plain, weights=self._weights(clean))
+
+    def data(self, recordings: Sequence[Recording]) -> Data:
+        """What a diagnosis compares on these recordings, in SI."""
+        model, processing = self.setup.model, self.setup.processing
+        outputs = outputs_of(model, self.setup.outputs, recordings)
+        experiments = tuple(prepare(model, r, outputs, processing) for r in recordings)
+        ones = tuple(np.ones(e.measured.shape[1]) for e in experiments)
+        steps = int(np.ceil(STEPS_HZ / self.bench.rate))
+        nuisance = tuple(nuisance_of(model, self.spec, recordings))
+        return Data(model, experiments, nuisance, ones, {}, {}, self.sizes, steps)
+
+    def _weights(self, clean: Sequence[Recording]) -> tuple[np.ndarray, ...]:
+        """One over the floors: noise by the same route, and fidelity."""
+        noisy = self.data(self.bench.measured(clean, 1))
+        pairs = zip(errors_of(noisy), errors_of(self.plain), strict=True)
+        apart = np.vstack([a - b for a, b in pairs])
+        spread = np.vstack([e.measured - e.measured.mean(axis=0) for e in self.plain.experiments])
+        floor = np.hypot(apart.std(axis=0), FIDELITY * spread.std(axis=0))
+        return tuple(1.0 / np.maximum(floor, 1e-12) for _ in clean)
+
+    @cached_property
+    def rig(self) -> Rig:
+        return self.plain.rig
+
+    @cached_property
+    def zero(self) -> list[np.ndarray]:
+        """What a replay of the torques misses by its own steps."""
+        return errors_of(self.plain)
+
+    @cached_property
+    def base(self) -> Hypothesis:
+        """The healthy model on its own recordings."""
+        return hypothesis(self.plain, (), {})
+
+    @cached_property
+    def absorbed(self) -> np.ndarray:
+        """(K, P) orthonormal: what estimated parameters and starts can absorb."""
+        slopes = self.base.slopes(self.base.vector)
+        S = np.concatenate([s.reshape(-1, s.shape[-1]) for s in slopes])
+        S = S / np.maximum(np.linalg.norm(S, axis=0), 1e-300)
+        U, s, _ = np.linalg.svd(S, full_matrices=False)
+        return np.asarray(U[:, s > 1e-10 * s[0]])
+
+    def of(self, machine: Model) -> float:
+        """Floors, rms: what the healthy model misses of a machine."""
+        return self.seen(self.bench.sketched(machine))
+
+    def seen(self, recordings: Sequence[Recording]) -> float:
+        """The same of any recordings without noise."""
+        if not all(np.all(np.isfinite(x)) for r in recordings for x in r.channels.values()):
+            return np.inf  # a machine that came apart
+        errors = errors_of(replace(self.data(recordings), weights=self.plain.weights))
+        if not all(np.all(np.isfinite(e)) for e in errors):
+            return np.inf
+        d = np.concatenate([(e - z).ravel() for e, z in zip(errors, self.zero, strict=True)])
+        Q = self.absorbed
+        return float(np.sqrt(np.mean((d - Q @ (Q.T @ d)) ** 2)))
+
+
+def errors_of(data: Data) -> list[np.ndarray]:
+    """(M, k) per recording: what the healthy model misses, times the weights."""
+    h = hypothesis(data, (), {})
+    return h.errors(h.vector)
+
+
+def candidates(sight: Sight) -> dict[str, Effect]:
+    """What the bench can show."""
+    return {
+        kind: one
+        for kind, one in catalogue().items()
+        if kind not in NEVER and not one.not_applicable(sight.rig)
+    }
+
+
+def hide(
+    sight: Sight,
+    count: int,
+    rng: np.random.Generator,
+    only: Sequence[str] = (),
+    prefix: str = "",
+) -> Truth:
+    """`count` effects that can be told, at random sizes; `only`: from among these, and of each one
+    parameter alone, whose name begins with `prefix`.
+
+    Raises:
+        UnreachableError: no such set was found in ATTEMPTS draws.
+    """
+    able = [k for k in candidates(sight) if not only or k in only]
+    why = "too few effects apply"
+    for _ in range(ATTEMPTS if len(able) >= count else 0):
+        kinds = tuple(str(k) for k in rng.choice(able, count, replace=False))
+        if any(contains(a, b) for a in kinds for b in kinds):
+            continue
+        try:
+            truth = _sized(sight, kinds, rng, single=bool(only), prefix=prefix)
+        except UnreachableError as error:
+            why = str(error)
+            continue
+        stand_in = imitated(sight, truth)
+        if not stand_in:
+            return truth
+        why = stand_in
+    raise UnreachableError(f"no set of {count} that can be told; last: {why}")
+
+
+def _sized(
+    sight: Sight,
+    kinds: Sequence[str],
+    rng: np.random.Generator,
+    single: bool = False,
+    prefix: str = "",
+) -> Truth:
+    """Each effect alone at a size that shows as much as was drawn for it."""
+    values: dict[str, float] = {}
+    shown: dict[str, float] = {}
+    for kind in kinds:
+        one = effect(kind)
+        aim = rng.uniform(*np.log(WEAK if rng.random() < 0.5 else STRONG))
+        towards = _direction(one, sight, rng, single, prefix)
+        if not towards:
+            values_at, found = {}, sight.of(sight.healthy.with_effects([one], {}, sight.sizes))
+            if not WEAK[0] <= found <= STRONG[1]:
+                raise UnreachableError(f"{kind} shows {found:.2g} floors and has no size")
+        else:
+            m, found = crossing(
+                lambda m, t=towards, e=one: sight.of(_machine(sight, [e], _at(t, m))),  # type: ignore[misc]
+                float(np.exp(aim)),
+            )
+            values_at = _at(towards, m)
+            if not _plausible(towards, values_at):
+                raise UnreachableError(f"{kind} shows only at a size beyond what is plausible")
+        values |= values_at
+        shown[kind] = found
+    machine = _machine(sight, [effect(k) for k in kinds], values)
+    return Truth(tuple(kinds), values, shown, machine)
+
+
+def _machine(sight: Sight, effects: Sequence[Effect], values: Mapping[str, float]) -> Model:
+    return sight.healthy.with_effects(effects, values, sight.sizes)
+
+
+@dataclass(frozen=True)
+class _Towards:
+    """One parameter of an effect and the share of the common size that it has."""
+
+    knob: Knob
+    share: float
+
+
+def _direction(
+    one: Effect, sight: Sight, rng: np.random.Generator, single: bool, prefix: str
+) -> tuple[_Towards, ...]:
+    """Shares of 0.5 to 1.5 with a sign where it is free; shapes somewhere on their grids.
+
+    Effects about separate things (channels), and stand-ins, have one of them.
+    """
+    arm = one.changed_arm(sight.healthy.arm, {})
+    found = []
+    for part in with_included([one]):
+        knobs = [
+            k
+            for k in part.knobs(arm, sight.healthy.drive, sight.sizes)
+            if part.shown(k.parameter.name, sight.rig)
+        ]
+        sizes = [k for k in knobs if not k.secondary]
+        chosen = {k.parameter.name for k in sizes}
+        if (part.apart or single) and sizes:
+            chosen = {str(rng.choice(sorted(n for n in chosen if n.startswith(prefix))))}
+        for k in knobs:
+            p = k.parameter
+            signed = p.lower < k.neutral < p.upper
+            sign = rng.choice([-1.0, 1.0]) if signed and not k.secondary else 1.0
+            share = float(sign * rng.uniform(0.5, 1.5)) if p.name in chosen or k.secondary else 0.0
+            if k.secondary and k.grid:
+                share = float(np.exp(rng.uniform(*np.log([min(k.grid), max(k.grid)]))) / p.value)
+            found.append(_Towards(k, share))
+    return tuple(found)
+
+
+FAR = 1e3
+"""Times the plausible size: from there on the neutral value is no end of a straight line."""
+
+
+def _at(towards: Sequence[_Towards], m: float) -> dict[str, float]:
+    found = {}
+    for t in towards:
+        p, neutral = t.knob.parameter, t.knob.neutral
+        if t.knob.secondary:
+            included = p.value == neutral
+            found[p.name] = p.value if included else p.value * t.share
+        elif abs(neutral) > FAR * abs(p.value):
+            found[p.name] = min(p.value * abs(t.share) / m, neutral)
+        else:
+            found[p.name] = neutral + m * t.share * (p.value - neutral)
+    return found
+
+
+def _plausible(towards: Sequence[_Towards], values: Mapping[str, float]) -> bool:
+    """Within what a fit believes possible, where it is not neutral."""
+    return all(
+        t.knob.parameter.lower <= values[t.knob.parameter.name] <= t.knob.parameter.upper
+        or values[t.knob.parameter.name] == t.knob.neutral
+        for t in towards
+    )
+
+
+def imitated(sight: Sight, truth: Truth) -> str:
+    """A sentence on a stand-in that the data cannot tell from what is hidden; empty for none."""
+    hidden = [effect(k) for k in truth.kinds]
+    recordings = sight.bench.sketched(truth.machine)
+    data = replace(sight.data(recordings), weights=sight.plain.weights)
+    whole = hypothesis(data, hidden, truth.values)
+    slopes = whole.slopes(whole.vector)
+    tested = [
+        one
+        for kind, one in candidates(sight).items()
+        if kind not in truth.kinds and not any(contains(kind, k) for k in truth.kinds)
+    ]
+    zeros = Zeros(whole)
+    columns = [
+        simulated(data, whole, hidden, t, zeros) for one in tested for t in trials(whole, one, data)
+    ]
+    labels = whole.unknowns.labels
+    for one in hidden:
+        rest = [e for e in hidden if e is not one]
+        lost = hypothesis(data, rest, truth.values)
+        missing = [
+            e - z for e, z in zip(lost.errors(lost.vector), whole.errors(whole.vector), strict=True)
+        ]
+        own = _own_names(sight, one, rest)
+        kept = [j for j, name in enumerate(labels) if name not in own]
+        blocks = [c.blocks for c in columns]
+        products = gram(
+            missing, [S[:, :, kept] for S in slopes], blocks, no_whitening(missing[0].shape[1])
+        ).projected()
+        for c in tested:
+            mine = [i for i, column in enumerate(columns) if column.effect is c]
+            best = best_shape(mine, columns, products)
+            left = np.sqrt(max(products[-1, -1] - best.explained.drop, 0.0) / data.count)
+            if left < TOLD:
+                return f"{c.kind} imitates {one.kind} but for {left:.2g} floors"
+        if products[-1, -1] < TOLD**2 * data.count:
+            return f"{one.kind} does not show beside the others"
+    return ""
+
+
+def _own_names(sight: Sight, one: Effect, rest: Sequence[Effect]) -> set[str]:
+    """The parameters that go with an effect when it is taken out."""
+    arm = one.changed_arm(sight.healthy.arm, {})
+    drive = sight.healthy.drive
+    mine = {
+        k.parameter.name for e in with_included([one]) for k in e.knobs(arm, drive, sight.sizes)
+    }
+    stays = {
+        k.parameter.name for e in with_included(rest) for k in e.knobs(arm, drive, sight.sizes)
+    }
+    return mine - stays
