@@ -7,7 +7,7 @@
 - *Can be told*: at the truth, with everything else that is hidden free, no single other effect of
   the catalogue imitates a hidden one but for an rms of TOLD floors (linear, at the sizes that the
   screen tries). Effects that contain the hidden one are no rivals. Sets that fail are drawn anew:
-  the diagnosis says that it does not ask for what lies below. Pairs of stand-ins are not looked for.
+  the diagnosis does not ask for what lies below. Pairs of stand-ins are not looked for.
 """
 
 from __future__ import annotations
