@@ -27,7 +27,7 @@ from core.diagnose.ladder import (
 )
 from core.diagnose.phrases import times
 from core.diagnose.prune import without_needless
-from core.diagnose.refit import Refit, converged
+from core.diagnose.refit import Refit, converged, precise
 from core.diagnose.screen import Screen
 from core.diagnose.start import Begun, begin
 from core.diagnose.steps import ladder_step, validated
@@ -123,6 +123,7 @@ def diagnose(
     fitted = time.perf_counter()
     more = _climb(state, options, progress, listen)
     _prune(state, progress)
+    _settle(state, progress)
     left = remains(state.data.experiments, state.refit.errors, state.refit.hypothesis)
     given = remains(begun.data.experiments, begun.base.errors, begun.base.hypothesis)
     stopped = progress.stopped()
@@ -262,6 +263,16 @@ def _prune(state: _State, progress: Progress) -> None:
         state.present = list(kept.effects)
         names = ", ".join(e.title for e in removed)
         state.steps.append(_step(state, None, f"Without: {names}"))
+
+
+def _settle(state: _State, progress: Progress) -> None:
+    """States the last model at its minimum; what led there needs no such digits."""
+    if progress.stopped():
+        return
+    state.data, state.refit = precise(state.data, state.refit, progress.stopped)
+    last = state.steps[-1]
+    added = next((e for e in state.present if e.kind == last.added), None)
+    state.steps[-1] = _step(state, added, last.title)
 
 
 WORSE = 1.1

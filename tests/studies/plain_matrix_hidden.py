@@ -4,10 +4,11 @@
   what the estimated parameters and the recordings' starts absorb, in floors (noise of the same
   route and a thousandth of the signal's spread, the product's own definition). An error of rms
   sqrt(1 + shown^2) floors is left: weak effects raise it to 1.5-2.2, strong ones to 5-12.
-- *Can be told*: at the truth, with everything else that is hidden free, no single other effect of
-  the catalogue imitates a hidden one but for an rms of TOLD floors (linear, at the sizes that the
-  screen tries). Effects that contain the hidden one are no rivals. Sets that fail are drawn anew:
-  the diagnosis does not ask for what lies below. Pairs of stand-ins are not looked for.
+- *Can be told*: at the truth, with everything else that is hidden free, every single other effect
+  of the catalogue in the place of a hidden one (linear, at the sizes that the screen tries) leaves
+  an error above the floor, 1.06 times as in the verdict: within its floor a diagnosis asks for
+  nothing. Effects that contain the hidden one are no rivals. Sets that fail are drawn anew. Pairs
+  of stand-ins are not looked for.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ from core.diagnose.gram import gram
 from core.diagnose.kin import contains
 from core.diagnose.shapes import best_shape
 from core.diagnose.start import nuisance_of, outputs_of
+from core.diagnose.verdict import ABOVE
 from core.diagnose.whitening import no_whitening
 from core.effects import catalogue, effect, with_included
 from core.effects.effect import Effect, Knob, Rig
@@ -39,11 +41,6 @@ from tests.studies.plain_matrix_rigs import Rig as Bench
 
 WEAK, STRONG = (1.1, 2.0), (5.0, 12.0)
 """Floors, rms: between which a hidden effect shows."""
-
-TOLD = 0.3
-"""Floors, rms, that the best single stand-in must leave: half as much again as what the diagnosis
-calls relevant at all (0.2, core.diagnose.evidence.RELEVANT). Stribeck's bulge below a hundredth of
-the usual speed is there, but not worth a word beside Coulomb friction."""
 
 FIDELITY = 1e-3
 """Of a channel's spread, in its floor: what the diagnosis takes where nothing is stated."""
@@ -96,6 +93,7 @@ class Sight:
         apart = np.vstack([a - b for a, b in pairs])
         spread = np.vstack([e.measured - e.measured.mean(axis=0) for e in self.plain.experiments])
         floor = np.hypot(apart.std(axis=0), FIDELITY * spread.std(axis=0))
+        self.noise = float(np.sqrt(np.mean((apart.std(axis=0) / floor) ** 2)))
         return tuple(1.0 / np.maximum(floor, 1e-12) for _ in clean)
 
     @cached_property
@@ -316,10 +314,10 @@ def imitated(sight: Sight, truth: Truth) -> str:
         for c in tested:
             mine = [i for i, column in enumerate(columns) if column.effect is c]
             best = best_shape(mine, columns, products)
-            left = np.sqrt(max(products[-1, -1] - best.explained.drop, 0.0) / data.count)
-            if left < TOLD:
-                return f"{c.kind} imitates {one.kind} but for {left:.2g} floors"
-        if products[-1, -1] < TOLD**2 * data.count:
+            left = max(products[-1, -1] - best.explained.drop, 0.0) / data.count
+            if left + sight.noise**2 < ABOVE**2:
+                return f"{c.kind} imitates {one.kind} but for {np.sqrt(left):.2g} floors"
+        if products[-1, -1] / data.count + sight.noise**2 < ABOVE**2:
             return f"{one.kind} does not show beside the others"
     return ""
 
