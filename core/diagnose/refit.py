@@ -323,8 +323,7 @@ def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data
     if not np.isfinite(found.cost) or found.cost > refit.cost + RELEVANT_FALL * data.count:
         return data, refit
     at = refit.hypothesis.at(found.vector)
-    errors = _extrapolated(fine, again(fine, at, finer=1))
-    data = replace(data, anchor=Anchor(again(fine, at, finer=1), errors))
+    data, errors = anchored(data, at)  # what is stated is what page and report show: no mix of two
     return data, _at(data, Refit(at, found, found.cost, refit.covariance), errors, None)
 
 
