@@ -302,8 +302,8 @@ LAST_ITERATIONS = 8
 """With exact directions a descent that begins near its end needs two or three."""
 
 LAST_FALL = 0.1
-"""Fall of the squared error in floors squared, below which the last descent ends: a parameter that
-is one deviation off costs one."""
+"""Fall of the squared error, in mean squares of what is left, below which the last descent ends: a
+parameter that is one deviation off costs one."""
 
 
 def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data, Refit]:
@@ -313,12 +313,11 @@ def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data
     gains next to nothing per sample; over thousands of samples that can be many deviations. So can
     what the steps themselves miss, which is extrapolated here.
     """
-    fine = replace(data, steps=data.fine, anchor=None)
-    h = again(fine, refit.hypothesis, finer=1)
-    h = replace(h, anchor=Anchor(h, _extrapolated(fine, h)))
+    h = _extrapolated(data, refit)
+    exact = lambda x: h.residuals.sensitivities(x, central=False)  # noqa: E731
     found = descend(
-        h.errors, h.slopes, h.vector, h.limits, stopped, most=LAST_ITERATIONS,
-        good_enough=LAST_FALL / data.count,
+        h.errors, exact, h.vector, h.limits, stopped, most=LAST_ITERATIONS,
+        good_enough=LAST_FALL * refit.cost / data.count**2,
     )  # fmt: skip
     if not np.isfinite(found.cost) or found.cost > refit.cost + RELEVANT_FALL * data.count:
         return data, refit
@@ -327,8 +326,32 @@ def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data
     return data, _at(data, Refit(at, found, found.cost, refit.covariance), errors, None)
 
 
-def _extrapolated(data: Data, h: Hypothesis) -> list[np.ndarray]:
-    """The model's errors (M, k) by Richardson from the steps that it has and twice as many."""
-    steps = h.steps or 1
-    coarse, fine = (_with_steps(data, h, n) for n in (steps, 2 * steps))
-    return [(4.0 * b - a) / 3.0 for a, b in zip(coarse, fine, strict=True)]
+MOST_DOUBLINGS = 2
+"""Of the steps, beyond those from which on more change no word: friction has edges, with which they
+would go on for ever."""
+
+UNMOVED = 0.25
+"""Squared change by twice the steps, in mean squares of what is left, over all samples: less than
+half a deviation in whatever parameter it points to."""
+
+
+def _extrapolated(data: Data, refit: Refit) -> Hypothesis:
+    """The model with steps whose own error, extrapolated by Richardson, moves no parameter by more
+    than a share of its deviation."""
+    enough, steps = UNMOVED * refit.cost / data.count, data.fine or 1
+    bare = replace(data, anchor=None)
+    h = again(replace(bare, steps=steps), refit.hypothesis, finer=1)
+    steps = h.steps or steps
+    runs = [_with_steps(bare, h, n * steps) for n in (1, 2, 4)]
+    for left in range(MOST_DOUBLINGS, -1, -1):
+        coarse, better = (
+            [(4.0 * b - a) / 3.0 for a, b in zip(*pair, strict=True)]
+            for pair in (runs[:2], runs[1:])
+        )
+        change = cost_of([a - b for a, b in zip(coarse, better, strict=True)])
+        if change < enough or not left:
+            break
+        steps *= 2
+        runs = [*runs[1:], _with_steps(bare, h, 4 * steps)]
+    h = again(replace(bare, steps=steps), h, finer=1)
+    return replace(h, anchor=Anchor(h, better))

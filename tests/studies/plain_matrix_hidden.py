@@ -23,7 +23,7 @@ import numpy as np
 from core.diagnose.columns import Column, Zeros, simulated, trials
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.gram import gram
-from core.diagnose.kin import contains
+from core.diagnose.kin import akin, contains
 from core.diagnose.refit import fit
 from core.diagnose.shapes import Shaped, best_shape
 from core.diagnose.start import nuisance_of, outputs_of
@@ -50,7 +50,7 @@ FIDELITY = 1e-3
 NEVER = ("large_motion",)
 """No effect of the arm but a level of the model."""
 
-ATTEMPTS = 12
+ATTEMPTS = 16
 
 FITTED, ITERATIONS = 2, 6
 """Of the stand-ins, the best by straight lines that are fitted, and for how long."""
@@ -169,53 +169,56 @@ def hide(
         UnreachableError: no such set was found in ATTEMPTS draws.
     """
     able = [k for k in candidates(sight) if not only or k in only]
+    kinds: list[str] = []
     why = "too few effects apply"
     for _ in range(ATTEMPTS if len(able) >= count else 0):
-        kinds = tuple(str(k) for k in rng.choice(able, count, replace=False))
-        if any(contains(a, b) for a in kinds for b in kinds):
+        others = [k for k in able if not any(k == a or akin(k, a) for a in kinds)]
+        kinds += [str(k) for k in rng.permutation(others)[: count - len(kinds)]]
+        if len(kinds) < count or any(akin(a, b) for a in kinds for b in kinds):
+            kinds = []
             continue
-        try:
-            truth = _sized(sight, kinds, rng, single=bool(only), prefix=prefix)
-        except UnreachableError as error:
-            why = str(error)
-            continue
-        stand_in = imitated(sight, truth)
-        if not stand_in:
+        bad, why, truth = _tried(sight, kinds, rng, bool(only), prefix)
+        if truth is not None:
             return truth
-        why = stand_in
+        kinds.remove(bad)  # the others may stay
     raise UnreachableError(f"no set of {count} that can be told; last: {why}")
 
 
-def _sized(
-    sight: Sight,
-    kinds: Sequence[str],
-    rng: np.random.Generator,
-    single: bool = False,
-    prefix: str = "",
-) -> Truth:
-    """Each effect alone at a size that shows as much as was drawn for it."""
+def _tried(
+    sight: Sight, kinds: Sequence[str], rng: np.random.Generator, single: bool, prefix: str
+) -> tuple[str, str, Truth | None]:
+    """The truth with these effects; else the effect that cannot be in it, and why."""
     values: dict[str, float] = {}
     shown: dict[str, float] = {}
     for kind in kinds:
-        one = effect(kind)
-        aim = rng.uniform(*np.log(WEAK if rng.random() < 0.5 else STRONG))
-        towards = _direction(one, sight, rng, single, prefix)
-        if not towards:
-            values_at, found = {}, sight.of(sight.healthy.with_effects([one], {}, sight.sizes))
-            if not WEAK[0] <= found <= STRONG[1]:
-                raise UnreachableError(f"{kind} shows {found:.2g} floors and has no size")
-        else:
-            m, found = crossing(
-                lambda m, t=towards, e=one: sight.of(_machine(sight, [e], _at(t, m))),  # type: ignore[misc]
-                float(np.exp(aim)),
-            )
-            values_at = _at(towards, m)
-            if not _plausible(towards, values_at):
-                raise UnreachableError(f"{kind} shows only at a size beyond what is plausible")
-        values |= values_at
-        shown[kind] = found
+        try:
+            own, shown[kind] = _sized(sight, kind, rng, single, prefix)
+        except UnreachableError as error:
+            return kind, str(error), None
+        values |= own
     machine = _machine(sight, [effect(k) for k in kinds], values)
-    return Truth(tuple(kinds), values, shown, machine)
+    truth = Truth(tuple(kinds), values, shown, machine)
+    bad, why = imitated(sight, truth)
+    return bad, why, None if bad else truth
+
+
+def _sized(
+    sight: Sight, kind: str, rng: np.random.Generator, single: bool, prefix: str
+) -> tuple[dict[str, float], float]:
+    """The effect alone at a size that shows as much as is drawn for it, and what it shows."""
+    one = effect(kind)
+    aim = float(np.exp(rng.uniform(*np.log(WEAK if rng.random() < 0.5 else STRONG))))
+    towards = _direction(one, sight, rng, single, prefix)
+    if not towards:
+        found = sight.of(sight.healthy.with_effects([one], {}, sight.sizes))
+        if not WEAK[0] <= found <= STRONG[1]:
+            raise UnreachableError(f"{kind} shows {found:.2g} floors and has no size")
+        return {}, found
+    m, found = crossing(lambda m: sight.of(_machine(sight, [one], _at(towards, m))), aim)
+    values = _at(towards, m)
+    if not _plausible(towards, values):
+        raise UnreachableError(f"{kind} shows only at a size beyond what is plausible")
+    return values, found
 
 
 def _machine(sight: Sight, effects: Sequence[Effect], values: Mapping[str, float]) -> Model:
@@ -287,8 +290,8 @@ def _plausible(towards: Sequence[_Towards], values: Mapping[str, float]) -> bool
     )
 
 
-def imitated(sight: Sight, truth: Truth) -> str:
-    """A sentence on a stand-in that the data cannot tell from what is hidden; empty for none."""
+def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
+    """The hidden effect that the data cannot tell from another, and a sentence; empty for none."""
     hidden = [effect(k) for k in truth.kinds]
     recordings = sight.bench.sketched(truth.machine)
     data = replace(sight.data(recordings), weights=sight.plain.weights)
@@ -297,7 +300,8 @@ def imitated(sight: Sight, truth: Truth) -> str:
     tested = [
         one
         for kind, one in candidates(sight).items()
-        if kind not in truth.kinds and not any(contains(kind, k) for k in truth.kinds)
+        if kind not in {e.kind for e in with_included(hidden)}
+        and not any(contains(kind, k) for k in truth.kinds)
     ]
     zeros = Zeros(whole)
     columns = [
@@ -329,10 +333,10 @@ def imitated(sight: Sight, truth: Truth) -> str:
             fitted = fit(start, None, lambda: False, ITERATIONS).cost / data.count
             left = min(lefts.get(kind, np.inf), fitted)
             if left + sight.noise**2 < ABOVE**2:
-                return f"{kind} imitates {one.kind} but for {np.sqrt(left):.2g} floors"
+                return one.kind, f"{kind} imitates {one.kind} but for {np.sqrt(left):.2g} floors"
         if products[-1, -1] / data.count + sight.noise**2 < ABOVE**2:
-            return f"{one.kind} does not show beside the others"
-    return ""
+            return one.kind, f"{one.kind} does not show beside the others"
+    return "", ""
 
 
 def _values_of(best: Shaped, columns: Sequence[Column]) -> dict[str, float]:
