@@ -16,6 +16,7 @@ from core.diagnose.deciding import deciding
 from core.diagnose.descent import cost_of
 from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import RELEVANT
+from core.diagnose.exchange import best_exchange
 from core.diagnose.facts import final_parameters, origins, sizes_of, titles_of
 from core.diagnose.ladder import (
     REFITTED,
@@ -28,7 +29,7 @@ from core.diagnose.ladder import (
 from core.diagnose.phrases import times
 from core.diagnose.prune import without_needless
 from core.diagnose.refit import Refit, converged, precise
-from core.diagnose.screen import Screen
+from core.diagnose.screen import Screen, screen
 from core.diagnose.start import Begun, begin
 from core.diagnose.steps import ladder_step, validated
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
@@ -123,6 +124,7 @@ def diagnose(
     fitted = time.perf_counter()
     more = _climb(state, options, progress, listen)
     _prune(state, progress)
+    _exchange(state, options, progress)
     _settle(state, progress)
     left = remains(state.data.experiments, state.refit.errors, state.refit.hypothesis)
     given = remains(begun.data.experiments, begun.base.errors, begun.base.hypothesis)
@@ -263,6 +265,35 @@ def _prune(state: _State, progress: Progress) -> None:
         state.present = list(kept.effects)
         names = ", ".join(e.title for e in removed)
         state.steps.append(_step(state, None, f"Without: {names}"))
+
+
+MOST_EXCHANGES = 3
+"""Each shortens the way to the best set by one; more were never seen."""
+
+
+def _exchange(state: _State, options: Options, progress: Progress) -> None:
+    """Puts better effects in the place of accepted ones, where several were accepted: the first of
+    them was chosen while the others were missing."""
+    for _ in range(MOST_EXCHANGES):
+        if len(state.found) < 2 or progress.stopped():
+            return
+        at = state.refit.hypothesis
+        candidates = applicable(state.data, state.present, options.candidates)
+        seen = screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
+        found = best_exchange(
+            state.data, state.refit, state.present, state.given, seen, progress.stopped
+        )
+        if found is None:
+            return
+        refit, effects = found
+        gone = next(e for e in state.present if e not in effects)
+        came = next(e for e in effects if e not in state.present)
+        data, refit = converged(state.data, refit.hypothesis, None, progress.stopped)
+        if _gate(state)(data, refit):
+            return
+        state.data, state.refit, state.present = data, refit, list(effects)
+        state.steps.append(_step(state, came, f"{came.title} instead of {gone.title}"))
+        _prune(state, progress)
 
 
 def _settle(state: _State, progress: Progress) -> None:

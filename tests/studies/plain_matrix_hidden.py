@@ -21,7 +21,7 @@ from functools import cached_property
 import numpy as np
 
 from core.diagnose.columns import Column, Zeros, simulated, trials
-from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.data import Anchor, Data, Hypothesis, hypothesis
 from core.diagnose.gram import gram
 from core.diagnose.kin import akin, contains
 from core.diagnose.refit import fit
@@ -50,7 +50,8 @@ FIDELITY = 1e-3
 NEVER = ("large_motion",)
 """No effect of the arm but a level of the model."""
 
-ATTEMPTS = 16
+ATTEMPTS, AFRESH = 16, 4
+"""Draws of a set; after so many none of it is kept."""
 
 FITTED, ITERATIONS = 2, 6
 """Of the stand-ins, the best by straight lines that are fitted, and for how long."""
@@ -171,7 +172,7 @@ def hide(
     able = [k for k in candidates(sight) if not only or k in only]
     kinds: list[str] = []
     why = "too few effects apply"
-    for _ in range(ATTEMPTS if len(able) >= count else 0):
+    for attempt in range(ATTEMPTS if len(able) >= count else 0):
         others = [k for k in able if not any(k == a or akin(k, a) for a in kinds)]
         kinds += [str(k) for k in rng.permutation(others)[: count - len(kinds)]]
         if len(kinds) < count or any(akin(a, b) for a in kinds for b in kinds):
@@ -180,7 +181,8 @@ def hide(
         bad, why, truth = _tried(sight, kinds, rng, bool(only), prefix)
         if truth is not None:
             return truth
-        kinds.remove(bad)  # the others may stay
+        kinds.remove(bad)  # the others may stay, for a while
+        kinds = [] if attempt % AFRESH == AFRESH - 1 else kinds
     raise UnreachableError(f"no set of {count} that can be told; last: {why}")
 
 
@@ -296,6 +298,9 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
     recordings = sight.bench.sketched(truth.machine)
     data = replace(sight.data(recordings), weights=sight.plain.weights)
     whole = hypothesis(data, hidden, truth.values)
+    nothing = [np.zeros_like(e.measured) for e in data.experiments]  # the truth misses nothing
+    data = replace(data, anchor=Anchor(whole, nothing))
+    whole = hypothesis(data, hidden, truth.values)
     slopes = whole.slopes(whole.vector)
     tested = [
         one
@@ -311,9 +316,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
     for one in hidden:
         rest = [e for e in hidden if e is not one]
         lost = hypothesis(data, rest, truth.values)
-        missing = [
-            e - z for e, z in zip(lost.errors(lost.vector), whole.errors(whole.vector), strict=True)
-        ]
+        missing = lost.errors(lost.vector)
         own = _own_names(sight, one, rest)
         kept = [j for j, name in enumerate(labels) if name not in own]
         blocks = [c.blocks for c in columns]

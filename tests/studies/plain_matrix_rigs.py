@@ -20,7 +20,7 @@ from core.scenario.schema import Scenario
 from core.sensors import sensor
 from core.simulate.experiment import make_task
 from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import run, simulate
+from core.simulate.nonlinear import simulate, simulate_fixed
 from core.trajectory import Trajectory
 from core.workbench import base_model
 
@@ -128,9 +128,10 @@ class Rig:
         return replace(task, references=task.references * np.array(self.amplitudes))
 
     def roughly(self, machine: Model, i: int) -> Trajectory:
-        """The motion of recording i with a fixed number of steps."""
+        """The motion of recording i with a fixed number of steps, extrapolated: a soft base swings
+        faster than plain steps follow."""
         steps = machine.steps(1.0 / self.rate, int(np.ceil(STEPS_HZ / self.rate)))
-        return run(machine, machine.numbers(), self.task(machine, i), steps)
+        return simulate_fixed(machine, machine.numbers(), self.task(machine, i), 2 * steps)
 
     def exactly(self, machine: Model, i: int) -> Trajectory:
         """The motion of recording i with a controlled error."""
