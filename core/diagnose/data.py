@@ -194,7 +194,9 @@ def again(
     data: Data, h: Hypothesis, values: Mapping[str, float] | None = None, *, finer: float
 ) -> Hypothesis:
     """The same model and unknowns, with some other `values` and as many times the steps."""
-    own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
+    # Not by the model's effects: one that ended at neutral has left it, its unknowns have not.
+    nominal = {u.parameter.name for u in data.nuisance}
+    own = tuple(u for u in h.unknowns.items if u.parameter.name not in nominal)
     start = {**h.model.effect_values, **h.values(), **(values or {})}
     return hypothesis(data, h.model.effects, start, freed=own, finer=finer)
 
