@@ -279,6 +279,35 @@ def converged(
     and directions no longer fit (an elastic joint stopped at three times the error of its
     minimum), so the descent begins anew from where it ended until that gains nothing.
     """
+    data, found = _descended(data, h, whitener, stopped)
+    free = _off_bounds(data, found.hypothesis)
+    if free is not None and not stopped():
+        other = _descended(replace(data, anchor=None), free, whitener, stopped)
+        if other[1].cost < found.cost:
+            data, found = other
+    return data, found
+
+
+NEAR = 0.05
+"""Share of a bound within which a nominal parameter no longer says anything: a beam ten times too
+stiff is a rigid one, and hardly moves an output."""
+
+
+def _off_bounds(data: Data, h: Hypothesis) -> Hypothesis | None:
+    """The same with the nominal values of what ended at a bound while an effect was missing: there
+    the error is flat, and no descent leads back. None where nothing did."""
+    at, moved = h.values(), dict[str, float]()
+    for u in data.nuisance:
+        p, x = u.parameter, at.get(u.label, u.parameter.value)
+        near = x > (1.0 - NEAR) * p.upper or x < (1.0 + NEAR) * p.lower
+        if u.recording is None and p.positive and near:
+            moved[u.label] = p.value
+    return again(data, h, moved, finer=1) if moved else None
+
+
+def _descended(
+    data: Data, h: Hypothesis, whitener: Whitener | None, stopped: Callable[[], bool]
+) -> tuple[Data, Refit]:
     data, before = anchored(data, h)
     for _ in range(MOST_DESCENTS):
         found = fit(again(data, h, finer=1), whitener, stopped, MOST_ITERATIONS)

@@ -11,7 +11,7 @@ import pytest
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.exchange import best_exchange
 from core.diagnose.ladder import Added, _Work
-from core.diagnose.refit import converged, precise
+from core.diagnose.refit import _off_bounds, converged, precise
 from core.diagnose.screen import screen
 from core.effects import effect
 from tests.diagnose.test_stated import TRUE, bare
@@ -67,3 +67,12 @@ def test_the_last_descent_ends_at_the_minimum() -> None:
     at = ends[0].hypothesis.unknowns.labels.index("fv1")
     deviation = float(ends[0].covariance[at, at] ** 0.5)
     assert abs(a - b) < 0.1 * deviation
+
+
+def test_a_stiffness_that_ended_at_its_bound_begins_anew_from_the_nominal_one() -> None:
+    data = bare().data
+    (nominal,) = [u.parameter for u in data.nuisance if u.parameter.name == "EI"]
+    away = hypothesis(data, (), {**bare().base.hypothesis.values(), "EI": 0.99 * nominal.upper})
+    found = _off_bounds(data, away)
+    assert found is not None and found.values()["EI"] == pytest.approx(nominal.value)
+    assert _off_bounds(data, found) is None
