@@ -3,15 +3,19 @@ not accepted."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
-from core.diagnose.data import Data, hypothesis
+from core.diagnose.data import Data, again, hypothesis
+from core.diagnose.descent import cost_of
 from core.diagnose.exchange import best_exchange
 from core.diagnose.ladder import Added, _Work
-from core.diagnose.refit import _off_bounds, converged, precise
+from core.diagnose.refit import _off_bounds, _with_steps, anchored, converged, precise
 from core.diagnose.screen import screen
 from core.effects import effect
 from tests.diagnose.test_stated import TRUE, bare
@@ -76,3 +80,20 @@ def test_a_stiffness_that_ended_at_its_bound_begins_anew_from_the_nominal_one() 
     found = _off_bounds(data, away)
     assert found is not None and found.values()["EI"] == pytest.approx(nominal.value)
     assert _off_bounds(data, found) is None
+
+
+CLOSER = 5.0
+"""Times nearer to very many steps than the plain errors are, at least: extrapolation gains an order
+of the step, and here the steps are such that it is more than ten."""
+
+
+def test_what_few_steps_miss_is_taken_off_to_a_higher_order() -> None:
+    h = bare().base.hypothesis
+    data, plain = anchored(bare().data, h)
+    exact = _with_steps(replace(data, anchor=None), h, 128)
+    taken_off = again(data, h, finer=1).errors(h.vector)
+
+    def apart(errors: Sequence[np.ndarray]) -> float:
+        return cost_of([a - b for a, b in zip(errors, exact, strict=True)])
+
+    assert CLOSER**2 * apart(taken_off) < apart(plain)

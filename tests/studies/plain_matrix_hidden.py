@@ -4,7 +4,7 @@
   what the estimated parameters and the recordings' starts absorb, in floors (noise of the same
   route and a thousandth of the signal's spread, the product's own definition). An error of rms
   sqrt(1 + shown^2) floors is left: weak effects raise it to 1.5-2.2, strong ones to 5-12.
-- *Can be told*: with everything else that is hidden free, every single other effect of the
+- *Can be told*: with everything else that is hidden free, nothing and every other effect of the
   catalogue in the place of a hidden one leaves an error above the floor, 1.06 times as in the
   verdict: within its floor a diagnosis asks for nothing. All are weighed linearly, at the sizes
   that the screen tries; the best of them, and what the hidden effect includes, are fitted. Effects
@@ -331,14 +331,17 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
             lefts[c.kind] = max(products[-1, -1] - best.explained.drop, 0.0) / data.count
         close = sorted(lefts, key=lefts.__getitem__)[:FITTED]
         parts = [kind for kind in one.includes if kind not in truth.kinds]
-        for kind in dict.fromkeys((*close, *parts)):
-            start = hypothesis(data, [*rest, effect(kind)], {**truth.values, **taken.get(kind, {})})
+        for kind in dict.fromkeys(("", *close, *parts)):
+            instead = [effect(kind)] if kind else []
+            start = hypothesis(data, [*rest, *instead], {**truth.values, **taken.get(kind, {})})
             fitted = fit(start, None, lambda: False, ITERATIONS).cost / data.count
-            left = min(lefts.get(kind, np.inf), fitted)
+            left = min(lefts.get(kind, products[-1, -1] / data.count), fitted)
             if left + sight.noise**2 < ABOVE**2:
-                return one.kind, f"{kind} imitates {one.kind} but for {np.sqrt(left):.2g} floors"
-        if products[-1, -1] / data.count + sight.noise**2 < ABOVE**2:
-            return one.kind, f"{one.kind} does not show beside the others"
+                stand_in = kind or "nothing"
+                return (
+                    one.kind,
+                    f"{stand_in} imitates {one.kind} but for {np.sqrt(left):.2g} floors",
+                )
     return "", ""
 
 
