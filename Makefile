@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report study test long load fuzz bench blind mujoco lint format clean chromium
+.PHONY: help run report study test long load fuzz bench blind matrix mujoco lint format clean chromium
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -22,6 +22,7 @@ help:
 	@echo "make fuzz    1,500 damaged recordings, scenarios, archives and command lines (SEED=... for others)"
 	@echo "make bench   how fast and how exact it is on this machine"
 	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
+	@echo "make matrix  480 plain scenarios of random rigs, some hours; goes on where it stopped"
 	@echo "make mujoco  the recordings of the independent engine in scenarios/mujoco, where they are missing"
 	@echo "make lint    ruff and mypy only"
 	@echo "make format  let ruff put the code in order"
@@ -42,6 +43,9 @@ bench: $(VENV)/.installed-test
 
 blind: $(VENV)/.installed-test
 	@$(BIN)/python -m core.study.blind
+
+matrix: $(VENV)/.installed-test
+	@$(BIN)/python -m tests.studies.plain_matrix --workers 2
 
 mujoco: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.mujoco.generate

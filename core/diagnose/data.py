@@ -72,6 +72,11 @@ class Data:
     """That its models share."""
     floor_sources: Mapping[str, str] = field(default_factory=dict)
     """channel -> where its noise comes from: repetition, stated or estimated."""
+    held: Mapping[str, float] = field(default_factory=dict)
+    """Parameters of the effects in the model as given that are not estimated, and their values."""
+    limited: frozenset[str] = frozenset()
+    """Parameters of those effects with bounds, a prior or recordings of their own: they stay as
+    they are among `nuisance`."""
 
     @property
     def count(self) -> int:
@@ -165,13 +170,14 @@ def hypothesis(
     unknowns; without `secondary` only sizes are unknown, not what shapes them. `finer` times as
     many steps are taken.
     """
-    plain = {k: v for k, v in values.items() if "@" not in k}
+    plain = {k: v for k, v in values.items() if "@" not in k} | dict(data.held)
     hidden = unseen(data, effects)
     model = data.bare.with_effects(effects, plain, data.sizes)
     held = {name: x for name, x in hidden.items() if name in model.effect_values}
     model = replace(model, effect_values={**model.effect_values, **held}) if held else model
     own = effect_unknowns(model, data.sizes, secondary) if freed is None else tuple(freed)
-    own = tuple(u for u in own if u.parameter.name not in hidden)
+    theirs = {*hidden, *data.held, *(data.limited if freed is None else ())}
+    own = tuple(u for u in own if u.parameter.name not in theirs)
     names = {u.parameter.name for u in own}
     nuisance = tuple(u for u in data.nuisance if u.parameter.name not in names)
     items = tuple(_started(u, values) for u in (*nuisance, *own))
@@ -191,7 +197,9 @@ def again(
     data: Data, h: Hypothesis, values: Mapping[str, float] | None = None, *, finer: float
 ) -> Hypothesis:
     """The same model and unknowns, with some other `values` and as many times the steps."""
-    own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
+    # Not by the model's effects: one that ended at neutral has left it, its unknowns have not.
+    nominal = {u.parameter.name for u in data.nuisance}
+    own = tuple(u for u in h.unknowns.items if u.parameter.name not in nominal)
     start = {**h.model.effect_values, **h.values(), **(values or {})}
     return hypothesis(data, h.model.effects, start, freed=own, finer=finer)
 

@@ -11,11 +11,12 @@ from typing import NamedTuple
 from core.diagnose.announce import Steps, fit_title, round_title
 from core.diagnose.columns import trials
 from core.diagnose.compared import compared
-from core.diagnose.data import Data, names_of
+from core.diagnose.data import Data, hypothesis, names_of
 from core.diagnose.deciding import deciding
 from core.diagnose.descent import cost_of
 from core.diagnose.describe import ranking_of
-from core.diagnose.evidence import RELEVANT
+from core.diagnose.evidence import RELEVANT, weigh
+from core.diagnose.exchange import best_exchange
 from core.diagnose.facts import final_parameters, origins, sizes_of, titles_of
 from core.diagnose.ladder import (
     REFITTED,
@@ -26,9 +27,9 @@ from core.diagnose.ladder import (
     one_round,
 )
 from core.diagnose.phrases import times
-from core.diagnose.prune import without_needless
-from core.diagnose.refit import Refit, converged
-from core.diagnose.screen import Screen
+from core.diagnose.prune import ITERATIONS, without_needless
+from core.diagnose.refit import Refit, converged, fit, precise, settled
+from core.diagnose.screen import Screen, screen
 from core.diagnose.start import Begun, begin
 from core.diagnose.steps import ladder_step, validated
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
@@ -123,6 +124,8 @@ def diagnose(
     fitted = time.perf_counter()
     more = _climb(state, options, progress, listen)
     _prune(state, progress)
+    _exchange(state, options, progress)
+    _settle(state, progress)
     left = remains(state.data.experiments, state.refit.errors, state.refit.hypothesis)
     given = remains(begun.data.experiments, begun.base.errors, begun.base.hypothesis)
     stopped = progress.stopped()
@@ -262,6 +265,62 @@ def _prune(state: _State, progress: Progress) -> None:
         state.present = list(kept.effects)
         names = ", ".join(e.title for e in removed)
         state.steps.append(_step(state, None, f"Without: {names}"))
+
+
+MOST_EXCHANGES = 3
+"""Each shortens the way to the best set by one; more were never seen."""
+
+
+def _exchange(state: _State, options: Options, progress: Progress) -> None:
+    """Puts better effects in the place of accepted ones, where several were accepted: the first of
+    them was chosen while the others were missing."""
+    for _ in range(MOST_EXCHANGES):
+        if len(state.found) < 2 or progress.stopped():
+            return
+        at = state.refit.hypothesis
+        candidates = applicable(state.data, state.present, options.candidates)
+        seen = screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
+        found = best_exchange(
+            state.data, state.refit, state.present, state.given, seen, progress.stopped
+        )
+        if found is None:
+            return
+        refit, effects = found
+        data, refit = converged(state.data, refit.hypothesis, seen.whitener, progress.stopped)
+        if _gate(state)(data, refit):
+            return
+        _replace(state, seen, data, refit, effects)
+        _prune(state, progress)
+
+
+def _replace(
+    state: _State, seen: Screen, data: Data, refit: Refit, effects: Sequence[Effect]
+) -> None:
+    """Puts one effect in the place of another, told as a round against the model with neither."""
+    gone = next(e for e in state.present if e not in effects)
+    came = next(e for e in effects if e not in state.present)
+    rest = [e for e in effects if e is not came]
+    start = hypothesis(state.data, rest, state.refit.hypothesis.values())
+    lacking = settled(fit(start, seen.whitener, lambda: False, ITERATIONS))
+    screened = next(s for s in seen.candidates if s.effect is came)
+    weighed = weigh(screened, lacking, refit, data.count, len(seen.candidates))
+    ranking = ranking_of(Round(seen, (weighed,), weighed, lacking, refit, data), data)
+    refused = bool(state.rounds) and state.rounds[-1].accepted is None  # the last word is kept
+    state.rounds.insert(len(state.rounds) - refused, DiagnosisRound(ranking[:1], came.kind))
+    state.refit, state.present = lacking, rest
+    state.steps.append(_step(state, None, f"Without: {gone.title}"))
+    state.data, state.refit, state.present = data, refit, list(effects)
+    state.steps.append(_step(state, came, came.title))
+
+
+def _settle(state: _State, progress: Progress) -> None:
+    """States the last model at its minimum; what led there needs no such digits."""
+    if progress.stopped():
+        return
+    state.data, state.refit = precise(state.data, state.refit, progress.stopped)
+    last = state.steps[-1]
+    added = next((e for e in state.present if e.kind == last.added), None)
+    state.steps[-1] = _step(state, added, last.title)
 
 
 WORSE = 1.1

@@ -253,9 +253,17 @@ class _Work:
         if len(members) < 2 or ended_at_bound(after, data) or self.gate(data, after):
             return None
         added = self._in_order(members, after, found)
+        if self._stuck(added):
+            return None
         order = [a.weighed for a in added]
         order += [w for w in found if w.screened not in [a.screened for a in order]]
         return Round(self.seen, tuple(order), order[0], self.before, after, data, tuple(added))
+
+    def _stuck(self, added: Sequence[Added]) -> bool:
+        """Whether a part of the set leaves less than all of it: a larger model that contains a
+        smaller one is never truly worse, so its fit did not find its minimum."""
+        worse = RELEVANT * self.data.count
+        return any(a.fit.cost + worse < added[-1].fit.cost for a in added[:-1])
 
     def _in_order(
         self, members: Sequence[Screened], after: Refit, found: list[Weighed]

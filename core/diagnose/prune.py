@@ -29,10 +29,11 @@ def without_needless(
     given: int,
     stopped: Callable[[], bool],
 ) -> tuple[Kept, tuple[Effect, ...]]:
-    """Takes out each effect without which the error hardly grows, but the last added, or puts the
-    simpler ones that it includes in its place.
+    """Takes out each effect without which the error hardly grows, or puts the simpler ones that it
+    includes in its place.
 
-    The first `given` are what the user put into the model: they stay.
+    The last added too: an effect of no size can lead the others out of a minimum that they were
+    stuck in. The first `given` are what the user put into the model: they stay.
     """
     kept: list[tuple[Effect, ...]] = [(one,) for one in present]
     removed: list[Effect] = []
@@ -63,5 +64,4 @@ def _instead(kept: Sequence[tuple[Effect, ...]], place: int) -> list[tuple[Effec
         return []
     have = {e.kind for e in others}
     simpler = tuple(effect(kind) for kind in one.includes if kind not in have)
-    nothing: list[tuple[Effect, ...]] = [()] if place < len(kept) - 1 else []
-    return [*nothing, *([simpler] if simpler else [])]
+    return [(), *([simpler] if simpler else [])]

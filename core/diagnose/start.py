@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -111,6 +112,7 @@ def begin(
     dt = max(e.recording.sample_time for e in experiments)
     steps = max(int(np.ceil(dt / FIRST_STEP)), 1)
     data = Data(bare, experiments, nuisance, ones, {}, held, typical(model.arm), steps)
+    data = replace(data, **_said_of_effects(model, spec, nuisance))
     rough = _better_start(data, effects, model.effect_values, identified or {}, stopped)
     motions = _motions(rough.hypothesis)
     unweighted = [b / w for b, w in zip(rough.errors, ones, strict=True)]
@@ -124,6 +126,18 @@ def begin(
     values = {**model.effect_values, **rough.hypothesis.values()}
     data = replace(data, steps=enough_steps(data, effects, values))
     return Begun(*converged(data, hypothesis(data, effects, values), None, stopped))
+
+
+def _said_of_effects(
+    model: Model, spec: IdentifySpec, nuisance: Sequence[Unknown]
+) -> dict[str, Any]:
+    """What a user says of the effects in the model counts here too: what is not estimated is held
+    where it stands, and stated bounds and priors replace those of the effect."""
+    own = set(model.effect_parameters)
+    free = {u.parameter.name for u in nuisance}
+    limited = own & free & {*spec.bounds, *spec.prior, *spec.per_recording}
+    held = {name: float(model.effect_values[name]) for name in sorted(own - free)}
+    return {"held": held, "limited": frozenset(limited)}
 
 
 def full_equations(model: Model) -> Model:

@@ -71,9 +71,11 @@ def run_case(case: Case, max_effects: int = 3) -> dict[str, Any]:
         return {**record, "unreachable": str(error)}
     recordings, floor = noisy(data.recordings, case.noise, case.stream)
     ready = time.process_time()
-    setup = make_setup(data.model, IDENTIFY, recordings)
+    known = tuple(data.model.effect_parameters)  # believed only roughly, so they are estimated
+    spec = IDENTIFY.model_copy(update={"parameters": (*IDENTIFY.parameters, *known)})
+    setup = make_setup(data.model, spec, recordings)
     options = Options(max_effects=max_effects, stated_noise=STDS, compare=False)
-    answer = diagnose(setup, IDENTIFY, recordings, options)
+    answer = diagnose(setup, spec, recordings, options)
     record |= {
         "truth": dict(data.truth), "shown": dict(data.shown), "noise_mean_square": floor,
         "known": [e.kind for e in data.model.effects],
@@ -151,7 +153,7 @@ def _recordings(case: Case, model: Model, outputs: Sequence[np.ndarray] | None =
 
 
 def _bare(case: Case) -> Model:
-    return bare_model(case.base_level)
+    return bare_model()
 
 
 def _as_believed(h: Hidden) -> Model:

@@ -30,8 +30,9 @@ PARTS = ("singles", "pairs", "nulls", "outside")
 EXCITATION: Mapping[str, Mapping[str, Any]] = {}
 """kind -> what its recordings need beyond the default excitation of 1 s."""
 
-LINEAR = ("large_motion",)
-"""Effects that only a linear base model can lack."""
+LEVELS_OF_MODEL = ("large_motion",)
+"""What is no effect of the arm but a level of the model: a diagnosis uses the full equations, so
+it cannot be missing there."""
 
 
 @dataclass(frozen=True)
@@ -56,10 +57,6 @@ class Case:
         """Seeds of everything that is random here but the noise, which both colours share."""
         return [self.seed, zlib.crc32("+".join((self.part, *self.what, self.level)).encode())]
 
-    @property
-    def base_level(self) -> str:
-        return "lpv" if any(kind in LINEAR for kind in self.what) else "nonlinear"
-
     def experiments(self) -> list[Experiment]:
         """The recordings: each seed has its own references."""
         extra: dict[str, Any] = {}
@@ -74,13 +71,13 @@ class Case:
 
 
 def candidates() -> dict[str, Effect]:
-    """All effects that the rig of the studies can show, on the base model of each."""
-    found = {}
-    for kind, one in catalogue().items():
-        model = bare_model("lpv" if kind in LINEAR else "nonlinear")
-        if not one.not_applicable(seen_by(model)):
-            found[kind] = one
-    return found
+    """All effects that the rig of the studies can show."""
+    rig = seen_by(bare_model())
+    return {
+        kind: one
+        for kind, one in catalogue().items()
+        if kind not in LEVELS_OF_MODEL and not one.not_applicable(rig)
+    }
 
 
 def sized(one: Effect) -> bool:

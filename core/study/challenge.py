@@ -136,7 +136,7 @@ def _truth(
 
 def _kinds(count: int, rng: np.random.Generator) -> list[str]:
     """Kinds whose parts are as many as asked for; two of them from different rooms."""
-    able = sorted(k for k, e in candidates().items() if e.kind != "large_motion")
+    able = sorted(candidates())
     parts = {kind: 1 + len(known_before(effect(kind))) for kind in able}
     fitting = [kind for kind in able if parts[kind] <= count]
     chosen = [str(rng.choice(fitting))]

@@ -10,7 +10,7 @@ import pytest
 from core.effects import effect
 from core.recording.spec import SimulateSpec
 from core.simulate.nonlinear import run
-from core.study.cases import LINEAR, candidates, sized
+from core.study.cases import LEVELS_OF_MODEL, candidates, sized
 from core.study.crossing import CLOSE, UnreachableError, crossing
 from core.study.hidden import STRONG, hidden, knobs_on, known_before
 from core.study.rig import CHANNELS, IDENTIFY, STDS, STEPS, Experiment, bare_model, readings
@@ -104,7 +104,10 @@ def test_what_no_size_shows_is_said(shown) -> None:  # type: ignore[no-untyped-d
         crossing(shown, 3.0)
 
 
+def test_a_level_of_the_model_is_never_hidden() -> None:
+    assert not set(LEVELS_OF_MODEL) & set(candidates())
+
+
 def test_most_effects_apply_to_the_rig_of_the_studies() -> None:
     assert len(candidates()) >= 21
-    assert set(LINEAR) <= set(candidates())
     assert len(CHANNELS) == 4 and IDENTIFY.parameters == ("EI",)

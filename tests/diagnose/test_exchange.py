@@ -1,0 +1,99 @@
+"""An effect that stood in for another gives way to it, and a fit that did not find its minimum is
+not accepted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from core.diagnose.data import Data, again, hypothesis
+from core.diagnose.descent import cost_of
+from core.diagnose.exchange import best_exchange
+from core.diagnose.ladder import Added, _Work
+from core.diagnose.refit import _off_bounds, _with_steps, anchored, converged, precise
+from core.diagnose.screen import screen
+from core.effects import effect
+from tests.diagnose.test_stated import TRUE, bare
+
+NEVER = lambda: False  # noqa: E731
+
+
+def exchanged(present: list[str], candidates: list[str]) -> tuple[str, ...] | None:
+    """What the model has after an exchange on recordings with viscous friction."""
+    effects = [effect(kind) for kind in present]
+    start = hypothesis(bare().data, effects, bare().base.hypothesis.values())
+    data, refit = converged(bare().data, start, None, NEVER)
+    seen = screen(data, refit.hypothesis, effects, [effect(kind) for kind in candidates])
+    found = best_exchange(data, refit, effects, 0, seen, NEVER)
+    return None if found is None else tuple(e.kind for e in found[1])
+
+
+def test_a_stand_in_gives_way_to_what_is_true() -> None:
+    found = exchanged(["coulomb_friction", "camera_delay"], ["viscous_friction", "torque_offset"])
+    assert found == ("viscous_friction", "camera_delay")
+
+
+def test_what_is_true_stays() -> None:
+    assert (
+        exchanged(["viscous_friction"], ["drive_gain", "torque_offset", "coulomb_friction"]) is None
+    )
+
+
+def added(*costs: float) -> list[Added]:
+    return [Added(None, SimpleNamespace(cost=c)) for c in costs]  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("costs, stuck", [((300.0, 100.0), False), ((300.0, 90.0, 150.0), True)])
+def test_a_set_that_leaves_more_than_a_part_of_it_was_not_fitted(
+    costs: tuple[float, ...], stuck: bool
+) -> None:
+    work: Any = SimpleNamespace(data=SimpleNamespace(count=100))
+    assert _Work._stuck(work, added(*costs)) is stuck
+
+
+def test_the_last_descent_ends_at_the_minimum() -> None:
+    """From a coefficient that is off by some deviations it comes to where another one comes."""
+    data: Data = bare().data
+    viscous = [effect("viscous_friction")]
+    ends = []
+    for factor in (0.97, 1.03):
+        start = {
+            **bare().base.hypothesis.values(), "fv1": factor * TRUE, "fv2": factor * TRUE / 2
+        }  # fmt: skip
+        anchored, refit = converged(data, hypothesis(data, viscous, start), None, NEVER)
+        ends.append(precise(anchored, refit, NEVER)[1])
+    a, b = (end.hypothesis.values()["fv1"] for end in ends)
+    at = ends[0].hypothesis.unknowns.labels.index("fv1")
+    deviation = float(ends[0].covariance[at, at] ** 0.5)
+    assert abs(a - b) < 0.1 * deviation
+
+
+def test_a_stiffness_that_ended_at_its_bound_begins_anew_from_the_nominal_one() -> None:
+    data = bare().data
+    (nominal,) = [u.parameter for u in data.nuisance if u.parameter.name == "EI"]
+    away = hypothesis(data, (), {**bare().base.hypothesis.values(), "EI": 0.99 * nominal.upper})
+    found = _off_bounds(data, away)
+    assert found is not None and found.values()["EI"] == pytest.approx(nominal.value)
+    assert _off_bounds(data, found) is None
+
+
+CLOSER = 5.0
+"""Times nearer to very many steps than the plain errors are, at least: extrapolation gains an order
+of the step, and here the steps are such that it is more than ten."""
+
+
+def test_what_few_steps_miss_is_taken_off_to_a_higher_order() -> None:
+    h = bare().base.hypothesis
+    data, plain = anchored(bare().data, h)
+    exact = _with_steps(replace(data, anchor=None), h, 128)
+    taken_off = again(data, h, finer=1).errors(h.vector)
+
+    def apart(errors: Sequence[np.ndarray]) -> float:
+        return cost_of([a - b for a, b in zip(errors, exact, strict=True)])
+
+    assert CLOSER**2 * apart(taken_off) < apart(plain)
