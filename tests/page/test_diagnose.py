@@ -95,8 +95,7 @@ def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Ses
     sees(page, "In the model: Coulomb friction.")
     press(page, "Undo the last step")
     sees(page, "Something is missing.")
-    page.wait_for_timeout(500)
-    assert len(bars(page)) == 1 and not present(session.scenario)
+    until(lambda: len(bars(page)) == 1 and not present(session.scenario))
 
 
 def test_a_worst_place_is_one_click_away(page: Any, session: Session) -> None:
@@ -108,8 +107,8 @@ def test_a_worst_place_is_one_click_away(page: Any, session: Session) -> None:
     button.wait_for()
     label = button.inner_text()
     button.click()
-    page.wait_for_timeout(500)
-    assert f"recording {session.cursor.recording}: " in label and session.cursor.time > 0.0
+    until(lambda: session.cursor.time > 0.0)
+    assert f"recording {session.cursor.recording}: " in label
 
 
 def test_a_click_on_the_map_in_the_scene_goes_there(
@@ -124,10 +123,15 @@ def test_a_click_on_the_map_in_the_scene_goes_there(
     assert errors._board is not None and session.failing is not None
     board = session.failing.board
     assert board is not None and len(board.recordings) == 3
-    page.wait_for_timeout(1000)
     place = errors._board._point((7 + 0.5) / 12, (1 + 0.5) / 3)
-    page.mouse.click(*on_screen(page, desktop.pages[-1].desk.client.camera, place))
-    until(lambda: session.cursor.recording == board.recordings[1])
+
+    def clicked() -> bool:
+        """The browser may not have drawn the map yet, or still turn the view."""
+        page.mouse.click(*on_screen(page, desktop.pages[-1].desk.client.camera, place))
+        page.wait_for_timeout(500)
+        return session.cursor.recording == board.recordings[1]
+
+    until(clicked)
     assert board.edges[7] < session.cursor.time < board.edges[8]
     sees(page, "error now: θ₁ ")
     press(page, "Data")
