@@ -10,6 +10,9 @@ SCENARIO ?= scenarios/paper_glocal.toml
 OUT ?= reports/$(basename $(notdir $(SCENARIO)))
 STUDY ?= studies/$(basename $(notdir $(SCENARIO)))
 SEED ?= 1
+# Each process takes its half of the tests in their order, then some of the other's: what the tests
+# of a file share is made once.
+SHARED := -n 2 --dist worksteal
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
 help:
@@ -51,10 +54,10 @@ mujoco: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.mujoco.generate
 
 test: lint chromium
-	@$(BIN)/python -m pytest -n 2
+	@$(BIN)/python -m pytest $(SHARED)
 
 long: $(VENV)/.installed-test
-	@$(BIN)/python -m pytest -n 2 -m long --ignore tests/server
+	@$(BIN)/python -m pytest $(SHARED) -m long --ignore tests/server
 
 load: $(VENV)/.installed-test
 	@$(BIN)/python -m pytest -m long -s tests/server

@@ -3,6 +3,7 @@ writes."""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 WORK, RESULTS = ".work.npz", ".results.npz"
@@ -24,3 +25,14 @@ def kept_at(folder: Path) -> float:
 def earlier_folder(folder: Path) -> Path:
     """Where the work of the session before waits."""
     return folder.with_name(f"{folder.name}-before")
+
+
+def remove_half_written(folder: Path) -> None:
+    """Removes what somebody who was killed was writing or unpacking: all of it is hidden."""
+    for path in folder.glob(".*"):
+        if path.name in (WORK, RESULTS, OWNER):
+            continue
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)

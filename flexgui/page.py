@@ -70,7 +70,7 @@ class Page:
         self._room.begin(self._fit, self._timeline.fit, self._scene.fit)
         if desk.read_only:
             grey(gui, others)
-        self._painter = Painter(self._draw)
+        self._painter = Painter(self._draw, self._settle, lambda: desk.session.wait_idle(0.0))
         self._end = desk.session.subscribe(self._painter.mark)
         for topic in Topic:
             self._painter.mark(topic)
@@ -143,3 +143,8 @@ class Page:
                     sync()
         # Not at the next sixtieth of a second: a hand on a slider feels it.
         self.desk.client.flush()
+
+    def _settle(self) -> None:
+        """Nothing has moved for a moment."""
+        with self.desk.client.atomic():
+            self._panels[self.desk.session.stage].settle()

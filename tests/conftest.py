@@ -1,15 +1,39 @@
 """Settings for all tests."""
 
 import shutil
+import subprocess
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import settings
 
+ROOT = Path(__file__).parents[1]
+
 # The first call compiles, which no deadline per example allows for; the same examples each time.
 settings.register_profile("flexgui", deadline=None, derandomize=True)
 settings.load_profile("flexgui")
+
+COMPILE = (
+    "from core.progress import Silent; from core.warm import warm_up; warm_up(Silent())",
+    "import core.simulate.wide_rosenbrock",
+)
+"""What nearly every test needs compiled, once per machine: each is half of the work."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Before xdist starts its workers, which would all compile the same at the same time."""
+    if hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
+        return
+    from core.warm import is_warm
+
+    if not is_warm():
+        halves = [subprocess.Popen([sys.executable, "-c", text], cwd=ROOT) for text in COMPILE]
+        for half in halves:
+            half.wait()
+
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,6 +18,18 @@ from core.sentences import one_line, validation_sentence
 
 LONGEST = 500_000
 """Characters: a scenario with as many recordings as it may have, everything said of each."""
+MOST_VALUES, MOST_PARTS, DEEPEST = 50_000, 32, 32
+"""Keys, lists and their entries in a scenario (500 recordings of a hundred each), parts of one
+dotted key, and brackets in brackets (the schema has six at most). Reading takes time with the
+square of a key's parts and of its header's: without bounds, 500,000 characters took hours."""
+
+_TOKEN = re.compile(
+    r""" "{3}(?:[^\\"]|\\.|"(?!""))*+"{3,5}+ | "(?!"")(?:[^"\\\n]|\\.)*+" |
+    '{3}(?:[^']|'(?!''))*+'{3,5}+ | '(?!'')[^'\n]*+' |
+    \#[^\n]*+ | [^"'#.=,\[\]{}\n]++ | . """,
+    re.DOTALL | re.VERBOSE,
+)
+"""A text, a comment, a run of what does not matter, or one character; never tried twice."""
 
 
 def read_scenario(path: Path) -> Scenario:
@@ -43,6 +56,7 @@ def parse_scenario(text: str, source: str) -> Scenario:
             f"{source} has more than {LONGEST:,} characters; a scenario names its recordings' "
             f"files and does not hold them."
         )
+    _check_extent(text, source)
     try:
         document = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -50,6 +64,25 @@ def parse_scenario(text: str, source: str) -> Scenario:
     except (RecursionError, ValueError) as error:
         raise InputError(f"{source} is not valid TOML; it nests too deeply or too long.") from error
     return check_scenario(document, source)
+
+
+def _check_extent(text: str, source: str) -> None:
+    """InputError where reading a TOML text could take long, before it is tried."""
+    values = parts = depth = 0
+    for token in _TOKEN.finditer(text):
+        one = token[0]
+        if one in "\"'":  # a text without an end: nothing behind it will be read
+            return
+        values += one in "=,[{"
+        depth += (one in "[{") - (one in "]}")
+        parts = parts + 1 if one == "." else 0 if one in "=,[]{}\n" else parts
+        if parts > MOST_PARTS or depth > DEEPEST:
+            raise InputError(f"{source} is not valid TOML; it nests too deeply or too long.")
+        if values > MOST_VALUES:
+            raise InputError(
+                f"{source} has more than {MOST_VALUES:,} values; a scenario names its recordings' "
+                f"files and does not hold them."
+            )
 
 
 def check_scenario(document: Mapping[str, Any], source: str) -> Scenario:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -208,7 +209,7 @@ class IdentifySpec(Settings):
     @field_validator("parameters", "per_recording", "offsets", "output")
     @classmethod
     def _named_once(cls, names: tuple[str, ...] | None) -> tuple[str, ...] | None:
-        doubled = sorted({name for name in names or () if (names or ()).count(name) > 1})
+        doubled = sorted(name for name, count in Counter(names or ()).items() if count > 1)
         if doubled:
             raise ValueError(f"lists {doubled[0]!r} twice; list it once.")
         return names
@@ -289,7 +290,7 @@ class Scenario(Settings):
     def _name_recordings(cls, given: tuple[RecordingSpec, ...]) -> tuple[RecordingSpec, ...]:
         """Every recording has a name of its own; where none is given it gets one."""
         taken = [spec.name for spec in given if spec.name]
-        doubled = sorted({name for name in taken if taken.count(name) > 1})
+        doubled = sorted(name for name, count in Counter(taken).items() if count > 1)
         if doubled:
             raise ValueError(f"has two entries named {doubled[0]!r}; give each its own name.")
         named = []

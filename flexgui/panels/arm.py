@@ -43,7 +43,7 @@ class ArmPanel(Panel):
         desk, session = self.desk, self.desk.session
         self._title = Words(desk.gui)
         self._shown_equations: object = None
-        self._shown_descriptor: object = None
+        self._shown_matrices: object = None
         self._is_dark = False
         first = desk.gui.add_folder(None)
         widgets.slider(
@@ -113,8 +113,11 @@ class ArmPanel(Panel):
         if view.equations is not self._shown_equations:
             self._shown_equations = view.equations
             self._equations.show(html_equations(view.equations))
-        if view.descriptor is not self._shown_descriptor:
-            self._shown_descriptor = view.descriptor
+
+    def settle(self) -> None:
+        view = self.desk.session.view
+        if view is not None and view.scenario is not self._shown_matrices:
+            self._shown_matrices = view.scenario
             self._matrices.show(_all_matrices(view.descriptor))
 
 

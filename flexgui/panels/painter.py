@@ -14,16 +14,26 @@ from flexgui.session.turn import TURNS
 log = logging.getLogger(__name__)
 
 
-STREAMED = frozenset({Topic.RUN, Topic.DIAGNOSIS, Topic.STUDY})
+STREAMED = frozenset({Topic.RUN, Topic.DIAGNOSIS, Topic.STUDY, Topic.SCENARIO})
+"""What may wait a little: a job's news, and an edit, whose result follows as another topic."""
 INTERVAL = 0.25
 """s between two drawings of what streams: a browser that draws without a pause hears no click."""
+REST = 0.4
+"""s without a change, twice what a hand on a slider pauses, until what takes long is drawn too."""
 
 
 class Painter:
-    """Collects topics and gives them to `draw`, several changes of one kind as one."""
+    """Collects topics and gives them to `draw`, several changes of one kind as one; calls `settle`
+    once they pause."""
 
-    def __init__(self, draw: Callable[[frozenset[Topic]], None]) -> None:
-        self._draw = draw
+    def __init__(
+        self,
+        draw: Callable[[frozenset[Topic]], None],
+        settle: Callable[[], None],
+        at_rest: Callable[[], bool],
+    ) -> None:
+        """`at_rest` says whether no change is being computed."""
+        self._draw, self._settle, self._at_rest = draw, settle, at_rest
         self._news = threading.Condition()
         self._dirty: set[Topic] = set()
         self._busy = self._closed = False
@@ -49,24 +59,33 @@ class Painter:
             self._news.notify()
 
     def _run(self) -> None:
-        while dirty := self._next():
+        unsettled = False
+        while (dirty := self._next(unsettled)) is not None:
             if dirty & STREAMED:
                 self._streamed = time.monotonic()
             try:
                 with TURNS.end():
-                    self._draw(dirty)
+                    if dirty:
+                        self._draw(dirty)
+                    else:
+                        self._settle()
             except Exception:
                 if not self._closed:
                     log.exception("Drawing %s failed", sorted(topic.value for topic in dirty))
+            unsettled = bool(dirty)
 
-    def _next(self) -> frozenset[Topic]:
-        """What is to be drawn, when it is time; empty where nothing is."""
+    def _next(self, unsettled: bool) -> frozenset[Topic] | None:
+        """What is to be drawn, when it is time; empty where changes pause, None where nothing is
+        to be done."""
         with self._news:
+            if unsettled:
+                self._news.wait_for(lambda: self._closed or self._dirty, REST)
+                unsettled = self._at_rest()
             while not self._closed and (pause := self._pause()):
                 self._news.wait(pause)
             dirty, self._dirty = frozenset(() if self._closed else self._dirty), set()
-            self._busy = bool(dirty)
-            return dirty
+            self._busy = bool(dirty) or (unsettled and not self._closed)
+            return dirty if self._busy else None
 
     def _pause(self) -> float:
         """s until what has changed is to be drawn."""

@@ -34,3 +34,6 @@ class Panel(ABC):
 
     def move_cursor(self) -> None:  # noqa: B027 (most have nothing to move)
         """The time-line's cursor moved."""
+
+    def settle(self) -> None:  # noqa: B027 (most have nothing that takes long)
+        """Draws what takes long, once nothing has changed for a moment; after `refresh`."""

@@ -14,6 +14,7 @@ from flexgui.panels.errors_in_scene import ErrorsInScene
 from flexgui.panels.keys import keep_view_still
 from flexgui.panels.room import Widths, Window, aspect
 from flexgui.session import Topic
+from flexgui.session.crew import CREW
 from flexgui.session.effects import places
 from flexgui.session.live import LiveModel
 from flexgui.stage.effect_nodes import Drawn, show_effects
@@ -64,8 +65,7 @@ class Scene:
         """Where the camera was put, (3,) m."""
         self._lock = threading.RLock()
         self._closed = threading.Event()
-        self._swing = threading.Thread(target=self._run, name="swing", daemon=True)
-        self._swing.start()
+        self._swings = False
         desk.darkened.append(self.set_dark)
         keep_view_still(desk.client)
 
@@ -86,6 +86,9 @@ class Scene:
                 self._show_recording(stage, motion)
             self._show_effects(stage)
             self._errors.draw(stage)
+            if session.live.mode is not None and not self._swings:
+                self._swings = True
+                CREW.run(self._swing)
 
     def _show_effects(self, stage: Stage) -> None:
         """What was added to the model, where it acts; anew where the arm's nodes were."""
@@ -151,20 +154,21 @@ class Scene:
             if self._stage is not None:
                 self._stage.set_dark(dark)
 
-    def _run(self) -> None:
-        """Swings the chosen mode while the first stage is shown."""
+    def _swing(self) -> None:
+        """Swings the chosen mode while the first stage is shown; nobody waits where none is."""
+        session = self._desk.session
         while not self._closed.wait(1.0 / FRAMES_PER_SECOND):
-            session = self._desk.session
-            view, mode = session.view, session.live.mode
-            if mode is None or view is None or session.stage != "Arm":
-                self._closed.wait(0.1)
-                continue
             with self._lock:
-                if self._stage is None or self._shown is not view or mode >= len(view.modes):
+                mode, view, stage = session.live.mode, self._shown, self._stage
+                if mode is None:
+                    self._swings = False
+                    return
+                if stage is None or not isinstance(view, LiveModel) or session.stage != "Arm":
                     continue
-                turn = np.exp(2j * np.pi * SWINGS_PER_SECOND * time.monotonic())
-                self._stage.show(view.at.q + np.real(turn * view.modes[mode].vector))
+                if mode < len(view.modes):
+                    turn = np.exp(2j * np.pi * SWINGS_PER_SECOND * time.monotonic())
+                    stage.show(view.at.q + np.real(turn * view.modes[mode].vector))
 
     def close(self) -> None:
-        """Ends its thread."""
+        """Nothing swings any more."""
         self._closed.set()

@@ -82,4 +82,6 @@ class Tour:
             return
         self._card.show(CARD.format(shown.title, shown.text))
         self._go.label = shown.button or BEGIN
+        # Where earlier work is offered, to restore it is the next thing to do.
+        self._go.color = "gray" if self._desk.session.earlier is not None else "blue"
         self._quiet.label = REFUSE if shown.button == BEGIN else LEAVE

@@ -19,6 +19,7 @@ from flexgui.server.values import checked
 log = logging.getLogger(__name__)
 
 _DECODE = msgspec.msgpack.Decoder()
+SLIDERS = (viser.GuiSliderHandle, viser.GuiMultiSliderHandle)
 _TARGETS = ("uuid", "source_component_uuid")
 
 
@@ -64,6 +65,22 @@ class Guard:
             self._rights.acted(self._client_id)
         assert isinstance(raw, bytes)
         return msgspec.msgpack.encode(message) if changed else raw
+
+    def moves(self, raw: str | bytes) -> str | None:
+        """The slider that a message moves to a place where it may be; "" for a message that changes
+        nothing, None for any other one."""
+        try:
+            message = check_fields(_decoded(raw))
+            if message["type"] in PASSIVE:
+                return ""
+            if message["type"] != "GuiUpdateMessage":
+                return None
+            handle = self._handle(message["uuid"])
+            checked(handle, message["updates"]["value"])
+        except RefusedError:
+            return None
+        uuid: str = message["uuid"]
+        return uuid if isinstance(handle, SLIDERS) else None
 
     def _check_rights(self, message: dict[str, Any]) -> None:
         if message["type"] in PASSIVE:

@@ -9,7 +9,7 @@ import shutil
 import time
 from pathlib import Path
 
-from flexgui.kept_files import OWNER, earlier_folder, is_kept, kept_at
+from flexgui.kept_files import OWNER, earlier_folder, is_kept, kept_at, remove_half_written
 from flexgui.server.folders import alive
 from flexgui.server.limits import MEGA
 from flexgui.server.state import private
@@ -65,6 +65,8 @@ class KeptWork:
                 shutil.rmtree(folder, ignore_errors=True)
         for folder in set(unused) - set(whole):
             shutil.rmtree(folder, ignore_errors=True)
+        for folder in whole:
+            remove_half_written(folder)
 
 
 def _used(folder: Path) -> bool:

@@ -6,6 +6,8 @@ terminal a second earlier, and the browser loads meanwhile.
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
 import logging
 import sys
 import threading
@@ -41,11 +43,18 @@ SWITCH = 5e-4
 """s that a thread may keep the interpreter while others want it: Python's own 5 ms are as long as
 a whole answer, and the thread that talks to all browsers asks for it several times per answer."""
 
+ARENAS, MAPPED, TRIMMED = (-8, 2), (-3, 2**18), (-1, 2**20)
+"""Parameters of glibc's malloc (number in malloc.h, value): how many heaps threads have, from how
+many bytes on a block is a mapping of its own, and how many free bytes stay at the end of a heap.
+Each page is sent megabytes. By default, glibc takes ever more threads' heaps and larger blocks
+for them and gives nothing back: 100 pages that came and went left 130 MB, with these 3 MB."""
+
 
 def serve(options: ServeOptions, say: Say) -> None:
     """Blocks until Ctrl-C; InputError where it cannot begin."""
     options.check()
     sys.setswitchinterval(SWITCH)
+    _return_memory()
     log = _quiet_log()
     make_session = _session_maker(options.scenario, options.data, say)
     limits = Limits()
@@ -131,6 +140,14 @@ def _greet(
         greet_alone(server.address, say)
     else:
         greet_class(server.address, more, server.origins, (join, teacher), say)
+
+
+def _return_memory() -> None:
+    """Memory of pages that left goes back to the system, where its C library can be told to."""
+    with contextlib.suppress(OSError, AttributeError):
+        tell = ctypes.CDLL(None).mallopt
+        for parameter in (ARENAS, MAPPED, TRIMMED):
+            tell(*parameter)
 
 
 def _leave_alone(session: Session) -> None:

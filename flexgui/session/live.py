@@ -16,7 +16,7 @@ from core.scenario.schema import Scenario
 from core.simulate.affine import quick_descriptor
 from core.simulate.equations import equations
 from core.simulate.modes import Mode, vibration_modes
-from core.simulate.posture import Posture, posture
+from core.simulate.posture import Posture, once, posture
 from core.simulate.response import (
     FrequencyResponse,
     StepResponse,
@@ -38,8 +38,12 @@ class Prepared:
 
     scenario: Scenario
     model: Model
-    descriptor: DescriptorModel
     equations: tuple[Equation, ...]
+
+    @once
+    def descriptor(self) -> DescriptorModel:
+        """Only for who reads its matrices: a moving slider does not wait for it."""
+        return quick_descriptor(self.model, self.model.numbers())
 
 
 @dataclass(frozen=True)
@@ -78,8 +82,7 @@ def _prepared(scenario: Scenario, before: Prepared | None) -> Prepared:
     model = base_model(scenario)
     # Not by `model.compiled`: its lock is one for all models, and others must not wait.
     compile_arm(Structure.of(model.arm))
-    descriptor = quick_descriptor(model, model.numbers())
-    return Prepared(scenario, model, descriptor, _equations(model, before))
+    return Prepared(scenario, model, _equations(model, before))
 
 
 def is_new(arm: Arm, before: Prepared | None) -> bool:
@@ -97,7 +100,6 @@ def live_model(known: Prepared, live: Live) -> LiveModel:
     return LiveModel(
         scenario=known.scenario,
         model=model,
-        descriptor=known.descriptor,
         equations=known.equations,
         live=live,
         numbers=numbers,

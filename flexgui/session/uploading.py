@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,7 +23,7 @@ from flexgui.session.demonstrating import Demonstrating
 from flexgui.session.edit import Document, put, recording, thawed
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
-from flexgui.session.uploads import keep_upload, unpack
+from flexgui.session.uploads import keep_upload, unpack, unpacking_room
 
 ASKED = "{} has no column {} by name: say below, under “Which column is which”, what it holds."
 MORE = "{} has columns with names of their own: say below what they hold, or read it as it is."
@@ -228,7 +229,11 @@ class Uploading(Demonstrating, ABC):
 
     def _take_in(self, path: Path, limit: int) -> None:
         if path.suffix.lower() == ".zip":
-            path = self.folder / self._asked(unpack, path.name, limit=limit)
+            try:
+                scenario = self._asked(unpack, path.name, limit=limit)
+            finally:
+                shutil.rmtree(unpacking_room(path), ignore_errors=True)
+            path = self.folder / scenario
         if path.suffix.lower() == ".toml":
             with path.open(encoding="utf-8", errors="replace") as file:
                 text = file.read(LONGEST + 1)

@@ -6,7 +6,6 @@ import lzma
 import re
 import shutil
 import struct
-import tempfile
 import zipfile
 import zlib
 from filecmp import cmp
@@ -93,16 +92,11 @@ def _copied(source: Path, folder: Path) -> str:
 
 def unpacked(path: Path, folder: Path, limit: int) -> Path:
     """Puts the files of a zip into the folder; the scenario file in it. InputError else."""
-    with tempfile.TemporaryDirectory(prefix=".", dir=folder) as made:
-        room = Path(made)
-        try:
-            with zipfile.ZipFile(path) as archive:
-                _extract_all(archive, room, path.name, ZIP_GROWTH * limit)
-        except InputError:
-            raise
-        except BROKEN as error:
-            sentence = f"{path.name} is not a zip that can be read; make it again."
-            raise InputError(sentence) from error
+    room = unpacking_room(path)
+    try:
+        room.mkdir()
+        with zipfile.ZipFile(path) as archive:
+            _extract_all(archive, room, path.name, ZIP_GROWTH * limit)
         names = sorted(each.name for each in room.iterdir())
         scenarios = [name for name in names if name.lower().endswith(".toml")]
         if len(scenarios) != 1:
@@ -112,7 +106,20 @@ def unpacked(path: Path, folder: Path, limit: int) -> Path:
         for name in names:
             with replacing(folder / name) as temporary:
                 (room / name).replace(temporary)
+    except InputError:
+        raise
+    except BROKEN as error:
+        sentence = f"{path.name} is not a zip that can be read; make it again."
+        raise InputError(sentence) from error
+    finally:
+        shutil.rmtree(room, ignore_errors=True)
     return folder / scenarios[0]
+
+
+def unpacking_room(path: Path) -> Path:
+    """Where the files of a zip lie before all of them are there. Whoever waits for a worker that
+    unpacks removes it, as the worker may have been killed."""
+    return path.with_name(f".{path.name}.unpacking")
 
 
 def unpack(folder: str, file: str, limit: int, *, progress: Progress) -> str:

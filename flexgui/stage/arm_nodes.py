@@ -55,8 +55,7 @@ class ArmNodes:
             beam.vertices = vertices
         spots = (*pose.joints, *pose.origins, *pose.ends)
         for frame, spot in zip((*self.joints, *self.origins, *self.ends), spots, strict=True):
-            frame.position = spot.place
-            frame.wxyz = paint.about_vertical(spot.angle)
+            paint.put(frame, spot.place, spot.angle)
 
     def paint(self, beams: Sequence[paint.Rgb | None], hubs: Sequence[paint.Rgb | None]) -> None:
         """Other colours than usual, None: the usual one; the tip has that of the last beam."""

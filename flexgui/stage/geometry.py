@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -53,12 +54,14 @@ class JointKind:
     direction: float
     """Share of the axis angle in the direction of the slide."""
 
-    @classmethod
-    def of(cls, kind: str) -> JointKind:
-        coordinate, axis = sp.symbols("coordinate axis", real=True)
-        put = joint(kind).place(coordinate, axis)
-        slopes = (put.turn.diff(coordinate), put.slide.diff(coordinate), put.direction.diff(axis))
-        return cls(*(float(s) for s in slopes))
+
+@cache
+def joint_kind(kind: str) -> JointKind:
+    """Derived once: symbols are slow, and a slider of the arm makes a new geometry at each move."""
+    coordinate, axis = sp.symbols("coordinate axis", real=True)
+    put = joint(kind).place(coordinate, axis)
+    slopes = (put.turn.diff(coordinate), put.slide.diff(coordinate), put.direction.diff(axis))
+    return JointKind(*(float(s) for s in slopes))
 
 
 class Shape:
@@ -107,7 +110,7 @@ class ArmGeometry:
         count = arm.joints
         self.lengths = [float(p[slot(k, LENGTH)]) for k in range(count)]
         self.axes = [float(p[slot(k, AXIS_ANGLE)]) for k in range(count)]
-        self.kinds = [JointKind.of(s.joint) for s in arm.segments]
+        self.kinds = [joint_kind(s.joint) for s in arm.segments]
         self.shapes = [Shape(m, length) for m, length in zip(arm.modes, self.lengths, strict=True)]
 
     @property

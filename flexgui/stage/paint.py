@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from viser import SceneNodeHandle
 
 from flexgui.views import colours
 
@@ -28,3 +31,13 @@ RESIDUAL, ADDED, CONTEXT = rgb(colours.RESIDUAL), rgb(colours.ADDED), rgb(colour
 def about_vertical(angle: float) -> tuple[float, float, float, float]:
     """The quaternion wxyz of a turn in rad about the vertical."""
     return float(np.cos(0.5 * angle)), 0.0, 0.0, float(np.sin(0.5 * angle))
+
+
+def put(node: SceneNodeHandle, place: Sequence[float] | np.ndarray, angle: float) -> None:
+    """Moves a node to a place (3,) in m and turns it about the vertical; what stays is not even
+    compared by viser, whose own look for a change takes as long as all the rest."""
+    if not np.array_equal(node.position, place):
+        node.position = place  # type: ignore[assignment]
+    turn = about_vertical(angle)
+    if tuple(node.wxyz) != turn:
+        node.wxyz = turn

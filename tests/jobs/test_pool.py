@@ -16,6 +16,7 @@ from flexgui.jobs import (
     Event,
     Failed,
     Finished,
+    Job,
     JobPool,
     NewGeneration,
     Paused,
@@ -90,13 +91,19 @@ def test_a_task_that_does_not_listen_is_killed_and_its_worker_replaced(pool):
     assert after.wait(PATIENCE) and after.result not in (None, before)
 
 
+def stands(job: Job) -> bool:
+    number = job.latest["count"].number
+    time.sleep(0.3)
+    return job.latest["count"].number == number
+
+
 def test_pause_holds_and_resume_goes_on(pool):
     heard = Listener()
     job = pool.submit("s", task(count, steps=300), heard)
     heard.wait_for(NewGeneration)
     job.pause()
     heard.wait_for(Paused)
-    time.sleep(0.3)  # what was under way comes in
+    assert eventually(lambda: stands(job))  # what was under way comes in
     held, left = job.latest["count"].number, job.remaining_seconds
     time.sleep(0.3)
     assert (job.state, job.latest["count"].number) == (State.PAUSED, held)

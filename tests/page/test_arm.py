@@ -11,6 +11,7 @@ from flexgui.session import Session
 from flexgui.session.demo import READY_MADE
 from tests.page.conftest import Desktop
 from tests.page.helpers import FIRST, PLOTS, enter, plots, press, sees
+from tests.session.helpers import until
 
 SLIDERS = {"θ2 [deg]": "100", "ε [GPa]": "2", "d [mm]": "60", "SNR [dB]": "35"}
 MORE = {
@@ -54,8 +55,7 @@ def test_each_slider_changes_the_plots_and_the_arm(
 def test_exaggeration_bends_the_drawn_arm_only(page: Any, desktop: Desktop) -> None:
     before, arm = plots(page), beams(desktop)
     enter(page, "Exaggerate", "50")
-    page.wait_for_timeout(500)
-    assert not np.array_equal(beams(desktop), arm)
+    until(lambda: not np.array_equal(beams(desktop), arm))
     assert plots(page) == before
 
 
@@ -64,8 +64,7 @@ def test_an_arrow_key_moves_the_slider_and_not_the_view(page: Any, desktop: Desk
     before, camera = plots(page), desktop.pages[-1].desk.client.camera.position.copy()
     page.locator(f'[id="{label}"]').get_by_role("slider").focus()
     page.keyboard.press("ArrowRight", delay=200)
-    page.wait_for_timeout(500)
-    assert plots(page) != before
+    until(lambda: plots(page) != before)
     assert np.array_equal(desktop.pages[-1].desk.client.camera.position, camera)
 
 
@@ -78,10 +77,11 @@ def test_equations_and_matrices_are_rendered(page: Any) -> None:
 
 def test_a_mode_swings_the_arm(page: Any, desktop: Desktop, session: Session) -> None:
     session.set_live(mode=0)
-    page.wait_for_timeout(500)
-    before = beams(desktop)
-    page.wait_for_timeout(200)
-    assert not np.array_equal(beams(desktop), before)
+    for _ in range(3):  # it goes on
+        before = beams(desktop)
+        until(lambda before=before: not np.array_equal(beams(desktop), before))  # type: ignore[misc]
+    session.set_live(mode=None)
+    until(lambda: not desktop.pages[-1]._scene._swings)
 
 
 def test_the_page_is_rebuilt_from_the_session(

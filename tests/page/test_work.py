@@ -16,6 +16,7 @@ from core.recording.save import save_recording
 from flexgui.session import Session
 from flexgui.stage.recorded import read_one
 from tests.page.helpers import enter, plots, press, sees, small
+from tests.session.helpers import until
 
 SAME = 1e-9
 """Relative: the same code on the same data; results go through a file with all their digits."""
@@ -182,11 +183,10 @@ def test_the_cursor_moves_arm_and_plots(page: Any, session: Session) -> None:
           p => (p.layout.shapes || []).some(s => s.type === 'line' && s.x0 > 0.1))"""
     )
     press(page, "Pause")
-    page.wait_for_timeout(300)
+    until(lambda: not session.cursor.playing)
     stands = session.cursor.time
     press(page, "step ▶")
-    page.wait_for_timeout(300)
-    assert session.cursor.time > stands > 0.1
+    until(lambda: session.cursor.time > stands > 0.1)
 
 
 def test_texts_of_a_file_are_shown_and_not_run(page: Any, session: Session) -> None:

@@ -191,6 +191,35 @@ def test_a_document_that_is_no_scenario_is_refused(text):
     _refusal(text)
 
 
+SLOW = {
+    "a long key": ".".join("a" * 100_000) + " = 1",
+    "a long header": f"[{'.'.join('a' * 500)}]\n" + "\n".join(f"b{k} = 1" for k in range(5000)),
+    "a long list": f"{FULL.partition('[identify]')[0]}[identify]\nparameters = {['a'] * 80_000}",
+    "behind a text with four quotes": 'x = [ """a"""", ' + "1, " * 80_000 + '"""b"""" ]',
+    "many tables": "[[recordings]]\n" * 33_000,
+    "tables in tables": "x = " + "{a = " * 60 + "1" + "}" * 60,
+}
+"""Up to 480,000 characters that Python's reader or the checks took from a second to hours for."""
+
+
+@pytest.mark.parametrize("text", SLOW.values(), ids=SLOW)
+def test_a_document_that_takes_long_to_read_is_refused_unread(
+    text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tomllib, "loads", None)
+    with pytest.raises(InputError, match=r"nests too deeply or too long|more than 50,000 values"):
+        parse_scenario(text, "x.toml")
+
+
+def test_texts_and_comments_may_hold_any_number_of_signs() -> None:
+    signs = ". , = [ { " * 5000
+    text = f"""title = "{signs}\\\""
+# {signs}'
+[arm]  # "{signs}
+preset = 'paper'"""
+    assert parse_scenario(text, "x.toml").title.startswith(". , = [")
+
+
 def test_missing_and_unreadable_files_are_told(tmp_path):
     (tmp_path / "latin.toml").write_bytes(b"title = '\xe9'")
     (tmp_path / "folder.toml").mkdir()

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
+from random import Random
 
 import pytest
 
+from core.scenario.write import scenario_toml
 from flexgui.session import Session
+from flexgui.session.edit import Document, put
 from tests.server.helpers import Browser, announcement, part
 from tests.server.served import Served, sees, served, texts, until, widget
 from tests.session.helpers import good_csv
@@ -71,3 +75,83 @@ def test_upload_edit_and_fit_survive_a_kill(tmp_path: Path, recording: bytes) ->
         assert "Traceback" not in server.log, server.log
         browser.__exit__(None, None, None)
         assert until(lambda: server.alive, JOB) and "damaged" not in texts(browser)
+
+
+SLOW = 600.0
+"""s: a first and a second look at a model on a machine that does other things too."""
+LOOKED = "The model's error is"
+"""Stands on the page once a look at the model is over."""
+
+
+@pytest.fixture
+def hidden(tmp_path: Path) -> bytes:
+    """Two short recordings with hidden friction, and two candidates."""
+
+    def edit(document: Document) -> None:
+        document["recordings"] = document["recordings"][:2]
+        for entry in document["recordings"]:
+            entry["simulate"]["seconds"] = 1.0
+
+    folder = tmp_path / "made"
+    folder.mkdir()
+    session = Session("maker", folder)
+    assert session.choose("something hidden", None)  # type: ignore[arg-type]
+    kinds = put(("diagnose", "candidates"), ["coulomb_friction", "tip_payload"])
+    assert session.change(edit, kinds)
+    content = scenario_toml(session.scenario).encode()
+    session.close()
+    return content
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_diagnosis_and_what_was_added_survive_kills(
+    tmp_path: Path, hidden: bytes, seed: int
+) -> None:
+    """Killed while it looks, while it adds, and as soon as the second look stands there."""
+    storage: dict[str, str] = {}
+    random = Random(seed)
+
+    def kill(server: Served, within: float) -> None:
+        time.sleep(random.uniform(0.0, within))
+        server.process.kill()
+        server.process.wait()
+
+    with served(tmp_path, "--workers", "1") as server, server.browser(storage=storage) as browser:
+        sees(browser, "Seven working points", SLOW)
+        press(browser, "Stage", "Data")
+        upload(browser, "hidden.toml", hidden)
+        sees(browser, "2 to fit", SLOW)
+        press(browser, "Stage", "Diagnose")
+        press(browser, "Find what is missing")
+        kill(server, 8.0)
+    with served(tmp_path, "--workers", "1") as server:
+        browser = back(server, storage)
+        press(browser, "Stage", "Diagnose")
+        sees(browser, "2 recordings to look at.", SLOW)
+        press(browser, "Find what is missing")
+        sees(browser, LOOKED, SLOW)
+        assert "Something is missing." in texts(browser)
+        press(browser, "Add")
+        kill(server, 8.0)
+        browser.__exit__(None, None, None)
+    with served(tmp_path, "--workers", "1") as server:
+        browser = back(server, storage)
+        press(browser, "Stage", "Diagnose")
+        sees(browser, "Something is missing.", SLOW)
+        if "In the model: Coulomb friction." not in texts(browser):  # killed before the click
+            press(browser, "Add")
+        else:
+            press(browser, "Find what is missing")
+        sees(browser, "Nothing is missing.", SLOW)
+        sees(browser, LOOKED, SLOW)
+        server.process.kill()
+        server.process.wait()
+        browser.__exit__(None, None, None)
+    with served(tmp_path, "--workers", "1") as server:
+        browser = back(server, storage)
+        press(browser, "Stage", "Diagnose")
+        sees(browser, "Nothing is missing.", SLOW)
+        sees(browser, "In the model: Coulomb friction.", SLOW)
+        assert "Traceback" not in server.log and "damaged" not in texts(browser)
+        browser.__exit__(None, None, None)

@@ -254,3 +254,43 @@ def test_every_click_counts(place: Place) -> None:
         for _ in range(20):
             place.set(browser, "button", True)
         wait_for(lambda: len(clicks) == 20)
+
+
+def test_a_drag_that_the_server_could_not_follow_is_answered_by_its_last_place(
+    place: Place,
+) -> None:
+    with Browser(place.server) as browser:
+        page = place.page(browser)
+        seen: list[float] = []
+        slider = page.widgets["slider"]
+
+        @slider.on_update  # on the event loop: once for every message that viser is given
+        async def _(_: object) -> None:
+            seen.append(slider.value)
+
+        loop = place.server.viser.get_event_loop()
+        free = threading.Event()
+        loop.call_soon_threadsafe(free.wait)  # the server stands
+        places = [round(0.01 * k, 2) for k in range(1, 201)]
+        for value in places:
+            place.set(browser, "slider", value)
+        browser.send(CAMERA)
+        place.set(browser, "slider", NAN)  # refused: the place before it stays the last one
+        free.set()
+        wait_for(lambda: page.session.values.get("slider") == places[-1])
+        assert seen == sorted(seen) and len(seen) < len(places) / 4
+
+
+def test_no_click_overtakes_the_slider_that_was_moved_before_it(place: Place) -> None:
+    with Browser(place.server) as browser:
+        page = place.page(browser)
+        slider, at_click = page.widgets["slider"], []
+        page.widgets["button"].on_click(lambda _: at_click.append(slider.value))
+        free = threading.Event()
+        place.server.viser.get_event_loop().call_soon_threadsafe(free.wait)
+        for value in (0.5, 1.0):
+            place.set(browser, "slider", value)
+        place.set(browser, "button", True)
+        free.set()
+        wait_for(lambda: at_click)
+        assert at_click == [1.0]

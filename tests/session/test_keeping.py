@@ -263,3 +263,15 @@ def test_another_server_does_not_take_what_is_in_use(session: Session, work: Kep
     assert session.change(put(("identify", "population"), 17))
     assert not KeptWork(work.root).knows(KEY) and is_kept(session.folder)
     assert not (session.folder / RESULTS).exists()
+
+
+def test_what_was_half_written_goes_when_the_server_starts(work: KeptWork) -> None:
+    session = begun(work)
+    assert session.change(put(("title",), "Mine"))
+    (session.folder / "th1.csv").write_text("t")
+    (session.folder / ".0123.th2.csv").write_text("t,theta1")
+    (session.folder / ".big.zip.unpacking").mkdir()
+    (session.folder / ".big.zip.unpacking" / "th3.csv").write_text("t,the")
+    dead(session)
+    KeptWork(work.root)
+    assert {p.name for p in session.folder.iterdir()} == {WORK, OWNER, "th1.csv"}

@@ -20,11 +20,14 @@ def waiting(turns: Turns, order: list[str], name: str, ends: bool) -> threading.
         with turns.end() if ends else turns.begin():
             order.append(name)
 
+    def waits_or_had_it() -> bool:
+        return name in order or len(turns._beginning) + len(turns._ending) > before
+
     before = len(turns._beginning) + len(turns._ending)
     thread = threading.Thread(target=run, daemon=True)
     thread.start()
     limit = time.monotonic() + SOON
-    while len(turns._beginning) + len(turns._ending) == before and time.monotonic() < limit:
+    while not waits_or_had_it() and time.monotonic() < limit:
         time.sleep(0.001)
     return thread
 

@@ -1,0 +1,161 @@
+"""A worker that dies or stops under any kind of job: told in words, and the next try succeeds."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from flexgui.jobs import JobPool, PoolSettings, inputs
+from flexgui.session import Session
+from flexgui.session.edit import put
+from flexgui.session.study_state import DONE
+from tests.paper_study.helpers import short
+from tests.session.conftest import Offered
+from tests.session.helpers import good_csv, small, until
+
+pytestmark = pytest.mark.long
+
+SILENCE = 15.0
+"""s until a stopped worker is said to hang: seven signs of life, so that no busy one is."""
+WARM = 300.0
+"""s for a worker to take the place of a lost one, on a busy machine."""
+
+Try = Callable[[Session, Offered], bool]
+"""Does something that a worker is needed for; whether it succeeded."""
+
+
+@pytest.fixture(scope="module")
+def offered() -> Iterator[Offered]:
+    with JobPool(1, PoolSettings(silence=SILENCE)) as pool:
+        yield Offered(pool)
+
+
+@pytest.fixture(scope="module")
+def readers() -> Iterator[JobPool]:
+    with JobPool(1, replace(inputs.SETTINGS, silence=SILENCE)) as pool:
+        yield pool
+
+
+@pytest.fixture
+def identified(session: Session, offered: Offered) -> Session:
+    assert session.choose("something hidden", offered)
+    small(session)
+    assert session.change(put(("diagnose", "candidates"), ["coulomb_friction"]))
+    assert session.identify(offered)
+    until(lambda: not session.busy, WARM)
+    assert session.outcome is not None
+    return session
+
+
+def idle(session: Session, before: object, found: Callable[[], object]) -> bool:
+    until(lambda: not session.busy, WARM)
+    return found() is not before
+
+
+def identify(session: Session, offered: Offered) -> bool:
+    before = session.outcome
+    assert session.identify(offered)
+    return idle(session, before, lambda: session.outcome)
+
+
+def diagnose(session: Session, offered: Offered) -> bool:
+    before = session.looks
+    assert session.diagnose(offered)
+    return idle(session, before, lambda: session.looks)
+
+
+def add(session: Session, offered: Offered) -> bool:
+    model = session.scenario.model
+    assert session.add("coulomb_friction", offered)
+    until(lambda: not session.busy and session.pending is None, WARM)
+    return session.scenario.model != model
+
+
+def report(session: Session, offered: Offered) -> bool:
+    done: list[Path] = []
+    assert session.report(offered, done.append)
+    until(lambda: not session.busy, WARM)
+    return bool(done)
+
+
+def hide(session: Session, offered: Offered) -> bool:
+    said = session.message.number
+    assert session.hide(3, "easy", offered)
+    until(lambda: session.challenge is not None or session.message.number > said, WARM)
+    return session.challenge is not None
+
+
+def demonstrate(session: Session, offered: Offered) -> bool:
+    session.demonstrate("coulomb_friction", offered)
+    until(lambda: session.demonstration is not None or session.not_shown != "", WARM)
+    if session.demonstration is None:
+        session.say(session.not_shown, bad=True)
+    return session.demonstration is not None
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+@pytest.mark.parametrize("attempt", [identify, diagnose, add, report, demonstrate, hide])
+def test_a_lost_worker_costs_one_try(
+    identified: Session, offered: Offered, attempt: Try, number: int
+) -> None:
+    lose_worker(offered.pool, number)
+    outcome, looks = identified.outcome, identified.looks
+    assert not attempt(identified, offered)
+    assert identified.message.bad and "start it again" in identified.message.text
+    assert (identified.outcome, identified.looks) == (outcome, looks)
+    assert attempt(identified, offered), identified.message
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_lost_worker_costs_a_study_nothing(
+    session: Session, offered: Offered, number: int
+) -> None:
+    assert session.open(short().scenario)
+    session.choose_study(runs=2, at_once=1)
+    lose_worker(offered.pool, number)
+    assert session.start_study(offered)
+    until(lambda: not session.study.busy, WARM)
+    assert (session.study.phase, session.study.done) == (DONE, 4), session.study.sentence
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_lost_reader_costs_one_upload(
+    session: Session,
+    offered: Offered,
+    readers: JobPool,
+    number: int,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(inputs, "_pool", cache(lambda: readers))
+    content = good_csv(session)
+    before = {path.name for path in session.folder.iterdir()}
+    lose_worker(readers, number)
+    assert not session.upload("own.csv", content, offered)
+    assert session.message.bad and "own.csv" in session.message.text
+    assert {path.name for path in session.folder.iterdir()} == before
+    assert session.upload("own.csv", content, offered), session.message
+
+
+def lose_worker(pool: JobPool, number: int) -> None:
+    """It stands still before it gets the job; then it is killed, or not."""
+    pool.start()
+    until(lambda: pool.workers_ready == 1, WARM)
+    (worker,) = pool.worker_pids
+    os.kill(worker, signal.SIGSTOP)
+    if number == signal.SIGKILL:
+        kill_once_it_has_a_job(pool, worker)
+
+
+def kill_once_it_has_a_job(pool: JobPool, worker: int) -> None:
+    def kill() -> None:
+        until(lambda: bool(pool._active), WARM)
+        os.kill(worker, signal.SIGKILL)
+
+    threading.Thread(target=kill, daemon=True).start()
