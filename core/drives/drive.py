@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cache
 from typing import ClassVar
 
 import numpy as np
@@ -83,7 +82,6 @@ def stated_or(name: str, stated: Sequence[float], values: Mapping[str, float]) -
     return np.array([values.get(f"{name}{k + 1}", x) for k, x in enumerate(stated)], dtype=float)
 
 
-@cache
-def drive_classes() -> dict[str, type[Drive]]:
+def drive_classes() -> Mapping[str, type[Drive]]:
     """All drives by their kind."""
     return classes_of("core.drives", Drive)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 
@@ -43,9 +44,21 @@ CHANNEL_KINDS = (
 )
 
 
+_OF_SENSORS: dict[str, ChannelKind] = {}
+"""Pattern -> family, of sensors that bring columns of their own."""
+
+
+def add_channels(kinds: Iterable[ChannelKind]) -> None:
+    """Let recordings have further channels; a sensor's class does so when it is made."""
+    for kind in kinds:
+        _OF_SENSORS[kind.pattern] = kind
+    _by_name.cache_clear()
+
+
 @cache
 def _by_name() -> dict[str, ChannelKind]:
-    return {name: kind for kind in CHANNEL_KINDS for name in kind.names}
+    kinds = (*_OF_SENSORS.values(), *CHANNEL_KINDS)
+    return {name: kind for kind in kinds for name in kind.names}
 
 
 def channel_names() -> tuple[str, ...]:

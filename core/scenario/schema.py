@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     ConfigDict,
     Field,
+    SerializerFunctionWrapHandler,
     field_validator,
     model_serializer,
     model_validator,
@@ -29,7 +31,8 @@ from core.recording.spec import (
     Words,
 )
 from core.recording.velocity import ZeroPhaseLowPass
-from core.sentences import did_you_mean
+from core.sensors import sensors
+from core.sentences import did_you_mean, quoted
 
 MOST_RECORDINGS = 500
 """Of a scenario: the longest campaigns of a rig have a tenth of that."""
@@ -38,7 +41,15 @@ MOST_SAMPLES = 1_000_000
 MOST_OWN = 20
 """Formulas of a scenario; each is derived and compiled, which takes a second at its first use."""
 
-Output = Literal["y", "ydot", "z", "encoder", "deflection", "torque"]
+
+def _known_output(kind: str) -> str:
+    if kind not in sensors():
+        raise ValueError(f"is {quoted(kind)}; {did_you_mean(kind, sensors())}")
+    return kind
+
+
+Output = Annotated[str, AfterValidator(_known_output)]
+"""The id of a sensor."""
 
 
 class DriveSpec(Settings):
@@ -174,7 +185,38 @@ class SensorsSpec(Settings):
     rates_noise: NonNegative | None = None
     """rad/s, of ydot"""
     camera_rate: Positive | None = None
-    """Hz"""
+    """Hz; the rig's own rate where not stated."""
+    further: dict[str, NonNegative] = Field(default_factory=dict)
+    """Of sensors beyond these, under the setting that the sensor's class names; in the file they
+    stand beside the others."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gather_further(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        named = {one.noise for one in sensors().values()} - {"", *cls.model_fields}
+        found = {k: v for k, v in data.items() if k in named}
+        rest = {k: v for k, v in data.items() if k not in named}
+        return {**rest, "further": {**rest.get("further", {}), **found}} if found else rest
+
+    @model_serializer(mode="wrap")
+    def _flat(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        table: dict[str, Any] = handler(self)
+        return {**table, **table.pop("further", {})}
+
+    @classmethod
+    def known_settings(cls) -> list[str]:
+        """What may stand in `[sensors]`."""
+        named = sorted({one.noise for one in sensors().values()} - {"", *cls.model_fields})
+        return [name for name in cls.model_fields if name != "further"] + named
+
+    def noise_of(self, setting: str) -> float | None:
+        """The standard deviation that a setting states, SI; None where it states none."""
+        if setting in self.further:
+            return self.further[setting]
+        value: float | None = getattr(self, setting, None) if setting else None
+        return value
 
 
 def _one_as_list(value: Any) -> Any:

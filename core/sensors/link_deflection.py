@@ -14,6 +14,7 @@ class LinkDeflection(Sensor):
 
     kind = "deflection"
     title = "link deflection"
+    noise = "deflection_noise"
 
     @staticmethod
     def _bending(arm: Arm) -> list[int]:
