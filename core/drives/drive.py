@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
@@ -17,12 +17,26 @@ from core.plugins import classes_of
 from core.recording.recording import Recording
 
 
+class DriveSlider(NamedTuple):
+    """A setting with one number per joint that a person may move."""
+
+    setting: str
+    letter: str
+    """Before the joint's number."""
+    unit: str
+    limits: tuple[float, float, float]
+    """Least, greatest, step, in `unit`."""
+    hint: str = ""
+
+
 class Drive(BaseModel):
     """A drive as a scenario states it; frozen and checked."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: ClassVar[str] = ""
+    sliders: ClassVar[tuple[DriveSlider, ...]] = ()
+    """What of it the page shows as sliders."""
 
     def check(self, arm: Arm) -> None:
         """InputError where the drive does not fit the arm."""

@@ -57,8 +57,12 @@ def add_channels(kinds: Iterable[ChannelKind]) -> None:
 
 @cache
 def _by_name() -> dict[str, ChannelKind]:
-    kinds = (*_OF_SENSORS.values(), *CHANNEL_KINDS)
-    return {name: kind for kind in kinds for name in kind.names}
+    return {name: kind for kind in known_kinds() for name in kind.names}
+
+
+def known_kinds() -> tuple[ChannelKind, ...]:
+    """All families: those of every recording, then those that sensors bring."""
+    return (*CHANNEL_KINDS, *_OF_SENSORS.values())
 
 
 def channel_names() -> tuple[str, ...]:

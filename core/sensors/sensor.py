@@ -40,6 +40,9 @@ class Sensor(ABC):
     noise = ""
     """Its setting in [sensors]: the standard deviation of the noise of all its channels, SI; empty:
     what follows from other sensors has none of its own."""
+    primary: bool = False
+    """Whether it measures something of its own: with the full equations it is compared unless the
+    scenario says otherwise. What follows from other sensors, or drives the arm, does not."""
     columns: ClassVar[tuple[ChannelKind, ...]] = ()
     """Columns of a recording that it brings, beside those in core.recording.channels."""
 
