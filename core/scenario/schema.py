@@ -32,7 +32,7 @@ from core.recording.spec import (
 )
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import sensors
-from core.sentences import did_you_mean, quoted
+from core.sentences import did_you_mean, listed, quoted
 
 MOST_RECORDINGS = 500
 """Of a scenario: the longest campaigns of a rig have a tenth of that."""
@@ -44,7 +44,8 @@ MOST_OWN = 20
 
 def _known_output(kind: str) -> str:
     if kind not in sensors():
-        raise ValueError(f"is {quoted(kind)}; {did_you_mean(kind, sensors())}")
+        known = listed([repr(name) for name in sorted(sensors())], "or")
+        raise ValueError(f"is {quoted(kind)}; it must be {known}.")
     return kind
 
 
