@@ -10,7 +10,7 @@ import pkgutil
 from collections.abc import Mapping
 from functools import cache
 from types import ModuleType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from core.errors import InputError
 from core.sentences import did_you_mean
@@ -30,7 +30,7 @@ _REGISTERED: dict[str, dict[str, type]] = {}
 
 
 @cache
-def classes_of(package: str, base: type[T]) -> Mapping[str, type[T]]:
+def classes_of(package: str, base: type) -> Mapping[str, Any]:
     """kind -> class, for each class of the package's modules that derives from `base`, then those
     that were registered."""
     found: dict[str, type] = {}

@@ -30,7 +30,7 @@ T = TypeVar("T")
 class Catalogue(Mapping[str, type[T]], Generic[T]):
     """The classes of one kind of plug-in: `effects["backlash"]` is `effects.Backlash`."""
 
-    def __init__(self, package: str, base: type[T]) -> None:
+    def __init__(self, package: str, base: type) -> None:
         self._package, self._base = package, base
 
     @property

@@ -6,7 +6,7 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 
     from core.results import Outcome
 
-    OneEffect = str | type[Effect] | Effect | Mapping[str, Any]
-    OneRecording = pd.DataFrame | Recording | str | Path | Mapping[str, Any]
+    OneEffect: TypeAlias = str | type[Effect] | Effect | Mapping[str, Any]
+    OneRecording: TypeAlias = "pd.DataFrame | Recording | str | Path | Mapping[str, Any]"
 
 SOURCE = "The project"
 TABLE = "table"
