@@ -97,4 +97,5 @@ class Registry(Generic[T]):
 @cache
 def discover(package: str, base: type[T]) -> Registry[T]:
     """One instance per concrete subclass of `base` with a `kind`, in the modules of `package`."""
-    return Registry({kind: thing() for kind, thing in classes_of(package, base).items()})
+    contract: type = base
+    return Registry({kind: thing() for kind, thing in classes_of(package, contract).items()})

@@ -59,7 +59,14 @@ class Catalogue(Mapping[str, type[T]], Generic[T]):
         return [*super().__dir__(), *(one.__name__ for one in self._classes.values())]
 
     def title(self, kind: str) -> str:
-        """Say in a line what a plug-in is."""
+        """Say in a line what a plug-in is.
+
+        Args:
+            kind: Its id.
+
+        Raises:
+            InputError: Where it is not known.
+        """
         one = self[kind]
         return str(getattr(one, "title", "")) or first_sentence(inspect.getdoc(one) or "")
 
@@ -113,6 +120,9 @@ def register(thing: C) -> C:
 
 def unregister(thing: type) -> None:
     """Take an own class out again.
+
+    Args:
+        thing: A class that was registered.
 
     Raises:
         InputError: Where it is no subclass of a contract.

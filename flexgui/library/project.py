@@ -71,6 +71,12 @@ class Project:
     def recordings(self, progress: Callback | None = None) -> tuple[Recording, ...]:
         """Read or simulate all recordings, in SI units.
 
+        Args:
+            progress: Called after each step.
+
+        Returns:
+            One per entry of `[[recordings]]`, in their order.
+
         Raises:
             InputError: Where a file is missing or wrong; it names file, column and row.
         """
@@ -264,6 +270,9 @@ class Project:
 
     def save(self, path: str | Path) -> Path:
         """Write the scenario as a file, and beside it the tables that came as objects.
+
+        Args:
+            path: Of the TOML file; its folder is made where it is missing.
 
         Returns:
             Its path.

@@ -57,8 +57,9 @@ class Simulation:
 
     def plot(self) -> go.Figure:
         """Draw references and measurements over time."""
-        slides = [self.units[n] == "m" for n in sorted(self.units) if n.startswith("theta")]
-        return from_dict(preview(self.recording, slides[::2]))
+        joints = sum(name in self.units for name in ("u1", "u2", "u3"))
+        slides = [self.units[f"theta{k + 1}"] == "m" for k in range(joints)]
+        return from_dict(preview(self.recording, slides))
 
     def _repr_html_(self) -> str:
         r = self.recording
@@ -88,6 +89,9 @@ class Comparison:
 
     def __getitem__(self, recording: str) -> RecordingComparison:
         """The comparison of the recording of that name.
+
+        Args:
+            recording: Its name.
 
         Raises:
             InputError: Where there is none.
@@ -169,6 +173,9 @@ class _Found:
     def __getitem__(self, name: str) -> Estimate:
         """The estimate of a parameter: value, std, unit, identifiable.
 
+        Args:
+            name: Of the parameter.
+
         Raises:
             InputError: Where it was not estimated.
         """
@@ -217,7 +224,14 @@ class Identification(_Found):
         return any(fit.stopped for fit in self.outcome.fits)
 
     def linear(self, **where: Any) -> LinearModel:
-        """Linearise the identified model; arguments as for `Project.linear`."""
+        """Linearise the identified model.
+
+        Args:
+            **where: As for `Project.linear`: theta, theta2, output, values.
+
+        Returns:
+            The linear model with the estimated values.
+        """
         known = self.project.model.parameters
         values = {name: value for name, value in self.values.items() if name in known}
         return self.project.linear(values={**values, **where.pop("values", {})}, **where)

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
+import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -77,6 +81,64 @@ def test_every_public_method_says_what_it_does() -> None:
                 assert getattr(kind, name).__doc__, f"{kind.__name__}.{name}"
 
 
+def public_callables() -> Iterator[tuple[str, Any]]:
+    """Functions and methods of the library that a user may call."""
+    for name in fg._MODULES:
+        thing = getattr(fg, name)
+        if inspect.isfunction(thing) and thing.__module__.startswith("flexgui.library"):
+            yield name, thing
+        if inspect.isclass(thing) and thing.__module__.startswith("flexgui.library"):
+            for key, method in vars(thing).items():
+                if inspect.isfunction(method) and not key.startswith("_"):
+                    yield f"{name}.{key}", method
+
+
+@pytest.mark.parametrize(("name", "called"), [*public_callables()], ids=lambda x: str(x)[:40])
+def test_every_argument_and_result_is_explained(name: str, called: Any) -> None:
+    text = called.__doc__ or ""
+    taken = [k for k in inspect.signature(called).parameters if k != "self"]
+    args = text.partition("Args:")[2].partition("Returns:")[0]
+    for argument in taken:
+        assert re.search(rf"^\s+\*{{0,2}}{argument}: ", args, re.MULTILINE), f"{name}: {argument}"
+    if "raise InputError" in inspect.getsource(called):
+        assert "Raises:" in text, name
+
+
+def run(*arguments: str) -> int:
+    from flexgui.cli import run as run_command
+
+    return run_command(arguments)
+
+
+def test_the_command_line_lists_what_ships_and_prints_the_reference(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run("scenarios") == 0
+    assert "paper_glocal" in capsys.readouterr().out
+    assert run("reference") == 0
+    kept = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
+    assert capsys.readouterr().out == kept
+
+
+def test_export_takes_the_name_of_a_scenario(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    taken: list[Path] = []
+    monkeypatch.setattr(
+        "flexgui.export.run.export_scenario", lambda path, *rest: taken.append(path)
+    )
+    assert run("export", "mujoco/nothing", "--out", str(tmp_path)) == 0
+    assert taken[0].is_file()
+    assert run("export", "paper_glocl", "--out", str(tmp_path)) == 2
+    assert "did you mean 'paper_glocal'?" in capsys.readouterr().err
+
+
+def test_a_file_beside_wins_over_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("paper_glocal").write_text('title = "mine"\n[arm]\npreset = "paper"\n', encoding="utf-8")
+    assert fg.load("paper_glocal").title == "mine"
+
+
 def test_scenarios_are_listed_with_their_titles() -> None:
     known = fg.scenarios()
     assert known["paper_glocal"] == "The paper: seven working points at once"
@@ -93,7 +155,7 @@ def test_a_misspelt_name_is_met_with_the_nearest_scenario() -> None:
         fg.load("paper_glocl")
 
 
-@pytest.mark.parametrize("name", ["paper_local", "hidden_friction", "emps", "bench_2dsfl"])
+@pytest.mark.parametrize("name", sorted(fg.scenarios()))
 def test_changing_nothing_leaves_the_scenario_as_it_was(name: str) -> None:
     rig = fg.load(name)
     same = rig.with_settings()
