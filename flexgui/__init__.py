@@ -19,7 +19,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 _HOME = {
-    "flexgui.library.project": "Project load project",
+    "flexgui.library.building": "project",
+    "flexgui.library.project": "Project load",
     "flexgui.library.results": "Comparison Diagnosis Identification Simulation StoppedError",
     "flexgui.library.linear": "LinearModel",
     "flexgui.library.listening": "Update",
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
     from core.recording.recording import Recording as Recording
     from core.sensors.sensor import Channel as Channel
     from core.sensors.sensor import Sensor as Sensor
+    from flexgui.library.building import project as project
     from flexgui.library.catalogues import drives as drives
     from flexgui.library.catalogues import effects as effects
     from flexgui.library.catalogues import excitations as excitations
@@ -66,7 +68,6 @@ if TYPE_CHECKING:
     from flexgui.library.listening import Update as Update
     from flexgui.library.project import Project as Project
     from flexgui.library.project import load as load
-    from flexgui.library.project import project as project
     from flexgui.library.results import Comparison as Comparison
     from flexgui.library.results import Diagnosis as Diagnosis
     from flexgui.library.results import Identification as Identification

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from core.arm.presets import presets as arm_presets
 from core.drives.drive import Drive
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from core.arm.arm import Arm
 
 T = TypeVar("T")
+OneEffect: TypeAlias = str | type[Effect] | Effect | Mapping[str, Any]
+"""An id, a class, an instance, or a table with an id or a formula."""
 
 
 class Catalogue(Mapping[str, type[T]], Generic[T]):
@@ -160,3 +162,24 @@ def formula(
     """
     stated = {"target": target, "formula": text, "parameters": parameters}
     return {**stated, **({"title": title} if title else {}), **({"id": id} if id else {})}
+
+
+def model_with(model: Mapping[str, Any], added: Sequence[OneEffect]) -> dict[str, Any]:
+    """The table `[model]` with further effects, listed ones and formulas."""
+    listed, own = list(model.get("effects", ())), list(model.get("own", ()))
+    for one in added:
+        entry = _effect_entry(one)
+        (own if "formula" in entry else listed).append(entry)
+    tables = {"effects": listed, "own": own}
+    return {**model, **{name: table for name, table in tables.items() if table}}
+
+
+def _effect_entry(one: OneEffect) -> dict[str, Any]:
+    if isinstance(one, str):
+        return {"id": one}
+    if isinstance(one, Mapping):
+        return dict(one)
+    kind = one if isinstance(one, type) else type(one)
+    if dict(effects).get(kind.kind) is not kind:
+        register(kind)
+    return {"id": kind.kind}

@@ -1,21 +1,16 @@
-"""A scenario as a Python object: from files, or from Python objects and tables."""
+"""A scenario as a Python object."""
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect
-from core.errors import InputError
 from core.loading import joint_units, load_recordings
 from core.model import Model
 from core.recording.recording import Recording
-from core.recording.save import save_recording
 from core.recording.spec import SimulateSpec
 from core.scenario.read import check_scenario, read_scenario
 from core.scenario.schema import Scenario
@@ -23,7 +18,7 @@ from core.scenario.stated_effects import with_hidden_effects
 from core.scenario.stated_model import base_model
 from core.scenario.write import scenario_toml, write_scenario
 from core.validation import validated
-from flexgui.library.catalogues import register
+from flexgui.library.catalogues import OneEffect, model_with
 from flexgui.library.linear import LinearModel, linear_model
 from flexgui.library.listening import Callback, listener
 from flexgui.library.results import Comparison, Diagnosis, Identification, Simulation, StoppedError
@@ -32,16 +27,10 @@ from flexgui.views.html import html_table
 from flexgui.views.table import Column, Row, Table
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from core.results import Outcome
 
-    OneEffect: TypeAlias = str | type[Effect] | Effect | Mapping[str, Any]
-    OneRecording: TypeAlias = "pd.DataFrame | Recording | str | Path | Mapping[str, Any]"
 
 SOURCE = "The project"
-TABLE = "table"
-"""Key of a recording's settings that holds the table itself."""
 DEFAULT_EFFECTS = 3
 """Effects that a diagnosis looks for where the scenario states none; as in README's example."""
 
@@ -121,7 +110,7 @@ class Project:
             InputError: Where an effect is not known or a parameter is wrong.
         """
         model = self.scenario.model_dump(exclude_unset=True).get("model", {})
-        found = self.with_settings(model=_with_effects(model, effects))
+        found = self.with_settings(model=model_with(model, effects))
         _ = found.model  # what is wrong is said now
         return found
 
@@ -316,7 +305,7 @@ class Project:
         s = self.scenario
         rows = [
             Row(("Title", s.title)),
-            Row(("Arm", build_name(s))),
+            Row(("Arm", _arm_name(s))),
             Row(("Drive", s.drive.kind)),
             Row(("Level", s.model.level)),
             Row(("Effects", ", ".join(e.id for e in s.model.effects) or "none")),
@@ -326,8 +315,8 @@ class Project:
         return str(html_table(Table((Column("Setting"), Column("Value")), tuple(rows))))
 
 
-def build_name(scenario: Scenario) -> str:
-    """Name the arm of a scenario: its preset or its own name."""
+def _arm_name(scenario: Scenario) -> str:
+    """Its own name, or its preset's."""
     return scenario.arm.name or scenario.arm.preset or f"{len(scenario.arm.segments)} segments"
 
 
@@ -346,148 +335,3 @@ def load(scenario: str | Path, data: str | Path | None = None) -> Project:
     """
     path = scenario_path(scenario)
     return Project(read_scenario(path), path.parent, None if data is None else Path(data))
-
-
-def project(
-    arm: str | Arm | Mapping[str, Any] = "paper",
-    drive: str | Drive | Mapping[str, Any] = "velocity_loop",
-    recordings: Sequence[OneRecording] = (),
-    *,
-    effects: Sequence[OneEffect] = (),
-    title: str = "Project",
-    folder: str | Path = "",
-    data: str | Path | None = None,
-    **tables: Any,
-) -> Project:
-    """Build a project from Python objects and tables.
-
-    Args:
-        arm: A preset's name, an `Arm`, or a table as `[arm]` of a scenario.
-        drive: An id, a `Drive` such as `drives.VelocityLoop(gains=(60, 30))`, or a table as
-            `[drive]`.
-        recordings: Each a pandas table (columns as in a file, `theta1 [deg]` or SI), a
-            `Recording`, a path, or a table as `[[recordings]]`; with the key "table" instead of
-            "file" that may hold a pandas table with its role, name and columns.
-        effects: As `Project.with_effects` takes them.
-        title: Of the report.
-        folder: Where relative paths are sought.
-        data: Another folder of recordings.
-        **tables: Further tables of a scenario: `identify`, `sensors`, `model`, `diagnose`.
-
-    Returns:
-        The project.
-
-    Raises:
-        InputError: Where a setting is wrong; it says which.
-    """
-    store = _Store()
-    entries = [store.entry(one, k) for k, one in enumerate(recordings, start=1)]
-    model = _with_effects(dict(tables.pop("model", {})), effects)
-    document = {
-        "title": title,
-        "arm": _arm_table(arm),
-        "drive": _drive_table(drive),
-        "recordings": entries,
-        **({"model": model} if model else {}),
-        **tables,
-    }
-    made = check_scenario(document, SOURCE)
-    if store.kept is not None and str(folder):
-        raise InputError(
-            "recordings mixes tables with a folder of files; read the files with pandas first, or "
-            "give their whole paths."
-        )
-    where = Path(folder) if store.kept is None else Path(store.kept.name)
-    found = Project(made, where, None if data is None else Path(data), store.kept)
-    _ = found.model
-    return found
-
-
-class _Store:
-    """Tables that come as objects, as files that the loader checks like any other."""
-
-    def __init__(self) -> None:
-        self.kept: tempfile.TemporaryDirectory[str] | None = None
-
-    def entry(self, given: OneRecording, number: int) -> dict[str, Any]:
-        """One `[[recordings]]` of a scenario."""
-        if isinstance(given, str | Path):
-            return {"file": str(given)}
-        if isinstance(given, Recording):
-            self._put(given, f"{number}.parquet")
-            named = {"name": given.name, "role": given.role, "file": f"{number}.parquet"}
-            return named if given.theta2 is None else {**named, "theta2": given.theta2}
-        if isinstance(given, Mapping):
-            return self._stated(dict(given), number)
-        return self._stated({TABLE: given}, number)
-
-    def _stated(self, entry: dict[str, Any], number: int) -> dict[str, Any]:
-        if TABLE not in entry:
-            return entry
-        table = entry.pop(TABLE)
-        if isinstance(table, Recording):
-            return {**self.entry(table, number), **entry}
-        self._put(table, f"{number}.parquet")
-        return {"name": f"recording-{number}", **entry, "file": f"{number}.parquet"}
-
-    def _put(self, table: Recording | pd.DataFrame, name: str) -> None:
-        import pandas as pd
-
-        if self.kept is None:
-            self.kept = tempfile.TemporaryDirectory(prefix="flexgui-")
-        path = Path(self.kept.name) / name
-        if isinstance(table, Recording):
-            save_recording(table, path)
-        elif isinstance(table, pd.DataFrame):
-            frame = table if table.index.name is None else table.reset_index()
-            frame.rename(columns=str).to_parquet(path, index=False)
-        else:
-            raise InputError(
-                f"recordings holds {type(table).__name__}; give a pandas table, a Recording or a "
-                f"path."
-            )
-
-
-def _arm_table(arm: str | Arm | Mapping[str, Any]) -> dict[str, Any]:
-    if isinstance(arm, str):
-        return {"preset": arm}
-    if isinstance(arm, Arm):
-        segments = [segment.model_dump(exclude_none=True) for segment in arm.segments]
-        return {"name": arm.name, "gravity": arm.gravity, "segments": segments}
-    return dict(arm)
-
-
-def _drive_table(drive: str | Drive | Mapping[str, Any]) -> dict[str, Any]:
-    if isinstance(drive, str):
-        return {"kind": drive}
-    if isinstance(drive, Drive):
-        return {"kind": drive.kind, **drive.model_dump(exclude_none=True)}
-    return dict(drive)
-
-
-def _with_effects(model: Mapping[str, Any], effects: Sequence[OneEffect]) -> dict[str, Any]:
-    """`[model]` with further effects, listed ones and formulas."""
-    listed, own = list(model.get("effects", ())), list(model.get("own", ()))
-    for one in effects:
-        entry = _effect_entry(one)
-        (own if "formula" in entry else listed).append(entry)
-    tables = {"effects": listed, "own": own}
-    return {**model, **{name: table for name, table in tables.items() if table}}
-
-
-def _effect_entry(one: OneEffect) -> dict[str, Any]:
-    if isinstance(one, str):
-        return {"id": one}
-    if isinstance(one, Mapping):
-        return dict(one)
-    kind = one if isinstance(one, type) else type(one)
-    known: Callable[[], Mapping[str, Any]] = _effects
-    if known().get(kind.kind) is not kind:
-        register(kind)
-    return {"id": kind.kind}
-
-
-def _effects() -> Mapping[str, Any]:
-    from flexgui.library.catalogues import effects
-
-    return dict(effects)

@@ -20,7 +20,6 @@ from flexgui.library.plots import chosen, from_dict
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.correlation import correlation
-from flexgui.views.error_map import worst_table
 from flexgui.views.fit_bars import fit_bars
 from flexgui.views.fit_table import fit_table
 from flexgui.views.headline import final_comparisons, given_comparisons, standing
@@ -143,10 +142,6 @@ class Comparison:
 
     def _drawn_by(self, view: RecordingView, current: RecordingComparison) -> Any:
         return lambda: view.draw(Seen(current, self.recordings, self.maps))
-
-    def worst_html(self) -> str:
-        """Tabulate the ten worst places as HTML."""
-        return str(html_table(worst_table(self.maps.worst)))
 
     def _repr_html_(self) -> str:
         return str(html_table(fit_table(self.recordings)))
