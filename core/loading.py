@@ -17,6 +17,7 @@ from core.recording.spec import RecordingSpec
 from core.scenario.data_folder import Folder, resolve_file
 from core.scenario.schema import Scenario, SensorsSpec
 from core.scenario.stated_effects import with_hidden_effects
+from core.sensors import sensors
 from core.simulate.experiment import NoiseLevels, simulate_recording
 
 WORKERS = 2
@@ -69,14 +70,7 @@ def _simulated(spec: RecordingSpec, noise: SensorsSpec, model: Model) -> Recordi
     assert spec.simulate is not None
     model = with_hidden_effects(model, spec.hidden, spec.name)
     _check_level(spec.simulate.level, model, spec.name)
-    stated = {
-        "z": noise.camera_noise,
-        "encoder": noise.encoder_noise,
-        "deflection": noise.deflection_noise,
-        "torque": noise.torque_noise,
-        "ydot": noise.rates_noise,
-    }
-    levels = NoiseLevels({k: v for k, v in stated.items() if v is not None}, noise.camera_rate)
+    levels = noise_levels(noise)
     recording = simulate_recording(model, spec.simulate, spec.name, spec.role, levels)
     masks = {}
     for channel, stretches in spec.mask.items():
@@ -85,6 +79,12 @@ def _simulated(spec: RecordingSpec, noise: SensorsSpec, model: Model) -> Recordi
             keep &= (recording.time < low) | (recording.time > high)
         masks[channel] = keep
     return replace(recording, counted=masks)
+
+
+def noise_levels(stated: SensorsSpec) -> NoiseLevels:
+    """The noise that `[sensors]` states, by kind of sensor; each names its setting itself."""
+    known = {kind: stated.noise_of(one.noise) for kind, one in sensors().items()}
+    return NoiseLevels({k: v for k, v in known.items() if v is not None}, stated.camera_rate)
 
 
 def _check_level(level: str, model: Model, name: str) -> None:

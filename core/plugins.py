@@ -1,12 +1,16 @@
-"""Plug-ins: one file each, found by walking a folder. Adding one edits no other file."""
+"""Plug-ins: one file each, found by walking a folder. Adding one edits no other file.
+
+A program that uses FlexGUI as a library has no file in that folder; it registers its class.
+"""
 
 from __future__ import annotations
 
 import importlib
 import pkgutil
+from collections.abc import Mapping
 from functools import cache
 from types import ModuleType
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from core.errors import InputError
 from core.sentences import did_you_mean
@@ -21,8 +25,14 @@ def modules_of(package: str) -> list[ModuleType]:
     return [importlib.import_module(f"{package}.{name}") for name in names]
 
 
-def classes_of(package: str, base: type) -> dict[str, type]:
-    """kind -> class, for each class of the package's modules that derives from `base`."""
+_REGISTERED: dict[str, dict[str, type]] = {}
+"""Package -> kind -> class, of what `register` was given."""
+
+
+@cache
+def classes_of(package: str, base: type) -> Mapping[str, Any]:
+    """kind -> class, for each class of the package's modules that derives from `base`, then those
+    that were registered."""
     found: dict[str, type] = {}
     for module in modules_of(package):
         for thing in vars(module).values():
@@ -31,7 +41,44 @@ def classes_of(package: str, base: type) -> dict[str, type]:
             kind = str(getattr(thing, "kind", ""))
             if kind and thing.__module__ == module.__name__:
                 found[kind] = thing
-    return found
+    return {**found, **_REGISTERED.get(package, {})}
+
+
+def register(package: str, base: type, thing: type) -> None:
+    """Add a class to the plug-ins of a package, as if its file stood in the folder.
+
+    Args:
+        package: Dotted name of the folder, such as `core.effects`.
+        base: The contract that the class must derive from.
+        thing: The class; its `kind` is the id by which scenarios name it.
+
+    Raises:
+        InputError: Where it is no such class, has no `kind`, or the `kind` is one of the folder's.
+    """
+    kind = str(getattr(thing, "kind", ""))
+    if not (isinstance(thing, type) and issubclass(thing, base)):
+        raise InputError(f"{thing!r} is no subclass of {base.__name__}; derive it from that class.")
+    if not kind:
+        raise InputError(f"{thing.__name__} has no kind; give the class a text `kind`, its id.")
+    taken = classes_of(package, base).get(kind)
+    if taken is not None and kind not in _REGISTERED.get(package, {}):
+        raise InputError(
+            f"{thing.__name__}: the kind {kind!r} is {taken.__name__}'s; choose another."
+        )
+    _REGISTERED.setdefault(package, {})[kind] = thing
+    look_again()
+
+
+def unregister(package: str, kind: str) -> None:
+    """Take a registered class out again."""
+    _REGISTERED.get(package, {}).pop(kind, None)
+    look_again()
+
+
+def look_again() -> None:
+    """Forget what was found, so that the folders are walked once more."""
+    classes_of.cache_clear()
+    discover.cache_clear()
 
 
 class Registry(Generic[T]):
@@ -50,4 +97,5 @@ class Registry(Generic[T]):
 @cache
 def discover(package: str, base: type[T]) -> Registry[T]:
     """One instance per concrete subclass of `base` with a `kind`, in the modules of `package`."""
-    return Registry({kind: thing() for kind, thing in classes_of(package, base).items()})
+    contract: type = base
+    return Registry({kind: thing() for kind, thing in classes_of(package, contract).items()})

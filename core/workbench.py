@@ -41,6 +41,7 @@ from core.simulate.descriptor import descriptor
 from core.simulate.equations import equations
 
 MEAN_LABEL = "mean of the local fits"
+AS_STATED = "the stated values"
 
 
 @dataclass
@@ -105,6 +106,35 @@ def run_scenario(
         diagnosis=diagnosis,
         origins=_origins(setup.model, fits),
     )
+
+
+def compare_at(
+    scenario: Scenario,
+    values: Mapping[str, float],
+    *,
+    folder: Folder | None = None,
+    data_folder: Path | None = None,
+    progress: Progress | None = None,
+) -> tuple[RecordingComparison, ...]:
+    """Measured against modelled at given parameter values (SI); nothing is estimated.
+
+    What `values` does not name is as the scenario states it.
+    """
+    progress = progress or Silent()
+    progress.stage("Reading the recordings", len(scenario.recordings))
+    model = base_model(scenario)
+    for name in values:
+        model.parameter(name)
+    recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
+    model, _ = settled_level(scenario, model, scenario.identify, recordings)
+    setup = make_setup(model, scenario.identify, recordings)
+    known = {**scenario.identify.start, **values}
+    progress.stage("Comparing the model with the measurements", len(recordings))
+    found = []
+    for r in recordings:
+        found.append(compare(setup.model, r, setup.outputs, setup.processing, known, AS_STATED))
+        progress.advance(text=r.name)
+    return tuple(found)
 
 
 def _as_it_stands(

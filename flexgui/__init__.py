@@ -1,3 +1,88 @@
-"""The workbench around `core`: command line, report and page."""
+"""FlexGUI: identify flexible robot arms, on a page, from the command line or as a library.
+
+    import flexgui as fg
+
+    rig = fg.load("rig.toml")            # or fg.project(...) from Python objects and tables
+    found = rig.identify()
+    print(found.values["EI1"])
+    found.plot("convergence").show()
+    rig.diagnose().export("reports/rig")
+
+Names are imported when they are first used: `import flexgui` itself loads nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+_HOME = {
+    "flexgui.library.building": "project",
+    "flexgui.library.project": "Project load",
+    "flexgui.library.results": "Comparison Diagnosis Identification Simulation StoppedError",
+    "flexgui.library.linear": "LinearModel",
+    "flexgui.library.listening": "Update",
+    "flexgui.library.catalogues": (
+        "drives effects excitations formula presets register sensors unregister"
+    ),
+    "flexgui.library.shipped": "scenarios",
+    "core.arm.arm": "Arm",
+    "core.arm.segment": "Segment",
+    "core.drives.drive": "Drive",
+    "core.drives.law": "DriveLaw static_law",
+    "core.effects.effect": "Effect Knob",
+    "core.errors": "InputError",
+    "core.excitation.excitation": "Excitation",
+    "core.parameters": "Parameter",
+    "core.recording.recording": "Recording",
+    "core.sensors.sensor": "Channel Sensor",
+}
+_MODULES = {name: module for module, names in _HOME.items() for name in names.split()}
+
+if TYPE_CHECKING:
+    from core.arm.arm import Arm as Arm
+    from core.arm.segment import Segment as Segment
+    from core.drives.drive import Drive as Drive
+    from core.drives.law import DriveLaw as DriveLaw
+    from core.drives.law import static_law as static_law
+    from core.effects.effect import Effect as Effect
+    from core.effects.effect import Knob as Knob
+    from core.errors import InputError as InputError
+    from core.excitation.excitation import Excitation as Excitation
+    from core.parameters import Parameter as Parameter
+    from core.recording.recording import Recording as Recording
+    from core.sensors.sensor import Channel as Channel
+    from core.sensors.sensor import Sensor as Sensor
+    from flexgui.library.building import project as project
+    from flexgui.library.catalogues import drives as drives
+    from flexgui.library.catalogues import effects as effects
+    from flexgui.library.catalogues import excitations as excitations
+    from flexgui.library.catalogues import formula as formula
+    from flexgui.library.catalogues import presets as presets
+    from flexgui.library.catalogues import register as register
+    from flexgui.library.catalogues import sensors as sensors
+    from flexgui.library.catalogues import unregister as unregister
+    from flexgui.library.linear import LinearModel as LinearModel
+    from flexgui.library.listening import Update as Update
+    from flexgui.library.project import Project as Project
+    from flexgui.library.project import load as load
+    from flexgui.library.results import Comparison as Comparison
+    from flexgui.library.results import Diagnosis as Diagnosis
+    from flexgui.library.results import Identification as Identification
+    from flexgui.library.results import Simulation as Simulation
+    from flexgui.library.results import StoppedError as StoppedError
+    from flexgui.library.shipped import scenarios as scenarios
+else:
+
+    def __getattr__(name: str) -> Any:
+        """Import a public name at its first use."""
+        if name not in _MODULES:
+            raise AttributeError(f"module 'flexgui' has no attribute {name!r}")
+        found = getattr(import_module(_MODULES[name]), name)
+        globals()[name] = found
+        return found
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *_MODULES})

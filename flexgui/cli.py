@@ -65,7 +65,9 @@ def _common(
 
 @app.command()
 def export(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
+    scenario: Annotated[
+        Path, typer.Argument(help="Scenario file (TOML), or the name of one that ships.")
+    ],
     out: Annotated[Path, typer.Option(help="Folder for the report; made where it is missing.")],
     data: Annotated[
         Path | None,
@@ -76,8 +78,9 @@ def export(
     """Run SCENARIO and write report.html, result.json, tables and the model into OUT."""
     with plain_words(), _progress(quiet) as progress:
         from flexgui.export.run import export_scenario
+        from flexgui.library.shipped import scenario_path
 
-        export_scenario(scenario, out, data, progress, _say_aside)
+        export_scenario(scenario_path(scenario), out, data, progress, _say_aside)
 
 
 @app.command()
@@ -113,6 +116,27 @@ def serve(
             browser=not no_browser,
         )  # fmt: skip
         run_server(options, typer.echo)
+
+
+@app.command()
+def scenarios() -> None:
+    """List the scenarios that come with FlexGUI; export takes their names."""
+    with plain_words():
+        from flexgui.library.shipped import scenarios as shipped
+
+        found = shipped()
+        width = max(map(len, found))
+        for name, title in found.items():
+            typer.echo(f"{name:{width}}  {title}")
+
+
+@app.command()
+def reference() -> None:
+    """Print every key, preset, drive, sensor, output and effect with units and defaults."""
+    with plain_words():
+        from flexgui.reference import reference_text
+
+        typer.echo(reference_text(), nl=False)
 
 
 @app.command()

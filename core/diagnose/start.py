@@ -17,12 +17,12 @@ from core.diagnose.steps import Validated, validated
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
 from core.identify.prepared import Prepared, Processing, can_measure, prepare
-from core.identify.setup import MEASURED
+from core.identify.setup import primary_sensors
 from core.identify.unknowns import START, Unknown, Unknowns, collect_unknowns, fixed_values
 from core.model import Model
 from core.recording.recording import Recording
 from core.scenario.schema import IdentifySpec
-from core.sensors import Sensor, sensor
+from core.sensors import Sensor
 
 START_BOUND = 0.05
 """rad (m): how far an encoder's first sample may be from the truth."""
@@ -64,8 +64,7 @@ def outputs_of(model: Model, fitted: Sequence[Sensor], recordings: Sequence[Reco
     """With a servo what is fitted; otherwise all that was measured, else what is fitted."""
     if model.steering is not None:
         return tuple(fitted)
-    known = [sensor(kind) for kind in MEASURED]
-    found = tuple(s for s in known if all(s.direct(r, model.arm) for r in recordings))
+    found = tuple(s for s in primary_sensors() if all(s.direct(r, model.arm) for r in recordings))
     return found or tuple(fitted)
 
 

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from core.identify.setup import Setup
 from core.recording.recording import Recording
-from core.scenario.schema import Scenario, SensorsSpec
+from core.scenario.schema import Scenario
+from core.sensors import sensors
 
 
 def stated_noise(
@@ -17,26 +18,14 @@ def stated_noise(
     What is computed from other channels (velocities from tip places), or has noise of a stated
     ratio to its signal, has no stated level. That of a current is stated by its torque.
     """
-    levels = _levels(scenario.sensors)
     relative = any(r.simulate and r.simulate.snr_db is not None for r in scenario.recordings)
     found: dict[str, float] = {}
-    for kind, level in levels.items():
-        joints = setup.model.arm.joints if kind in ("theta", "deflection", "u") else 2
+    for kind, one in sensors().items():
+        level = scenario.sensors.noise_of(one.noise)
         if level is None or (relative and kind in ("z", "ydot")):
             continue
-        for name in (f"{kind}{k + 1}" for k in range(joints)):
-            current = kind == "u" and all(r.has(f"i{name[1:]}") for r in recordings)
+        for name in (channel.name for channel in one.channels(setup.model.arm)):
+            current = kind == "torque" and all(r.has(f"i{name[1:]}") for r in recordings)
             if current or all(r.has(name) for r in recordings):
                 found[name] = level
     return found
-
-
-def _levels(sensors: SensorsSpec) -> dict[str, float | None]:
-    """Stem of the columns -> what is stated."""
-    return {
-        "z": sensors.camera_noise,
-        "theta": sensors.encoder_noise,
-        "deflection": sensors.deflection_noise,
-        "u": sensors.torque_noise,
-        "ydot": sensors.rates_noise,
-    }

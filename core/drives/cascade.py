@@ -9,7 +9,7 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.arm.joints import joint
-from core.drives.drive import Drive, gain_parameter, per_joint, stated_or
+from core.drives.drive import Drive, DriveSlider, gain_parameter, per_joint, stated_or
 from core.drives.law import DriveLaw, static_law
 from core.parameters import Parameter
 from core.quantities import NonNegative, Positive
@@ -19,10 +19,19 @@ class Cascade(Drive):
     """u = kv (kp (theta* - theta) - theta'), kp in 1/s, kv in N m s/rad (N s/m on a slide)."""
 
     kind: ClassVar[str] = "cascade"
+    sliders: ClassVar[tuple[DriveSlider, ...]] = (
+        DriveSlider("position_gains", "kp", "1/s", (0.0, 100.0, 0.5), "Gain of the position loop."),
+        DriveSlider(
+            "velocity_gains", "kv", "N m s/rad", (0.0, 300.0, 1.0), "Gain of the velocity loop."
+        ),
+    )
 
     position_gains: tuple[NonNegative, ...]
+    """1/s, one per joint."""
     velocity_gains: tuple[NonNegative, ...]
+    """N m s/rad (N s/m on a slide), one per joint."""
     limits: tuple[Positive, ...] | None = None
+    """N m (N on a slide), one per joint; None: no limit."""
 
     def check(self, arm: Arm) -> None:
         per_joint(self.position_gains, arm, "position_gains")

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cache
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict
@@ -18,12 +17,26 @@ from core.plugins import classes_of
 from core.recording.recording import Recording
 
 
+class DriveSlider(NamedTuple):
+    """A setting with one number per joint that a person may move."""
+
+    setting: str
+    letter: str
+    """Before the joint's number."""
+    unit: str
+    limits: tuple[float, float, float]
+    """Least, greatest, step, in `unit`."""
+    hint: str = ""
+
+
 class Drive(BaseModel):
     """A drive as a scenario states it; frozen and checked."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: ClassVar[str] = ""
+    sliders: ClassVar[tuple[DriveSlider, ...]] = ()
+    """What of it the page shows as sliders."""
 
     def check(self, arm: Arm) -> None:
         """InputError where the drive does not fit the arm."""
@@ -83,7 +96,6 @@ def stated_or(name: str, stated: Sequence[float], values: Mapping[str, float]) -
     return np.array([values.get(f"{name}{k + 1}", x) for k, x in enumerate(stated)], dtype=float)
 
 
-@cache
-def drive_classes() -> dict[str, type[Drive]]:
+def drive_classes() -> Mapping[str, type[Drive]]:
     """All drives by their kind."""
     return classes_of("core.drives", Drive)

@@ -22,7 +22,9 @@ class GaugeFilter(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     frequency: Positive
+    """rad/s"""
     damping: Positive
+    """Damping ratio, 1"""
 
 
 class StateFeedback(Drive):
@@ -36,10 +38,15 @@ class StateFeedback(Drive):
     kind: ClassVar[str] = "state_feedback"
 
     gains: tuple[tuple[Bounded, Bounded, Bounded, Bounded], ...]
+    """A row per joint: A/rad, A/rad, A s/rad, A s/rad."""
     torque_constants: tuple[Positive, ...]
+    """N m/A, one per joint."""
     rate_filter: Positive | None = None
+    """rad/s; None: the rate is seen as it is."""
     gauge_filter: GaugeFilter | None = None
+    """Table with frequency (rad/s) and damping; None: the deflection is seen as it is."""
     current_limits: tuple[Positive, ...] | None = None
+    """A, one per joint; None: no limit."""
 
     def check(self, arm: Arm) -> None:
         per_joint(self.torque_constants, arm, "torque_constants")

@@ -20,6 +20,7 @@ class Torque(Drive):
     kind: ClassVar[str] = "torque"
 
     torque_constants: tuple[Positive, ...] | None = None
+    """N m/A (N/A on a slide), one per joint, of recorded currents; None: torques are recorded."""
 
     def check(self, arm: Arm) -> None:
         if self.torque_constants is not None:

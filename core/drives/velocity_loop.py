@@ -9,7 +9,7 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.arm.joints import joint
-from core.drives.drive import Drive, gain_parameter, per_joint, stated_or
+from core.drives.drive import Drive, DriveSlider, gain_parameter, per_joint, stated_or
 from core.drives.law import DriveLaw, static_law
 from core.parameters import Parameter
 from core.quantities import NonNegative, Positive
@@ -19,9 +19,14 @@ class VelocityLoop(Drive):
     """One proportional velocity loop per joint, gains in N m s/rad (N s/m on a slide)."""
 
     kind: ClassVar[str] = "velocity_loop"
+    sliders: ClassVar[tuple[DriveSlider, ...]] = (
+        DriveSlider("gains", "λ", "N m s/rad", (0.0, 300.0, 1.0), "Gain of the velocity loop."),
+    )
 
     gains: tuple[NonNegative, ...]
+    """N m s/rad (N s/m on a slide), one per joint."""
     limits: tuple[Positive, ...] | None = None
+    """N m (N on a slide), one per joint; None: no limit."""
 
     def check(self, arm: Arm) -> None:
         per_joint(self.gains, arm, "gains")

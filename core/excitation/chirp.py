@@ -14,7 +14,9 @@ class Chirp(Excitation):
     kind: ClassVar[str] = "chirp"
 
     lowest_hz: Positive = 0.5
+    """Hz"""
     highest_hz: Positive = 50.0
+    """Hz"""
 
     def signal(self, samples: int, joints: int, dt: float, rng: np.random.Generator) -> np.ndarray:
         t = np.arange(samples) * dt

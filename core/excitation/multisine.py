@@ -15,7 +15,9 @@ class Multisine(Excitation):
     kind: ClassVar[str] = "multisine"
 
     highest_hz: Positive = 50.0
+    """Hz"""
     periods: Annotated[int, Field(ge=1)] = 3
+    """How often the signal repeats."""
 
     def signal(self, samples: int, joints: int, dt: float, rng: np.random.Generator) -> np.ndarray:
         period = samples // self.periods

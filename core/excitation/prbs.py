@@ -20,7 +20,7 @@ class Prbs(Excitation):
 
 class BalancedPrbs(Excitation):
     """A PRBS whose every hold is followed by its negative: no net displacement, so the arm
-    stays at its working point (the default; design section 2)."""
+    stays at its working point (the default)."""
 
     kind: ClassVar[str] = "prbs_balanced"
 

@@ -13,15 +13,17 @@ from core.identify.prepared import TORQUE, Processing, start_joints
 from core.model import Model
 from core.recording.recording import Recording
 from core.scenario.schema import IdentifySpec
-from core.sensors import Sensor, sensor
+from core.sensors import Sensor, sensor, sensors
 from core.simulate.motion import at_rest
 
 PREFERENCE = ("ydot", "z", "deflection", "encoder")
 """Default output: the first that all estimation recordings have and that is defined there.
 ydot is the paper's stable output; y integrates, and z is right for any arm."""
 
-MEASURED = ("z", "encoder", "deflection")
-"""Compared by default with the full equations: everything that was measured as such."""
+
+def primary_sensors() -> tuple[Sensor, ...]:
+    """Compared by default with the full equations: everything that was measured as such."""
+    return tuple(one for one in sensors().values() if one.primary)
 
 
 @dataclass(frozen=True)
@@ -57,7 +59,7 @@ def _outputs(
         direct = [s for s in shown if all(s.direct(r, model.arm) for r in recordings)]
         return (sensor(TORQUE), *direct)
     measured = tuple(
-        s for s in map(sensor, MEASURED) if all(s.direct(r, model.arm) for r in recordings)
+        s for s in primary_sensors() if all(s.direct(r, model.arm) for r in recordings)
     )
     if model.level == "nonlinear" and measured:
         return measured

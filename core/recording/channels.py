@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 
@@ -43,9 +44,25 @@ CHANNEL_KINDS = (
 )
 
 
+_OF_SENSORS: dict[str, ChannelKind] = {}
+"""Pattern -> family, of sensors that bring columns of their own."""
+
+
+def add_channels(kinds: Iterable[ChannelKind]) -> None:
+    """Let recordings have further channels; a sensor's class does so when it is made."""
+    for kind in kinds:
+        _OF_SENSORS[kind.pattern] = kind
+    _by_name.cache_clear()
+
+
 @cache
 def _by_name() -> dict[str, ChannelKind]:
-    return {name: kind for kind in CHANNEL_KINDS for name in kind.names}
+    return {name: kind for kind in known_kinds() for name in kind.names}
+
+
+def known_kinds() -> tuple[ChannelKind, ...]:
+    """All families: those of every recording, then those that sensors bring."""
+    return (*CHANNEL_KINDS, *_OF_SENSORS.values())
 
 
 def channel_names() -> tuple[str, ...]:

@@ -28,12 +28,13 @@ def save_recording(
     suffix = next((s for s in _WRITERS if path.name.lower().endswith(s)), None)
     if suffix is None:
         raise InputError(f"{path.name} cannot be written; known: {', '.join(sorted(_WRITERS))}.")
-    frame = _frame(recording, units or {})
+    frame = recording_frame(recording, units or {})
     with replacing(path) as temporary:
         _WRITERS[suffix](frame, temporary)
 
 
-def _frame(recording: Recording, units: Mapping[str, str]) -> DataFrame:
+def recording_frame(recording: Recording, units: Mapping[str, str]) -> DataFrame:
+    """Time and channels as a table, as `save_recording` writes it."""
     import pandas as pd
 
     columns = {}

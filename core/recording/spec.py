@@ -50,7 +50,9 @@ class ColumnSpec(Settings):
     name: Words
     """The file's name, which may end in a unit: `q1 [deg]`."""
     gain: Real = 1.0
+    """Factor on the file's value."""
     sign: Literal[1, -1] = 1
+    """-1 where the rig counts the other way."""
 
     @property
     def factor(self) -> float:
@@ -65,9 +67,13 @@ class CameraSpec(Settings):
     """The camera's pose: z = origin + R(angle) scale z_camera, and its delay in s."""
 
     origin: tuple[Real, Real] = (0.0, 0.0)
+    """m"""
     angle: Real = 0.0
+    """rad"""
     scale: Positive = 1.0
+    """m per unit of the camera"""
     delay: Real = 0.0
+    """s"""
 
     def pose(self) -> CameraPose:
         return CameraPose(self.origin, self.angle, self.scale, self.delay)
@@ -77,7 +83,9 @@ class LoggerFilterSpec(Settings):
     """The second-order low-pass that the rig's logger applied, in rad/s."""
 
     frequency: Positive
+    """rad/s"""
     damping: Positive
+    """Damping ratio, 1"""
 
     def filter(self) -> LoggerFilter:
         return LoggerFilter(self.frequency, self.damping)
@@ -100,10 +108,14 @@ class SimulateSpec(Settings):
     theta: tuple[Place, ...] | None = None
     """rad or m, all joints; instead of theta2."""
     seconds: Duration = 3.0
+    """s"""
     snr_db: Annotated[float, Field(strict=True, ge=-100, le=300, allow_inf_nan=False)] | None = None
-    """Doubles have 313 dB between one and its last digit."""
+    """dB, of the camera's channels; None: only what `[sensors]` states. Doubles have 313 dB between
+    one and its last digit."""
     seed: Whole = 1
+    """Of excitation and noise."""
     excitation: Words = "prbs_balanced"
+    """Id of an excitation."""
     amplitude: Annotated[float, Field(strict=True, gt=0, le=1e6, allow_inf_nan=False)] = 0.3
     """rad/s, rad or N m; the strongest robots have 1e4 N m."""
     hold: Duration = 0.02
@@ -111,6 +123,7 @@ class SimulateSpec(Settings):
     sample_time: Annotated[float, Field(strict=True, ge=1e-6, le=10, allow_inf_nan=False)] = 1e-3
     """s; the fastest loggers of rigs have 1e-6."""
     level: Literal["nonlinear", "lpv"] = "nonlinear"
+    """Of the simulation."""
     sweep: tuple[Place, Place] | None = None
     """rad, from where to where theta2 moves over the whole recording."""
     options: dict[str, Any] = Field(default_factory=dict)
@@ -144,22 +157,29 @@ class RecordingSpec(Settings):
     name: str = ""
     """Filled in by the scenario where it is empty: the file's stem, or simulated-N."""
     file: Words | None = None
+    """Table, relative to the scenario or to the data folder: .csv, .csv.gz, .parquet or .mat."""
     simulate: SimulateSpec | None = None
+    """Instead of a file."""
     role: Literal["estimate", "validate"] = "estimate"
+    """Whether it is fitted or only compared."""
     columns: dict[Channel, Annotated[ColumnSpec, BeforeValidator(_column)]] = Field(
         default_factory=dict
     )
+    """Channel -> the file's column, `"q1 [deg]"` or a table."""
     window: Interval | None = None
     """s, in the file's time: rows outside it are left out."""
     time_shift: Real = 0.0
     """s: a camera sample written at t belongs to t - time_shift."""
     camera: CameraSpec = CameraSpec()
+    """Its pose and delay in this recording."""
     hidden: dict[str, dict[str, Any]] = Field(default_factory=dict)
     """Effects of a simulated recording that the model is not told of."""
     mask: dict[Channel, tuple[Interval, ...]] = Field(default_factory=dict)
     """s, stretches of a channel that do not count."""
     logger_filter: dict[Channel, LoggerFilterSpec] = Field(default_factory=dict)
+    """Channel -> the low-pass that the rig applied to it; the model's output passes the same."""
     theta2: Real | None = None
+    """rad, the working point of a recording made at one."""
 
     @model_validator(mode="before")
     @classmethod

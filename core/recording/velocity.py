@@ -30,7 +30,9 @@ class ZeroPhaseLowPass(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     cutoff_hz: float = Field(strict=True, ge=1e-6, le=1e9, allow_inf_nan=False)
+    """Hz"""
     order: int = Field(default=4, strict=True, ge=1, le=10)
+    """Of the filter in one direction."""
 
     def apply(self, x: np.ndarray, dt: float) -> np.ndarray:
         """x (N,) filtered; dt in s.

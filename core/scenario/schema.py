@@ -6,9 +6,11 @@ from collections import Counter
 from typing import Annotated, Any, Literal
 
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     ConfigDict,
     Field,
+    SerializerFunctionWrapHandler,
     field_validator,
     model_serializer,
     model_validator,
@@ -30,7 +32,8 @@ from core.recording.spec import (
     Words,
 )
 from core.recording.velocity import ZeroPhaseLowPass
-from core.sentences import did_you_mean
+from core.sensors import sensors
+from core.sentences import did_you_mean, listed, quoted
 
 MOST_RECORDINGS = 500
 """Of a scenario: the longest campaigns of a rig have a tenth of that."""
@@ -39,13 +42,23 @@ MOST_SAMPLES = 1_000_000
 MOST_OWN = 20
 """Formulas of a scenario; each is derived and compiled, which takes a second at its first use."""
 
-Output = Literal["y", "ydot", "z", "encoder", "deflection", "torque"]
+
+def _known_output(kind: str) -> str:
+    if kind not in sensors():
+        known = listed([repr(name) for name in sorted(sensors())], "or")
+        raise ValueError(f"is {quoted(kind)}; it must be {known}.")
+    return kind
+
+
+Output = Annotated[str, AfterValidator(_known_output)]
+"""The id of a sensor."""
 
 
 class DriveSpec(Settings):
     """`[drive]`: the kind, and whatever that kind of drive wants to know."""
 
     kind: Words = "velocity_loop"
+    """Id of a drive."""
     options: dict[str, Any] = Field(default_factory=dict)
     """In the file these stand in `[drive]` itself, beside `kind`."""
 
@@ -69,7 +82,9 @@ class PriorSpec(Settings):
     """What is believed of a parameter beforehand: a value (else its start) and a deviation."""
 
     std: Positive
+    """Standard deviation, in the parameter's SI unit."""
     value: Real | None = None
+    """None: its start."""
 
 
 def _std_as_prior(value: Any) -> Any:
@@ -90,9 +105,13 @@ class KnobSpec(Settings):
     start: Real | None = None
     """None: a plausible size."""
     vary: Switch = True
+    """Whether it is estimated."""
     lower: Real | None = None
+    """None: that of the catalogue."""
     upper: Real | None = None
+    """None: that of the catalogue."""
     prior: Prior | None = None
+    """A table with std and value, or the std alone."""
 
     @model_validator(mode="after")
     def _start_within_bounds(self) -> KnobSpec:
@@ -112,7 +131,9 @@ class OwnKnobSpec(KnobSpec):
     """A parameter of an own effect, which nobody else can give a start or a unit."""
 
     start: Real
+    """In `unit`."""
     unit: str = ""
+    """SI, for display."""
 
 
 class EffectSpec(Settings):
@@ -124,6 +145,8 @@ class EffectSpec(Settings):
     )
 
     id: Words
+    """Of an effect in the catalogue; its parameters stand beside it, as a number (the start) or as
+    a table."""
 
     @property
     def parameters(self) -> dict[str, KnobSpec]:
@@ -146,8 +169,11 @@ class OwnSpec(Settings):
     parameters: dict[str, Annotated[OwnKnobSpec, BeforeValidator(_start_as_knob)]] = Field(
         default_factory=dict
     )
+    """Name -> a start, or a table."""
     id: Words | None = None
+    """None: own_1, own_2, ..."""
     title: Words | None = None
+    """For display."""
 
 
 class ModelSpec(Settings):
@@ -157,8 +183,9 @@ class ModelSpec(Settings):
     """auto: the linear model where it is as good as the full equations on the recordings' motions,
     else the full equations."""
     effects: Annotated[tuple[EffectSpec, ...], Field(max_length=50)] = ()
-    """The catalogue has half as many."""
+    """Each with an id and its parameters; fifty at most, twice what the catalogue has."""
     own: Annotated[tuple[OwnSpec, ...], Field(max_length=MOST_OWN)] = ()
+    """Effects as formulas."""
 
 
 class SensorsSpec(Settings):
@@ -175,7 +202,38 @@ class SensorsSpec(Settings):
     rates_noise: NonNegative | None = None
     """rad/s, of ydot"""
     camera_rate: Positive | None = None
-    """Hz"""
+    """Hz; the rig's own rate where not stated."""
+    further: dict[str, NonNegative] = Field(default_factory=dict)
+    """Of sensors beyond these, under the setting that the sensor's class names; in the file they
+    stand beside the others."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gather_further(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        named = {one.noise for one in sensors().values()} - {"", *cls.model_fields}
+        found = {k: v for k, v in data.items() if k in named}
+        rest = {k: v for k, v in data.items() if k not in named}
+        return {**rest, "further": {**rest.get("further", {}), **found}} if found else rest
+
+    @model_serializer(mode="wrap")
+    def _flat(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        table: dict[str, Any] = handler(self)
+        return {**table, **table.pop("further", {})}
+
+    @classmethod
+    def known_settings(cls) -> list[str]:
+        """What may stand in `[sensors]`."""
+        named = sorted({one.noise for one in sensors().values()} - {"", *cls.model_fields})
+        return [name for name in cls.model_fields if name != "further"] + named
+
+    def noise_of(self, setting: str) -> float | None:
+        """The standard deviation that a setting states, SI; None where it states none."""
+        if setting in self.further:
+            return self.further[setting]
+        value: float | None = getattr(self, setting, None) if setting else None
+        return value
 
 
 def _one_as_list(value: Any) -> Any:
@@ -186,25 +244,43 @@ class IdentifySpec(Settings):
     """`[identify]`: which parameters, from which output, how."""
 
     method: Literal["glocal", "local"] = "glocal"
+    """glocal: one fit over all recordings; local: one per recording."""
     parameters: tuple[Words, ...] = ()
+    """Names of what is estimated."""
     output: Annotated[tuple[Output, ...] | None, BeforeValidator(_one_as_list)] = None
+    """Ids of the sensors that are compared; None: what suits level and recordings."""
     filter: ZeroPhaseLowPass | None = None
+    """Low-pass of measurement and model alike; positions pass it before they are
+    differentiated."""
     output_filter: ZeroPhaseLowPass | None = None
     """A further low-pass of the compared outputs, measured and modelled alike."""
     decimate: Annotated[Whole, Field(ge=1)] = 1
+    """Keep one sample of so many, after filtering."""
     bounds: dict[str, Interval] = Field(default_factory=dict)
+    """Parameter -> [lower, upper], SI."""
     prior: dict[str, Prior] = Field(default_factory=dict)
+    """Parameter -> a table with std and value, or the std alone, SI."""
     per_recording: tuple[Words, ...] = ()
+    """Parameters with a value of their own in each recording."""
     start: dict[str, Real] = Field(default_factory=dict)
+    """Parameter -> where it starts, SI; one that is not estimated is held there."""
     initial_state: Switch = False
+    """Whether the starts of each recording are estimated too."""
     offsets: tuple[Channel, ...] = ()
+    """Channels whose constant offset is estimated for each recording."""
     servo_hz: Positive | None = None
+    """Hz, of the virtual servo that holds the joints on the encoders; None: 60 where one is
+    needed."""
     seed: Whole = 1
+    """Of the first population."""
     population: Annotated[Whole, Field(ge=5, le=10_000)] = 30
+    """Members of the differential evolution."""
     generations: Annotated[Whole, Field(le=1_000_000)] = 60
     """0: refinement only."""
     weights: dict[str, Positive] = Field(default_factory=dict)
+    """Channel -> weight of its residual beside the others'."""
     refine: Switch = True
+    """Whether a local descent follows the evolution."""
 
     @field_validator("parameters", "per_recording", "offsets", "output")
     @classmethod
@@ -255,25 +331,32 @@ class CompareSpec(Settings):
     """One `[[compare]]`: another model on the same recordings."""
 
     title: Words
+    """Of the row in the table."""
     arm: ArmSpec | None = None
     """What differs from the scenario's arm, or an arm of its own (preset)."""
     identify: Switch = True
+    """Whether it is fitted; else its stated values count."""
     parameters: tuple[Words, ...] | None = None
+    """What is estimated of it; None: as `[identify]` says."""
     drop_logger_filters: Switch = False
+    """Whether the recordings' `logger_filter` is left out."""
 
 
 class Scenario(Settings):
     """A whole scenario."""
 
     title: Words
+    """Of the report."""
     arm: ArmSpec
     drive: DriveSpec = DriveSpec()
     model: ModelSpec = ModelSpec()
     sensors: SensorsSpec = SensorsSpec()
     recordings: Annotated[tuple[RecordingSpec, ...], Field(max_length=MOST_RECORDINGS)] = ()
+    """Files or simulations; 500 at most."""
     identify: IdentifySpec = IdentifySpec()
     diagnose: DiagnoseSpec = DiagnoseSpec()
     compare: Annotated[tuple[CompareSpec, ...], Field(max_length=20)] = ()
+    """Other models on the same recordings; 20 at most."""
 
     @field_validator("recordings")
     @classmethod

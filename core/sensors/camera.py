@@ -15,6 +15,8 @@ class Camera(Sensor):
 
     kind = "z"
     title = "tip camera"
+    noise = "camera_noise"
+    primary = True
 
     def channels(self, arm: Arm) -> tuple[Channel, ...]:
         return Channel("z1", "m"), Channel("z2", "m")

@@ -14,6 +14,8 @@ class Encoder(Sensor):
 
     kind = "encoder"
     title = "joint encoders"
+    noise = "encoder_noise"
+    primary = True
 
     def channels(self, arm: Arm) -> tuple[Channel, ...]:
         units = [joint(s.joint).coordinate_unit for s in arm.segments]

@@ -14,6 +14,8 @@ class LinkDeflection(Sensor):
 
     kind = "deflection"
     title = "link deflection"
+    noise = "deflection_noise"
+    primary = True
 
     @staticmethod
     def _bending(arm: Arm) -> list[int]:

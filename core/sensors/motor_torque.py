@@ -14,6 +14,7 @@ class MotorTorque(Sensor):
 
     kind = "torque"
     title = "motor torque"
+    noise = "torque_noise"
 
     def channels(self, arm: Arm) -> tuple[Channel, ...]:
         units = [joint(s.joint).effort_unit for s in arm.segments]

@@ -27,6 +27,7 @@ class RigidRates(RigidAngles):
 
     kind = "ydot"
     title = "velocities of the fictitious rigid arm"
+    noise = "rates_noise"
 
     def channels(self, arm: Arm) -> tuple[Channel, ...]:
         return Channel("ydot1", "rad/s"), Channel("ydot2", "rad/s")

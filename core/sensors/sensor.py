@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from core.arm.arm import Arm
 from core.arm.compiled import CompiledArm
 from core.drives.law import DriveLaw
+from core.recording.channels import ChannelKind, add_channels
 from core.recording.recording import Recording
 from core.trajectory import Trajectory
 
@@ -34,7 +35,19 @@ class Sensor(ABC):
     """One kind of measurement, with one or more channels."""
 
     kind = ""
+    """The id: an output of [identify], and what its noise is drawn with."""
     title = ""
+    noise = ""
+    """Its setting in [sensors]: the standard deviation of the noise of all its channels, SI; empty:
+    what follows from other sensors has none of its own."""
+    primary: bool = False
+    """Whether it measures something of its own: with the full equations it is compared unless the
+    scenario says otherwise. What follows from other sensors, or drives the arm, does not."""
+    columns: ClassVar[tuple[ChannelKind, ...]] = ()
+    """Columns of a recording that it brings, beside those in core.recording.channels."""
+
+    def __init_subclass__(cls) -> None:
+        add_channels(cls.columns)
 
     @abstractmethod
     def channels(self, arm: Arm) -> tuple[Channel, ...]:

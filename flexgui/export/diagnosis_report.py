@@ -11,8 +11,6 @@ from core.effects import catalogue
 from core.results import (
     Diagnosis,
     DiagnosisRound,
-    ErrorMaps,
-    ErrorOver,
     Outcome,
     PlannedExperiment,
 )
@@ -21,12 +19,10 @@ from flexgui.views.equations import mathml
 from flexgui.views.error_map import error_map, worst_table
 from flexgui.views.ladder import ladder, ladder_table, sizes_table
 from flexgui.views.numbers import format_number
+from flexgui.views.of_recording.error_over_motion import patterns
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.residual_over import residual_over
 from flexgui.views.table import Column, Row, Table
-
-PATTERN = 0.05
-"""Share of the error's variance below which a pattern is not drawn."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +71,7 @@ def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
         rounds=tuple(_round(k, one) for k, one in enumerate(found.rounds, start=1)),
         by_frequency=plot(error_map(maps.by_frequency)),
         by_time=plot(error_map(maps.by_time)),
-        over=plot(residual_over(_patterns(maps))),
+        over=plot(residual_over(patterns(maps))),
         worst=worst_table(maps.worst),
         left=_left(found),
         not_applicable=_not_applicable(found),
@@ -84,15 +80,6 @@ def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
 
 def _left(found: Diagnosis) -> Plot | None:
     return plot(error_map(error_maps(found.left, found.floors).by_time)) if found.left else None
-
-
-def _patterns(maps: ErrorMaps) -> list[ErrorOver]:
-    """The clearest pattern over each quantity of the motion."""
-    best: dict[str, ErrorOver] = {}
-    for one in maps.over:
-        if one.explained >= PATTERN:
-            best.setdefault(one.quantity, one)
-    return list(best.values())
 
 
 def _formulas(found: Diagnosis) -> tuple[tuple[str, Markup], ...]:

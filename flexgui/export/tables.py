@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import pandas as pd
 
@@ -98,9 +98,27 @@ def _estimate(
 
 def fit_table(outcome: Outcome) -> pd.DataFrame:
     """A row per recording and output of the model as it now stands, then of it as given."""
+    parts = [
+        error_table(comparisons).assign(model=model)
+        for model, comparisons in (
+            ("as it now stands", final_comparisons(outcome)),
+            ("as given", given_comparisons(outcome)),
+        )
+        if comparisons
+    ]
+    columns = ["model", *ERROR_COLUMNS]
+    return pd.concat(parts, ignore_index=True)[columns] if parts else pd.DataFrame(columns=columns)
+
+
+ERROR_COLUMNS = (
+    "recording role fit channel unit fitted fit_percent rms normalised_error relative_error"
+).split()
+
+
+def error_table(comparisons: Sequence[RecordingComparison]) -> pd.DataFrame:
+    """A row per recording and output."""
     rows = [
         {
-            "model": model,
             "recording": recording.recording,
             "role": recording.role,
             "fit": recording.fit_label,
@@ -112,15 +130,10 @@ def fit_table(outcome: Outcome) -> pd.DataFrame:
             "normalised_error": channel.normalised_error,
             "relative_error": channel.relative_error,
         }
-        for model, comparisons in (
-            ("as it now stands", final_comparisons(outcome)),
-            ("as given", given_comparisons(outcome)),
-        )
         for recording in comparisons
         for channel in recording.channels
     ]
-    columns = "model recording role fit channel unit fitted fit_percent rms normalised_error"
-    return pd.DataFrame(rows, columns=[*columns.split(), "relative_error"])
+    return pd.DataFrame(rows, columns=ERROR_COLUMNS)
 
 
 def correlation_table(outcome: Outcome) -> pd.DataFrame:

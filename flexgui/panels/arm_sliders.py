@@ -8,6 +8,7 @@ from typing import Any
 
 from core.arm.arm import Arm
 from core.arm.build import build_arm
+from core.drives.drive import Drive, DriveSlider, drive_classes
 from flexgui.panels import widgets
 from flexgui.panels.desk import Desk
 from flexgui.panels.rebuilt import Rebuilt
@@ -34,7 +35,7 @@ class ArmSliders:
 
     def refresh(self) -> None:
         """Nothing where the arm is of the same kind."""
-        arm, gains = self._arm, len(self._gains)
+        arm, gains = self._arm, [(s.setting, len(self._stated(s))) for s in self._drive_sliders]
         segments = [(s.joint, s.has_section, s.EI is not None) for s in arm.segments]
         shape = (arm.name, segments, gains)
         self._first.make(shape, self._build_first)
@@ -49,10 +50,14 @@ class ArmSliders:
         return self._built
 
     @property
-    def _gains(self) -> list[float]:
-        """One number per joint; a controller that has rows of them has no slider."""
-        gains = self._desk.session.scenario.drive.options.get("gains", ())
-        return list(gains) if all(isinstance(gain, int | float) for gain in gains) else []
+    def _drive_sliders(self) -> tuple[DriveSlider, ...]:
+        """Those that the class of the scenario's drive names."""
+        kind = self._desk.session.scenario.drive.kind
+        return drive_classes().get(kind, Drive).sliders
+
+    def _stated(self, slider: DriveSlider) -> list[float]:
+        """One number per joint; none where the scenario leaves the setting out."""
+        return list(self._desk.session.scenario.drive.options.get(slider.setting) or ())
 
     def _build_first(self) -> None:
         desk, session, arm = self._desk, self._desk.session, self._arm
@@ -79,11 +84,12 @@ class ArmSliders:
             self._own(k, f"m{n} [kg]", "mass", (0.1, 20.0, 0.1), "Mass.")
         last = arm.joints - 1
         self._own(last, "Tip mass [kg]", "tip_mass", (0.0, 5.0, 0.05), "At the end effector.")
-        for k in range(len(self._gains)):
-            widgets.slider(
-                self._desk, f"λ{k + 1} [N m s/rad]", (0.0, 300.0, 1.0), partial(self._gain, k),
-                partial(self._put_gain, k), "Gain of the velocity loop.",
-            )  # fmt: skip
+        for one in self._drive_sliders:
+            for k, value in enumerate(self._stated(one)):
+                widgets.slider(
+                    self._desk, f"{one.letter}{k + 1} [{one.unit}]", around(value, one.limits),
+                    partial(self._gain, one, k), partial(self._put_gain, one, k), one.hint,
+                )  # fmt: skip
 
     def _shared(self, label: str, name: str, unit: float, limits: Limits, hint: str) -> None:
         """One value for all segments."""
@@ -115,15 +121,16 @@ class ArmSliders:
         shown = limits if whole else around(get(), limits)
         widgets.slider(self._desk, label, shown, get, change, hint)
 
-    def _gain(self, k: int) -> float:
-        return float(self._gains[k]) if k < len(self._gains) else 0.0
+    def _gain(self, one: DriveSlider, k: int) -> float:
+        values = self._stated(one)
+        return float(values[k]) if k < len(values) else 0.0
 
-    def _put_gain(self, k: int, value: float) -> bool:
-        gains = self._gains
-        if k >= len(gains):
+    def _put_gain(self, one: DriveSlider, k: int, value: float) -> bool:
+        values = self._stated(one)
+        if k >= len(values):
             return False
-        gains[k] = float(value)
-        return self._desk.session.change(put(("drive", "gains"), gains))
+        values[k] = float(value)
+        return self._desk.session.change(put(("drive", one.setting), values))
 
 
 def around(value: float, limits: Limits) -> Limits:

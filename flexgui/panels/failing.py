@@ -8,33 +8,24 @@ from typing import Any
 import numpy as np
 
 from core.diagnose.phrases import FLOOR_IS
-from core.results import ErrorMap, ErrorMaps, ErrorOver, RecordingComparison, WorstCell
+from core.results import ErrorMaps, RecordingComparison, WorstCell
 from flexgui.panels import widgets
 from flexgui.panels.desk import Desk
 from flexgui.panels.missing import Missing
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, paragraph
-from flexgui.views.error_map import error_map, place
+from flexgui.views.error_map import place
 from flexgui.views.names import output_title
 from flexgui.views.numbers import format_number
-from flexgui.views.residual_over import residual_over
+from flexgui.views.of_recording import recording_views
+from flexgui.views.of_recording.error_by_frequency import ErrorByFrequency
+from flexgui.views.of_recording.view import RecordingView, Seen
 
-SIGNALS, FREQUENCY, TIME, MOTION, TORQUE = (
-    "signals", "map: by frequency", "map: by time", "error over the motion",
-    "missing joint torque",
-)  # fmt: skip
-SHOWN = (SIGNALS, FREQUENCY, TIME, MOTION, TORQUE)
+SIGNALS, TORQUE = "signals", "missing joint torque"
+"""These two follow the time-line's cursor; all others are found in flexgui/views/of_recording."""
 WORST = 10
-PATTERN = 0.05
-"""Share of the error's variance below which a pattern over the motion is not drawn."""
 
 FLOOR = f"× means times the floor. {FLOOR_IS}"
-NO_PATTERN = "The error follows neither speed, place, acceleration nor deflection."
-MAPS = {
-    FREQUENCY: "Working point × frequency, in times the floor: pale is noise, dark is failing.",
-    TIME: "Working point × time, in times the floor: pale is noise, dark is failing.",
-    MOTION: "Measured minus model over the motion; both directions apart.",
-}
 
 
 class Failing:
@@ -46,8 +37,10 @@ class Failing:
         self._of: object = None
         self._maps: ErrorMaps | None = None
         self._redraw: Callable[[], None] = lambda: None
+        self._views = {view.title: view for view in recording_views().values()}
+        shown = (SIGNALS, *self._views, TORQUE)
         self._choice = widgets.choice(
-            desk, "Show", SHOWN, lambda: self._shown, self._picked,
+            desk, "Show", shown, lambda: self._shown, self._picked,
             "The maps show where the error stands above the noise.",
         )  # fmt: skip
         self._folder: Any = desk.gui.add_folder("The worst places", visible=False)
@@ -61,8 +54,8 @@ class Failing:
     def build_plots(self) -> None:
         """Inside the container that is open."""
         self._about = Words(self._desk.gui)
-        # One for each kind of figure: axes that turn round stay so in a panel that is used again.
-        self._map, self._over = Plot(self._desk.gui, 0.9), Plot(self._desk.gui, 0.9)
+        # One for each view: axes that turn round stay so in a panel that is used again.
+        self._plots = {title: Plot(self._desk.gui, 0.9) for title in self._views}
         self._missing = Missing(self._desk)
         self._drawn: object = None
 
@@ -76,28 +69,31 @@ class Failing:
             self._label()
         torques = () if current is None else current.missing_torque
         self._missing.refresh(torques if self._shown == TORQUE and self._maps else None)
-        if self._maps is None or self._shown in (SIGNALS, TORQUE):
+        view = self._views.get(self._shown)
+        if self._maps is None or current is None or view is None:
             self._about.show("")
-            self._map.show(None)
-            self._over.show(None)
+            self._hide_but(None)
             self._drawn = None
             return self._maps is None or self._shown == SIGNALS
-        if self._drawn != self._shown:
-            self._drawn = self._shown
-            self._draw(self._maps)
+        if self._drawn != (view.kind, current.recording):
+            self._drawn = (view.kind, current.recording)
+            self._draw(view, Seen(current, self._desk.session.comparisons, self._maps))
         return False
 
     def move_cursor(self) -> None:
         """The time-line's cursor moved."""
         self._missing.move_cursor()
 
-    def _draw(self, maps: ErrorMaps) -> None:
-        over = self._shown == MOTION
-        figure = residual_over(patterns(maps)) if over else error_map(_of(maps, self._shown), True)
-        said = MAPS[self._shown] if figure is not None else NO_PATTERN
-        self._about.show(paragraph(said, "lead"))
-        self._over.show_whole(figure if over else None)
-        self._map.show_whole(None if over else figure)
+    def _draw(self, view: RecordingView, seen: Seen) -> None:
+        figure = view.draw(seen)
+        self._about.show(paragraph(view.nothing if figure is None else view.about, "lead"))
+        self._hide_but(view.title)
+        self._plots[view.title].show_whole(figure)
+
+    def _hide_but(self, shown: str | None) -> None:
+        for title, plot in self._plots.items():
+            if title != shown:
+                plot.show(None)
 
     def _label(self) -> None:
         worst = self._worst()
@@ -125,7 +121,7 @@ class Failing:
         in_time = cell.axis == "time"
         at = 0.5 * (cell.low + cell.high) if in_time else worst_time(self._maps, cell)
         session.set_cursor(recording=cell.recording, time=at, playing=False)
-        self._shown = SIGNALS if in_time else FREQUENCY
+        self._shown = SIGNALS if in_time else ErrorByFrequency.title
         self._choice.value = self._shown
         self._redraw()
 
@@ -136,19 +132,6 @@ def worst_time(maps: ErrorMaps, cell: WorstCell) -> float:
     row = m.ratio[m.recordings.index(cell.recording)]
     j = int(np.argmax(np.where(np.isfinite(row), row, -1.0)))
     return float(0.5 * (m.edges[j] + m.edges[j + 1]))
-
-
-def _of(maps: ErrorMaps, shown: str) -> tuple[ErrorMap, ...]:
-    return maps.by_frequency if shown == FREQUENCY else maps.by_time
-
-
-def patterns(maps: ErrorMaps) -> list[ErrorOver]:
-    """The clearest pattern over each quantity of the motion."""
-    best: dict[str, ErrorOver] = {}
-    for one in maps.over:
-        if one.explained >= PATTERN:
-            best.setdefault(one.quantity, one)
-    return list(best.values())
 
 
 def cell_label(cell: WorstCell) -> str:

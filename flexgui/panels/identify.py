@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from core.errors import InputError
 from core.results import Fit
+from core.sensors import sensors
 from core.workbench import base_model
 from flexgui.panels import widgets
 from flexgui.panels.chosen import ChosenParameters
@@ -32,7 +33,7 @@ from flexgui.views.summary import summary
 from flexgui.views.table import Table
 
 METHODS = ("glocal", "local")
-OUTPUTS = ("automatic", "ydot", "y", "z", "encoder", "deflection", "torque")
+AUTOMATIC = "automatic"
 EMPTY = (
     "Press Start identification: the cost, the parameters and the FIT of every recording appear "
     "here while it runs, and the population of a search in the plane of its first two parameters."
@@ -69,7 +70,7 @@ class IdentifyPanel(Panel):
                 "glocal: one fit over all recordings; local: one for each.",
             )  # fmt: skip
             widgets.choice(
-                desk, "Output", OUTPUTS, self._output, self._put_output,
+                desk, "Output", (AUTOMATIC, *sensors()), self._output, self._put_output,
                 "What of the recordings is compared with the model.",
             )  # fmt: skip
             self._chosen = ChosenParameters(desk)
@@ -92,10 +93,10 @@ class IdentifyPanel(Panel):
 
     def _output(self) -> str:
         output = self.desk.session.scenario.identify.output
-        return output[0] if output else OUTPUTS[0]
+        return output[0] if output else AUTOMATIC
 
     def _put_output(self, name: str) -> bool:
-        wanted = None if name == OUTPUTS[0] else [name]
+        wanted = None if name == AUTOMATIC else [name]
         return self.desk.session.change(put(("identify", "output"), wanted))
 
     def build_plots(self) -> None:

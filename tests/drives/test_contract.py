@@ -148,3 +148,13 @@ def test_a_missing_setting_is_named() -> None:
 def test_an_unknown_kind_is_named_with_the_nearest_known_one() -> None:
     with pytest.raises(InputError, match="did you mean 'velocity_loop'"):
         build_drive("velocty_loop", {})
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_slider_moves_a_setting_of_the_drive(kind: str) -> None:
+    drive = drive_classes()[kind]
+    for slider in drive.sliders:
+        assert slider.setting in drive.model_fields
+        low, high, step = slider.limits
+        assert low < high and 0.0 < step < high - low
+        assert slider.unit and slider.letter

@@ -147,7 +147,7 @@ def _refusal(text: str) -> str:
         (
             'output = "z"',
             'output = "x"',
-            "[identify] output entry 1 is 'x'; it must be 'y', 'ydot'",
+            "[identify] output entry 1 is 'x'; it must be 'deflection', 'encoder'",
         ),
         ('output = "z"', 'output = ["z", "z"]', "[identify] output lists 'z' twice"),
         ("cutoff_hz = 25.0", "cutoff = 25.0", "[identify] filter.cutoff is not a setting; did you"),

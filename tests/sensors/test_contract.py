@@ -8,6 +8,7 @@ import pytest
 from core.errors import InputError
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
+from core.scenario.schema import SensorsSpec
 from core.sensors import sensor, sensors
 from core.simulate.experiment import make_task
 from core.simulate.linear import respond
@@ -127,3 +128,10 @@ def test_channels_carry_the_units_of_the_joints() -> None:
 def test_an_unknown_output_is_named_with_the_nearest_known_one() -> None:
     with pytest.raises(InputError, match="did you mean 'encoder'"):
         sensor("encodr")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_measured_as_such_has_a_noise_of_its_own(kind: str) -> None:
+    found = sensor(kind)
+    assert found.noise or not found.primary
+    assert not found.noise or found.noise in SensorsSpec.known_settings()

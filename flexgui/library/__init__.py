@@ -1,0 +1,1 @@
+"""What `import flexgui` offers a script or a notebook; results that are tables and figures."""

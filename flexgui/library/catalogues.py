@@ -1,0 +1,185 @@
+"""Effects, drives, sensors, excitations and arms: by class, by id, and with your own."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+
+from core.arm.presets import presets as arm_presets
+from core.drives.drive import Drive
+from core.effects.effect import Effect
+from core.errors import InputError
+from core.excitation.excitation import Excitation
+from core.plugins import classes_of
+from core.plugins import register as add_plugin
+from core.plugins import unregister as remove_plugin
+from core.sensors.sensor import Sensor
+from core.sentences import did_you_mean, first_sentence
+from flexgui.views.html import html_table
+from flexgui.views.table import Column, Row, Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from core.arm.arm import Arm
+
+T = TypeVar("T")
+OneEffect: TypeAlias = str | type[Effect] | Effect | Mapping[str, Any]
+"""An id, a class, an instance, or a table with an id or a formula."""
+
+
+class Catalogue(Mapping[str, type[T]], Generic[T]):
+    """The classes of one kind of plug-in: `effects["backlash"]` is `effects.Backlash`."""
+
+    def __init__(self, package: str, base: type) -> None:
+        self._package, self._base = package, base
+
+    @property
+    def _classes(self) -> Mapping[str, type[T]]:
+        return classes_of(self._package, self._base)
+
+    def __getitem__(self, kind: str) -> type[T]:
+        if kind not in self._classes:
+            word = self._base.__name__.lower()
+            raise InputError(f"The {word} {kind!r} is not known; {did_you_mean(kind, self)}")
+        return self._classes[kind]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(sorted(self._classes))
+
+    def __len__(self) -> int:
+        return len(self._classes)
+
+    def __getattr__(self, name: str) -> type[T]:
+        for one in self._classes.values():
+            if one.__name__ == name:
+                return one
+        raise AttributeError(f"There is no {self._base.__name__.lower()} class {name}.")
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *(one.__name__ for one in self._classes.values())]
+
+    def title(self, kind: str) -> str:
+        """Say in a line what a plug-in is.
+
+        Args:
+            kind: Its id.
+
+        Raises:
+            InputError: Where it is not known.
+        """
+        one = self[kind]
+        return str(getattr(one, "title", "")) or first_sentence(inspect.getdoc(one) or "")
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Tabulate id, class and title."""
+        import pandas as pd
+
+        rows = [(kind, self[kind].__name__, self.title(kind)) for kind in self]
+        return pd.DataFrame(rows, columns=["id", "class", "title"])
+
+    def __repr__(self) -> str:
+        return f"<{self._base.__name__} catalogue: {', '.join(self)}>"
+
+    def _repr_html_(self) -> str:
+        rows = tuple(Row((kind, self[kind].__name__, self.title(kind))) for kind in self)
+        return str(html_table(Table((Column("Id"), Column("Class"), Column("What")), rows)))
+
+
+EFFECTS, DRIVES, SENSORS = "core.effects", "core.drives", "core.sensors"
+EXCITATIONS = "core.excitation"
+
+effects: Catalogue[Effect] = Catalogue(EFFECTS, Effect)
+drives: Catalogue[Drive] = Catalogue(DRIVES, Drive)
+sensors: Catalogue[Sensor] = Catalogue(SENSORS, Sensor)
+excitations: Catalogue[Excitation] = Catalogue(EXCITATIONS, Excitation)
+
+CONTRACTS: dict[str, type] = {
+    EFFECTS: Effect, DRIVES: Drive, SENSORS: Sensor, EXCITATIONS: Excitation,
+}  # fmt: skip
+
+C = TypeVar("C", bound=type)
+
+
+def register(thing: C) -> C:
+    """Add an own effect, drive, sensor or excitation; works as a decorator of its class.
+
+    Afterwards scenarios, diagnosis and reports of this process know it by its `kind`.
+
+    Args:
+        thing: A subclass of `Effect`, `Drive`, `Sensor` or `Excitation`.
+
+    Returns:
+        The class itself.
+
+    Raises:
+        InputError: Where it is no such class, has no `kind`, or the `kind` is taken.
+    """
+    add_plugin(_package_of(thing), CONTRACTS[_package_of(thing)], thing)
+    return thing
+
+
+def unregister(thing: type) -> None:
+    """Take an own class out again.
+
+    Args:
+        thing: A class that was registered.
+
+    Raises:
+        InputError: Where it is no subclass of a contract.
+    """
+    remove_plugin(_package_of(thing), str(getattr(thing, "kind", "")))
+
+
+def _package_of(thing: type) -> str:
+    for package, base in CONTRACTS.items():
+        if isinstance(thing, type) and issubclass(thing, base):
+            return package
+    names = ", ".join(base.__name__ for base in CONTRACTS.values())
+    raise InputError(f"{thing!r} is no subclass of one of {names}; derive it from one.")
+
+
+def presets() -> dict[str, Arm]:
+    """The arms that come with FlexGUI, by name."""
+    return arm_presets()
+
+
+def formula(
+    target: str, text: str, *, title: str = "", id: str = "", **parameters: Any
+) -> dict[str, Any]:
+    """State an own effect as a formula, for `effects=` of `project` and `with_effects`.
+
+    Args:
+        target: `joint1`, `joint2`, ... (N m, N on a slide) or `tip1`, `tip2` (N).
+        text: Of the states `theta1`, `dtheta1`, `delta1` (m), ... and the parameters.
+        title: A name to show.
+        id: The effect's id; without one `own_1`, `own_2`, ...
+        **parameters: Name = start, or = {"start": ..., "unit": ..., "lower": ..., "upper": ...}.
+
+    Returns:
+        What `[[model.own]]` of a scenario holds.
+    """
+    stated = {"target": target, "formula": text, "parameters": parameters}
+    return {**stated, **({"title": title} if title else {}), **({"id": id} if id else {})}
+
+
+def model_with(model: Mapping[str, Any], added: Sequence[OneEffect]) -> dict[str, Any]:
+    """The table `[model]` with further effects, listed ones and formulas."""
+    listed, own = list(model.get("effects", ())), list(model.get("own", ()))
+    for one in added:
+        entry = _effect_entry(one)
+        (own if "formula" in entry else listed).append(entry)
+    tables = {"effects": listed, "own": own}
+    return {**model, **{name: table for name, table in tables.items() if table}}
+
+
+def _effect_entry(one: OneEffect) -> dict[str, Any]:
+    if isinstance(one, str):
+        return {"id": one}
+    if isinstance(one, Mapping):
+        return dict(one)
+    kind = one if isinstance(one, type) else type(one)
+    if dict(effects).get(kind.kind) is not kind:
+        register(kind)
+    return {"id": kind.kind}

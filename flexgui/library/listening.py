@@ -1,0 +1,68 @@
+"""Progress of long work by callback, and the way to stop it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from core.progress import Progress, Silent
+from core.results import Generation
+
+
+@dataclass(frozen=True)
+class Update:
+    """Where a long computation stands."""
+
+    stage: str = ""
+    """What is being done, such as 'Identifying'."""
+    done: int = 0
+    """Steps of the stage that are done."""
+    total: int | None = None
+    """Steps of the stage; None where nobody knows."""
+    text: str = ""
+    """What the last step was about, such as the name of a recording."""
+    generation: int | None = None
+    """Number of the evolution's last generation, while an evolution runs."""
+    cost: float | None = None
+    """Its best cost, mean square of the weighted residuals, without a unit."""
+
+
+Callback = Callable[[Update], bool | None]
+"""Called after each step; what returns False stops the work, which ends with the best it has."""
+
+
+class Listener:
+    """Turns what a computation reports into updates for one callback, one at a time."""
+
+    def __init__(self, callback: Callback) -> None:
+        self._callback, self._lock = callback, threading.Lock()
+        self._now, self._stopped = Update(), False
+
+    def stage(self, title: str, total: int | None = None) -> None:
+        """A new stage begins, with `total` steps where that is known."""
+        self._tell(lambda now: Update(title, 0, total))
+
+    def advance(self, n: int = 1, text: str = "") -> None:
+        """`n` steps of the stage are done."""
+        self._tell(lambda now: replace(now, done=now.done + n, text=text or now.text))
+
+    def generation(self, fit_label: str, generation: Generation) -> None:
+        """One generation of an evolution is done."""
+        number, best = generation.number, float(generation.best)
+        self._tell(lambda now: replace(now, text=fit_label, generation=number, cost=best))
+
+    def stopped(self) -> bool:
+        """Whether the callback has returned False."""
+        return self._stopped
+
+    def _tell(self, change: Callable[[Update], Update]) -> None:
+        with self._lock:  # recordings are read by several threads
+            self._now = change(self._now)
+            if self._callback(self._now) is False:
+                self._stopped = True
+
+
+def listener(callback: Callback | None) -> Progress:
+    """What a computation reports to: the callback, or nobody."""
+    return Silent() if callback is None else Listener(callback)

@@ -1,0 +1,337 @@
+"""A scenario as a Python object."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from core.loading import joint_units, load_recordings
+from core.model import Model
+from core.recording.recording import Recording
+from core.recording.spec import SimulateSpec
+from core.scenario.read import check_scenario, read_scenario
+from core.scenario.schema import Scenario
+from core.scenario.stated_effects import with_hidden_effects
+from core.scenario.stated_model import base_model
+from core.scenario.write import scenario_toml, write_scenario
+from core.validation import validated
+from flexgui.library.catalogues import OneEffect, model_with
+from flexgui.library.linear import LinearModel, linear_model
+from flexgui.library.listening import Callback, listener
+from flexgui.library.results import Comparison, Diagnosis, Identification, Simulation, StoppedError
+from flexgui.library.shipped import scenario_path
+from flexgui.views.html import html_table
+from flexgui.views.table import Column, Row, Table
+
+if TYPE_CHECKING:
+    from core.results import Outcome
+
+
+SOURCE = "The project"
+DEFAULT_EFFECTS = 3
+"""Effects that a diagnosis looks for where the scenario states none; as in README's example."""
+
+
+@dataclass(frozen=True)
+class Project:
+    """A scenario with the places of its recordings. Frozen: each change is a new project."""
+
+    scenario: Scenario
+    folder: Path = Path()
+    """Where relative files of the recordings are sought."""
+    data: Path | None = None
+    """Another folder of recordings."""
+    _kept: tempfile.TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
+    """Tables that came as objects; removed with the last project that needs them."""
+
+    @property
+    def title(self) -> str:
+        """The scenario's title."""
+        return self.scenario.title
+
+    @property
+    def model(self) -> Model:
+        """The model as stated, before any fit."""
+        return base_model(self.scenario)
+
+    def recordings(self, progress: Callback | None = None) -> tuple[Recording, ...]:
+        """Read or simulate all recordings, in SI units.
+
+        Args:
+            progress: Called after each step.
+
+        Returns:
+            One per entry of `[[recordings]]`, in their order.
+
+        Raises:
+            InputError: Where a file is missing or wrong; it names file, column and row.
+        """
+        heard = listener(progress)
+        heard.stage("Reading the recordings", len(self.scenario.recordings))
+        return tuple(load_recordings(self.scenario, self.model, self.folder, self.data, heard))
+
+    def with_settings(self, **tables: Any) -> Project:
+        """Change settings of the scenario.
+
+        Args:
+            **tables: A scenario's tables as keywords, `identify={"generations": 0}`. Keys of a
+                table that are not named stay; lists are replaced whole; None removes a table.
+
+        Returns:
+            A new project.
+
+        Raises:
+            InputError: Where a key or a value is wrong.
+        """
+        document = self.scenario.model_dump(exclude_unset=True)
+        for name, table in tables.items():
+            if table is None:
+                document.pop(name, None)
+            elif isinstance(table, Mapping) and isinstance(document.get(name), dict):
+                document[name] = {**document[name], **table}
+            else:
+                document[name] = table
+        return replace(self, scenario=check_scenario(document, SOURCE))
+
+    def with_effects(self, *effects: OneEffect) -> Project:
+        """Put effects into the model, beside those that it has.
+
+        Args:
+            *effects: Each an id, a class, an instance, a table {"id": ..., "fc1": 1.0}, or a
+                `formula`. A class that FlexGUI does not know is registered.
+
+        Returns:
+            A new project.
+
+        Raises:
+            InputError: Where an effect is not known or a parameter is wrong.
+        """
+        model = self.scenario.model_dump(exclude_unset=True).get("model", {})
+        found = self.with_settings(model=model_with(model, effects))
+        _ = found.model  # what is wrong is said now
+        return found
+
+    def simulate(
+        self,
+        *,
+        name: str = "simulated",
+        hidden: Mapping[str, Mapping[str, float]] | None = None,
+        role: str = "estimate",
+        noise: bool = True,
+        **settings: Any,
+    ) -> Simulation:
+        """Make one experiment in simulation, with the model as stated.
+
+        Args:
+            name: Of the recording.
+            hidden: Effects of the simulated machine, id -> {parameter: value}; the machine is
+                then the bare model with these alone, as in a scenario.
+            role: 'estimate' or 'validate'.
+            noise: Whether sensors have the noise that the scenario states.
+            **settings: As `simulate` of a recording: theta2 [rad], seconds, seed, snr_db, ...
+
+        Returns:
+            The recording, as a rig would have written it.
+
+        Raises:
+            InputError: Where a setting is wrong.
+        """
+        from core.loading import noise_levels
+        from core.simulate.experiment import NO_NOISE, simulate_recording
+
+        spec = validated(SimulateSpec, settings, "simulate")
+        model = self.model
+        if hidden is not None:
+            model = with_hidden_effects(model, hidden, name)
+        levels = noise_levels(self.scenario.sensors) if noise else NO_NOISE
+        made = simulate_recording(model, spec, name, role, levels)
+        return Simulation(made, joint_units(model.arm))
+
+    def identify(self, progress: Callback | None = None) -> Identification:
+        """Estimate the parameters of `[identify]`.
+
+        Args:
+            progress: Called after each step; returning False stops with the best so far.
+
+        Returns:
+            Estimates, how far they are known, and the comparison with the measurements.
+
+        Raises:
+            InputError: Where the scenario or a recording is wrong.
+        """
+        return Identification(self, self.with_settings(diagnose=None)._run(progress))
+
+    def diagnose(
+        self, progress: Callback | None = None, *, max_effects: int | None = None
+    ) -> Diagnosis:
+        """Identify, then find which effects the model lacks.
+
+        Args:
+            progress: Called after each step; returning False stops.
+            max_effects: Effects to add at most; as `[diagnose]` states, else 3.
+
+        Returns:
+            Verdict, ranking of the effects, and the ladder of errors.
+
+        Raises:
+            InputError: Where the scenario or a recording is wrong.
+            StoppedError: Where it was stopped before it began; it holds the identification.
+        """
+        stated = self.scenario.diagnose.max_effects
+        most = max_effects if max_effects is not None else stated or DEFAULT_EFFECTS
+        asked = self.with_settings(diagnose={"max_effects": most})
+        outcome = asked._run(progress)
+        if outcome.diagnosis is None:
+            raise StoppedError(Identification(asked, outcome))
+        return Diagnosis(asked, outcome)
+
+    def compare(
+        self, values: Mapping[str, float] | None = None, progress: Callback | None = None
+    ) -> Comparison:
+        """Compare measurements and model at given values; nothing is estimated.
+
+        Args:
+            values: Parameter -> value in SI units; the scenario's own where not named.
+            progress: Called after each recording.
+
+        Returns:
+            Measured, modelled and what is left, per recording and output.
+
+        Raises:
+            InputError: Where a parameter is not known or a recording is wrong.
+        """
+        from core.workbench import compare_at
+
+        found = compare_at(
+            self.scenario, values or {}, folder=self.folder, data_folder=self.data,
+            progress=listener(progress),
+        )  # fmt: skip
+        return Comparison(found)
+
+    def linear(
+        self,
+        theta: Sequence[float] | None = None,
+        *,
+        theta2: float | None = None,
+        output: str | None = None,
+        values: Mapping[str, float] | None = None,
+    ) -> LinearModel:
+        """Linearise the model at rest, with the drive's loop closed.
+
+        Args:
+            theta: Joint positions (joints,), rad (m on a slide); zeros where not given.
+            theta2: rad, of the second joint alone; instead of `theta`.
+            output: Id of the sensor that y is; the paper's where it is defined.
+            values: Parameter -> value in SI units; the scenario's own where not named.
+
+        Returns:
+            E x' = A x + B r, y = C x + D r, as numbers, for SciPy or python-control.
+
+        Raises:
+            InputError: Where a parameter or an output is not known.
+        """
+        return linear_model(self.model.steered_by(None), theta, theta2, output, values or {})
+
+    def export(self, folder: str | Path, progress: Callback | None = None) -> Path:
+        """Run everything that the scenario asks for and write the report.
+
+        Args:
+            folder: For report.html, result.json, tables and model; made where it is missing.
+            progress: Called after each step.
+
+        Returns:
+            The path of report.html.
+
+        Raises:
+            InputError: Where the scenario or a recording is wrong, or nothing can be written.
+        """
+        from flexgui.export.folder import check_writable
+
+        check_writable(Path(folder))
+        return self._write(self._run(progress), Path(folder))
+
+    def to_toml(self) -> str:
+        """Write the scenario as TOML text."""
+        return scenario_toml(self.scenario)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the scenario as a file, and beside it the tables that came as objects.
+
+        Args:
+            path: Of the TOML file; its folder is made where it is missing.
+
+        Returns:
+            Its path.
+        """
+        target = Path(path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        self._copy_tables(target.parent)
+        write_scenario(self.scenario, target)
+        return target
+
+    def _run(self, progress: Callback | None) -> Outcome:
+        from core.workbench import run_scenario
+
+        return run_scenario(
+            self.scenario, folder=self.folder, data_folder=self.data, progress=listener(progress)
+        )
+
+    def _write(self, outcome: Outcome, out: Path) -> Path:
+        """An export of what was computed before."""
+        from flexgui.export.diagnosed_file import diagnosed_beside, diagnosed_plainly
+        from flexgui.export.motion import report_motion
+        from flexgui.export.outcome import export_outcome
+
+        motion = report_motion(self.scenario, outcome, self.folder, self.data)
+        if self._kept is not None:
+            found = diagnosed_plainly(self.scenario, outcome)
+        else:
+            found = diagnosed_beside(self.scenario, outcome, out, self.folder, self.data)
+        export_outcome(outcome, self.to_toml(), out, motion, found)
+        self._copy_tables(out)
+        return out / "report.html"
+
+    def _copy_tables(self, out: Path) -> None:
+        """So that the scenario runs again from there."""
+        if self._kept is None:
+            return
+        for path in sorted(Path(self._kept.name).iterdir()):
+            (out / path.name).write_bytes(path.read_bytes())
+
+    def _repr_html_(self) -> str:
+        s = self.scenario
+        rows = [
+            Row(("Title", s.title)),
+            Row(("Arm", _arm_name(s))),
+            Row(("Drive", s.drive.kind)),
+            Row(("Level", s.model.level)),
+            Row(("Effects", ", ".join(e.id for e in s.model.effects) or "none")),
+            Row(("Recordings", ", ".join(f"{r.name} ({r.role})" for r in s.recordings) or "none")),
+            Row(("Estimated", ", ".join(s.identify.parameters) or "none")),
+        ]
+        return str(html_table(Table((Column("Setting"), Column("Value")), tuple(rows))))
+
+
+def _arm_name(scenario: Scenario) -> str:
+    """Its own name, or its preset's."""
+    return scenario.arm.name or scenario.arm.preset or f"{len(scenario.arm.segments)} segments"
+
+
+def load(scenario: str | Path, data: str | Path | None = None) -> Project:
+    """Read a scenario.
+
+    Args:
+        scenario: A TOML file, or the name of one that comes with FlexGUI (`scenarios()`).
+        data: Another folder in which the recordings' files are sought.
+
+    Returns:
+        The project; its recordings are read when they are needed.
+
+    Raises:
+        InputError: Where the file or a setting is wrong.
+    """
+    path = scenario_path(scenario)
+    return Project(read_scenario(path), path.parent, None if data is None else Path(data))

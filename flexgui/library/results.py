@@ -1,0 +1,358 @@
+"""What a project's methods give: frozen, shown in notebooks, as tables and as figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+from core.diagnosed import diagnosed_scenario
+from core.errors import InputError
+from core.recording.recording import Recording
+from core.recording.save import recording_frame
+from core.results import ErrorMaps, Estimate, LadderStep, Outcome, RankedEffect, RecordingComparison
+from core.sentences import did_you_mean
+from flexgui.library.plots import chosen, from_dict
+from flexgui.views.comparison import comparison
+from flexgui.views.convergence import convergence
+from flexgui.views.correlation import correlation
+from flexgui.views.fit_bars import fit_bars
+from flexgui.views.fit_table import fit_table
+from flexgui.views.headline import final_comparisons, given_comparisons, standing
+from flexgui.views.html import html_table
+from flexgui.views.ladder import ladder, ladder_table
+from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
+from flexgui.views.of_recording import recording_views
+from flexgui.views.of_recording.view import RecordingView, Seen
+from flexgui.views.parameters import standing_parameters
+from flexgui.views.preview import preview
+from flexgui.views.ranking import ranking, ranking_table
+from flexgui.views.summary import summary
+from flexgui.views.valley import valley
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import plotly.graph_objects as go
+
+    from flexgui.library.linear import LinearModel
+    from flexgui.library.project import Project
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """A recording made in simulation."""
+
+    recording: Recording
+    units: Mapping[str, str] = field(default_factory=dict)
+    """SI units of the channels of each joint, which turns or slides."""
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Tabulate time and channels; each heading has its unit, and `project` reads it back."""
+        return recording_frame(self.recording, self.units)
+
+    def plot(self) -> go.Figure:
+        """Draw references and measurements over time."""
+        joints = sum(name in self.units for name in ("u1", "u2", "u3"))
+        slides = [self.units[f"theta{k + 1}"] == "m" for k in range(joints)]
+        return from_dict(preview(self.recording, slides))
+
+    def _repr_html_(self) -> str:
+        r = self.recording
+        text = "Recording {}: {} samples at {:g} s, {}."
+        names = ", ".join(sorted(r.channels))
+        return str(
+            Markup("<p>{}</p>").format(text.format(r.name, len(r.time), r.sample_time, names))
+        )
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Measured against modelled, recording by recording."""
+
+    recordings: tuple[RecordingComparison, ...]
+    floors: Mapping[str, float] | None = None
+    """channel -> floor in its unit, where a diagnosis has found them."""
+
+    @cached_property
+    def maps(self) -> ErrorMaps:
+        """Where the model fails: errors by time, by frequency, and over the motion."""
+        from core.diagnose.maps import error_maps
+        from flexgui.session.failing import believable
+
+        floors = believable(self.recordings) if self.floors is None else self.floors
+        return error_maps(self.recordings, floors)
+
+    def __getitem__(self, recording: str) -> RecordingComparison:
+        """The comparison of the recording of that name.
+
+        Args:
+            recording: Its name.
+
+        Raises:
+            InputError: Where there is none.
+        """
+        known = {each.recording: each for each in self.recordings}
+        if recording not in known:
+            raise InputError(
+                f"There is no recording {recording!r}; {did_you_mean(recording, known)}"
+            )
+        return known[recording]
+
+    def to_dataframe(self, recording: str | None = None) -> pd.DataFrame:
+        """Tabulate the errors, or the signals of one recording.
+
+        Args:
+            recording: Its name; None: a row per recording and output with FIT in %, rms, unit.
+
+        Raises:
+            InputError: Where there is no such recording.
+        """
+        from flexgui.export.tables import error_table, recording_table
+
+        if recording is not None:
+            return recording_table(self[recording])
+        return error_table(self.recordings)
+
+    def plot(self, view: str = "signals", recording: str | None = None) -> go.Figure:
+        """Draw the comparison.
+
+        Args:
+            view: 'signals', 'fit', 'missing_torque', 'torque_over_velocity', or the id of a view
+                in flexgui/views/of_recording such as 'error_by_frequency'.
+            recording: Its name; the first where not given.
+
+        Raises:
+            InputError: Where view or recording is not known, or there is nothing to show.
+        """
+        seen = self.recordings[0] if recording is None else self[recording]
+        fitted = [c for c in seen.channels if c.fitted]
+        torques = seen.missing_torque
+        views: dict[str, Any] = {
+            "signals": lambda: comparison(seen, fitted or None),
+            "fit": lambda: fit_bars(self.recordings),
+            "missing_torque": lambda: missing_over_time(torques) if torques else None,
+            "torque_over_velocity": lambda: missing_over_velocity(torques) if torques else None,
+        }
+        views |= {kind: self._drawn_by(one, seen) for kind, one in recording_views().items()}
+        return chosen(views, view)
+
+    def _drawn_by(self, view: RecordingView, current: RecordingComparison) -> Any:
+        return lambda: view.draw(Seen(current, self.recordings, self.maps))
+
+    def _repr_html_(self) -> str:
+        return str(html_table(fit_table(self.recordings)))
+
+
+@dataclass(frozen=True)
+class _Found:
+    """What every result of a run has."""
+
+    project: Project
+    outcome: Outcome
+    """Everything that was computed, as the report shows it."""
+
+    @property
+    def parameters(self) -> tuple[Estimate, ...]:
+        """Estimates of the model as it now stands; of local fits their means."""
+        return standing(self.outcome)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameter -> value in its SI unit, of what all recordings share."""
+        return {e.name: e.value for e in self.parameters if e.recording is None}
+
+    def __getitem__(self, name: str) -> Estimate:
+        """The estimate of a parameter: value, std, unit, identifiable.
+
+        Args:
+            name: Of the parameter.
+
+        Raises:
+            InputError: Where it was not estimated.
+        """
+        known = {e.name: e for e in self.parameters}
+        if name not in known:
+            raise InputError(f"{name!r} was not estimated; {did_you_mean(name, known)}")
+        return known[name]
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Say what was found, a sentence each."""
+        return tuple(str(Markup(text).striptags()) for text in summary(self.outcome))
+
+    def compare(self) -> Comparison:
+        """Compare measurements and the model as it now stands."""
+        found = self.outcome.diagnosis
+        floors = None if found is None else found.floors
+        return Comparison(final_comparisons(self.outcome), floors or None)
+
+    def export(self, folder: str | Path) -> Path:
+        """Write report, tables and model; nothing is computed again.
+
+        Args:
+            folder: Made where it is missing.
+
+        Returns:
+            The path of report.html.
+
+        Raises:
+            InputError: Where nothing can be written there.
+        """
+        return self.project._write(self.outcome, Path(folder))
+
+    def _summary_html(self) -> Markup:
+        paragraphs = Markup("").join(Markup("<p>{}</p>").format(t) for t in summary(self.outcome))
+        return paragraphs + html_table(standing_parameters(self.outcome))
+
+
+@dataclass(frozen=True)
+class Identification(_Found):
+    """Estimated parameters, and how far the measurements fix them."""
+
+    @property
+    def stopped(self) -> bool:
+        """Whether it ended before it had converged, since somebody stopped it."""
+        return any(fit.stopped for fit in self.outcome.fits)
+
+    def linear(self, **where: Any) -> LinearModel:
+        """Linearise the identified model.
+
+        Args:
+            **where: As for `Project.linear`: theta, theta2, output, values.
+
+        Returns:
+            The linear model with the estimated values.
+        """
+        known = self.project.model.parameters
+        values = {name: value for name, value in self.values.items() if name in known}
+        return self.project.linear(values={**values, **where.pop("values", {})}, **where)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Tabulate the parameters: value, std, unit, bounds, identifiable."""
+        from flexgui.export.tables import parameter_table
+
+        return parameter_table(self.outcome)
+
+    def plot(self, view: str = "fit") -> go.Figure:
+        """Draw the identification.
+
+        Args:
+            view: 'fit', 'convergence', 'valley' or 'correlation'.
+
+        Raises:
+            InputError: Where the view is not known or there is nothing to show.
+        """
+        fits = self.outcome.fits
+        views: dict[str, Any] = {
+            "fit": lambda: fit_bars(self.outcome.comparisons),
+            "convergence": lambda: convergence(fits),
+            "valley": lambda: valley(fits),
+            "correlation": lambda: correlation(fits[0]),
+        }
+        return chosen(views, view)
+
+    def _repr_html_(self) -> str:
+        return str(self._summary_html())
+
+
+@dataclass(frozen=True)
+class Diagnosis(_Found):
+    """What the model lacks, how sure that is, and how the error fell."""
+
+    @property
+    def verdict(self) -> str:
+        """'missing', 'nothing_missing' or 'unlisted': of the model as given."""
+        return self._diagnosis.verdict
+
+    @property
+    def final_verdict(self) -> str | None:
+        """The same of what remains after the ladder; None where nothing was to be added."""
+        return self._diagnosis.final_verdict
+
+    @property
+    def added(self) -> tuple[str, ...]:
+        """Ids of the effects that were added, in their order."""
+        return self._diagnosis.added
+
+    @property
+    def ranking(self) -> tuple[RankedEffect, ...]:
+        """All candidates on the model as given, best first."""
+        return self._diagnosis.ranking
+
+    @property
+    def steps(self) -> tuple[LadderStep, ...]:
+        """The error ladder: the model as given, then after each effect."""
+        return self._diagnosis.steps
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The verdict in words, a paragraph each."""
+        return self._diagnosis.paragraphs
+
+    @property
+    def _diagnosis(self) -> Any:
+        assert self.outcome.diagnosis is not None
+        return self.outcome.diagnosis
+
+    def compare_as_given(self) -> Comparison:
+        """Compare measurements and the model as it was given."""
+        before = given_comparisons(self.outcome)
+        return Comparison(before or self.outcome.comparisons, self._diagnosis.floors or None)
+
+    def diagnosed_project(self) -> Project:
+        """Make the project with what was found in its model, every value where it ended."""
+        from dataclasses import replace
+
+        scenario = diagnosed_scenario(self.project.scenario, self._diagnosis)
+        return replace(self.project, scenario=scenario)
+
+    def to_dataframe(self, table: str = "ranking") -> pd.DataFrame:
+        """Tabulate the diagnosis.
+
+        Args:
+            table: 'ranking', 'ladder', 'error_map' or 'parameters'.
+
+        Raises:
+            InputError: Where there is no such table.
+        """
+        from flexgui.export.diagnosis_tables import diagnosis_tables
+        from flexgui.export.tables import parameter_table
+
+        known = {**diagnosis_tables(self.outcome), "parameters": parameter_table(self.outcome)}
+        if table not in known:
+            raise InputError(f"to_dataframe: {table!r} is no table; {did_you_mean(table, known)}")
+        return known[table]
+
+    def plot(self, view: str = "ladder") -> go.Figure:
+        """Draw the diagnosis.
+
+        Args:
+            view: 'ladder' or 'ranking'.
+
+        Raises:
+            InputError: Where the view is not known or there is nothing to show.
+        """
+        first = self._diagnosis.rounds[0].accepted if self._diagnosis.rounds else None
+        views: dict[str, Any] = {
+            "ladder": lambda: ladder(self.steps),
+            "ranking": lambda: ranking(self.ranking, first),
+        }
+        return chosen(views, view)
+
+    def _repr_html_(self) -> str:
+        first = self._diagnosis.rounds[0].accepted if self._diagnosis.rounds else None
+        parts = [Markup("<p>{}</p>").format(text) for text in self.words]
+        tables = (ladder_table(self._diagnosis), ranking_table(self.ranking, first))
+        return str(Markup("").join([*parts, *(html_table(t) for t in tables)]))
+
+
+class StoppedError(RuntimeError):
+    """A diagnosis was stopped before it began; `identification` is what there is."""
+
+    def __init__(self, identification: Identification) -> None:
+        super().__init__("The work was stopped before the diagnosis began.")
+        self.identification = identification

@@ -1,0 +1,65 @@
+"""The scenarios that come with FlexGUI, by name."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+from core.errors import InputError
+from core.sentences import did_you_mean
+
+ENDING = ".toml"
+NO_SCENARIO = ("truth",)
+"""Lies beside the recordings of the other engine and says what is hidden in them."""
+
+
+def scenarios() -> dict[str, str]:
+    """List the scenarios that come with FlexGUI.
+
+    Returns:
+        Name -> title. `flexgui.load(name)` and `flexgui export NAME` take the names; those of a
+        real rig need recordings that are not part of FlexGUI (`data=`, `--data`).
+    """
+    import tomllib
+
+    folder = _folder()
+    found = {}
+    for path in sorted(folder.rglob(f"*{ENDING}")):
+        name = path.relative_to(folder).with_suffix("").as_posix()
+        if path.stem not in NO_SCENARIO:
+            found[name] = str(tomllib.loads(path.read_text(encoding="utf-8"))["title"])
+    return found
+
+
+def scenario_path(given: str | Path) -> Path:
+    """Find a scenario: a file, or by its name one that comes with FlexGUI.
+
+    Args:
+        given: A path, or a name from `scenarios()`. A file of that name wins.
+
+    Returns:
+        Its path; the path as given where it is neither a file nor a name.
+
+    Raises:
+        InputError: Where a plain word is neither; it names the nearest scenario.
+    """
+    path = Path(given)
+    name = path.as_posix()
+    if path.exists() or path.suffix or path.is_absolute() or ".." in path.parts:
+        return path
+    shipped = _folder() / f"{name}{ENDING}"
+    if path.name not in NO_SCENARIO and shipped.is_file():
+        return shipped
+    if len(path.parts) > 1:
+        return path
+    raise InputError(
+        f"{name} is neither a file nor a scenario that comes with FlexGUI; "
+        f"{did_you_mean(name, scenarios())}"
+    )
+
+
+def _folder() -> Path:
+    """In an installed package; beside it in a checkout whose link could not be made."""
+    package = Path(str(files("flexgui")))
+    inside = package / "scenarios"
+    return inside if inside.is_dir() else package.parent / "scenarios"

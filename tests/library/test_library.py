@@ -1,0 +1,279 @@
+"""`import flexgui as fg`: quick to import, built on the workbench, frozen results."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import plotly.graph_objects as go
+import pytest
+
+import flexgui as fg
+from core.scenario.read import read_scenario
+from core.workbench import run_scenario
+
+ROOT = Path(__file__).resolve().parents[2]
+IMPORT_SECONDS = 0.3
+"""CPU seconds of `import flexgui` alone; the wall clock would measure who else works here."""
+EI = 520.8333
+"""N m², of the paper's arm."""
+DIGITS = 1e-9
+"""Two ways to one number through the same code."""
+
+QUICK = {"parameters": ["EI1", "EI2"], "output": ["z", "encoder"], "generations": 0}
+
+
+def quick_project() -> fg.Project:
+    drive = fg.drives.VelocityLoop(gains=(60.0, 30.0))
+    machine = fg.project("paper", drive, model={"level": "nonlinear"})
+    made = machine.simulate(theta2=1.1, seconds=0.5, seed=4)
+    check = machine.simulate(theta2=1.6, seconds=0.5, seed=5).to_dataframe()
+    recordings = [made.recording, {"table": check, "role": "validate", "name": "check"}]
+    return fg.project(
+        "paper", drive, recordings, title="Quick", model={"level": "nonlinear"}, identify=QUICK
+    )
+
+
+@pytest.fixture(scope="module")
+def rig() -> fg.Project:
+    return quick_project()
+
+
+@pytest.fixture(scope="module")
+def found(rig: fg.Project) -> fg.Identification:
+    return rig.identify()
+
+
+def test_importing_loads_nothing_and_is_quick() -> None:
+    code = (
+        "import sys, time; a = time.process_time(); before = set(sys.modules); import flexgui; "
+        "spent = time.process_time() - a; heavy = {'numpy', 'numba', 'plotly', 'pandas', 'viser'}; "
+        "assert not heavy & (set(sys.modules) - before); print(spent)"
+    )
+    told = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert float(told.stdout) < IMPORT_SECONDS
+
+
+def test_every_public_name_is_there_and_explained() -> None:
+    names = [n for n in dir(fg) if n[0] != "_" and n in fg._MODULES]
+    assert len(names) > 25
+    for name in names:
+        assert getattr(fg, name).__doc__, name
+
+
+def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="identfy"):
+        fg.identfy  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_every_public_method_says_what_it_does() -> None:
+    for kind in (fg.Project, fg.Identification, fg.Diagnosis, fg.Comparison, fg.LinearModel):
+        for name in vars(kind):
+            if not name.startswith("_") and callable(getattr(kind, name)):
+                assert getattr(kind, name).__doc__, f"{kind.__name__}.{name}"
+
+
+def public_callables() -> Iterator[tuple[str, Any]]:
+    """Functions and methods of the library that a user may call."""
+    for name in fg._MODULES:
+        thing = getattr(fg, name)
+        if inspect.isfunction(thing) and thing.__module__.startswith("flexgui.library"):
+            yield name, thing
+        if inspect.isclass(thing) and thing.__module__.startswith("flexgui.library"):
+            for key, method in vars(thing).items():
+                if inspect.isfunction(method) and not key.startswith("_"):
+                    yield f"{name}.{key}", method
+
+
+@pytest.mark.parametrize(("name", "called"), [*public_callables()], ids=lambda x: str(x)[:40])
+def test_every_argument_and_result_is_explained(name: str, called: Any) -> None:
+    text = called.__doc__ or ""
+    taken = [k for k in inspect.signature(called).parameters if k != "self"]
+    args = text.partition("Args:")[2].partition("Returns:")[0]
+    for argument in taken:
+        assert re.search(rf"^\s+\*{{0,2}}{argument}: ", args, re.MULTILINE), f"{name}: {argument}"
+    if "raise InputError" in inspect.getsource(called):
+        assert "Raises:" in text, name
+
+
+def run(*arguments: str) -> int:
+    from flexgui.cli import run as run_command
+
+    return run_command(arguments)
+
+
+def test_the_command_line_lists_what_ships_and_prints_the_reference(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert run("scenarios") == 0
+    assert "paper_glocal" in capsys.readouterr().out
+    assert run("reference") == 0
+    kept = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
+    assert capsys.readouterr().out == kept
+
+
+def test_export_takes_the_name_of_a_scenario(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    taken: list[Path] = []
+    monkeypatch.setattr(
+        "flexgui.export.run.export_scenario", lambda path, *rest: taken.append(path)
+    )
+    assert run("export", "mujoco/nothing", "--out", str(tmp_path)) == 0
+    assert taken[0].is_file()
+    assert run("export", "paper_glocl", "--out", str(tmp_path)) == 2
+    assert "did you mean 'paper_glocal'?" in capsys.readouterr().err
+
+
+def test_a_file_beside_wins_over_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("paper_glocal").write_text('title = "mine"\n[arm]\npreset = "paper"\n', encoding="utf-8")
+    assert fg.load("paper_glocal").title == "mine"
+
+
+def test_scenarios_are_listed_with_their_titles() -> None:
+    known = fg.scenarios()
+    assert known["paper_glocal"] == "The paper: seven working points at once"
+    assert "mujoco/nothing" in known
+    assert "mujoco/truth" not in known
+
+
+def test_a_shipped_scenario_is_loaded_by_name() -> None:
+    assert fg.load("paper_glocal").scenario == read_scenario(ROOT / "scenarios/paper_glocal.toml")
+
+
+def test_a_misspelt_name_is_met_with_the_nearest_scenario() -> None:
+    with pytest.raises(fg.InputError, match="paper_glocal"):
+        fg.load("paper_glocl")
+
+
+@pytest.mark.parametrize("name", sorted(fg.scenarios()))
+def test_changing_nothing_leaves_the_scenario_as_it_was(name: str) -> None:
+    rig = fg.load(name)
+    same = rig.with_settings()
+    assert same.scenario == rig.scenario
+    assert same.scenario.model_fields_set == rig.scenario.model_fields_set
+
+
+def test_objects_and_a_file_give_the_same_numbers(
+    rig: fg.Project, found: fg.Identification, tmp_path: Path
+) -> None:
+    path = rig.save(tmp_path / "rig.toml")
+    outcome = run_scenario(read_scenario(path), folder=tmp_path)
+    for ours, theirs in zip(found.parameters, outcome.fits[0].estimates, strict=True):
+        assert ours.value == pytest.approx(theirs.value, rel=DIGITS)
+
+
+def test_an_identification_finds_the_stiffness(found: fg.Identification) -> None:
+    assert abs(found["EI1"].value - EI) < 5.0 * found["EI1"].std
+    assert found.values["EI1"] == found["EI1"].value
+    assert not found.stopped
+
+
+def test_results_are_frozen(rig: fg.Project, found: fg.Identification) -> None:
+    for result in (rig, found, found.compare(), rig.linear(theta2=1.0)):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            result.outcome = None  # type: ignore[misc,union-attr]
+
+
+def test_results_are_tables_figures_and_html(rig: fg.Project, found: fg.Identification) -> None:
+    compared, linear = found.compare(), rig.linear(theta2=1.0)
+    for result in (found, compared, linear):
+        assert isinstance(result.to_dataframe(), pd.DataFrame)
+        assert isinstance(result.plot(), go.Figure)
+        assert "<table" in result._repr_html_()
+    assert "<table" in rig._repr_html_()
+    assert isinstance(compared.plot("error_by_frequency", "check"), go.Figure)
+    assert {"EI1", "EI2"} == set(found.to_dataframe()["parameter"])
+
+
+def test_a_view_that_is_not_known_is_met_with_the_nearest(found: fg.Identification) -> None:
+    with pytest.raises(fg.InputError, match="correlation"):
+        found.plot("corelation")
+    with pytest.raises(fg.InputError, match="nothing to show"):
+        found.plot("valley")
+
+
+def test_a_comparison_at_stated_values_estimates_nothing(rig: fg.Project) -> None:
+    near, far = rig.compare(), rig.compare({"EI1": 300.0})
+    assert far["check"].tip_rms > 5.0 * near["check"].tip_rms
+    with pytest.raises(fg.InputError, match="EI1"):
+        rig.compare({"EI11": 300.0})
+
+
+def test_progress_is_told_and_false_stops(rig: fg.Project) -> None:
+    seen: list[fg.Update] = []
+
+    def stop_in_the_fit(update: fg.Update) -> bool:
+        seen.append(update)
+        return update.stage != "Identifying"
+
+    with pytest.raises(fg.StoppedError) as stopped:
+        rig.diagnose(stop_in_the_fit)
+    assert {"Reading the recordings", "Identifying"} <= {u.stage for u in seen}
+    assert "EI1" in stopped.value.identification.values
+
+
+def test_an_export_runs_again_from_its_folder(
+    found: fg.Identification, rig: fg.Project, tmp_path: Path
+) -> None:
+    assert found.export(tmp_path / "out").is_file()
+    again = fg.load(tmp_path / "out" / "scenario.toml")
+    for ours, theirs in zip(again.recordings(), rig.recordings(), strict=True):
+        assert np.array_equal(ours["z1"], theirs["z1"])
+
+
+def test_units_in_a_tables_headings_are_converted() -> None:
+    machine = fg.project("paper", fg.drives.VelocityLoop(gains=(60.0, 30.0)))
+    made = machine.simulate(theta2=1.1, seconds=0.2)
+    degrees = made.to_dataframe().set_index("t [s]")
+    degrees["theta1 [deg]"] = np.degrees(degrees.pop("theta1 [rad]"))
+    read = fg.project("paper", fg.drives.VelocityLoop(gains=(60.0, 30.0)), [degrees]).recordings()
+    assert read[0]["theta1"] == pytest.approx(made.recording["theta1"], abs=1e-12)
+
+
+def test_effects_are_given_by_id_class_table_and_formula(rig: fg.Project) -> None:
+    coulomb = fg.effects.CoulombFriction
+    assert fg.effects["coulomb_friction"] is coulomb
+    text = fg.formula("joint1", "-a*dtheta1", a={"start": 0.5, "unit": "N m s/rad"})
+    grown = rig.with_effects("viscous_friction", coulomb, {"id": "backlash"}, text)
+    assert [e.kind for e in grown.model.effects][-1] == "own_1"
+    assert {"viscous_friction", "coulomb_friction", "backlash"} <= {
+        e.kind for e in grown.model.effects
+    }
+    with pytest.raises(fg.InputError, match="viscous_friction"):
+        rig.with_effects("viscus_friction")
+
+
+def test_what_is_no_plug_in_is_not_registered() -> None:
+    with pytest.raises(fg.InputError, match="no subclass"):
+        fg.register(dict)
+
+    class Taken(fg.Drive):
+        kind = "torque"
+
+    with pytest.raises(fg.InputError, match="torque"):
+        fg.register(Taken)
+    assert fg.drives["torque"] is not Taken
+
+
+def test_scipy_and_control_have_the_same_poles_as_the_model(rig: fg.Project) -> None:
+    control = pytest.importorskip("control", reason="python-control is not installed")
+    at = rig.linear(theta2=1.0)
+    system = at.to_control()
+    assert isinstance(system, control.StateSpace)
+    assert system.input_labels == list(at.inputs)
+    ours = at.frequency_response(np.array([3.0])).gain[0]
+    assert system(2j * np.pi * 3.0) == pytest.approx(ours, rel=1e-8)
+    state = at.to_scipy()
+    size = np.abs(at.poles).max()
+    poles = np.sort_complex(np.linalg.eigvals(state.A))
+    assert poles == pytest.approx(np.sort_complex(at.poles), abs=1e-8 * size)

@@ -1,0 +1,312 @@
+"""A new effect, sensor, drive or view is one file, and nothing else changes.
+
+Each file is written into a temporary folder that becomes part of the package's path, which is what
+a file in the package's own folder would be.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import nullcontext, suppress
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+import flexgui as fg
+from core.plugins import look_again
+from core.recording import channels as known_channels
+from core.recording.load import load_recording
+from core.recording.spec import RecordingSpec
+from core.scenario.schema import DiagnoseSpec, SensorsSpec
+from flexgui.panels import arm_sliders, failing, widgets
+from flexgui.reference import reference_text
+
+EI = 520.8333
+"""N m², of the paper's arm."""
+SIGMAS = 5.0
+"""Standard deviations that an estimate may miss the truth by."""
+RECOVERED = 0.01
+"""Share by which a size may miss the truth without noise; the fit's own tolerance is a tenth."""
+QUICK = {"parameters": ["EI1", "EI2"], "output": ["z", "encoder"], "generations": 0}
+
+Add = Callable[[str, str, str], Any]
+
+
+@pytest.fixture
+def add(tmp_path: Path) -> Iterator[Add]:
+    """Write a file into a folder of a package; it is gone after the test."""
+    added: list[tuple[str, str]] = []
+    before = dict(known_channels._OF_SENSORS)
+
+    def put(package: str, name: str, text: str) -> Any:
+        (tmp_path / f"{name}.py").write_text(text, encoding="utf-8")
+        path = cast(list[str], importlib.import_module(package).__path__)
+        path.append(str(tmp_path))
+        added.append((package, name))
+        look_again()
+        return importlib.import_module(f"{package}.{name}")
+
+    yield put
+    for package, name in added:
+        cast(list[str], importlib.import_module(package).__path__).remove(str(tmp_path))
+        sys.modules.pop(f"{package}.{name}", None)
+        with suppress(AttributeError):
+            delattr(importlib.import_module(package), name)
+    known_channels._OF_SENSORS.clear()
+    known_channels._OF_SENSORS.update(before)
+    known_channels._by_name.cache_clear()
+    look_again()
+
+
+def machine(**tables: Any) -> fg.Project:
+    return fg.project(
+        "paper", fg.drives.VelocityLoop(gains=(60.0, 30.0)), model={"level": "nonlinear"}, **tables
+    )
+
+
+EFFECT = '''
+"""A spring that somebody left at the joints."""
+
+import sympy as sp
+
+from core.effects.effect import Effect
+from core.effects.per_joint import each_joint, joint_elements, sized
+from core.forces.law import V, X, joint_law
+
+_K = sp.Symbol("k", nonnegative=True)
+LAW = joint_law(-_K * X, (_K,))
+
+
+class ReturnSpring(Effect):
+    """-k theta at every joint."""
+
+    kind = "return_spring"
+    room = "joint"
+    title = "Return spring"
+    story = "A spring pulls a joint back. The missing torque is a line over the joint's place."
+    formula = r"\\tau = -k \\theta"
+    acts_at = "joints"
+
+    def knobs(self, arm, drive, sizes):
+        def make(k):
+            return sized(f"ks{k + 1}", 1.0, "N m/rad", f"return spring {k + 1}", f"k_{k + 1}")
+
+        return each_joint(arm, make)
+
+    def elements(self, arm, p, values):
+        return joint_elements(arm, LAW, ("ks",), values)
+'''
+
+
+def test_an_effect_is_one_file(add: Add) -> None:
+    add("core.effects", "return_spring", EFFECT)
+    hidden = {"return_spring": {"ks1": 0.0, "ks2": 4.0}}
+    made = machine().simulate(theta2=1.2, seconds=0.5, hidden=hidden)
+    rig = machine(recordings=[made.recording], identify=QUICK)
+    found = rig.with_effects("return_spring").identify()
+    assert found["ks2"].value == pytest.approx(4.0, rel=RECOVERED)
+    asked = rig.with_settings(diagnose={"candidates": ["return_spring", "viscous_friction"]})
+    assert asked.diagnose(max_effects=1).added == ("return_spring",)
+    assert "return_spring" in reference_text()
+
+
+SENSOR = '''
+"""An accelerometer at the tip."""
+
+import numpy as np
+
+from core.recording.channels import ChannelKind
+from core.sensors.sensor import Channel, Sensor
+
+
+class TipAccelerometer(Sensor):
+    """Acceleration of the end effector in the plane."""
+
+    kind = "acceleration"
+    title = "tip accelerometer"
+    noise = "accelerometer_noise"
+    primary = True
+    columns = (ChannelKind("a#", "12", ("m/s²",), "tip acceleration", sparse=True),)
+
+    def channels(self, arm):
+        return Channel("a1", "m/s²"), Channel("a2", "m/s²")
+
+    def measure(self, trajectory):
+        speed = trajectory.tip()[1]
+        return np.gradient(speed, trajectory.time[1] - trajectory.time[0], axis=0)
+'''
+NOISE = 0.02
+"""m/s², of the accelerometer in these tests."""
+
+
+def test_a_sensor_is_one_file_and_the_noise_of_the_others_stays(add: Add, tmp_path: Path) -> None:
+    noisy = {"camera_noise": 3e-5, "encoder_noise": 1e-5}
+    before = machine(sensors=noisy).simulate(theta2=1.2, seconds=0.5, seed=7).recording
+    add("core.sensors", "tip_accelerometer", SENSOR)
+    rig = machine(sensors={**noisy, "accelerometer_noise": NOISE})
+    after = rig.simulate(theta2=1.2, seconds=0.5, seed=7).recording
+    for name, values in before.channels.items():
+        assert np.array_equal(values, after.channels[name]), name
+    quiet = rig.simulate(theta2=1.2, seconds=0.5, seed=7, noise=False).recording
+    assert np.std(after["a1"] - quiet["a1"]) == pytest.approx(NOISE, rel=0.1)
+
+    path = tmp_path / "run.csv"
+    rig.simulate(theta2=1.2, seconds=0.5, seed=7).to_dataframe().to_csv(path, index=False)
+    read = load_recording(path, RecordingSpec(file="run.csv"))
+    assert read["a2"] == pytest.approx(after["a2"], rel=1e-12)
+
+
+def test_a_new_sensor_is_identified_from_and_its_noise_is_known(add: Add) -> None:
+    add("core.sensors", "tip_accelerometer", SENSOR)
+    stated = {"accelerometer_noise": NOISE, "encoder_noise": 1e-5}
+    made = machine(sensors=stated).simulate(theta2=1.2, seconds=0.5, seed=7)
+    outputs = {**QUICK, "output": ["acceleration", "encoder"]}
+    rig = machine(recordings=[made.recording], sensors=stated, identify=outputs)
+    found = rig.identify()
+    assert abs(found["EI1"].value - EI) < SIGMAS * found["EI1"].std
+    assert "a1" in {c.channel for c in found.compare().recordings[0].channels if c.fitted}
+    step = rig.with_settings(diagnose={"candidates": ["viscous_friction"]}).diagnose().steps[0]
+    floors = {e.channel: e for e in step.errors}
+    assert floors["a1"].floor_source == "stated"
+    left = DiagnoseSpec().fidelity * np.std(made.recording["a1"])
+    assert floors["a1"].floor == pytest.approx(np.hypot(NOISE, left), rel=0.02)
+    assert rig.with_settings().scenario.sensors.noise_of("accelerometer_noise") == NOISE
+    assert "accelerometer_noise" in rig.to_toml()
+    assert "`accelerometer_noise`" in reference_text()
+
+
+def test_a_misspelt_noise_setting_is_met_with_the_nearest(add: Add) -> None:
+    add("core.sensors", "tip_accelerometer", SENSOR)
+    with pytest.raises(fg.InputError, match="'accelerometer_noise'"):
+        machine(sensors={"acelerometer_noise": 0.1})
+    assert SensorsSpec().noise_of("camera_noise") is None
+
+
+DRIVE = '''
+"""A loop on the joint's place with damping."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from core.drives.drive import Drive, DriveSlider, gain_parameter, per_joint, stated_or
+from core.drives.law import static_law
+from core.quantities import Positive
+
+
+class Damped(Drive):
+    """u = k (theta* - theta) - b theta', b in N m s/rad."""
+
+    kind: ClassVar[str] = "damped"
+    sliders = (DriveSlider("stiffness", "k", "N m/rad", (0.0, 5000.0, 10.0), "Place gain."),)
+
+    stiffness: tuple[Positive, ...]
+    damping: tuple[Positive, ...]
+
+    def check(self, arm):
+        per_joint(self.stiffness, arm, "stiffness")
+        per_joint(self.damping, arm, "damping")
+
+    def parameters(self, arm):
+        return tuple(
+            gain_parameter(f"b{k + 1}", b, "N m s/rad", f"b_{k + 1}", f"damping {k + 1}")
+            for k, b in enumerate(self.damping)
+        )
+
+    def reference_channels(self, arm):
+        return tuple(f"theta{k + 1}_ref" for k in range(arm.joints))
+
+    def law(self, arm, p, values):
+        P, V = np.zeros((arm.joints, arm.coordinates)), np.zeros((arm.joints, arm.coordinates))
+        P[:, : arm.joints] = np.diag(self.stiffness)
+        V[:, : arm.joints] = np.diag(stated_or("b", self.damping, values))
+        return static_law(np.diag(self.stiffness), P, V)
+'''
+
+
+def test_a_drive_is_one_file(add: Add) -> None:
+    add("core.drives", "damped", DRIVE)
+    true = {"kind": "damped", "stiffness": [900.0, 400.0], "damping": [60.0, 30.0]}
+    settings = {"theta2": 1.2, "seconds": 0.5, "amplitude": 0.02}
+    made = fg.project("paper", true, model={"level": "nonlinear"}).simulate(**settings)
+    wrong = {**true, "damping": [50.0, 30.0]}
+    rig = fg.project(
+        "paper", wrong, [made.recording], model={"level": "nonlinear"},
+        identify={**QUICK, "parameters": ["b1", "EI1"]},
+    )  # fmt: skip
+    assert rig.identify()["b1"].value == pytest.approx(60.0, rel=RECOVERED)
+    assert rig.linear(theta2=1.2).inputs == ("theta1_ref", "theta2_ref")
+    assert "`damped`" in reference_text()
+
+
+def test_the_page_has_sliders_for_a_new_drive(add: Add, monkeypatch: pytest.MonkeyPatch) -> None:
+    add("core.drives", "damped", DRIVE)
+    drive = {"kind": "damped", "stiffness": [900.0, 400.0], "damping": [60.0, 30.0]}
+    session = SimpleNamespace(scenario=fg.project("paper", drive).scenario)
+    shown: list[str] = []
+    monkeypatch.setattr(widgets, "slider", lambda desk, label, *rest: shown.append(label))
+    panel = arm_sliders.ArmSliders.__new__(arm_sliders.ArmSliders)
+    panel._desk = cast(Any, SimpleNamespace(session=session))
+    panel._scenario, panel._built = session.scenario, fg.presets()["paper"]
+    panel._build_more()
+    assert {"k1 [N m/rad]", "k2 [N m/rad]"} <= set(shown)
+    assert not any(label.startswith("λ") for label in shown)
+
+
+VIEW = '''
+"""How the errors are distributed."""
+
+import plotly.graph_objects as go
+
+from flexgui.views.layout import styled
+from flexgui.views.of_recording.view import RecordingView, Seen
+
+
+class ErrorHistogram(RecordingView):
+    """A histogram per fitted output."""
+
+    kind = "error_histogram"
+    title = "histogram of the error"
+    about = "White noise is a bell."
+
+    def draw(self, seen: Seen) -> go.Figure | None:
+        figure = go.Figure()
+        for c in seen.current.channels:
+            if c.fitted:
+                figure.add_histogram(x=c.residual[c.counted], name=c.channel)
+        return styled(figure, 300, "")
+'''
+
+
+def test_a_view_is_one_file(add: Add, monkeypatch: pytest.MonkeyPatch) -> None:
+    add("flexgui.views.of_recording", "error_histogram", VIEW)
+    made = machine().simulate(theta2=1.2, seconds=0.3)
+    compared = machine(recordings=[made.recording], identify=QUICK).compare()
+    figure = compared.plot("error_histogram")
+    assert isinstance(figure, go.Figure)
+    assert [trace.name for trace in figure.data] == ["z1", "z2", "theta1", "theta2"]
+
+    offered: list[tuple[str, ...]] = []
+    monkeypatch.setattr(
+        widgets, "choice", lambda desk, label, options, *rest: offered.append(options)
+    )
+    monkeypatch.setattr(widgets, "button", lambda *rest: None)
+    monkeypatch.setattr(failing, "Words", lambda *rest: None)
+    failing.Failing(cast(Any, _Desk()))
+    assert "histogram of the error" in offered[0]
+    assert offered[0][0] == failing.SIGNALS
+
+
+class _Desk:
+    """Takes a folder of widgets and nothing else."""
+
+    gui = cast(Any, SimpleNamespace())
+
+    def __init__(self) -> None:
+        self.gui.add_folder = lambda *rest, **more: nullcontext()
