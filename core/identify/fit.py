@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +11,7 @@ from scipy.stats import qmc
 from core.identify import identifiability
 from core.identify.derived import derived_estimates
 from core.identify.evolution import Searched, evolve
+from core.identify.population import PopulationCost
 from core.identify.predictor import Predictor
 from core.identify.prepared import Prepared
 from core.identify.refinement import Prior, Refined, refine
@@ -57,9 +58,11 @@ def identify(
     residuals = Residuals(predictor, channel_weights(experiments, spec.weights))
     start = unknowns.parameters.vector()
     predictor.settle(start)
-    searched = None
-    if evolves(residuals, spec):
-        searched = _search(label, residuals, start, spec, progress)
+    searched, fast = None, residuals.population()
+    if evolves(fast, spec):
+        searched = _search(
+            label, residuals, residuals.costs if fast is None else fast, start, spec, progress
+        )
         starts = [start if searched is None else searched.vector, start]
     else:
         starts = several_starts(residuals, start, spec)
@@ -80,21 +83,26 @@ def identify(
 
 
 def _search(
-    label: str, residuals: Residuals, start: np.ndarray, spec: IdentifySpec, progress: Progress
+    label: str,
+    residuals: Residuals,
+    cost: Callable[[np.ndarray], np.ndarray],
+    start: np.ndarray,
+    spec: IdentifySpec,
+    progress: Progress,
 ) -> Searched | None:
-    """Evolution over the searched entries; the rest keep their start."""
+    """Evolution over the searched entries by the cost (S,) of vectors (S, P); the rest keep their
+    start."""
     items = residuals.unknowns.items
     free = np.array([i for i, item in enumerate(items) if item.searched], dtype=int)
     if not spec.generations or not len(free):
         return None
     parameters = residuals.unknowns.parameters
-    fast = residuals.population() or residuals.costs
     prior = Prior(residuals)
 
     def costs(points: np.ndarray) -> np.ndarray:
         vectors = np.tile(start, (len(points), 1))
         vectors[:, free] = points
-        return np.asarray(fast(vectors) * prior.factor(vectors))
+        return np.asarray(cost(vectors) * prior.factor(vectors))
 
     def report(generation: Generation) -> bool:
         progress.generation(label, generation)
@@ -110,13 +118,13 @@ def _search(
     return Searched(vector, found.cost, found.generations, found.stopped)
 
 
-def evolves(residuals: Residuals, spec: IdentifySpec) -> bool:
+def evolves(fast: PopulationCost | None, spec: IdentifySpec) -> bool:
     """Whether differential evolution searches: where the scenario asks for its generations, and
     where the whole population costs next to nothing. Elsewhere several starts of a Gauss-Newton
     descent find the same minimum with a hundredth of the simulations."""
     if "generations" in spec.model_fields_set:
         return spec.generations > 0
-    return residuals.population() is not None
+    return fast is not None
 
 
 STARTS = 8

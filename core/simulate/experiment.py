@@ -16,7 +16,7 @@ from core.recording.spec import SimulateSpec
 from core.sensors import sensors
 from core.simulate.linear import respond
 from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate
+from core.simulate.nonlinear import simulate_within
 from core.simulate.sweep import half_cosine_rate
 from core.trajectory import Trajectory
 
@@ -53,7 +53,7 @@ def simulate_recording(
     if spec.level == "lpv":
         trajectory = respond(model, [numbers], [task])[0]
     else:
-        result = simulate(model, numbers, task)
+        result = simulate_within(model, numbers, task)
         trajectory = result.trajectory
         remarks = (
             f"Simulated non-linearly with {result.substeps} steps per sample; "

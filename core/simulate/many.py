@@ -96,8 +96,8 @@ def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) 
 def simulate_many(
     jobs: Sequence[Job], tolerance: float, torque_tolerance: float = np.inf, workers: int = 1
 ) -> list[Simulated]:
-    """As `simulate` for each job: steps are doubled until that moves no extrapolated motion by
-    more than the tolerance."""
+    """As `simulate_within` for each job: steps are doubled until that moves no extrapolated motion
+    by more than the tolerance."""
     limits = [job.numbers.law.limit for job in jobs]
     steps = 2 * FEWEST_SUBSTEPS
     fine = run_many(jobs, steps, workers)

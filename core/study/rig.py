@@ -19,7 +19,7 @@ from core.sensors import sensor
 from core.simulate.experiment import make_task
 from core.simulate.linear import respond
 from core.simulate.motion import Task
-from core.simulate.nonlinear import run, simulate
+from core.simulate.nonlinear import run, simulate_within
 from core.study.noise import COLOURS, noise
 from core.trajectory import Trajectory
 
@@ -81,7 +81,7 @@ def exactly(model: Model, task: Task) -> Trajectory:
     """The motion with a controlled error, as a recording needs it."""
     if model.level == "lpv":
         return roughly(model, task)
-    return simulate(model, model.numbers(), task).trajectory
+    return simulate_within(model, model.numbers(), task).trajectory
 
 
 def recording(

@@ -29,9 +29,6 @@ from flexgui.stage.ghost import filled, measured_postures
 FRAMES_PER_SECOND = 50.0
 """Frames kept per second of the recording; screens show 60, the eye asks for less."""
 
-TOLERANCE = 1e-4
-"""m or rad: far below a pixel."""
-
 
 @dataclass(frozen=True)
 class Playback:
@@ -92,7 +89,7 @@ def played(scenario: Scenario, values: Mapping[str, float], recording: Recording
     if model.level == "lpv":
         motion = respond(model, [numbers], [task])[0]
     else:
-        motion = simulate(model, numbers, task, TOLERANCE).trajectory
+        motion = simulate(model, numbers, task).trajectory
     stride = max(int(round(1.0 / (FRAMES_PER_SECOND * recording.sample_time))), 1)
     ghost = measured_postures(_thinned(recording, stride), model, numbers)
     return Playback(recording.name, _frames(motion, stride), ghost, bool(values))

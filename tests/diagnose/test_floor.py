@@ -19,7 +19,7 @@ from core.recording.spec import SimulateSpec
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import sensor
 from core.simulate.experiment import simulate_recording
-from core.simulate.nonlinear import simulate
+from core.simulate.nonlinear import simulate_within
 from tests.diagnose import floors
 from tests.diagnose.floors import Case, found_and_true
 from tests.helpers import task_from
@@ -178,7 +178,7 @@ def driven(seed: int, cycles: int = 1, samples: int = 2000) -> Recording:
     speed = -(150.0 / (4.0 * np.pi) + 80.0 * np.cos(1.0) / (11.0 * np.pi)) / MASS
     task = replace(task, start=np.array([0.0, speed]))
     model = Model(SLIDE, Torque())
-    place = simulate(model, model.numbers(), task).trajectory.joint_positions[:, 0]
+    place = simulate_within(model, model.numbers(), task).trajectory.joint_positions[:, 0]
     rng = np.random.default_rng(seed)
     noise = FORCE_NOISE * rng.standard_normal(len(t)) if seed else 0.0
     place = np.round(place / COUNT) * COUNT if seed else place
@@ -199,7 +199,7 @@ def servo_truth(processing: Processing) -> float:
     def missing(seed: int) -> np.ndarray:
         e = prepare(model, driven(seed), [sensor("torque")], processing)
         numbers = model.numbers()
-        motion = simulate(model, numbers, e.task).trajectory
+        motion = simulate_within(model, numbers, e.task).trajectory
         return e.predicted(motion, numbers, {}) - e.measured
 
     quiet = missing(0)
@@ -251,7 +251,7 @@ def test_an_effect_that_is_missing_stands_far_above_the_floor(kind, cutoff):
     found = floors.floors(floors.BARE, [seen], ("z", "encoder"), case.processing)
     e = prepare(floors.BARE, seen, [sensor("z"), sensor("encoder")], case.processing)
     numbers = floors.BARE.numbers()
-    motion = simulate(floors.BARE, numbers, e.task).trajectory
+    motion = simulate_within(floors.BARE, numbers, e.task).trajectory
     error = e.predicted(motion, numbers, {}) - e.measured
     for floor, rms in zip(found.values(), np.sqrt(np.mean(error**2, axis=0)), strict=True):
         assert floor.value < rms / FAR_ABOVE

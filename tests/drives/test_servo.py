@@ -13,7 +13,7 @@ from core.model import Model
 from core.recording.spec import SimulateSpec
 from core.simulate.experiment import make_task, simulate_recording
 from core.simulate.motion import Task
-from core.simulate.nonlinear import simulate
+from core.simulate.nonlinear import simulate_within
 from tests.helpers import PAPER, loaded, looped
 
 IDLE = 0.05
@@ -48,7 +48,7 @@ def servo_torque(added: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     signals[:, :2] -= added
     start, _ = make_task(looped(arm), SimulateSpec(**SMOOTH), "r")
     task = Task(recording.time, signals, start.start, start.schedule)
-    motion = simulate(model, numbers, task, TOLERANCE).trajectory
+    motion = simulate_within(model, numbers, task, TOLERANCE).trajectory
     return motion.torque - signals[:, :2], np.column_stack([recording["u1"], recording["u2"]])
 
 

@@ -20,7 +20,7 @@ from core.sensors import sensors
 from core.simulate.experiment import NoiseLevels, make_task, simulate_recording
 from core.simulate.linear import respond
 from core.simulate.motion import Task
-from core.simulate.nonlinear import run, simulate
+from core.simulate.nonlinear import run, simulate_within
 from core.trajectory import Trajectory
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import residuals_of, with_channels
@@ -197,4 +197,4 @@ def _size(knob: Knob, scale: float) -> float:
 
 def simulated(model: Model, task: Task) -> Trajectory:
     """The motion to the simulator's own tolerance."""
-    return simulate(model, model.numbers(), task).trajectory
+    return simulate_within(model, model.numbers(), task).trajectory

@@ -15,7 +15,7 @@ from core.model import Model
 from core.recording.spec import SimulateSpec
 from core.sensors import sensor
 from core.simulate.experiment import simulate_recording
-from core.simulate.nonlinear import simulate
+from core.simulate.nonlinear import simulate_within
 from tests.effects.helpers import experiment
 from tests.effects.test_sensor_effects import DT, SPLINE, T, sensed, swinging
 from tests.helpers import PAPER, looped
@@ -90,7 +90,7 @@ def test_a_model_with_the_effect_predicts_the_recording_that_has_it(kind, values
     numbers = model.numbers()
 
     def miss(sizes: dict[str, float]) -> float:
-        motion = simulate(model, numbers, ready.task_at(sizes)).trajectory
+        motion = simulate_within(model, numbers, ready.task_at(sizes)).trajectory
         return float(np.abs(ready.predicted(motion, numbers, sizes) - ready.measured).max())
 
     assert miss(values) < ROUNDING
@@ -145,13 +145,13 @@ def test_a_servo_follows_the_joint_and_not_its_wrong_encoder(kind, values):
     def missing(model: Model) -> np.ndarray:
         ready = prepare(model.steered_by(servo), recording, [sensor("torque")], Processing())
         numbers = ready.model.numbers()
-        motion = simulate(ready.model, numbers, ready.task_at({})).trajectory
+        motion = simulate_within(ready.model, numbers, ready.task_at({})).trajectory
         return (ready.predicted(motion, numbers, {}) - ready.measured)[20:-20]
 
     right = simulate_recording(truth, SimulateSpec(seconds=0.6, amplitude=200.0, hold=0.05), "r")
     ideal = prepare(truth.steered_by(servo), right, [sensor("torque")], Processing())
     numbers = ideal.model.numbers()
-    motion = simulate(ideal.model, numbers, ideal.task).trajectory
+    motion = simulate_within(ideal.model, numbers, ideal.task).trajectory
     least = (ideal.predicted(motion, numbers, {}) - ideal.measured)[20:-20]
     wrong, put_back = missing(truth) - least, missing(rig) - least
     assert np.sqrt(np.mean(put_back**2)) < FOLLOWED * np.sqrt(np.mean(wrong**2))
@@ -163,7 +163,7 @@ def test_the_delay_under_a_servo_is_an_unknown_like_any_other():
     recording = simulate_recording(model, SimulateSpec(seconds=0.2, amplitude=200.0), "r")
     ready = prepare(model.steered_by(servo), recording, [sensor("torque")], Processing())
     at = [ready.task_at({"te1": x}).references for x in (0.0, 0.003)]
-    place = simulate(model, model.numbers(), experiment_of(recording, model)).trajectory
+    place = simulate_within(model, model.numbers(), experiment_of(recording, model)).trajectory
     assert np.abs(at[1][10:-10, 1] - place.joint_positions[10:-10, 0]).max() < 1e-6
     assert np.array_equal(at[0][:, 1], recording["theta1"])
 

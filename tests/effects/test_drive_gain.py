@@ -20,7 +20,7 @@ from core.recording.spec import SimulateSpec
 from core.scenario.schema import IdentifySpec
 from core.sensors import sensor
 from core.simulate.experiment import simulate_recording
-from core.simulate.nonlinear import simulate
+from core.simulate.nonlinear import simulate_within
 from tests.drives.test_contract import OPTIONS
 from tests.effects.helpers import experiment
 from tests.helpers import PAPER, looped
@@ -92,7 +92,7 @@ def test_a_weaker_loop_follows_its_reference_more_loosely() -> None:
     task = experiment(weak)
     apart = []
     for model in (looped(PAPER), weak):
-        speed = simulate(model, model.numbers(), task).trajectory.v[:, :2]
+        speed = simulate_within(model, model.numbers(), task).trajectory.v[:, :2]
         apart.append(float(np.sqrt(np.mean((speed - task.references) ** 2))))
     assert apart[1] > 1.2 * apart[0]
 
@@ -134,7 +134,7 @@ def test_under_a_servo_a_known_torque_constant_leaves_no_missing_torque(values) 
 
     def residual(constants: dict[str, float]) -> np.ndarray:
         numbers = ready.model.numbers(constants)
-        motion = simulate(ready.model, numbers, ready.task_at(constants)).trajectory
+        motion = simulate_within(ready.model, numbers, ready.task_at(constants)).trajectory
         return ready.predicted(motion, numbers, constants) - ready.measured
 
     # What is missing is stated in the recorded current's scale, at the stated constants.

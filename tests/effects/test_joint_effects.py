@@ -19,7 +19,7 @@ from core.effects.joint_load import LEAST, joint_load
 from core.effects.torque_ripple import LAW as RIPPLE
 from core.forces.compiled import compile_law
 from core.model import Model
-from core.simulate.nonlinear import difference, run, simulate, simulate_fixed
+from core.simulate.nonlinear import difference, run, simulate_fixed, simulate_within
 from tests.drives.test_contract import OPTIONS
 from tests.effects.helpers import experiment, moved, with_effect
 from tests.helpers import ARMS, PAPER, looped, task_from
@@ -69,10 +69,10 @@ def test_presliding_with_a_tiny_way_is_coulomb_friction() -> None:
     apart = []
     coulomb = with_effect("coulomb_friction", BASE, levels)
     task = experiment(coulomb, seconds=0.3)
-    expected = simulate(coulomb, coulomb.numbers(), task).trajectory
+    expected = simulate_within(coulomb, coulomb.numbers(), task).trajectory
     for way in (1e-3, 1e-4, 1e-5):
         model = with_effect("presliding_friction", BASE, {**levels, "zs1": way, "zs2": way})
-        found = simulate(model, model.numbers(), task).trajectory
+        found = simulate_within(model, model.numbers(), task).trajectory
         apart.append(difference(found, expected))
     assert apart[0] > 10.0 * apart[2]
     assert apart[2] < RIGID
@@ -113,7 +113,7 @@ def test_ripple_repeats_with_the_position_and_does_no_work_over_a_period() -> No
 
 def test_the_torque_never_exceeds_its_limit() -> None:
     model = with_effect("drive_saturation", BASE, {"ul1": 9.0, "ul2": 5.0})
-    torque = simulate(model, model.numbers(), experiment(model)).trajectory.torque
+    torque = simulate_within(model, model.numbers(), experiment(model)).trajectory.torque
     assert np.abs(torque).max(axis=0) == pytest.approx([9.0, 5.0])
 
 
@@ -210,7 +210,7 @@ GAP = {"bl1": 2e-3, "bl2": 1e-3, "Jh1": 0.1, "Jh2": 0.05}
 
 def test_backlash_lets_the_arm_swing_by_its_gap_and_hardly_more() -> None:
     model = with_effect("backlash", BASE, GAP)
-    motion = simulate(model, model.numbers(), experiment(model, seconds=1.0)).trajectory
+    motion = simulate_within(model, model.numbers(), experiment(model, seconds=1.0)).trajectory
     peak = np.abs(motion.torque).max(axis=0)
     for k, gap in enumerate((2e-3, 1e-3)):
         widest = np.abs(motion.q[:, model.arm.twist_place(k)]).max()

@@ -13,7 +13,7 @@ from core.effects import effect
 from core.effects.load_friction import LAW
 from core.forces.compiled import compile_law
 from core.model import Model
-from core.simulate.nonlinear import difference, run, simulate
+from core.simulate.nonlinear import difference, run, simulate_within
 from tests.effects.helpers import experiment, with_effect
 from tests.helpers import PAPER, looped, task_from
 
@@ -67,7 +67,7 @@ def sliding(force: float, speed: float) -> float:
     """Acceleration of a slide of 10 kg with friction, under a constant force, at a speed."""
     model = Model(SLIDE, Torque()).with_effects([effect("load_friction")], {"ld1": 0.2, "lb1": 0.1})
     task = task_from(model, np.array([0.0, speed]), np.full((21, 1), force))
-    motion = simulate(model, model.numbers(), task).trajectory
+    motion = simulate_within(model, model.numbers(), task).trajectory
     return float((motion.v[-1, 0] - motion.v[0, 0]) / (task.time[-1] - task.time[0]))
 
 
@@ -95,7 +95,7 @@ def test_a_whole_motion_agrees_with_the_equations_written_out():
     model = model.with_effects([effect("load_friction")], shares)
     references = 0.5 * np.sign(np.sin(np.arange(400) / 30.0))[:, None]
     task = task_from(model, np.zeros(2), references)
-    found = simulate(model, model.numbers(), task).trajectory.v[:, 0]
+    found = simulate_within(model, model.numbers(), task).trajectory.v[:, 0]
 
     def rate(t, y, r):  # type: ignore[no-untyped-def]
         v, w = y
@@ -130,4 +130,4 @@ def test_beside_coulomb_friction_their_levels_add_up():
 
 def place_at_the_end(effects, sizes, task) -> float:  # type: ignore[no-untyped-def]
     model = Model(SLIDE, Torque()).with_effects(effects, sizes)
-    return float(simulate(model, model.numbers(), task).trajectory.q[-1, 0])
+    return float(simulate_within(model, model.numbers(), task).trajectory.q[-1, 0])

@@ -16,7 +16,7 @@ from core.progress import Silent
 from core.recording.spec import SimulateSpec
 from core.scenario.read import parse_scenario
 from core.simulate.experiment import make_task
-from core.simulate.nonlinear import simulate
+from core.simulate.nonlinear import simulate_within
 from core.workbench import base_model
 from tests.helpers import PAPER, chain, jacobian, looped
 
@@ -34,7 +34,7 @@ def own(target: str, formula: str, **starts: float) -> OwnEffect:
 
 def motion(model: Model) -> np.ndarray:
     task, _ = make_task(model, SimulateSpec(theta2=1.0, seconds=0.3), "r")
-    trajectory = simulate(model, model.numbers(), task).trajectory
+    trajectory = simulate_within(model, model.numbers(), task).trajectory
     return np.hstack([trajectory.q, trajectory.tip()[0]])
 
 

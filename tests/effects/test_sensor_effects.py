@@ -13,7 +13,7 @@ from core.identify.prepared import Processing, prepare
 from core.recording.spec import SimulateSpec
 from core.sensors import sensor
 from core.simulate.experiment import simulate_recording
-from core.simulate.nonlinear import simulate
+from core.simulate.nonlinear import simulate_within
 from tests.helpers import PAPER, chain, looped
 
 DT = 1e-3
@@ -130,7 +130,7 @@ def test_a_model_with_the_effect_predicts_the_recording_that_has_it(kind, values
     numbers = model.numbers()
 
     def miss(sizes: dict[str, float]) -> float:
-        motion = simulate(model, numbers, ready.task_at(sizes)).trajectory
+        motion = simulate_within(model, numbers, ready.task_at(sizes)).trajectory
         return float(np.abs(ready.predicted(motion, numbers, sizes) - ready.measured).max())
 
     assert miss(dict(values)) < ROUNDING

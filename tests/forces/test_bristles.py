@@ -13,7 +13,7 @@ from core.effects.bristle import bristle_law
 from core.forces.element import Element, pack
 from core.forces.law import ForceLaw, V, W, X
 from core.model import Model
-from core.simulate.nonlinear import law_arrays, run, simulate
+from core.simulate.nonlinear import law_arrays, run, simulate_within
 from core.simulate.rosenbrock import implicit_parts, integrate
 from tests.forces.test_motion import AGAINST_SCIPY, DAMPER, _rate, at, excited, forced
 from tests.helpers import ARMS, PAPER, looped, task_from
@@ -62,7 +62,7 @@ def test_bristles_agree_with_a_reference_solution(way: float) -> None:
         )  # fmt: skip
         found.append(solved.y[:, -1])
     expected = np.array(found)
-    motion = simulate(model, numbers, task, 1e-7).trajectory
+    motion = simulate_within(model, numbers, task, 1e-7).trajectory
     assert np.abs(motion.q - expected[:, :n]).max() < AGAINST_SCIPY
 
 

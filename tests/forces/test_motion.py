@@ -15,7 +15,7 @@ from core.forces.compiled import compile_law
 from core.forces.element import Element, linear_matrices, pack
 from core.forces.law import ForceLaw, V, W, X, joint_law
 from core.model import Model
-from core.simulate.nonlinear import run, simulate
+from core.simulate.nonlinear import run, simulate_within
 from tests.helpers import ARMS, PAPER, looped, task_from, torque_of
 
 A, B = sp.symbols("a b", positive=True)
@@ -88,7 +88,7 @@ def test_all_kinds_of_elements_agree_with_a_reference_solution() -> None:
         )  # fmt: skip
         found.append(solved.y[:, -1])
     expected = np.array(found)
-    motion = simulate(model, numbers, task, 1e-8).trajectory
+    motion = simulate_within(model, numbers, task, 1e-8).trajectory
     assert np.abs(motion.q - expected[:, :n]).max() < AGAINST_SCIPY
     assert np.abs(motion.v - expected[:, n : 2 * n]).max() < 100.0 * AGAINST_SCIPY
 

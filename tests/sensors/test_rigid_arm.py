@@ -12,7 +12,7 @@ from core.recording.velocity import central_difference
 from core.sensors import sensor
 from core.simulate.experiment import make_task, simulate_recording
 from core.simulate.linear import respond
-from core.simulate.nonlinear import simulate
+from core.simulate.nonlinear import simulate_within
 from tests.helpers import ARMS, PAPER, looped
 
 ROUNDING = 1e-12
@@ -30,7 +30,7 @@ def motion(arm, level: str = "nonlinear", dt: float = 1e-3):  # type: ignore[no-
     task, _ = make_task(model, spec, "r")
     if level == "linear":
         return respond(model, [model.numbers()], [task])[0]
-    return simulate(model, model.numbers(), task).trajectory
+    return simulate_within(model, model.numbers(), task).trajectory
 
 
 def test_rigid_angles_of_a_rigid_arm_are_its_encoders() -> None:

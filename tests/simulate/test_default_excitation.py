@@ -14,7 +14,7 @@ from core.recording.spec import SimulateSpec
 from core.sensors import sensor
 from core.simulate.experiment import make_task
 from core.simulate.linear import respond
-from core.simulate.nonlinear import simulate
+from core.simulate.nonlinear import simulate_within
 from tests.helpers import PAPER, fit_percent, looped
 
 WORKING_POINTS = (np.pi / 8, np.pi / 2, 7 * np.pi / 8)
@@ -29,7 +29,7 @@ def fit_and_excursion(excitation: str, theta2: float, seed: int) -> tuple[float,
     numbers = model.numbers()
     spec = SimulateSpec(theta2=theta2, excitation=excitation, seed=seed)
     task, _ = make_task(model, spec, "experiment")
-    true = simulate(model, numbers, task).trajectory
+    true = simulate_within(model, numbers, task).trajectory
     linear = respond(model, [numbers], [task])[0]
     excursion = float(np.abs(true.q[:, 1] - theta2).max())
     return fit_percent(ydot.measure(true), ydot.measure(linear)), excursion

@@ -16,8 +16,8 @@ from core.simulate.nonlinear import (
     DEFAULT_TOLERANCE,
     difference,
     run,
-    simulate,
     simulate_fixed,
+    simulate_within,
 )
 from core.trajectory import Trajectory
 from tests.helpers import LAMBDA, looped, state_rate, task_from, with_modes
@@ -103,7 +103,7 @@ def test_two_passes_extrapolated_are_of_third_order() -> None:
 def check_agreement(method: str, seconds: float) -> None:
     model = looped(with_modes(2, 2))
     task = prbs_task(model, seconds, seed=3)
-    found = simulate(model, model.numbers(), task)
+    found = simulate_within(model, model.numbers(), task)
     exact = reference_solution(model, task, method)
     miss = np.abs(found.trajectory.tip()[0] - exact.tip()[0]).max()
     assert found.error <= DEFAULT_TOLERANCE
@@ -125,7 +125,7 @@ def test_prbs_motion_agrees_with_radau() -> None:
 def test_stated_error_bounds_the_actual_error(tolerance: float) -> None:
     model = looped(with_modes(2, 2))
     task, numbers = prbs_task(model, 0.3, seed=4), model.numbers()
-    found = simulate(model, numbers, task, tolerance)
+    found = simulate_within(model, numbers, task, tolerance)
     exact = simulate_fixed(model, numbers, task, 512)
     assert found.error <= tolerance
     assert difference(found.trajectory, exact) <= found.error
@@ -135,7 +135,7 @@ def test_three_modes_are_stable_at_one_step_per_millisecond() -> None:
     model = looped(with_modes(3, 3))
     task, numbers = prbs_task(model, 3.0, seed=5), model.numbers()
     coarse = run(model, numbers, task, 1)
-    fine = simulate(model, numbers, task).trajectory
+    fine = simulate_within(model, numbers, task).trajectory
     assert difference(coarse, fine) < COARSEST
 
 
@@ -157,7 +157,7 @@ def test_torque_limits_are_obeyed_and_reached(solver: str) -> None:
     if solver == "run":
         motion = run(model, numbers, task, 4)
     else:
-        motion = simulate(model, numbers, task).trajectory
+        motion = simulate_within(model, numbers, task).trajectory
     largest = np.abs(motion.torque).max(axis=0)
     assert np.all(largest <= limits)
     assert largest == pytest.approx(limits)
@@ -175,5 +175,5 @@ def test_limits_that_are_never_met_change_nothing() -> None:
 def test_an_impossible_tolerance_ends_with_an_honest_error() -> None:
     model = looped(with_modes(1, 1))
     task = smooth_task(model, samples=31)
-    found = simulate(model, model.numbers(), task, tolerance=0.0)
+    found = simulate_within(model, model.numbers(), task, tolerance=0.0)
     assert found.error > 0.0

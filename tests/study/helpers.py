@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 
 from core.model import Model
 from core.simulate.motion import Task
-from core.simulate.nonlinear import simulate
+from core.simulate.nonlinear import simulate_within
 from core.study.rig import STDS, Experiment, exactly, readings
 
 
@@ -23,7 +23,7 @@ def least_squares_rest(truth: Model, bare: Model, experiments: Sequence[Experime
         numbers = bare.numbers({"EI": EI * (1.0 + x[0])})
         parts = []
         for k, (e, y) in enumerate(zip(experiments, seen, strict=True)):
-            motion = simulate(bare, numbers, _moved(e.task(bare), x[1 + 2 * k : 3 + 2 * k]))
+            motion = simulate_within(bare, numbers, _moved(e.task(bare), x[1 + 2 * k : 3 + 2 * k]))
             parts.append((y - readings(bare, motion.trajectory)) * weights)
         return np.concatenate([p.ravel() for p in parts])
 

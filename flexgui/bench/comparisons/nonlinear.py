@@ -15,7 +15,7 @@ from core.model import Model, Numbers
 from core.recording.spec import SimulateSpec
 from core.simulate.experiment import make_task
 from core.simulate.motion import Task
-from core.simulate.nonlinear import MOST_SUBSTEPS, run, simulate, simulate_fixed
+from core.simulate.nonlinear import MOST_SUBSTEPS, run, simulate_fixed, simulate_within
 from core.trajectory import Trajectory
 from flexgui.bench.case import GAINS
 from flexgui.bench.peer_nonlinear import Setting, SympyArm, integrate
@@ -57,11 +57,11 @@ def rows(size: Size) -> list[Row]:
 
 
 def _default(what: str, model: Model, task: Task, truth: Trajectory, peer: float) -> Row:
-    """simulate(), which finds its steps by itself."""
+    """simulate_within(), which finds the steps of a tolerance by itself."""
     numbers = model.numbers()
-    error = tip_error(simulate(model, numbers, task).trajectory, truth)
-    ours = median_seconds(lambda: simulate(model, numbers, task), OUR_REPEATS)
-    note = f"steps chosen and error stated by simulate(); tip error {error:.0e} m"
+    error = tip_error(simulate_within(model, numbers, task).trajectory, truth)
+    ours = median_seconds(lambda: simulate_within(model, numbers, task), OUR_REPEATS)
+    note = f"steps chosen and error stated by simulate_within(); tip error {error:.0e} m"
     return Row(what, ours, peer, None, error < ACCURATE, note=note)
 
 

@@ -1,0 +1,101 @@
+"""simulate() by default against a chain of rigid bodies whose tip is as near to a beam's."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+
+import numpy as np
+
+from core.arm.presets import presets
+from core.drives import build_drive
+from core.model import Model
+from core.recording.spec import SimulateSpec
+from core.simulate.experiment import make_task
+from core.simulate.motion import Task
+from core.simulate.nonlinear import simulate
+from flexgui.bench.case import GAINS
+from flexgui.bench.peer_chain import Chain, ChainRun
+from flexgui.bench.row import Row, median_seconds, seconds
+from flexgui.bench.size import FULL, Size
+
+TARGETS = {2: 4.0, 3: 10.0}
+"""Modes per segment -> times faster."""
+
+FACTOR = 2.0
+"""Between the tip error that we state and the true one."""
+
+HINGES = (2, 3, 4, 6, 8, 10, 12, 14, 16)
+STEPS = (1, 2, 4, 8, 16, 20, 24, 32, 48)
+BEAM = ((10, 64), (20, 192))
+"""Hinges and steps of two chains of which the beam is extrapolated; the error of the first falls
+with the square of the hinges."""
+
+REPEATS, PEER_REPEATS = 9, 3
+
+
+def rows(size: Size) -> list[Row]:
+    """With two and three modes per segment."""
+    if find_spec("mujoco") is None:
+        model = _model(2)
+        task, numbers = _task(model, size), model.numbers()
+        ours = median_seconds(lambda: simulate(model, numbers, task), REPEATS)
+        what = "simulate() by default, 2 modes, chain in MuJoCo"
+        return [Row(what, ours, value="skipped", note="mujoco is not installed")]
+    model = _model(2)
+    truth = _beam(model, _task(model, size))
+    return [_row(modes, truth, size) for modes in TARGETS]
+
+
+def _model(modes: int) -> Model:
+    arm = presets()["paper"]
+    segments = tuple(s.model_copy(update={"modes": modes}) for s in arm.segments)
+    drive = build_drive("velocity_loop", {"gains": GAINS})
+    return Model(arm.model_copy(update={"segments": segments}), drive)
+
+
+def _task(model: Model, size: Size) -> Task:
+    spec = SimulateSpec(theta2=np.pi / 2.0, seconds=size.record, seed=1)
+    return make_task(model, spec, "bench")[0]
+
+
+def _beam(model: Model, task: Task) -> np.ndarray:
+    """The tip (N, 2) of the converged chain."""
+    coarse, fine = (ChainRun(model, GAINS, task, Chain(*cut))() for cut in BEAM)
+    return np.asarray((4.0 * fine - coarse) / 3.0)
+
+
+def _distance(tip: np.ndarray, truth: np.ndarray) -> float:
+    """Root mean square in m; infinite where the motion was unstable."""
+    found = float(np.sqrt(np.mean(np.sum((tip - truth) ** 2, axis=1))))
+    return found if np.isfinite(found) else np.inf
+
+
+def _row(modes: int, truth: np.ndarray, size: Size) -> Row:
+    model = _model(modes)
+    task, numbers = _task(model, size), model.numbers()
+    found = simulate(model, numbers, task)
+    true = _distance(found.trajectory.tip()[0], truth)
+    ours = median_seconds(lambda: simulate(model, numbers, task), REPEATS)
+    peer, cut = _quickest(model, task, truth, true)
+    same = true / FACTOR < found.tip_error < true * FACTOR
+    note = (
+        f"tip's distance to a converged beam stated {found.tip_error:.2e} m rms, true "
+        f"{true:.2e} m; {found.substeps} steps per sample; peer stepped from Python: {cut}"
+    )
+    what = f"simulate() by default, {modes} modes, {size.record:g} s, chain in MuJoCo as exact"
+    target = TARGETS[modes] if size == FULL else None
+    return Row(what, ours, peer, target, same, note=note)
+
+
+def _quickest(model: Model, task: Task, truth: np.ndarray, error: float) -> tuple[float, Chain]:
+    """Seconds of the quickest chain that is at least as near to the beam, and the chain."""
+    found: list[tuple[float, Chain]] = []
+    for hinges in HINGES:
+        for steps in STEPS:
+            run = ChainRun(model, GAINS, task, Chain(hinges, steps))
+            if _distance(run(), truth) <= error:
+                found.append((median_seconds(run, PEER_REPEATS), Chain(hinges, steps)))
+                break
+        if found and seconds(run) > 2.0 * found[0][0]:
+            break  # more hinges only take longer
+    return min(found, key=lambda each: each[0])
