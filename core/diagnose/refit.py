@@ -332,8 +332,6 @@ def _descended(
 def _at(data: Data, found: Refit, errors: Sequence[np.ndarray], whitener: Whitener | None) -> Refit:
     at = replace(found.descended, blocks=tuple(errors), cost=cost_of(errors))
     h = again(data, found.hypothesis, finer=1)
-    if len(h.vector) < len(found.hypothesis.vector):  # an effect was fitted down to nothing
-        return converged(data, h, whitener, stopped)
     white, _ = whitened(h, at, whitener) if whitener is not None else (at.cost, None)
     return settled(Refit(h, at, white, found.covariance))
 

@@ -140,7 +140,7 @@ class Predictor:
         """Motions, each once: what a sensor does, or a force at a held joint, moves nothing."""
         parts = [held.simulated_part(e.model, n) for e, n in zip(chosen, numbers, strict=True)]
         tasks = [e.task_at(v) for e, v in zip(chosen, values, strict=True)]
-        keys = [
+        keys: list[tuple[object, ...]] = [
             (e.recording.name, self.steps, held.digest(e.model, n, task, e.task))
             for e, n, task in zip(chosen, parts, tasks, strict=True)
         ]

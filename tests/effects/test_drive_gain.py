@@ -157,6 +157,6 @@ def test_a_smaller_torque_constant_does_not_shrink_an_error_of_the_sensor() -> N
     sizes = []
     for constants in ({}, {"kt1": 1.0, "kt2": 0.5}):
         numbers = ready.model.numbers(constants)
-        motion = simulate(ready.model, numbers, ready.task_at(constants)).trajectory
+        motion = simulate_within(ready.model, numbers, ready.task_at(constants)).trajectory
         sizes.append(np.std(ready.predicted(motion, numbers, constants) - ready.measured))
     assert sizes[1] == pytest.approx(sizes[0], rel=SERVO)
