@@ -163,13 +163,14 @@ class StraightArm:
 
     def _links(self) -> list[_Link]:
         found: list[_Link] = []
-        place, angle, chain = np.zeros(2), 0.0, ()
+        place, angle = np.zeros(2), 0.0
+        chain: tuple[int, ...] = ()
         for k, segment in enumerate(self.arm.segments):
             if segment.mount == "ground":
                 place, angle, chain = np.zeros(2), 0.0, ()
             kind, axis = joint(segment.joint), self._value(k, AXIS_ANGLE)
-            put = kind.place(float(self.q[k]), axis)  # type: ignore[arg-type]
-            turns = bool(kind.place(1.0, 0.0).turn)  # type: ignore[arg-type]
+            put = kind.place(float(self.q[k]), axis)
+            turns = bool(kind.place(1.0, 0.0).turn)
             slide = _unit(angle + float(put.direction))
             place = place + float(put.slide) * slide
             angle, chain = angle + float(put.turn), (*chain, k)
