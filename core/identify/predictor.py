@@ -193,6 +193,11 @@ class Predictor:
         for i, result in zip(new, results, strict=True):
             self.substeps[names[i]], self.errors[names[i]] = result.substeps, result.error
 
+    def refine_steps(self, times: int) -> None:
+        """Simulates with `times` as many steps per sample as the stated error needs."""
+        self.substeps = {name: times * steps for name, steps in self.substeps.items()}
+        self._motions.clear()
+
     def settle(self, vector: np.ndarray) -> None:
         """Goes on with few steps, their error at a vector taken off all that is predicted.
 
