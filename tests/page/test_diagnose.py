@@ -29,19 +29,17 @@ HEADLESS = 0.02
 """Relative: the command line goes on from a rough refit, the page from the end of one."""
 
 
-CANDIDATES = ("coulomb_friction", "viscous_friction", "rotor_inertia", "tip_payload")
-
-
-def few(session: Session, kinds: tuple[str, ...] = CANDIDATES) -> None:
-    """Two short recordings with hidden friction, a validation, and some candidates."""
+def few(session: Session) -> None:
+    """Two short recordings with hidden friction, a validation, and four candidates."""
 
     def edit(document: Document) -> None:
         document["recordings"] = [document["recordings"][k] for k in (0, 1, 3)]
         for entry in document["recordings"]:
             entry["simulate"]["seconds"] = 1.0
 
+    kinds = ["coulomb_friction", "viscous_friction", "rotor_inertia", "tip_payload"]
     assert session.choose("something hidden", None)  # type: ignore[arg-type]
-    assert session.change(edit, put(("diagnose", "candidates"), list(kinds)))
+    assert session.change(edit, put(("diagnose", "candidates"), kinds))
 
 
 def bars(page: Any) -> list[str]:
@@ -160,7 +158,7 @@ def field(page: Any, label: str) -> Any:
 def test_a_typed_formula_is_fitted_and_ranked_and_a_hostile_one_refused(
     page: Any, session: Session
 ) -> None:
-    few(session, ("coulomb_friction",))
+    few(session)
     press(page, "Diagnose")
     press(page, "Find what is missing")
     page.get_by_text("Something is missing.").wait_for(timeout=FOUND)

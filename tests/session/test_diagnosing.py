@@ -192,8 +192,6 @@ def exported(scenario: str, folder: Path) -> dict[str, Any]:
 def test_a_formula_is_fitted_and_a_hostile_one_refused(
     friction: Session, services: Offered
 ) -> None:
-    # The formula's only rival; that others come behind it is another test's.
-    assert friction.change(put(("diagnose", "candidates"), ["coulomb_friction"]))
     friction.diagnose(services)
     over(friction)
     given = friction.scenario
