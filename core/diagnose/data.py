@@ -14,7 +14,7 @@ from core.effects import with_included
 from core.effects.effect import Effect, Rig
 from core.effects.sizes import Sizes, typical
 from core.identify.held import steps_needed
-from core.identify.predictor import Motions, Predictor
+from core.identify.predictor import Predictor
 from core.identify.prepared import Prepared, make_task
 from core.identify.residuals import Residuals
 from core.identify.unknowns import Unknown, Unknowns
@@ -68,8 +68,6 @@ class Data:
     """Effects whose sizes belong to these recordings alone."""
     anchor: Anchor | None = None
     """What few steps per sample miss, as found on one model; None: nothing is taken off."""
-    motions: Motions = field(default_factory=Motions)
-    """That its models share."""
     floor_sources: Mapping[str, str] = field(default_factory=dict)
     """channel -> where its noise comes from: repetition, stated or estimated."""
     held: Mapping[str, float] = field(default_factory=dict)
@@ -188,7 +186,7 @@ def hypothesis(
         dt = max(e.recording.sample_time for e in data.experiments)
         loose = 1.0 if data.anchor is None else LOOSE
         steps = max(int(steps_needed(model, dt, data.steps, loose) * finer), 1)
-    predictor = Predictor(experiments, unknowns, data.fixed, steps=steps, motions=data.motions)
+    predictor = Predictor(experiments, unknowns, data.fixed, steps=steps)
     residuals = Residuals(predictor, list(data.weights))
     return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector(), data.anchor)
 
@@ -206,7 +204,7 @@ def again(
 
 def coarser(predictor: Predictor, steps: int) -> Predictor:
     """The same with other steps per sample."""
-    return replace(predictor, steps=steps, substeps={}, errors={}, correction={})
+    return Predictor(predictor.experiments, predictor.unknowns, predictor.fixed, steps=steps)
 
 
 def moved(experiment: Prepared, model: Model) -> Prepared:

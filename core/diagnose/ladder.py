@@ -134,9 +134,11 @@ def one_round(
     together = best_set(seen, max(room, 1), data.count)
     left = (found[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
     if len(together.members) > 1 and room > 1 and left > LEFT_ALONE:
-        joint = work.jointly(together, found)
+        joint, refuted = work.jointly(together, found)
         if joint is not None:
             return joint
+        if refuted:  # to be a part of it is no merit any more
+            together = FoundSet((), 0.0)
     return work.alone(found, together, room)
 
 
@@ -232,8 +234,9 @@ class _Work:
             self.seen.slopes, scanned, self.stopped,
         )  # fmt: skip
 
-    def jointly(self, together: FoundSet, found: list[Weighed]) -> Round | None:
-        """The set, where together it is worth more than the best alone and passes the gate."""
+    def jointly(self, together: FoundSet, found: list[Weighed]) -> tuple[Round | None, bool]:
+        """The set, where together it is worth more than the best alone and passes the gate; and
+        whether it was refuted, by the gate or by a size at its bound."""
         members = together.members
         refitted = {w.screened.effect.kind: w.refit.hypothesis.values() for w in found}
         values: dict[str, float] = {}
@@ -242,22 +245,26 @@ class _Work:
             values |= own | {k: refitted.get(s.effect.kind, own).get(k, v) for k, v in own.items()}
         whole = self._refit(members, values, [name for s in members for name in s.scanned])
         if not np.isfinite(whole.cost) or self.stopped():
-            return None
+            return None, False
         alone = min((w.refit.cost for w in found), default=self.before.cost)
         share = (self.before.cost - whole.cost) / max(self.before.cost - self.data.count, 1.0)
         if alone - whole.cost < RELEVANT * self.data.count or share < BAR:
-            return None
+            return None, False
         data, after = converged(self.data, whole.hypothesis, self.seen.whitener, self.stopped)
         there = {e.kind for e in after.hypothesis.model.effects}
         members = tuple(s for s in members if s.effect.kind in there)
-        if len(members) < 2 or ended_at_bound(after, data) or self.gate(data, after):
-            return None
+        if ended_at_bound(after, data) or self.gate(data, after):
+            return None, True
+        if len(members) < 2:
+            return None, False
         added = self._in_order(members, after, found)
         if self._stuck(added):
-            return None
+            return None, False
         order = [a.weighed for a in added]
         order += [w for w in found if w.screened not in [a.screened for a in order]]
-        return Round(self.seen, tuple(order), order[0], self.before, after, data, tuple(added))
+        return Round(
+            self.seen, tuple(order), order[0], self.before, after, data, tuple(added)
+        ), False
 
     def _stuck(self, added: Sequence[Added]) -> bool:
         """Whether a part of the set leaves less than all of it: a larger model that contains a

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -52,28 +51,6 @@ Request = tuple[np.ndarray, Sequence[int]]
 Motion = tuple[Trajectory, Numbers, dict[str, float]]
 
 
-class Motions:
-    """The latest motions, by what decides them; models that differ in what moves nothing share
-    them."""
-
-    def __init__(self) -> None:
-        self._known: OrderedDict[tuple[object, ...], Trajectory] = OrderedDict()
-        self._lock = threading.Lock()
-
-    def find(self, key: tuple[object, ...]) -> Trajectory | None:
-        with self._lock:
-            return self._known.get(key)
-
-    def keep(self, motions: Mapping[tuple[object, ...], Trajectory], most: int) -> None:
-        """These, and up to `most` of the latest others."""
-        with self._lock:
-            for key, motion in motions.items():
-                self._known[key] = motion
-                self._known.move_to_end(key)
-            while len(self._known) > len(motions) + most:
-                self._known.popitem(last=False)
-
-
 @dataclass
 class Predictor:
     """Simulates prepared recordings at the level of their model."""
@@ -90,7 +67,7 @@ class Predictor:
     """Recording -> (M, k): the outputs that `steps` miss, added to all predictions."""
     errors: dict[str, float] = field(default_factory=dict)
     """Estimated simulation error per recording in m or rad, non-linear level only."""
-    motions: Motions = field(default_factory=lambda: Motions())
+    _motions: OrderedDict[tuple[object, ...], Trajectory] = field(default_factory=OrderedDict)
 
     @property
     def simulation_is_dear(self) -> bool:
@@ -140,18 +117,20 @@ class Predictor:
         """Motions, each once: what a sensor does, or a force at a held joint, moves nothing."""
         parts = [held.simulated_part(e.model, n) for e, n in zip(chosen, numbers, strict=True)]
         tasks = [e.task_at(v) for e, v in zip(chosen, values, strict=True)]
-        keys: list[tuple[object, ...]] = [
+        keys = [
             (e.recording.name, self.steps, held.digest(e.model, n, task, e.task))
             for e, n, task in zip(chosen, parts, tasks, strict=True)
         ]
-        known = {key: motion for key in keys if (motion := self.motions.find(key)) is not None}
         first = {key: i for i, key in reversed(list(enumerate(keys)))}
-        new = [i for i, key in enumerate(keys) if key not in known and first[key] == i]
+        new = [i for i, key in enumerate(keys) if key not in self._motions and first[key] == i]
         some = [chosen[i] for i in new]
         found = self._run(some, [parts[i] for i in new], [tasks[i] for i in new])
-        known |= {keys[i]: motion for i, motion in zip(new, found, strict=True)}
-        self.motions.keep(known, REMEMBERED * len(self.experiments))
-        return [known[key] for key in keys]
+        for i, motion in zip(new, found, strict=True):
+            self._motions[keys[i]] = motion
+        motions = [self._motions[key] for key in keys]
+        while len(self._motions) > len(chosen) + REMEMBERED * len(self.experiments):
+            self._motions.popitem(last=False)
+        return motions
 
     def _run(
         self, chosen: Sequence[Prepared], numbers: Sequence[Numbers], tasks: Sequence[Task]
