@@ -72,6 +72,8 @@ def run_scenario(
         candidate_effects(scenario.diagnose)  # a slip there is told before the long work
         spec = with_effect_parameters(scenario.identify, model, scenario.model)
         recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
+        if scenario.model.level == AUTO:
+            progress.stage("Choosing the level of the model")
         model, why = settled_level(scenario, model, spec, recordings)
         setup = make_setup(model, spec, recordings)
         setup = replace(setup, notes=(*why, *setup.notes))

@@ -24,6 +24,14 @@ BELOW = 0.5
 eighth to the noise's standard deviation, and moves no estimate by more than its own deviation."""
 
 
+MOST_SAMPLES = 30_000
+"""Of all recordings together: as many as decide within a second or two; of a longer one the part
+in which the joints move most."""
+
+FEWEST_SAMPLES = 2_000
+"""Of one recording: enough for the spectrum from which its floor is estimated."""
+
+
 @dataclass(frozen=True)
 class Choice:
     """The level that was chosen, and the line that says why."""
@@ -47,6 +55,7 @@ def choose_level(
     share of a channel's spread that no model is asked to explain.
     """
     chosen = [r for r in recordings if r.role == "estimate"]
+    chosen = [r.excerpt(max(MOST_SAMPLES // len(chosen), FEWEST_SAMPLES)) for r in chosen]
     full = full_equations(model)
     if full.steering is not None or not _linear(model):
         return Choice("nonlinear", "Model level: full equations, which this rig needs.")

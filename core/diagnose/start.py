@@ -16,6 +16,7 @@ from core.diagnose.refit import Refit, converged, fit
 from core.diagnose.steps import Validated, validated
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
+from core.errors import InputError
 from core.identify.prepared import Prepared, Processing, can_measure, prepare
 from core.identify.setup import primary_sensors
 from core.identify.unknowns import START, Unknown, Unknowns, collect_unknowns, fixed_values
@@ -104,6 +105,7 @@ def begin(
     model = full_equations(model)
     outputs = outputs_of(model, fitted, recordings)
     experiments = tuple(prepare(model, r, outputs, processing) for r in recordings)
+    _check_counted(experiments)
     nuisance = tuple(nuisance_of(model, spec, recordings))
     held = fixed_values(model, spec, Unknowns(nuisance))
     ones = tuple(_spread_weights(e) for e in experiments)
@@ -125,6 +127,18 @@ def begin(
     values = {**model.effect_values, **rough.hypothesis.values()}
     data = replace(data, steps=enough_steps(data, effects, values))
     return Begun(*converged(data, hypothesis(data, effects, values), None, stopped))
+
+
+def _check_counted(experiments: Sequence[Prepared]) -> None:
+    """InputError where a channel has no sample that counts in any recording."""
+    counts = np.array([e.counted.sum(axis=0) for e in experiments]).sum(axis=0)
+    names = [name for name, _ in experiments[0].channels]
+    empty = [name for name, count in zip(names, counts, strict=True) if not count]
+    if empty:
+        raise InputError(
+            f"No sample of {', '.join(empty)} counts in any recording; check mask and window, or "
+            f"name what is to be compared with [diagnose] output."
+        )
 
 
 def _said_of_effects(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -75,3 +75,21 @@ class Recording:
         sampled = np.isfinite(self[channel])
         chosen = self.counted.get(channel)
         return sampled if chosen is None else sampled & chosen
+
+    def excerpt(self, most: int) -> Recording:
+        """At most `most` samples in a row, where the joints (or else the references) move most."""
+        N = len(self.time)
+        if most >= N:
+            return self
+        names = [n for n in self.channels if n.startswith("theta") and not n.endswith("_ref")]
+        names = names or list(self.channels)
+        first = range(0, N - most + 1, max(most // 2, 1))
+        moved = [sum(np.ptp(self.channels[n][a : a + most]) for n in names) for a in first]
+        a = first[int(np.nanargmax(moved))] if np.isfinite(moved).any() else 0
+        part = slice(a, a + most)
+        return replace(
+            self,
+            time=self.time[part],
+            channels={name: x[part] for name, x in self.channels.items()},
+            counted={name: x[part] for name, x in self.counted.items()},
+        )

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
+from core.diagnose.start import _check_counted
+from core.errors import InputError
+from core.recording.recording import Recording
 from core.results import Outcome
 from core.scenario.schema import Scenario
 from core.workbench import run_scenario
@@ -100,3 +105,20 @@ def test_the_stiffness_that_is_stated_in_the_end_is_that_of_the_model_with_what_
     assert at["fv1"] == pytest.approx(6.0, rel=SAME)
     assert found.origins["fv1"] == "viscous_friction"
     assert found.origins["EI"] == "arm"
+
+
+def test_of_a_long_recording_the_part_decides_in_which_the_joints_move_most() -> None:
+    t = np.arange(10_000) * 1e-3
+    place = np.where((t > 6.0) & (t < 7.0), np.sin(20.0 * t), 0.0)
+    whole = Recording("r", t, {"theta1": place, "theta1_ref": t}, counted={"theta1": t > 1.0})
+    part = whole.excerpt(2_000)
+    assert len(part.time) == 2_000 and part.excerpt(2_000) is part
+    assert np.ptp(part["theta1"]) == np.ptp(place)
+    assert part.sample_time == pytest.approx(whole.sample_time)
+    assert part.mask("theta1").all()
+
+
+def test_a_channel_of_which_no_sample_counts_is_named() -> None:
+    experiment = SimpleNamespace(counted=np.zeros((5, 1), dtype=bool), channels=(("z1", "m"),))
+    with pytest.raises(InputError, match="No sample of z1 counts"):
+        _check_counted([experiment])
