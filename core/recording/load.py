@@ -147,6 +147,7 @@ def _mapped_header(table: Table, channel: str, wanted: str) -> str:
     fitting = [h for h in everything if h == wanted] or [
         h for h in everything if parse_header(h)[0] == name
     ]
+    fitting = fitting or [h for whole, h in table.paths.items() if parse_header(whole)[0] == name]
     if not fitting:
         raise InputError(
             f"{table.source} has no column {name}, which columns.{channel} names; "

@@ -1,0 +1,73 @@
+"""MDF files of version 4 (and 3), as test benches of the car industry write them."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from core.errors import InputError
+from core.recording.reading import Reading
+from core.recording.signals import Group, merged
+from core.recording.table import Table, TableReader, damaged
+from core.recording.vectors import as_vectors
+
+if TYPE_CHECKING:
+    from asammdf import MDF
+
+
+class Mdf4Reader(TableReader):
+    """One group per clock; the unit of each channel is the file's."""
+
+    kind = ".mf4 .mdf"
+    needs = ("asammdf",)
+
+    def fits(self, path: Path, start: bytes) -> int:
+        return int(start.startswith((b"MDF     ", b"UnFinMF ")))
+
+    def read(self, path: Path, reading: Reading) -> Table:
+        from asammdf import MDF
+
+        unusable: dict[str, str] = {}
+        try:
+            with _quiet(), MDF(path) as file:
+                groups = list(_groups(file, reading, unusable))
+        # Its reader raises whatever the wrong bytes lead to.
+        except Exception as error:
+            if isinstance(error, InputError):
+                raise
+            raise damaged(path, "an MDF file", error) from error
+        return merged(path, groups, reading, unusable)
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Its log goes to stderr, where one sentence is expected."""
+    log = logging.getLogger("asammdf")
+    before, log.disabled = log.disabled, True
+    try:
+        yield
+    finally:
+        log.disabled = before
+
+
+def _groups(file: MDF, reading: Reading, unusable: dict[str, str]) -> Iterator[Group]:
+    for index, group in enumerate(file.groups):
+        rows = int(group.channel_group.cycles_nr)
+        reading.holds(rows, len(group.channels))
+        reading.grew(8 * rows * len(group.channels))
+        columns: dict[str, np.ndarray] = {}
+        time = np.asarray(file.get_master(index), dtype=float)
+        master = file.masters_db.get(index)
+        name = str(group.channel_group.acq_name or f"group {index + 1}")
+        for k, channel in enumerate(group.channels):
+            if k == master:
+                continue
+            signal = file.get(group=index, index=k)
+            label = f"{name}/{channel.name}"
+            as_vectors(label, np.asarray(signal.samples), columns, unusable, str(signal.unit or ""))
+        yield Group(name, columns, time)
