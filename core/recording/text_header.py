@@ -82,6 +82,8 @@ def _decoded(raw: bytes) -> str:
 
 
 def _cells(text: str, delimiter: str) -> list[str]:
+    if '"' not in text:
+        return [cell.strip() for cell in text.split(delimiter)] if text.strip() else []
     try:
         return [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter), [])]
     except csv.Error:

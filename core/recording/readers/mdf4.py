@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import logging
 from collections.abc import Iterator
 from pathlib import Path
@@ -34,7 +35,7 @@ class Mdf4Reader(TableReader):
 
         unusable: dict[str, str] = {}
         try:
-            with _quiet(), MDF(path) as file:
+            with _quiet(), path.open("rb") as raw, MDF(raw) as file:
                 groups = list(_groups(file, reading, unusable))
         # Its reader raises whatever the wrong bytes lead to.
         except Exception as error:
@@ -46,11 +47,12 @@ class Mdf4Reader(TableReader):
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Its log goes to stderr, where one sentence is expected."""
+    """It logs and prints what it meets in a damaged file, where one sentence is expected."""
     log = logging.getLogger("asammdf")
     before, log.disabled = log.disabled, True
     try:
-        yield
+        with contextlib.redirect_stdout(io.StringIO()):
+            yield
     finally:
         log.disabled = before
 

@@ -43,8 +43,8 @@ class NumpyReader(TableReader):
                     file, allow_pickle=False, max_header_size=LONGEST_HEADER
                 )
                 as_vectors(name, values, columns, unusable)
-        except (ValueError, EOFError, OSError, zipfile.BadZipFile, RuntimeError, TypeError,
-                NotImplementedError, SyntaxError, KeyError) as error:  # fmt: skip
+        # Zip, its decompressors and the header's parser raise whatever wrong bytes lead to.
+        except Exception as error:
             if isinstance(error, InputError):
                 raise
             raise damaged(path, "an archive of NumPy arrays", error) from error

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import logging
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,7 +33,7 @@ class TdmsReader(TableReader):
         from nptdms import TdmsFile
 
         try:
-            with TdmsFile.open(path) as file:
+            with _quiet(), TdmsFile.open(path) as file:
                 unusable: dict[str, str] = {}
                 groups = _groups(file, reading, unusable)
         # Its reader raises whatever the wrong bytes lead to, struct.error and IndexError too.
@@ -39,6 +42,20 @@ class TdmsReader(TableReader):
                 raise
             raise damaged(path, "a TDMS file", error) from error
         return merged(path, groups, reading, unusable)
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """It logs what it meets in a damaged file, where one sentence is expected."""
+    logs = [logging.getLogger(name) for name in list(logging.root.manager.loggerDict)]
+    ours = [(log, log.disabled) for log in logs if log.name.startswith("nptdms")]
+    for log, _ in ours:
+        log.disabled = True
+    try:
+        yield
+    finally:
+        for log, before in ours:
+            log.disabled = before
 
 
 def _groups(file: TdmsFile, reading: Reading, unusable: dict[str, str]) -> list[Group]:
