@@ -38,6 +38,7 @@ RANKS = {
     "core.simulate": 8,
     "core.loading": 8.5,
     "core.warm": 8.6,
+    "core.check": 8.7,
     "core.identify": 9,
     "core.diagnose": 10,
     "core.diagnosed": 10.5,

@@ -39,6 +39,12 @@ class Measured:
         return float(np.median(rising)) if rising.size else 1.0
 
     @cached_property
+    def stated_step(self) -> float:
+        """s, the median distance of two rows as it stands."""
+        steps = np.diff(self.time[np.isfinite(self.time)])
+        return float(np.median(steps)) if steps.size else 0.0
+
+    @cached_property
     def rows(self) -> int:
         """N"""
         return len(self.time)

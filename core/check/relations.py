@@ -7,7 +7,7 @@ sensor; a reference and what follows it; and Newton's law between a joint's torq
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import signal
@@ -59,6 +59,8 @@ class Relation:
     """Share that the other joint's input explains."""
     step: float = 0.0
     """s, the sample time."""
+    direct: float = 1.0
+    """Share that its own input explains with the lag for which `swapped` is stated."""
 
     @property
     def key(self) -> tuple[str, tuple[str, ...]]:
@@ -77,16 +79,15 @@ def relations(found: Measured, misfits: Sequence[Misfit]) -> tuple[Relation, ...
 def _followed(found: Measured) -> list[Relation]:
     made = []
     for k in range(3):
-        for output, given in (
-            (f"theta{k + 1}", f"theta{k + 1}_ref"),
-            (f"i{k + 1}", f"i{k + 1}_ref"),
-        ):
-            if found.has(output, given):
-                x, y = found.even(given), found.even(output)
-                other = f"{given[:-5]}{2 - k}_ref"
-                swapped = _share(found.even(other), y) if k < 2 and found.has(other) else 0.0
-                one = compare(output, (given,), y, [x - x[0]], found.step, DIRECT, swapped)
-                made += [one] if one else []
+        for output in (f"theta{k + 1}", f"i{k + 1}"):
+            given, other = f"{output}_ref", f"{output[:-1]}{2 - k}_ref"
+            if not found.has(output, given):
+                continue
+            x, y = found.even(given), found.even(output)
+            both = k < 2 and found.has(other)
+            swapped = _share(found.even(other), y, found.step) if both else 0.0
+            one = compare(output, (given,), y, [x - x[0]], found.step, DIRECT, swapped)
+            made += [replace(one, direct=_share(x, y, found.step))] if one else []
     return made
 
 
@@ -114,11 +115,9 @@ def compare(
     return Relation(output, inputs, gain, lag, drift, error, explained, room, x, swapped, dt)
 
 
-def _share(x: np.ndarray, y: np.ndarray) -> float:
-    """r^2 of two signals' moves."""
-    a, b = np.diff(_smooth(x)), np.diff(_smooth(y))
-    size = float(np.sqrt(np.sum(a * a) * np.sum(b * b)))
-    return float(np.sum(a * b)) ** 2 / size**2 if size > 0 else 0.0
+def _share(x: np.ndarray, y: np.ndarray, dt: float) -> float:
+    """r^2 of two signals' moves at their best lag."""
+    return _best_lag(y, x, dt)[1] if np.std(x) > 0 and np.std(y) > 0 else 0.0
 
 
 def _smooth(x: np.ndarray) -> np.ndarray:
@@ -204,7 +203,7 @@ def _compared(found, model, references, signals, start, together):  # type: igno
     crossed = _predicted(model, found.grid, signals[:, ::-1], start) if small else None
     made = []
     for name in names:
-        swapped = _share(crossed[name], found.even(name)) if crossed else 0.0
+        swapped = _share(crossed[name], found.even(name), found.step) if crossed else 0.0
         y = found.even(name)
         whole = compare(name, references, y, [together[name]], found.step, LOOP, swapped)
         made += [whole] if whole else []

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.check.relations import WORTH, Relation
+from core.check.relations import LOOP, WORTH, Relation
 
 SCALE = 0.12
 """|ln factor| below which a gain is friction, a payload or a calibration (scenarios/mujoco: the
@@ -18,9 +18,13 @@ ALIKE = 0.25
 """Share of a factor by which the relations of one channel may differ."""
 FEW_SAMPLES = 2.0
 """Sample times of lag that a drive or a filter takes without being late."""
-SURE = 0.97
+CLEAR = 0.85
+"""Share explained above which a gain of the scenario's loop counts: another arm explains less."""
+SURE = 0.985
 """Share explained above which a lag is a delay and no other dynamics: with elastic joints in
-scenarios/mujoco it stays below 0.91, with a late camera alone it is 0.999."""
+scenarios/mujoco it stays below 0.98, with a late camera it is 0.987 to 0.999."""
+SURE_OF_CHANGE = 0.9
+"""The same where the scenario's other recordings say what is usual."""
 DRIFT = 1e-3
 """s/s; two quartz clocks differ by 1e-4 at most, elastic joints look like 6e-4."""
 SURE_DRIFT = 6.0
@@ -67,8 +71,13 @@ def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> t
     entries = [_entry(r, others) for r in own if r.explained > WORTH]
     if not entries:
         return ()
-    found = _signs(entries) or _factors(entries)
-    return (*found, *_delays(entries), *_drifts(entries))
+    gains = [e for e in entries if e.relation.room != LOOP or e.relation.explained > CLEAR]
+    found = _signs(entries) or _factors(gains)
+    late = _delays(entries, SURE_OF_CHANGE, lambda e: e.lag)
+    # A servo's own lag behind its reference is no delay of a channel.
+    loop = [e for e in entries if e.relation.room == LOOP or e.relation.output.startswith("i")]
+    late = late or _delays(loop, SURE, lambda e: e.relation.lag)
+    return (*found, *late, *_drifts(entries))
 
 
 def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
@@ -81,7 +90,7 @@ def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
     habit = usual if abs(usual) <= max(relation.room, 0.4) else 0.0
     lag = float(np.median(lags)) if len(lags) >= 2 else 0.0
     spread = 2.0 * float(np.median(np.abs(lags - lag))) if len(lags) >= 2 else 0.0
-    room = 3.0 * float(np.median(np.abs(logs - usual))) if len(logs) >= 2 else relation.room
+    room = 1.5 * float(np.max(np.abs(logs - usual))) if len(logs) >= 2 else relation.room
     return _Entry(
         relation, log - habit, relation.gain < 0, relation.lag - lag, spread, relation.drift,
         max(room, SCALE),
@@ -169,7 +178,10 @@ def _explained(
     if not touched:
         return None
     sizes = np.array([side * value(entry) for entry, side in touched])
-    size = float(np.median(sizes))
+    # The relations that are known best say how large it is.
+    least = min(entry.relation.room for entry, _ in touched)
+    best = [entry.relation.room <= least for entry, _ in touched]
+    size = float(np.median(sizes[best]))
     mine = {id(entry) for entry, _ in touched}
     # Newton's law and nominal numbers leave more room than a loop that is known.
     rest = [max(abs(value(e)) - _slack(e), 0.0) for e in entries if id(e) not in mine]
@@ -181,18 +193,20 @@ def _slack(entry: _Entry) -> float:
     return max(entry.relation.room - 0.25, 0.0)
 
 
-def _delays(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
-    sure = [e for e in entries if e.relation.explained > SURE and np.isfinite(e.lag)]
+def _delays(
+    entries: Sequence[_Entry], least: float, lag: Callable[[_Entry], float]
+) -> tuple[Suspect, ...]:
+    sure = [e for e in entries if e.relation.explained > least and np.isfinite(lag(e))]
     found: list[Suspect] = []
     groups: list[tuple[str, ...]] = [CAMERA, *((name,) for name in _channels(sure))]
     for group in groups:
         touched = _touching(sure, group)
         if not touched or any(s.channel in group for s in found):
             continue
-        sizes = np.array([side * e.lag for e, side in touched])
+        sizes = np.array([side * lag(e) for e, side in touched])
         size = float(np.median(sizes))
         inner = {id(e) for e, _ in touched}
-        rest = [abs(e.lag) for e in sure if id(e) not in inner]
+        rest = [abs(lag(e)) for e in sure if id(e) not in inner]
         room = max(e.lag_room for e, _ in touched)
         step = _step(touched)
         alike = np.all(np.abs(sizes - size) <= max(ALIKE * abs(size), step))
@@ -203,7 +217,7 @@ def _delays(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
             and (len(group) == 1 or len({e.relation.output for e, _ in touched}) > 1)
         ):
             found += [
-                Suspect(e.relation.output if side == 1 else group[0], delay=side * e.lag,
+                Suspect(e.relation.output if side == 1 else group[0], delay=side * lag(e),
                         against=", ".join(e.relation.inputs), expected=e.relation.expected)
                 for e, side in _one_each(touched)
             ]  # fmt: skip

@@ -1,0 +1,37 @@
+"""A motion too small or too slow to show what the model is about."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from core.check.band import noise_of, reaches
+from core.check.case import Case
+from core.check.finding import Check, Finding
+
+FEWEST = 10.0
+"""Times its noise must a joint move: with less, 10 % of what is estimated is noise."""
+
+
+class WeakExcitation(Check):
+    """Joints that hardly move, or move far below the arm's first frequency."""
+
+    kind = "weak_excitation"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        found = case.recording
+        for name in found.names("theta#"):
+            q = found.counted(name)
+            q = q[np.isfinite(q)]
+            noise = noise_of(q)
+            moved = float(np.std(q))
+            if noise > 0 and moved < FEWEST * noise:
+                said = f"{name} moves by {moved:.3g} rms, {moved / noise:.2g} times its noise"
+                yield case.finding(self.kind, name, moved / noise, "", said)
+        share = reaches(case)
+        if share is not None:
+            ratio, hertz = share
+            ends = f"the motion ends at {ratio * hertz:.3g} Hz"
+            said = f"{ends}; the arm's first mode is at {hertz:.3g} Hz"
+            yield case.finding(self.kind, found.names("theta#")[0], ratio, "", said)
