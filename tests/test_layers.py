@@ -61,6 +61,7 @@ RANKS = {
     "flexgui.bench": 17.5,
     "flexgui.challenge": 17.5,
     "flexgui.study": 17.5,
+    "flexgui.check": 17.5,
     "flexgui.cli": 18,
     "flexgui.__main__": 19,
 }

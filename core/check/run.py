@@ -60,24 +60,21 @@ def check_file(path: Path, progress: Progress | None = None) -> list[Finding]:
 
 
 def check_all(recordings: Sequence[Measured]) -> list[Finding]:
-    """The findings of recordings of one rig."""
-    clocked, first = [], []
-    for one in recordings:
-        mended, said = _with_clock(one)
-        clocked.append(mended)
-        first.append(said)
-    cases = [Case(one) for one in clocked]
-    cases = [Case(c.recording, [o for o in cases if o is not c]) for c in cases]
+    """The findings of recordings of one rig, in their order."""
+    clocked = [with_clock(one) for one in recordings]
+    cases = [Case(one) for one, _ in clocked]
     found: list[Finding] = []
-    for case, said in zip(cases, first, strict=True):
-        found += said
-        for kind, check in checks().items():
-            if kind not in FIRST:
-                found += check.look(case)
+    for case, (_, said) in zip(cases, clocked, strict=True):
+        found += [*said, *check_case(Case(case.recording, [o for o in cases if o is not case]))]
     return found
 
 
-def _with_clock(recording: Measured) -> tuple[Measured, list[Finding]]:
+def check_case(case: Case) -> list[Finding]:
+    """The findings of one recording whose clock is right."""
+    return [f for kind, check in checks().items() if kind not in FIRST for f in check.look(case)]
+
+
+def with_clock(recording: Measured) -> tuple[Measured, list[Finding]]:
     """The recording on its true clock, and what was wrong with that."""
     said: list[Finding] = []
     for kind in FIRST:

@@ -23,6 +23,9 @@ CLEAR = 0.85
 SURE = 0.985
 """Share explained above which a lag is a delay and no other dynamics: with elastic joints in
 scenarios/mujoco it stays below 0.98, with a late camera it is 0.987 to 0.999."""
+ENCODERS = 0.93
+"""Share of every encoder that the loop must explain before the lag of another channel is judged:
+elastic joints, which make the tip late, leave 0.9 or less."""
 SURE_OF_CHANGE = 0.9
 """The same where the scenario's other recordings say what is usual."""
 DRIFT = 1e-3
@@ -73,11 +76,23 @@ def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> t
         return ()
     gains = [e for e in entries if e.relation.room != LOOP or e.relation.explained > CLEAR]
     found = _signs(entries) or _factors(gains)
-    late = _delays(entries, SURE_OF_CHANGE, lambda e: e.lag)
-    # A servo's own lag behind its reference is no delay of a channel.
-    loop = [e for e in entries if e.relation.room == LOOP or e.relation.output.startswith("i")]
-    late = late or _delays(loop, SURE, lambda e: e.relation.lag)
-    return (*found, *late, *_drifts(entries))
+    # With others to compare, what they do is no delay: a servo's lag, the rig's own dynamics.
+    late = _delays(entries, SURE_OF_CHANGE, lambda e: e.lag) if len(others) > 1 else ()
+    return (*found, *(late or _delays(*_trusted(entries))), *_drifts(entries))
+
+
+def _trusted(
+    entries: Sequence[_Entry],
+) -> tuple[Sequence[_Entry], float, Callable[[_Entry], float]]:
+    """Relations whose lag says something by itself: of a current, and of a velocity loop that
+    explains every encoder."""
+    loop = [e for e in entries if e.relation.room == LOOP]
+    loop = [e for e in loop if all(name.startswith("d") for name in e.relation.inputs)]
+    encoders = [e.relation.explained for e in loop if e.relation.output.startswith("theta")]
+    if min(encoders, default=0.0) < ENCODERS:
+        loop = []
+    currents = [e for e in entries if e.relation.output.startswith("i") and e not in loop]
+    return [*loop, *currents], SURE, lambda e: e.relation.lag
 
 
 def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
@@ -89,8 +104,8 @@ def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
     usual = float(np.median(logs)) if len(logs) >= 2 else 0.0
     habit = usual if abs(usual) <= max(relation.room, 0.4) else 0.0
     lag = float(np.median(lags)) if len(lags) >= 2 else 0.0
-    spread = 2.0 * float(np.median(np.abs(lags - lag))) if len(lags) >= 2 else 0.0
-    room = 1.5 * float(np.max(np.abs(logs - usual))) if len(logs) >= 2 else relation.room
+    spread = float(np.ptp(lags)) if len(lags) >= 2 else 0.0
+    room = 1.5 * float(np.ptp(logs)) if len(logs) >= 2 else relation.room
     return _Entry(
         relation, log - habit, relation.gain < 0, relation.lag - lag, spread, relation.drift,
         max(room, SCALE),
@@ -196,7 +211,8 @@ def _slack(entry: _Entry) -> float:
 def _delays(
     entries: Sequence[_Entry], least: float, lag: Callable[[_Entry], float]
 ) -> tuple[Suspect, ...]:
-    sure = [e for e in entries if e.relation.explained > least and np.isfinite(lag(e))]
+    known = [e for e in entries if e.relation.explained > WORTH and np.isfinite(lag(e))]
+    sure = [e for e in known if e.relation.explained > least]
     found: list[Suspect] = []
     groups: list[tuple[str, ...]] = [CAMERA, *((name,) for name in _channels(sure))]
     for group in groups:
@@ -206,7 +222,7 @@ def _delays(
         sizes = np.array([side * lag(e) for e, side in touched])
         size = float(np.median(sizes))
         inner = {id(e) for e, _ in touched}
-        rest = [abs(lag(e)) for e in sure if id(e) not in inner]
+        rest = [abs(lag(e)) for e in known if id(e) not in inner]
         room = max(e.lag_room for e, _ in touched)
         step = _step(touched)
         alike = np.all(np.abs(sizes - size) <= max(ALIKE * abs(size), step))
