@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from core.check.finding import Finding, Picture
-from core.check.geometry import Misfit, geometric_misfits
+from core.check.geometry import Misfit, agrees, geometric_misfits, mended
 from core.check.measured import Measured
 from core.check.relations import Relation, relations
 from core.check.suspects import Suspect, suspects
@@ -30,13 +30,39 @@ class Case:
 
     @cached_property
     def misfits(self) -> tuple[Misfit, ...]:
-        """Channels that contradict the arm's geometry, with the factor or shift that mends it."""
-        return geometric_misfits(self.recording)
+        """What contradicts the arm's geometry, with the factor or shift that mends it.
+
+        Where several causes mend the geometry, the dynamics decides among them.
+        """
+        causes = geometric_misfits(self.recording)
+        if not causes or self._dynamics_explains():
+            return ()
+        if len(causes) == 1:
+            return causes
+        scored = [(_disagreement(relations(mended(self.recording, c))), c) for c in causes]
+        return (min(scored, key=lambda one: one[0])[1],)
+
+    def _dynamics_explains(self) -> bool:
+        """Whether one factor that the dynamics asks for mends the geometry too."""
+        found = suspects(relations(self.recording), [other.relations for other in self.others])
+        wrong = [one for one in found if one.factor != 1.0]
+        if len(wrong) != 1 or wrong[0].channel.endswith("_ref"):
+            return False
+        cause = Misfit((wrong[0].channel,), wrong[0].factor, 0.0, False, 0.0, 0.0)
+        return agrees(mended(self.recording, cause))
+
+    @cached_property
+    def mended(self) -> Measured:
+        """The recording as the geometry wants it."""
+        found = self.recording
+        for one in self.misfits:
+            found = mended(found, one)
+        return found
 
     @cached_property
     def relations(self) -> tuple[Relation, ...]:
-        """What the channels say of each other."""
-        return relations(self.recording, self.misfits)
+        """What the channels say of each other, once the geometry is right."""
+        return relations(self.mended)
 
     @cached_property
     def suspects(self) -> tuple[Suspect, ...]:
@@ -71,3 +97,15 @@ class Case:
         unit = channel_kind(channel).units[0]
         shown = self.recording.channels[channel][thin]
         return Picture(self.recording.time[thin], shown, expected, unit)
+
+
+def _disagreement(found: Sequence[Relation]) -> float:
+    """How far the relations are from gains of one, all together."""
+    loops = [one for one in found if np.isfinite(one.room)]
+    if not loops:
+        return 0.0
+    each = [
+        min(abs(np.log(abs(one.gain))), 3.0) + 3.0 * (one.gain < 0) + 2.0 * (1.0 - one.explained)
+        for one in loops
+    ]
+    return float(np.mean(each))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.check.case import Case
+from core.check.checks.swapped_joints import SwappedJoints
 from core.check.geometry import DEGREES, MILLI
 
 UNIT = 0.15
@@ -36,6 +37,8 @@ def blamed(case: Case) -> list[Blamed]:
         if one.factor != 1.0
     ]
     known = {name for one in case.misfits for name in one.channels}
+    if any(True for _ in SwappedJoints().look(case)):
+        return found
     return found + [
         Blamed(one.channel, one.factor, one.against or "the others", one.expected)
         for one in case.suspects

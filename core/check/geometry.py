@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -15,9 +15,8 @@ POINTS = 200
 BENDING = 0.02
 """Of the arm's reach: links of laboratory arms bend less than 2 % (the paper's: 0.4 %), so a
 larger misfit is none of bending."""
-BETTER = 5.0
-"""Times smaller must a cause make the misfit; the second best cause must be BEATEN times worse."""
-BEATEN = 1.5
+BETTER = 3.0
+"""Times smaller must a cause make the misfit."""
 LARGEST = 300
 """Factor: gears of joints stay below it."""
 DEGREES, MILLI = 180.0 / np.pi, 1000.0
@@ -38,21 +37,41 @@ class Misfit:
 
 
 def geometric_misfits(found: Measured) -> tuple[Misfit, ...]:
-    """The simplest cause of a camera that does not see what the encoders say; () without one."""
+    """The causes, one for each way to be wrong, that explain a camera which does not see what the
+    encoders say; the plain ones first. Empty where the two agree, or where there is no camera."""
     data = _Data.of(found)
     if data is None or data.misfit(data.values) <= data.room:
         return ()
     before = data.misfit(data.values)
-    causes = sorted(_causes(data), key=lambda one: one[0])
-    good = [
-        (left, one) for left, one in causes if left < max(data.room, 0.0) and left * BETTER < before
-    ]
-    if not good:
-        return ()
-    # Several explain it where the arm hardly moves: the plain ones come first in the list.
-    best = min(good, key=lambda one: (one[0] > BEATEN * good[0][0] + 0.25 * data.room, one[1].rank))
-    left, cause = best
-    return (Misfit(cause.channels, cause.factor, cause.shift, cause.swapped, before, left),)
+    made = [(left, cause) for left, cause in _causes(data) if left <= data.room]
+    best: dict[tuple[object, ...], tuple[float, _Cause]] = {}
+    for left, cause in sorted(made, key=lambda one: one[0]):
+        if left * BETTER < before:
+            best.setdefault(
+                (cause.channels, cause.rank, cause.swapped, cause.shift != 0), (left, cause)
+            )
+    ordered = sorted(best.values(), key=lambda one: one[1].rank)
+    return tuple(
+        Misfit(c.channels, c.factor, c.shift, c.swapped, before, left) for left, c in ordered
+    )
+
+
+def agrees(found: Measured) -> bool:
+    """Whether the camera sees what the encoders say, but for bending."""
+    data = _Data.of(found)
+    return data is None or data.misfit(data.values) <= data.room
+
+
+def mended(found: Measured, one: Misfit) -> Measured:
+    """The recording without the misfit."""
+    channels = dict(found.channels)
+    if one.swapped:
+        a, b = one.channels
+        channels[a], channels[b] = channels[b], channels[a]
+    else:
+        for name in one.channels:
+            channels[name] = (channels[name] - one.shift) / one.factor
+    return replace(found, channels=channels)
 
 
 @dataclass(frozen=True)

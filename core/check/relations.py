@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import signal
 
-from core.check.geometry import Misfit
 from core.check.measured import Measured
 from core.model import Model
 from core.sensors import sensors
@@ -52,7 +51,7 @@ class Relation:
     explained: float
     """Share of the output's variance."""
     room: float
-    """|ln gain| that is nobody's fault."""
+    """|ln gain| that is nobody's fault; infinite where only the sign is known."""
     expected: np.ndarray | None = None
     """(M,) on the even clock, of the output."""
     swapped: float = 0.0
@@ -67,11 +66,11 @@ class Relation:
         return self.output, self.inputs
 
 
-def relations(found: Measured, misfits: Sequence[Misfit]) -> tuple[Relation, ...]:
+def relations(found: Measured) -> tuple[Relation, ...]:
     """All that can be said; nothing where the arm is not known."""
     made = [*_followed(found)]
     if found.model is not None:
-        made += _loop(found, found.model, misfits)
+        made += _loop(found, found.model)
         made += _newton(found, found.model)
     return tuple(made)
 
@@ -171,14 +170,14 @@ def _refined(
     return gain, lag, drift, error, explained
 
 
-def _loop(found: Measured, model: Model, misfits: Sequence[Misfit]) -> list[Relation]:
+def _loop(found: Measured, model: Model) -> list[Relation]:
     """Every sensor against the scenario's closed loop under the recorded references."""
     references = model.drive.reference_channels(model.arm)
     if not all(r.endswith("_ref") and r.startswith(("dtheta", "theta")) for r in references):
         return []
     if not references or not found.has(*references):
         return []
-    start = _posture(found, model, misfits)
+    start = _posture(found, model)
     if start is None:
         return []
     signals = np.column_stack([found.even(r) for r in references])
@@ -243,19 +242,9 @@ def _by_reference(
     return made
 
 
-def _posture(found: Measured, model: Model, misfits: Sequence[Misfit]) -> np.ndarray | None:
+def _posture(found: Measured, model: Model) -> np.ndarray | None:
     names = [f"theta{k + 1}" for k in range(model.arm.joints)]
-    if not found.has(*names):
-        return None
-    values = {n: float(found.even(n)[0]) for n in names}
-    for one in misfits:
-        if one.swapped and set(one.channels) <= set(values):
-            a, b = one.channels
-            values[a], values[b] = values[b], values[a]
-        for name in one.channels:
-            if name in values and not one.swapped:
-                values[name] = (values[name] - one.shift) / one.factor
-    return np.array([values[n] for n in names])
+    return np.array([found.even(n)[0] for n in names]) if found.has(*names) else None
 
 
 def _predicted(
@@ -346,4 +335,5 @@ def _inertial(found: Measured, output: str, angle: str, nominal: float) -> Relat
         return None
     sign = -1.0 if output.startswith("deflection") else 1.0
     gain = sign * float(part[0]) / (nominal or abs(float(part[0])))
-    return Relation(output, (angle,), gain, np.inf, 0.0, np.inf, explained, NEWTON, step=dt)
+    room = NEWTON if nominal else np.inf
+    return Relation(output, (angle,), gain, np.inf, 0.0, np.inf, explained, room, step=dt)

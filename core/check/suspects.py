@@ -74,11 +74,20 @@ def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> t
     entries = [_entry(r, others) for r in own if r.explained > WORTH]
     if not entries:
         return ()
+    every, entries = entries, _single(entries)
     gains = [e for e in entries if e.relation.room != LOOP or e.relation.explained > CLEAR]
+    gains = [e for e in gains if np.isfinite(e.relation.room)]
     found = _signs(entries) or _factors(gains)
     # With others to compare, what they do is no delay: a servo's lag, the rig's own dynamics.
     late = _delays(entries, SURE_OF_CHANGE, lambda e: e.lag) if len(others) > 1 else ()
-    return (*found, *(late or _delays(*_trusted(entries))), *_drifts(entries))
+    return (*found, *(late or _delays(*_trusted(entries))), *_drifts(every))
+
+
+def _single(entries: Sequence[_Entry]) -> Sequence[_Entry]:
+    """Where each reference is judged by itself, what they say together is left out."""
+    apart = {e.relation.output for e in entries if len(e.relation.inputs) == 1
+             and e.relation.room == LOOP}  # fmt: skip
+    return [e for e in entries if len(e.relation.inputs) == 1 or e.relation.output not in apart]
 
 
 def _trusted(
@@ -101,7 +110,7 @@ def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
     lags = np.array([r.lag for r in alike])
     log = float(np.log(abs(relation.gain)))
     # Only what is near the nominal is a habit of the rig; a unit wrong in all files is none.
-    usual = float(np.median(logs)) if len(logs) >= 2 else 0.0
+    usual = float(np.median(logs)) if len(logs) else 0.0
     habit = usual if abs(usual) <= max(relation.room, 0.4) else 0.0
     lag = float(np.median(lags)) if len(lags) >= 2 else 0.0
     spread = float(np.ptp(lags)) if len(lags) >= 2 else 0.0

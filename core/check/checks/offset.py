@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from core.check.case import Case
+from core.check.factors import blamed
 from core.check.finding import Check, Finding
 
 SHARE = 0.25
@@ -25,9 +26,10 @@ class Offset(Check):
                 said = f"{name} fits the other sensors if it is {one.shift:.4g} smaller"
                 yield case.finding(self.kind, name, one.shift, "SI", said)
         found = case.recording
+        wrong = {one.channel for one in blamed(case)}
         for name in found.names("i#", "theta#"):
             given = f"{name}_ref"
-            if not found.has(given):
+            if not found.has(given) or name in wrong or given in wrong:
                 continue
             a, b = found.even(given), found.even(name)
             shift = float(np.median(b) - np.median(a)) if name.startswith("i") else _at_rest(a, b)
