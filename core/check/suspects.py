@@ -32,6 +32,8 @@ DRIFT = 1e-3
 """s/s; two quartz clocks differ by 1e-4 at most, elastic joints look like 6e-4."""
 SURE_DRIFT = 6.0
 """Standard deviations."""
+COMMAND = 0.1
+"""In ln: of two causes as good as each other the sensor's comes first; programs write commands."""
 PLACES = ("theta1", "theta2", "theta3", "theta1_ref", "theta2_ref", "theta3_ref")
 CAMERA = ("z1", "z2")
 
@@ -100,8 +102,8 @@ def _trusted(
     encoders = [e.relation.explained for e in loop if e.relation.output.startswith("theta")]
     if min(encoders, default=0.0) < ENCODERS:
         loop = []
-    currents = [e for e in entries if e.relation.output.startswith("i") and e not in loop]
-    return [*loop, *currents], SURE, lambda e: e.relation.lag
+    direct = [e for e in entries if e.relation.output[0] in "iu" and e.relation.room != LOOP]
+    return [*loop, *direct], SURE, lambda e: e.relation.lag
 
 
 def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
@@ -110,7 +112,7 @@ def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
     lags = np.array([r.lag for r in alike])
     log = float(np.log(abs(relation.gain)))
     # Only what is near the nominal is a habit of the rig; a unit wrong in all files is none.
-    usual = float(np.median(logs)) if len(logs) else 0.0
+    usual = float(np.median(logs)) if len(logs) >= 2 else 0.0
     habit = usual if abs(usual) <= max(relation.room, 0.4) else 0.0
     lag = float(np.median(lags)) if len(lags) >= 2 else 0.0
     spread = float(np.ptp(lags)) if len(lags) >= 2 else 0.0
@@ -183,7 +185,7 @@ def _factors(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
             continue
         if len(group) > 1 and abs(size) < np.log(20.0):
             continue  # only a unit is wrong in several channels alike
-        score = left - 0.02 * abs(size) * (size > np.log(5.0)) + 0.01 * group[0].endswith("_ref")
+        score = left - 0.02 * abs(size) * (size > np.log(5.0)) + COMMAND * group[0].endswith("_ref")
         if best is None or score < best[0]:
             best = (score, group, size)
     if best is None:
