@@ -39,7 +39,9 @@ class Case:
             return ()
         if len(causes) == 1:
             return causes
-        scored = [(_disagreement(relations(mended(self.recording, c))), c) for c in causes]
+        scored = [
+            (_disagreement(relations(mended(self.recording, c), quick=True)), c) for c in causes
+        ]
         return (min(scored, key=lambda one: one[0])[1],)
 
     def _dynamics_explains(self) -> bool:

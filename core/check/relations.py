@@ -66,11 +66,14 @@ class Relation:
         return self.output, self.inputs
 
 
-def relations(found: Measured) -> tuple[Relation, ...]:
-    """All that can be said; nothing where the arm is not known."""
+def relations(found: Measured, quick: bool = False) -> tuple[Relation, ...]:
+    """All that can be said; nothing where the arm is not known.
+
+    `quick` leaves out what each reference does by itself.
+    """
     made = [*_followed(found)]
     if found.model is not None:
-        made += _loop(found, found.model)
+        made += _loop(found, found.model, quick)
         made += _newton(found, found.model)
     return tuple(made)
 
@@ -84,11 +87,11 @@ def _followed(found: Measured) -> list[Relation]:
                 continue
             x, y = found.even(given), found.even(output)
             both = k < 2 and found.has(other)
-            swapped = _share(found.even(other), y, found.step) if both else 0.0
+            swapped = share(found.even(other), y, found.step) if both else 0.0
             one = compare(output, (given,), y, [x - x[0]], found.step, DIRECT, swapped)
             if one:
                 gain = _level(y, x, one, found.step) if output.startswith("theta") else one.gain
-                made.append(replace(one, gain=gain, direct=_share(x, y, found.step)))
+                made.append(replace(one, gain=gain, direct=share(x, y, found.step)))
     return made
 
 
@@ -126,7 +129,7 @@ def compare(
     return Relation(output, inputs, gain, lag, drift, error, explained, room, x, swapped, dt)
 
 
-def _share(x: np.ndarray, y: np.ndarray, dt: float) -> float:
+def share(x: np.ndarray, y: np.ndarray, dt: float) -> float:
     """r^2 of two signals' moves at their best lag."""
     return _best_lag(y, x, dt)[1] if np.std(x) > 0 and np.std(y) > 0 else 0.0
 
@@ -182,7 +185,7 @@ def _refined(
     return gain, lag, drift, error, explained
 
 
-def _loop(found: Measured, model: Model) -> list[Relation]:
+def _loop(found: Measured, model: Model, quick: bool) -> list[Relation]:
     """Every sensor against the scenario's closed loop under the recorded references."""
     references = model.drive.reference_channels(model.arm)
     if not all(r.endswith("_ref") and r.startswith(("dtheta", "theta")) for r in references):
@@ -196,14 +199,16 @@ def _loop(found: Measured, model: Model) -> list[Relation]:
     together = _predicted(model, found.grid, signals, start)
     if together is None:
         return []
-    return _compared(found, model, references, signals, start, together)
+    return _compared(found, model, references, signals, start, together, quick)
 
 
-def _compared(found, model, references, signals, start, together):  # type: ignore[no-untyped-def]
+def _compared(found, model, references, signals, start, together, quick):  # type: ignore[no-untyped-def]
     names = [n for n in together if found.has(n)]
     joints = model.arm.joints
     moved = max((np.ptp(together[f"theta{k + 1}"]) for k in range(joints)), default=0.0)
-    small = moved < SMALL and joints > 1 and all(r.startswith("d") for r in references)
+    small = (
+        not quick and moved < SMALL and joints > 1 and all(r.startswith("d") for r in references)
+    )
     singles: list[dict[str, np.ndarray]] = []
     if small:
         for j in range(len(references)):
@@ -214,7 +219,7 @@ def _compared(found, model, references, signals, start, together):  # type: igno
     crossed = _predicted(model, found.grid, signals[:, ::-1], start) if small else None
     made = []
     for name in names:
-        swapped = _share(crossed[name], found.even(name), found.step) if crossed else 0.0
+        swapped = share(crossed[name], found.even(name), found.step) if crossed else 0.0
         y = found.even(name)
         whole = compare(name, references, y, [together[name]], found.step, LOOP, swapped)
         made += [whole] if whole else []

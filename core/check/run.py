@@ -40,6 +40,17 @@ def check_scenario(
     Raises:
         InputError: No recording, or one that is no table of measurements.
     """
+    return check_all(measured_recordings(scenario, folder, data, progress))
+
+
+def measured_recordings(
+    scenario: Scenario, folder: Folder, data: Path | None = None, progress: Progress | None = None
+) -> list[Measured]:
+    """A scenario's recordings as the checks see them: nothing of them is refused.
+
+    Raises:
+        InputError: No recording, or one that is no table of measurements.
+    """
     if not scenario.recordings:
         raise InputError("The scenario has no [[recordings]]; add at least one.")
     model = base_model(scenario)
@@ -49,7 +60,7 @@ def check_scenario(
     for spec in scenario.recordings:
         found.append(_measured(spec, scenario, model, folder, data, progress))
         progress.advance(text=spec.name)
-    return check_all(found)
+    return found
 
 
 def check_file(path: Path, progress: Progress | None = None) -> list[Finding]:

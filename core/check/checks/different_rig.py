@@ -9,7 +9,7 @@ import numpy as np
 from core.check.case import Case
 from core.check.finding import Check, Finding
 
-APART = 0.3
+APART = 0.15
 """|ln| by which gains of two or more relations differ; one alone is a fault of its channel."""
 FEWEST = 2
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
-from core.check.relations import WORTH
+from core.check.relations import WORTH, share
 
 CLEARLY = 0.2
 """Of the variance must the swap explain more."""
@@ -25,6 +25,7 @@ class SwappedJoints(Check):
                 yield from self._say(case, *one.channels)
         known = {name for one in case.misfits for name in one.channels}
         yield from self._commands(case, known)
+        yield from self._camera(case, known)
         yield from self._followers(case, known)
 
     def _say(self, case: Case, first: str, second: str) -> Iterable[Finding]:
@@ -43,6 +44,22 @@ class SwappedJoints(Check):
         swapped = float(np.mean([r.swapped for r in loops]))
         if swapped > max(kept + CLEARLY, WORTH):
             yield from self._say(case, *loops[0].inputs)
+
+    def _camera(self, case: Case, known: set[str]) -> Iterable[Finding]:
+        """Axes whose moves are each other's, where the arm stands at 45 degrees to both."""
+        loops = {r.output: r for r in case.relations if len(r.inputs) == 2}
+        if known or not {"z1", "z2"} <= set(loops):
+            return
+        step = case.recording.step
+        kept, swapped = [], []
+        for own, other in (("z1", "z2"), ("z2", "z1")):
+            y, x, crossed = case.mended.even(own), loops[own].expected, loops[other].expected
+            if x is None or crossed is None:
+                return
+            kept.append(share(x, y, step))
+            swapped.append(share(crossed, y, step))
+        if min(swapped) > max(max(kept) + CLEARLY, WORTH):
+            yield from self._say(case, "z1", "z2")
 
     def _followers(self, case: Case, known: set[str]) -> Iterable[Finding]:
         """Positions or currents that follow the other joint's reference."""
