@@ -214,10 +214,10 @@ def _compared(found, model, references, signals, start, together, quick):  # typ
         for j in range(len(references)):
             alone = np.zeros_like(signals)
             alone[:, j] = signals[:, j]
-            made = _predicted(model, found.grid, alone, start)
-            singles += [made] if made else []
+            answer = _predicted(model, found.grid, alone, start)
+            singles += [answer] if answer else []
     crossed = _predicted(model, found.grid, signals[:, ::-1], start) if small else None
-    made = []
+    made: list[Relation] = []
     for name in names:
         swapped = share(crossed[name], found.even(name), found.step) if crossed else 0.0
         y = found.even(name)

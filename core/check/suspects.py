@@ -76,7 +76,7 @@ def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> t
     entries = [_entry(r, others) for r in own if r.explained > WORTH]
     if not entries:
         return ()
-    every, entries = entries, _single(entries)
+    every, entries = entries, list(_single(entries))
     gains = [e for e in entries if e.relation.room != LOOP or e.relation.explained > CLEAR]
     gains = [e for e in gains if np.isfinite(e.relation.room)]
     found = _signs(entries) or _factors(gains)

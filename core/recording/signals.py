@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -173,7 +173,9 @@ def _onto(group: Group, base: Group) -> tuple[dict[str, np.ndarray], list[str]]:
     if not moved:
         return moved, []
     verb = " and ".join(sorted(ways))
-    return moved, [f"{group.name} has a clock of its own: {few(moved)} put on that of t, {verb}."]
+    return moved, [
+        f"{group.name} has a clock of its own: {few(list(moved))} put on that of t, {verb}."
+    ]
 
 
 def _nearest(time: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
@@ -197,10 +199,16 @@ def _held(time: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarra
     return np.where(rows < 0, np.nan, values[np.maximum(rows, 0)])
 
 
-_WORDS = {_nearest: "each sample in the nearest row", _linear: "linearly", _held: "held"}
+_Way = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
+"""(times, values, wanted times) -> values there."""
+_WORDS: dict[_Way, str] = {
+    _nearest: "each sample in the nearest row",
+    _linear: "linearly",
+    _held: "held",
+}
 
 
-def _way(header: str):  # type: ignore[no-untyped-def]
+def _way(header: str) -> _Way:
     name = parse_header(_channel_header(header))[0]
     if name and channel_kind(name).sparse:
         return _nearest

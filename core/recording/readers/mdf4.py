@@ -7,7 +7,7 @@ import io
 import logging
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -58,7 +58,8 @@ def _quiet() -> Iterator[None]:
 
 
 def _groups(file: MDF, reading: Reading, unusable: dict[str, str]) -> Iterator[Group]:
-    for index, group in enumerate(file.groups):
+    stored: Any = file.groups
+    for index, group in enumerate(stored):
         rows = int(group.channel_group.cycles_nr)
         reading.holds(rows, len(group.channels))
         reading.grew(8 * rows * len(group.channels))

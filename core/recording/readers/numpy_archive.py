@@ -61,7 +61,7 @@ def _members(path: Path) -> Iterator[tuple[str, IO[bytes]]]:
         names = [name for name in archive.namelist() if name.endswith(_END)]
         for name in names:
             with archive.open(name) as member:
-                yield name.removesuffix(_END), member  # type: ignore[misc]
+                yield name.removesuffix(_END), member
 
 
 def _count(name: str, file: IO[bytes], reading: Reading) -> None:
