@@ -94,3 +94,11 @@ class Measured:
     def joint(self, channel: str) -> int:
         """From 0; 0 for a channel of no joint."""
         return joint_of(channel) or 0
+
+
+def noise_of(x: np.ndarray) -> float:
+    """Standard deviation of white noise in a smooth signal (N,), by its third differences."""
+    if len(x) < 10:
+        return 0.0
+    # The variance of the third difference of white noise is 20 times its own.
+    return 1.4826 * float(np.median(np.abs(np.diff(x, 3)))) / np.sqrt(20.0)

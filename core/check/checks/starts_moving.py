@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.band import noise_of
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.check.measured import noise_of
 
 SHARE = 0.5
 """Of the rms speed: below, a model at rest is right within its noise."""

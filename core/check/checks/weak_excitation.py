@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.band import noise_of
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.check.measured import noise_of
 
 FEWEST = 10.0
 """Times its noise must a joint move: with less, 10 % of what is estimated is noise."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import io
 import logging
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,30 +33,43 @@ class Mdf4Reader(TableReader):
         return int(start.startswith((b"MDF     ", b"UnFinMF ")))
 
     def read(self, path: Path, reading: Reading) -> Table:
-        from asammdf import MDF
-
         unusable: dict[str, str] = {}
-        try:
-            with _quiet(), path.open("rb") as raw, MDF(raw) as file:
-                groups = list(_groups(file, reading, unusable))
-        # Its reader raises whatever the wrong bytes lead to.
-        except Exception as error:
-            if isinstance(error, InputError):
-                raise
-            raise damaged(path, "an MDF file", error) from error
+        with _quiet():
+            groups, error = _read(path, reading, unusable)
+            if error is not None:
+                gc.collect()  # a half-opened file complains while it is taken away
+        if isinstance(error, InputError):
+            raise error
+        if error is not None:
+            raise damaged(path, "an MDF file", error)
         return merged(path, groups, reading, unusable)
+
+
+def _read(
+    path: Path, reading: Reading, unusable: dict[str, str]
+) -> tuple[list[Group], Exception | None]:
+    from asammdf import MDF
+
+    try:
+        with path.open("rb") as raw, MDF(raw) as file:
+            return list(_groups(file, reading, unusable)), None
+    # Its reader raises whatever the wrong bytes lead to.
+    except Exception as error:
+        error.__context__ = None
+        return [], error.with_traceback(None)
 
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
     """It logs and prints what it meets in a damaged file, where one sentence is expected."""
-    log = logging.getLogger("asammdf")
+    log, hook = logging.getLogger("asammdf"), sys.unraisablehook
     before, log.disabled = log.disabled, True
+    sys.unraisablehook = lambda _: None
     try:
         with contextlib.redirect_stdout(io.StringIO()):
             yield
     finally:
-        log.disabled = before
+        log.disabled, sys.unraisablehook = before, hook
 
 
 def _groups(file: MDF, reading: Reading, unusable: dict[str, str]) -> Iterator[Group]:
