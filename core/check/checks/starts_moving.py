@@ -33,7 +33,8 @@ class StartsMoving(Check):
         if any(one.factor != 1.0 or one.delay for one in case.suspects):
             return  # the speed of a channel that is wrong says nothing
         found = case.mended
-        unsettled = _unsettled(case)
+        # Where others begin so too, it is the model (too few modes), not this recording.
+        unsettled = _unsettled(case) and not any(_unsettled(one) for one in case.others)
         for name in found.names("theta#"):
             q = found.even(name)
             if len(q) < 10 * FIRST:
