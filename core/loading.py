@@ -34,7 +34,7 @@ def load_recordings(
     def one(spec: RecordingSpec) -> Recording:
         if spec.simulate is not None:
             progress.advance(0, f"{spec.name}, {spec.simulate.samples:,} samples to simulate")
-            found = _simulated(spec, scenario.sensors, model)
+            found = simulated(spec, scenario.sensors, model)
         else:
             found = _read(spec, model, folder, data_folder, progress)
         progress.advance(text=spec.name)
@@ -65,7 +65,7 @@ def joint_units(arm: Arm) -> dict[str, str]:
     return units
 
 
-def _simulated(spec: RecordingSpec, noise: SensorsSpec, model: Model) -> Recording:
+def simulated(spec: RecordingSpec, noise: SensorsSpec, model: Model) -> Recording:
     """From the bare model and the recording's hidden effects, whatever else the model has."""
     assert spec.simulate is not None
     model = with_hidden_effects(model, spec.hidden, spec.name)

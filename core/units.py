@@ -49,6 +49,14 @@ def factor_to_si(unit: str, si_units: Sequence[str]) -> float:
     raise InputError(f"the unit [{unit}] does not fit, it must be convertible to {wanted}")
 
 
+def is_unit(text: str) -> bool:
+    """Whether the text is a unit; no text is none."""
+    try:
+        return bool(text) and bool(_root(text))
+    except InputError:
+        return False
+
+
 @cache
 def _root(unit: str) -> tuple[float, str]:
     """(factor, base units) of a unit in pint's base units, in which the radian stays visible."""

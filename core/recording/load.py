@@ -87,6 +87,43 @@ def _load(
     )
 
 
+class Unchecked(NamedTuple):
+    """Channels as the file and the scenario state them, in SI, before anything is required."""
+
+    table: Table
+    time: np.ndarray | None
+    """s (N,) as it stands; None where no column is the time."""
+    channels: dict[str, np.ndarray]
+    """(N,), NaN where a cell is empty."""
+    headers: dict[str, str]
+    """Channel -> column of the file."""
+
+
+def load_unchecked(
+    path: Path,
+    spec: RecordingSpec,
+    units: Mapping[str, str] | None = None,
+    progress: Watching | None = None,
+) -> Unchecked:
+    """What `load_recording` would check, for those who look for faults in it.
+
+    Raises:
+        InputError: No table, a unit that does not fit, a cell that is no number.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        table = read_table(path, progress)
+        _check_numbers(table)
+        sources = _find_sources(table, spec, units or {})
+        values = {c: s.factor * table.numbers(s.header) for c, s in sources.items()}
+    time = values.pop("t", None)
+    if time is not None:
+        low, high = spec.window or (-np.inf, np.inf)
+        # Rows without a time are kept: they are one of the faults.
+        keep = ~((time < low) | (time > high))
+        time, values = time[keep], {c: v[keep] for c, v in values.items()}
+    return Unchecked(table, time, values, {c: s.header for c, s in sources.items()})
+
+
 def _check_numbers(table: Table) -> None:
     """A text that is no table of measurements is nobody's to quote in a sentence."""
     if table.unusable or any(_is_numeric(column) for column in table.columns.values()):
@@ -147,6 +184,7 @@ def _mapped_header(table: Table, channel: str, wanted: str) -> str:
     fitting = [h for h in everything if h == wanted] or [
         h for h in everything if parse_header(h)[0] == name
     ]
+    fitting = fitting or [h for whole, h in table.paths.items() if parse_header(whole)[0] == name]
     if not fitting:
         raise InputError(
             f"{table.source} has no column {name}, which columns.{channel} names; "

@@ -1,37 +1,71 @@
-"""From a file to its table, by the file's suffix."""
+"""From a file to its table, by what is in the file."""
 
 from __future__ import annotations
 
+import importlib.util
 from pathlib import Path
 
 from core.errors import InputError
 from core.plugins import discover
 from core.recording.reading import Reading, Watching
-from core.recording.table import Table, TableReader
+from core.recording.table import Table, TableReader, damaged
+
+START = 4096
+"""Bytes that tell what a file is: every signature stands there, and some lines of text."""
+INSTALL = "pip install 'flexgui[lab]'"
 
 
 def readers() -> dict[str, TableReader]:
-    """The readers by suffix."""
-    found = discover("core.recording.readers", TableReader)
-    return {s: reader for kinds, reader in found.members.items() for s in kinds.split()}
+    """The readers by the suffix of the files' usual names."""
+    return {s: each for each in _all() for s in each.kind.split() if s.startswith(".")}
+
+
+def _all() -> list[TableReader]:
+    return list(discover("core.recording.readers", TableReader).members.values())
 
 
 def read_table(path: Path, progress: Watching | None = None) -> Table:
     """The columns of a file; InputError where it is missing, damaged or of an unknown kind."""
-    known = readers()
-    # The longest suffix that fits, so that .csv.gz is not taken for another kind of .gz.
-    fitting = sorted((s for s in known if path.name.lower().endswith(s)), key=len)
-    if not fitting:
-        raise InputError(
-            f"{path.name} is of no kind that can be read; known: {', '.join(sorted(known))}."
-        )
+    _check_file(path)
+    try:
+        with path.open("rb") as file:
+            start = file.read(START)
+        reader = _reader(path, start)
+        _check_installed(path, reader)
+        return reader.read(path, Reading(path, progress))
+    except OSError as error:
+        raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from error
+    except (MemoryError, RecursionError) as error:
+        raise damaged(path, "a recording of a size that fits into memory") from error
+
+
+def _check_file(path: Path) -> None:
     if not path.exists():
         raise InputError(f"{path} does not exist; check the name and the folder.")
     if path.is_dir():
         raise InputError(f"{path} is a folder; name the file in it.")
     if not path.is_file():
         raise InputError(f"{path} is a device or a pipe; name a file with a table.")
-    try:
-        return known[fitting[-1]].read(path, Reading(path, progress))
-    except OSError as error:
-        raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from error
+
+
+def _reader(path: Path, start: bytes) -> TableReader:
+    """By content; where that says nothing, by the name, so that damage is said of that kind."""
+    best = max(_all(), key=lambda reader: reader.fits(path, start))
+    if best.fits(path, start):
+        return best
+    known = readers()
+    # The longest suffix that fits, so that .csv.gz is not taken for another kind of .gz.
+    named = sorted((s for s in known if path.name.lower().endswith(s)), key=len)
+    if not named:
+        raise InputError(
+            f"{path.name} is of no kind that can be read; known: {', '.join(sorted(known))}."
+        )
+    return known[named[-1]]
+
+
+def _check_installed(path: Path, reader: TableReader) -> None:
+    for module in reader.needs:
+        if importlib.util.find_spec(module) is None:
+            raise InputError(
+                f"{path.name} needs the package {module}, which is not installed; run {INSTALL}."
+            )

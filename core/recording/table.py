@@ -14,6 +14,19 @@ from core.recording.reading import Reading
 
 
 @dataclass(frozen=True)
+class Listed:
+    """A topic, group or sheet of a file, as a person is shown it."""
+
+    name: str
+    columns: tuple[str, ...]
+    rows: int
+    rate: float | None
+    """Hz, on average; None without a clock."""
+    span: float | None
+    """s"""
+
+
+@dataclass(frozen=True)
 class Table:
     """Columns (N,) by their header; a column with text in it is of objects, others of numbers."""
 
@@ -27,6 +40,10 @@ class Table:
     warnings: tuple[str, ...] = ()
     faults: Mapping[str, str] = field(default_factory=dict)
     """Header -> what is wrong in one of its cells: an error only when the numbers are asked for."""
+    groups: tuple[Listed, ...] = ()
+    """Of a file with several clocks or places; empty where all is one table."""
+    paths: Mapping[str, str] = field(default_factory=dict)
+    """Whole path in the file -> header, where the header is only the path's end."""
 
     @property
     def rows(self) -> int:
@@ -94,9 +111,18 @@ def number(cell: object) -> float:
 
 
 class TableReader(ABC):
-    """Reads one kind of file; `kind` lists its suffixes, separated by blanks."""
+    """Reads one kind of file; `kind` lists its usual suffixes, if any, separated by blanks."""
 
     kind = ""
+    needs: tuple[str, ...] = ()
+    """Modules of the extra `lab` that it imports."""
+
+    @abstractmethod
+    def fits(self, path: Path, start: bytes) -> int:
+        """How surely the file is of this kind, by its first bytes and not by its name.
+
+        0: it is not; higher numbers win where several readers fit.
+        """
 
     @abstractmethod
     def read(self, path: Path, reading: Reading) -> Table:

@@ -12,8 +12,8 @@ import numpy as np
 from core.errors import InputError
 from core.recording.table import NO_NUMBER, cell_fault, number, row_name
 
-FIRST_LINE = 2
-"""Of the file: its line 1 is the header."""
+COMMA_DECIMALS = ";\t"
+"""Between these delimiters a comma stands for the decimal point."""
 EMPTY = sorted({s for word in NO_NUMBER for s in (word, word.upper(), word.title())} | {"NaN"})
 """The usual ways to write 'no sample'; unusual ones are read carefully."""
 _LINE_END = re.compile(r"\r\n|\n|\r")
@@ -27,8 +27,9 @@ def has_cells(block: bytes) -> bool:
 class BlockParser:
     """Takes the lines below the header in order; every line has as many cells as the header."""
 
-    def __init__(self, source: str, width: int, delimiter: str) -> None:
+    def __init__(self, source: str, width: int, delimiter: str, first_line: int = 2) -> None:
         self.rows = 0
+        self._first_line = first_line
         self._source, self._width, self._delimiter = source, width, delimiter
         self._parts: list[list[np.ndarray]] = [[] for _ in range(width)]
         self._faults: dict[int, str] = {}
@@ -68,7 +69,7 @@ class BlockParser:
             return None
         names = [str(k) for k in range(self._width)]
         wanted = [name for k, name in enumerate(names) if k not in self._faults]
-        decimal = "," if self._delimiter == ";" and b"," in body else "."
+        decimal = "," if self._delimiter in COMMA_DECIMALS and b"," in body else "."
         try:
             found: Any = arrow.read_csv(
                 pa.BufferReader(body),
@@ -123,17 +124,18 @@ class BlockParser:
             return values
         for index, cell in enumerate(cells):
             try:
-                plain = cell.replace(",", ".") if self._delimiter == ";" else cell
+                plain = cell.replace(",", ".") if self._delimiter in COMMA_DECIMALS else cell
                 values[index] = number(plain)
             except ValueError:
-                fault = cell_fault(cell, row_name(self.rows + index, FIRST_LINE))
+                fault = cell_fault(cell, row_name(self.rows + index, self._first_line))
                 self._faults.setdefault(k, fault)
         return values
 
     def _length_error(self, index: int, length: int, advice: str) -> InputError:
+        row = row_name(index, self._first_line)
         return InputError(
-            f"{self._source}: {row_name(index, FIRST_LINE)} has {length} fields where the header "
-            f"has {self._width}; {advice}."
+            f"{self._source}: {row} has {length} fields where the header has {self._width}; "
+            f"{advice}."
         )
 
 

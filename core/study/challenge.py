@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -237,7 +238,7 @@ def _sealed(place: Path) -> str:
             with zipfile.ZipFile(path) as archive:
                 return archive.read(SEALED).decode("utf-8", "replace")
         return path.read_text(encoding="utf-8", errors="replace")
-    except (OSError, KeyError, zipfile.BadZipFile) as error:
+    except (OSError, KeyError, RuntimeError, EOFError, zlib.error, zipfile.BadZipFile) as error:
         raise InputError(
             f"{place} holds no challenge; give what `flexgui challenge` wrote, a folder or a zip."
         ) from error

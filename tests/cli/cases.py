@@ -257,14 +257,15 @@ def bad_files() -> Iterator[Case]:
         yield Case(f"file {label}", (FILE,), files={FILE: content})
     kinds = ("th1.mat", "th1.parquet", "th1.csv.gz")
     for kind in kinds:
-        for label, raw in (("empty", b""), ("text", whole.encode()), ("noise", rng(5).bytes(300))):
+        for label, raw in (("empty", b""), ("zeros", bytes(300)), ("noise", rng(5).bytes(300))):
             text = swapped('"th1.csv"', f'"{kind}"')
             yield Case(f"{kind} of {label}", (kind,), text, {kind: raw})
     for label, arrays in wrong_arrays().items():
         text = swapped('"th1.csv"', '"th1.mat"')
         yield Case(f"mat with {label}", ("th1.mat",), text, {"th1.mat": mat(arrays)})
+    sheet = b"PK\x03\x04" + bytes(300)
     for name in ("th1.xlsx", "th1", "th1.json"):
-        yield Case(f"kind {name}", (name,), swapped('"th1.csv"', f'"{name}"'), {name: whole})
+        yield Case(f"kind {name}", (name,), swapped('"th1.csv"', f'"{name}"'), {name: sheet})
     for name in ("th2.csv", "data/th1.csv", "../th9.csv", "emps.csv"):
         yield Case(f"missing {name}", (name, "not found"), swapped('"th1.csv"', f'"{name}"'))
     yield Case("folder as file", ("th1.csv",), files={"th1.csv/inside.csv": whole})

@@ -5,10 +5,12 @@ from __future__ import annotations
 import gzip
 import io
 import re
+import tempfile
 import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
@@ -16,6 +18,7 @@ import pyarrow.parquet as pq
 from scipy.io import savemat
 
 from tests.cli.helpers import COLUMNS, FILE, SCENARIO, TEXT, csv, swapped, table
+from tests.recording.lab_formats import FORMATS
 
 Rng = np.random.Generator
 SIMULATED = swapped(
@@ -128,6 +131,22 @@ def text_bytes(rng: Rng) -> Case:
     return Case("csv", EXPORT, _with(FILE, with_wrong_bytes(csv(table()).encode(), rng)))
 
 
+@cache
+def lab_file(kind: str) -> tuple[str, bytes]:
+    """The name and the content of the undamaged recording in a laboratory's format."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / FORMATS[kind](Path(folder), columns())
+        return file.name, file.read_bytes()
+
+
+def lab_bytes(kind: str) -> Callable[[Rng], Case]:
+    def make(rng: Rng) -> Case:
+        name, content = lab_file(kind)
+        return Case(kind, EXPORT, _with(name, with_wrong_bytes(content, rng)))
+
+    return make
+
+
 def binary_bytes(kind: str) -> Callable[[Rng], Case]:
     def make(rng: Rng) -> Case:
         return Case(kind, EXPORT, _with(kind, with_wrong_bytes(binary(kind), rng)))
@@ -177,10 +196,11 @@ def commands(rng: Rng) -> Case:
     return Case("command", tuple(words[:length]), _with(FILE, csv(table()).encode()))
 
 
+LAB = ("csv_de", "mat73", "hdf5", "mcap", "db3", "tdms", "mdf4", "npz")
 FAMILIES: tuple[Callable[[Rng], Case], ...] = (
     cells, text_bytes, numbers, numbers, lines, scenario_bytes, zips, commands,
     binary_bytes("plain.mat"), binary_bytes("packed.mat"), binary_bytes("th1.parquet"),
-    binary_bytes("th1.csv.gz"),
+    binary_bytes("th1.csv.gz"), *(lab_bytes(kind) for kind in LAB),
 )  # fmt: skip
 
 

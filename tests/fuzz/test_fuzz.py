@@ -11,7 +11,7 @@ from tests.fuzz.judge import fault, perform
 from tests.fuzz.run import arrange
 
 SEED = 2
-CASES = 108
+CASES = 180
 """Nine of each kind."""
 
 

@@ -249,6 +249,7 @@ def test_a_file_cut_anywhere_is_refused_or_warned_of(tmp_path):
 
 def test_missing_file_folder_and_unknown_kind_are_told_apart(tmp_path):
     (tmp_path / "folder.csv").mkdir()
+    (tmp_path / "th1.xlsx").write_bytes(b"PK\x03\x04" + bytes(100))
     for file, words in (
         ("gone.csv", "does not exist"),
         ("folder.csv", "is a folder"),
@@ -272,7 +273,7 @@ def test_a_text_that_is_no_table_is_not_quoted(lines: int) -> None:
         assert "no table" in said and "diary" not in said and "happened" not in said
 
 
-def test_a_second_heading_of_units_is_a_slip_and_no_text() -> None:
+def test_a_second_heading_of_words_is_a_slip_and_no_text() -> None:
     lines = good_lines()
-    lines.insert(1, ["s", "rad/s", "rad", "N m", "m"])
+    lines.insert(1, ["clock", "command", "encoder", "motor", "camera"])
     assert names_cell(sentence(joined(lines)), 1, "t")

@@ -10,11 +10,13 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv  # noqa: F401  (its import is not to be measured)
 import pyarrow.parquet as pq
 import pytest
+from backports import zstd
 from scipy.io import savemat
 
 from core.errors import InputError
@@ -51,12 +53,35 @@ def parquet_of_zeros(size: int) -> bytes:
     return room.getvalue()
 
 
+def npz_of_zeros(size: int) -> bytes:
+    room = io.BytesIO()
+    np.savez_compressed(room, t=np.zeros(size // 8))
+    return room.getvalue()
+
+
+def hdf5_of_zeros(size: int) -> bytes:
+    room = io.BytesIO()
+    with h5py.File(room, "w") as file:
+        file.create_dataset("t", data=np.zeros(size // 8), compression="gzip")
+    return room.getvalue()
+
+
+def mcap_of_zeros(size: int) -> bytes:
+    """One chunk that says it unpacks to a byte."""
+    packed = zstd.compress(bytes(size))
+    body = struct.pack("<QQQII", 0, 0, 1, 0, 4) + b"zstd" + struct.pack("<Q", len(packed)) + packed
+    return b"\x89MCAP0\r\n" + struct.pack("<BQ", 6, len(body)) + body
+
+
 BOMBS: dict[str, Callable[[int], bytes]] = {
     "one.mat": mat_of_zeros,
     "rows.csv.gz": lambda size: gzip.compress(b"t,theta1\n" + b"0,0\n" * (size // 4)),
     "line.csv.gz": lambda size: gzip.compress(b"t,theta1\n" + b"0" * size),
     "blank.csv.gz": lambda size: gzip.compress(b"t,theta1\n" + b"\n" * size),
     "zeros.parquet": parquet_of_zeros,
+    "zeros.npz": npz_of_zeros,
+    "zeros.h5": hdf5_of_zeros,
+    "zeros.mcap": mcap_of_zeros,
 }
 
 

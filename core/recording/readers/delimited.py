@@ -1,8 +1,7 @@
-"""Text tables: CSV with commas, semicolons or tabs, also gzipped."""
+"""Text tables: CSV with commas, semicolons or tabs, decimal commas too, also gzipped."""
 
 from __future__ import annotations
 
-import csv
 import gzip
 import re
 import zlib
@@ -16,8 +15,8 @@ from core.errors import InputError
 from core.recording.reading import Reading
 from core.recording.table import Table, TableReader, damaged
 from core.recording.text_block import BlockParser, has_cells
+from core.recording.text_header import read_heading
 
-DELIMITERS = ",;\t"
 BLOCK = 1_000_000
 """Bytes that are parsed at once: a hundredth of a second, and no progress bar needs more steps."""
 LONGEST_LINE = 1_000_000
@@ -25,36 +24,46 @@ LONGEST_LINE = 1_000_000
 
 
 class DelimitedReader(TableReader):
-    """One header line, then one line per sample."""
+    """Comments, a header line, perhaps one of units, then one line per sample."""
 
     kind = ".csv .csv.gz .txt .tsv"
+
+    def fits(self, path: Path, start: bytes) -> int:
+        if start.startswith(_GZIP):
+            return 2
+        # Any other format begins with a signature; a text has neither NUL nor control signs.
+        return int(bool(start.strip()) and not _CONTROL.search(start))
 
     def read(self, path: Path, reading: Reading) -> Table:
         with _opened(path) as (content, packed):
             blocks = _blocks(path, content, packed, reading)
-            first = next(blocks, b"")
-            line, body = _split_off(first.removeprefix(_MARK))
-            if not line:
+            first = next(blocks, b"").removeprefix(_MARK)
+            if not has_cells(first):
                 raise InputError(f"{path.name} is empty; give a file with a header and samples.")
-            text = _decoded(line)
-            delimiter = max(DELIMITERS, key=text.count)
-            header = _header(path, text, delimiter)
-            parser = BlockParser(path.name, len(header), delimiter)
+            heading = read_heading(path.name, first)
+            width = len(heading.names)
+            parser = BlockParser(path.name, width, heading.delimiter, heading.first_line)
             ended = first
-            for block, last in _with_last(chain([body], blocks)):
+            for block, last in _with_last(chain([first[heading.body :]], blocks)):
                 parser.add(block, last)
-                reading.holds(parser.rows, len(header))
+                reading.holds(parser.rows, width)
                 ended = block or ended
-        columns, faults = parser.finish(header)
+        columns, faults = parser.finish(heading.names)
         if parser.rows == 0:
             raise InputError(f"{path.name} has a header line but no samples below it.")
         whole = ended.endswith((b"\n", b"\r"))
-        cut = () if whole else (_NO_LINE_END.format(name=path.name),)
-        return Table(path.name, columns, first_line=2, warnings=cut, faults=faults)
+        return Table(
+            path.name,
+            columns,
+            first_line=heading.first_line,
+            warnings=() if whole else (_NO_LINE_END.format(name=path.name),),
+            faults=faults,
+            paths=heading.written,
+        )
 
 
-_LINE_END = re.compile(rb"\r\n|\n|\r")
-"""Not bytes.splitlines, which also cuts at signs that other encodings leave inside a header."""
+_GZIP = b"\x1f\x8b"
+_CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 _NO_LINE_END = "{name} ends without a line break; if it was cut short, its last number is wrong."
 _MARK = b"\xef\xbb\xbf"
 """With which some programs begin UTF-8 text."""
@@ -64,7 +73,9 @@ _MARK = b"\xef\xbb\xbf"
 def _opened(path: Path) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
     """What is in the file, and the file itself, whose position says how far it is read."""
     with path.open("rb") as packed:
-        if path.suffix.lower() != ".gz":
+        magic = packed.read(len(_GZIP))
+        packed.seek(0)
+        if magic != _GZIP and (path.suffix.lower() != ".gz" or has_cells(magic)):
             yield packed, packed
             return
         try:
@@ -96,14 +107,6 @@ def _blocks(path: Path, content: IO[bytes], packed: IO[bytes], reading: Reading)
         yield rest
 
 
-def _split_off(block: bytes) -> tuple[bytes, bytes]:
-    """The first line and what follows it; no line where the block holds none at all."""
-    if not has_cells(block):
-        return b"", b""
-    found = _LINE_END.search(block)
-    return (block, b"") if found is None else (block[: found.start()], block[found.end() :])
-
-
 def _with_last(blocks: Iterator[bytes]) -> Iterator[tuple[bytes, bool]]:
     """Each block, and whether none follows it."""
     before = next(blocks)
@@ -111,30 +114,3 @@ def _with_last(blocks: Iterator[bytes]) -> Iterator[tuple[bytes, bool]]:
         yield before, False
         before = block
     yield before, True
-
-
-def _decoded(raw: bytes) -> str:
-    try:
-        return raw.decode("utf-8")
-    except UnicodeDecodeError:
-        return raw.decode("latin-1")  # older programs write the degree sign so; it never fails
-
-
-def _header(path: Path, line: str, delimiter: str) -> list[str]:
-    cells = next(csv.reader([line.lstrip("# ")], delimiter=delimiter), [])
-    names = [cell.strip() for cell in cells]
-    if all(_is_number(name) for name in names):
-        raise InputError(f"{path.name} has no header line; write the columns' names in line 1.")
-    given = [name for name in names if name]
-    if len(set(given)) < len(given):
-        doubled = next(name for k, name in enumerate(given) if name in given[:k])
-        raise InputError(f"{path.name} has two columns {doubled}; rename or remove one.")
-    return [name or f"column {k + 1}" for k, name in enumerate(names)]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

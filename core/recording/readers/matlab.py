@@ -14,13 +14,17 @@ from core.recording.table import Table, TableReader, damaged
 
 UNITS = "units"
 """A struct of this name may give units, since a MATLAB name cannot: units.theta1 = 'deg'."""
-VERSION_7_3 = b"MATLAB 7.3"
+_VERSIONS = (b"\x00\x01IM", b"\x01\x00MI")
+"""Version 1.0 (of files 5 to 7.2) in both orders of bytes."""
 
 
 class MatlabReader(TableReader):
     """Every vector is a column; an optional struct `units` gives their units."""
 
     kind = ".mat"
+
+    def fits(self, path: Path, start: bytes) -> int:
+        return int(start.startswith(b"MATLAB 5") or start[124:128] in _VERSIONS)
 
     def read(self, path: Path, reading: Reading) -> Table:
         found = _variables(path, reading)
@@ -46,10 +50,6 @@ def _variables(path: Path, reading: Reading) -> dict[str, Any]:
     content = path.read_bytes()
     if not content:
         raise InputError(f"{path.name} is empty; save t, theta1, ... as vectors in it.")
-    if content.startswith(VERSION_7_3):
-        raise InputError(
-            f"{path.name} is a MAT file of version 7.3; save it with save(..., '-v7')."
-        )
     try:
         found: dict[str, Any] = variables(content, reading.grew)
     except DamagedError as error:

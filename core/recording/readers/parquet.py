@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _INDEX = "__index_level_"
 """pandas stores the row numbers of a frame under such names; they are no measurement."""
+MAGIC = b"PAR1"
 BATCH = 50_000
 """Rows that are unpacked at once: a few MB of an ordinary table."""
 
@@ -25,6 +26,9 @@ class ParquetReader(TableReader):
     """One column per channel, the name with or without a unit."""
 
     kind = ".parquet .pq"
+
+    def fits(self, path: Path, start: bytes) -> int:
+        return int(start.startswith(MAGIC))
 
     def read(self, path: Path, reading: Reading) -> Table:
         import pyarrow as pa

@@ -1,0 +1,1 @@
+"""Faults of recordings, found before anything is fitted: evidence, size, channel, mend."""

@@ -1,0 +1,1 @@
+"""One file per fault; found by walking this folder."""

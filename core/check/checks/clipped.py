@@ -1,0 +1,26 @@
+"""A channel cut off at a limit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from core.check.case import Case
+from core.check.finding import Check, Finding
+from core.check.limits import limit_of
+
+
+class Clipped(Check):
+    """Values pile up at the largest or the smallest one; drives have a check of their own."""
+
+    kind = "clipped"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        found = case.recording
+        for name in found.channels:
+            if name.endswith("_ref") or name[0] in "ui":
+                continue
+            limit = limit_of(found.counted(name))
+            if limit is not None:
+                level, share = limit
+                said = f"{name} stops at {level:.6g} in {share:.1%} of its samples"
+                yield case.finding(self.kind, name, level, "SI", said)

@@ -1,0 +1,57 @@
+"""A channel that never changes, or freezes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from core.check.case import Case
+from core.check.finding import Check, Finding
+
+LONGEST = 20
+"""Equal samples in a row: noise and motion never repeat a value so often."""
+LONGER = 4.0
+"""Times the next longest run: an encoder at rest repeats values too, but more than once."""
+
+
+class Dead(Check):
+    """One value all the time, or for one long stretch while the others move."""
+
+    kind = "dead"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        found = case.recording
+        for name in found.channels:
+            values = found.counted(name)
+            good = np.flatnonzero(np.isfinite(values))
+            if len(good) < LONGEST:
+                continue
+            x = values[good]
+            if np.ptp(x) == 0.0:
+                span = float(found.time[good[-1]] - found.time[good[0]])
+                said = f"{name} is {x[0]:g} all the time"
+                yield case.finding(self.kind, name, span, "s", said)
+            elif not name.endswith("_ref"):  # a reference may stand still
+                yield from self._frozen(case, name, good, x)
+
+    def _frozen(self, case: Case, name: str, good: np.ndarray, x: np.ndarray) -> Iterable[Finding]:
+        starts = np.flatnonzero(np.r_[True, np.diff(x) != 0.0])
+        lengths = np.diff(np.r_[starts, len(x)])
+        order = np.argsort(lengths)[::-1]
+        longest, second = lengths[order[0]], lengths[order[1]] if len(order) > 1 else 0
+        if longest < max(LONGEST, LONGER * second) or _clipped(x, x[starts[order[0]]]):
+            return
+        time = case.recording.time[good]
+        begin = time[starts[order[0]]]
+        span = longest * case.recording.step
+        said = f"{name} stands at {x[starts[order[0]]]:.6g} for {span:.4g} s from {begin:.4g} s"
+        mask = f"mask = {{ {name} = [[{begin:.9g}, {begin + span:.9g}]] }}"
+        yield case.finding(self.kind, name, span, "s", said, mask)
+
+
+def _clipped(x: np.ndarray, value: float) -> bool:
+    """A longest run at the top or the bottom that is not the only one there is a limit."""
+    return bool(
+        value in (x.max(), x.min()) and np.sum(np.diff(np.flatnonzero(x == value)) > 1) >= 2
+    )

@@ -1,0 +1,24 @@
+"""A channel that is late against the others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from core.check.case import Case
+from core.check.finding import Check, Finding
+
+
+class Delay(Check):
+    """A lag that no drive and no filter explains."""
+
+    kind = "delay"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        for one in case.suspects:
+            if one.delay == 0.0:
+                continue
+            said = f"{one.channel} is {1e3 * one.delay:.3g} ms late against {one.against}"
+            # Camera columns alone have a clock of their own that a scenario can move.
+            camera = one.channel.startswith(("z", "y"))
+            mend = f"time_shift = {one.delay:.6g}" if camera else None
+            yield case.finding(self.kind, one.channel, one.delay, "s", said, mend, one.expected)

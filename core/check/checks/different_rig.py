@@ -1,0 +1,43 @@
+"""Estimation and validation from rigs that are not alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from core.check.case import Case
+from core.check.finding import Check, Finding
+
+APART = 0.15
+"""|ln| by which gains of two or more relations differ; one alone is a fault of its channel."""
+FEWEST = 2
+
+
+class DifferentRig(Check):
+    """A validation recording whose channels relate to each other in another way."""
+
+    kind = "different_rig"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        if case.recording.role != "validate" or case.suspects or case.misfits:
+            return
+        judged = [o for o in case.others if o.recording.role == "estimate"]
+        if not judged:
+            return
+        apart: dict[str, float] = {}
+        for one in case.relations:
+            usual = [
+                np.log(abs(r.gain)) for o in judged for r in o.relations
+                if r.key == one.key and r.explained > 0.9
+            ]  # fmt: skip
+            if len(usual) and one.explained > 0.7:
+                spread = float(np.ptp(usual)) if len(usual) > 1 else 0.0
+                change = float(np.log(abs(one.gain)) - np.median(usual))
+                if abs(change) > APART + spread:
+                    apart[one.output] = change
+        if len(apart) >= FEWEST:
+            size = max(np.exp(abs(c)) for c in apart.values())
+            names = ", ".join(sorted(apart))
+            said = f"{names} answer up to {size:.3g} times as in the recordings for estimation"
+            yield case.finding(self.kind, names.split(",")[0], size, "", said)

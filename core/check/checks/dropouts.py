@@ -1,0 +1,66 @@
+"""Samples that are missing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from core.check.case import Case
+from core.check.finding import Check, Finding
+
+GAP = 1.75
+"""Times the usual step: a row is missing; jitter hardly reaches that."""
+
+
+class Dropouts(Check):
+    """Empty cells, missing rows, and zeros between values."""
+
+    kind = "dropouts"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        found = case.recording
+        steps = np.diff(found.time[np.isfinite(found.time)])
+        stuck = np.r_[False, steps[:-1] <= 0]  # a stamp that repeats makes the next step longer
+        gaps = steps[(steps > GAP * found.step) & ~stuck]
+        if gaps.size and gaps.size < 0.1 * len(steps):
+            lost = int(np.sum(np.round(gaps / found.step) - 1))
+            said = (
+                f"{lost} rows are missing in {gaps.size} gaps of t, the longest {gaps.max():.4g} s"
+            )
+            yield case.finding(self.kind, "t", lost, "samples", said)
+        for name, values in found.channels.items():
+            lost = _missing(found.counted(name), name in found.masks) + _zeros(values)
+            if lost:
+                said = f"{name} has no sample in {lost} rows between others"
+                yield case.finding(self.kind, name, lost, "samples", said)
+
+
+def _missing(values: np.ndarray, masked: bool) -> int:
+    """Empty cells beyond those of a slower sensor's own rate."""
+    good = np.flatnonzero(np.isfinite(values))
+    if len(good) < 10 or masked:
+        return 0
+    strides = np.diff(good)
+    usual = int(np.median(strides))
+    ends = int(good[0] // usual + (len(values) - 1 - good[-1]) // usual)
+    return int(np.sum(np.round(strides[strides > usual] / usual) - 1)) + ends
+
+
+def _zeros(values: np.ndarray) -> int:
+    """Runs of exact zeros into which a channel falls from afar and from which it jumps back."""
+    x = np.where(np.isfinite(values), values, 1.0)
+    zero = np.flatnonzero(x == 0.0)
+    if not 0 < len(zero) < 0.3 * len(x):
+        return 0
+    steps = np.abs(np.diff(x[x != 0.0]))
+    moves = steps[steps > 0]
+    usual = max(np.percentile(steps, 99), np.median(moves)) if moves.size else 0.0
+    lost = 0
+    for run in np.split(zero, np.flatnonzero(np.diff(zero) > 1) + 1):
+        if run[0] == 0 or run[-1] == len(x) - 1:
+            continue
+        before, after = abs(x[run[0] - 1]), abs(x[run[-1] + 1])
+        jumps = min(before, after) > 5.0 * max(usual, 1e-12)
+        lost += len(run) if jumps and before * after > 0 else 0
+    return lost

@@ -1,0 +1,43 @@
+"""A channel that is shifted by a constant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from core.check.case import Case
+from core.check.factors import blamed
+from core.check.finding import Check, Finding
+
+SHARE = 0.25
+"""Of the channel's own spread: a real drive's current is off by less (0.1 of it at most)."""
+
+
+class Offset(Check):
+    """A shift that the geometry, or a reference, contradicts."""
+
+    kind = "offset"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        for one in case.misfits:
+            if one.shift:
+                name = one.channels[0]
+                said = f"{name} fits the other sensors if it is {one.shift:.4g} smaller"
+                yield case.finding(self.kind, name, one.shift, "SI", said)
+        found = case.recording
+        wrong = {one.channel for one in blamed(case)}
+        for name in found.names("i#", "theta#"):
+            given = f"{name}_ref"
+            if not found.has(given) or name in wrong or given in wrong:
+                continue
+            a, b = found.even(given), found.even(name)
+            shift = float(np.median(b) - np.median(a)) if name.startswith("i") else _at_rest(a, b)
+            if abs(shift) > SHARE * float(np.std(b)) and abs(float(np.corrcoef(a, b)[0, 1])) > 0.5:
+                said = f"{name} is {shift:.4g} above {given} on average"
+                yield case.finding(self.kind, name, shift, "SI", said)
+
+
+def _at_rest(a: np.ndarray, b: np.ndarray) -> float:
+    """The median difference: a lag behind a reference cancels in it over forward and back."""
+    return float(np.median(b - a))

@@ -1,0 +1,25 @@
+"""Rows with the time of the row before."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from core.check.case import Case
+from core.check.finding import Check, Finding
+
+
+class RepeatedTimes(Check):
+    """Time stamps that repeat or fall back."""
+
+    kind = "repeated_times"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        time = case.recording.time
+        steps = np.diff(time[np.isfinite(time)])
+        count = int(np.sum(steps <= 0))
+        if count:
+            back = int(np.sum(steps < 0))
+            said = f"t repeats in {count - back} rows and falls back in {back}"
+            yield case.finding(self.kind, "t", count, "samples", said)

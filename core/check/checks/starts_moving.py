@@ -1,0 +1,88 @@
+"""A recording whose arm moves before it begins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from core.check.case import Case
+from core.check.finding import Check, Finding
+from core.check.measured import noise_of
+
+SHARE = 0.5
+"""Of the rms speed: below, a model at rest is right within its noise."""
+FIRST = 5
+"""Samples of an average speed."""
+SPAN = 5e-3
+"""s from whose samples the speed at the start is taken: a drive changes it within ten."""
+EARLY = 0.03
+"""s in which a vibration of the links still shows that it was there."""
+WRONG_FIRST = 3.0
+"""Times the later error; white noise and friction give one."""
+SURE = 5.0
+"""Standard deviations of that speed."""
+
+
+class StartsMoving(Check):
+    """The encoders' speed in the first samples, beyond what the references ask for there."""
+
+    kind = "starts_moving"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        if any(one.factor != 1.0 or one.delay for one in case.suspects):
+            return  # the speed of a channel that is wrong says nothing
+        found = case.mended
+        # Where others begin so too, it is the model (too few modes), not this recording.
+        unsettled = _unsettled(case) and not any(_unsettled(one) for one in case.others)
+        for name in found.names("theta#"):
+            q = found.even(name)
+            if len(q) < 10 * FIRST:
+                continue
+            usual = float(np.sqrt(np.mean(np.gradient(_averaged(q), found.step * FIRST) ** 2)))
+            speed, noise = _first_speed(q, found.step)
+            expected = _from_rest(case, name)
+            asked = 0.0 if expected is None else _first_speed(expected, found.step)[0]
+            # Slower than asked is a heavier or softer joint, and no motion before.
+            beyond = 0.0 if 0.0 <= speed / (asked or np.inf) <= 1.0 and asked else speed - asked
+            clear = max(SHARE * usual, SURE * noise)
+            # A model with too few modes asks for up to half the speed (plain one-mode scenarios).
+            before = abs(beyond) > max(clear, abs(asked))
+            if usual > 0 and (before or (unsettled and abs(speed) > clear)):
+                said = f"{name} moves at {speed:.4g}/s when the recording begins"
+                yield case.finding(self.kind, name, speed, "SI/s", said)
+
+
+def _first_speed(q: np.ndarray, step: float) -> tuple[float, float]:
+    """The slope at the first sample of a parabola through the first few, and its deviation."""
+    count = int(np.clip(round(SPAN / step), 3, 8))
+    columns = np.vander(step * np.arange(count), 3)
+    pinv = np.linalg.pinv(columns)
+    return float(pinv[1] @ q[:count]), noise_of(q) * float(np.linalg.norm(pinv[1]))
+
+
+def _unsettled(case: Case) -> bool:
+    """Whether the model at rest is wrong at the beginning and right later: a fast loop brings the
+    joints to their speeds within a sample, but not the links."""
+    found, ratios = case.mended, []
+    early = slice(0, max(int(EARLY / found.step), FIRST))
+    for one in case.relations:
+        if one.expected is None or len(one.inputs) < 2 or one.explained < 0.5:
+            continue
+        rest = np.gradient(found.even(one.output) - one.gain * one.expected, found.step)
+        later = float(np.sqrt(np.mean(rest[early.stop :] ** 2)))
+        ratios.append(float(np.sqrt(np.mean(rest[early] ** 2))) / later if later > 0 else 0.0)
+    return bool(ratios) and max(ratios) > WRONG_FIRST
+
+
+def _averaged(q: np.ndarray) -> np.ndarray:
+    return np.asarray(q[: len(q) // FIRST * FIRST].reshape(-1, FIRST).mean(axis=1))
+
+
+def _from_rest(case: Case, name: str) -> np.ndarray | None:
+    """What the loop makes of the references from a start at rest; None where that is not known."""
+    loops = [
+        r for r in case.relations
+        if r.output == name and r.inputs != (f"{name}_ref",) and len(r.inputs) > 1
+    ]  # fmt: skip
+    return loops[0].expected if loops else None

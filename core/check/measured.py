@@ -1,0 +1,104 @@
+"""One recording as the checks see it: as it stands in the file, and cleaned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from core.model import Model
+from core.recording.channels import channel_kind, joint_of
+
+FEWEST = 50
+"""Samples without which no statistics of a channel are worth a sentence."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One recording; arrays (N,) in SI, NaN where there is no sample."""
+
+    name: str
+    role: str
+    time: np.ndarray
+    """s, as the file has it: it may repeat, fall back or jump."""
+    channels: Mapping[str, np.ndarray]
+    headers: Mapping[str, str] = field(default_factory=dict)
+    """Channel -> column of the file; empty where the recording is simulated."""
+    masks: Mapping[str, np.ndarray] = field(default_factory=dict)
+    """Channel -> (N,) True where the scenario says that the samples count."""
+    model: Model | None = None
+    """None where a file is checked without a scenario."""
+
+    @cached_property
+    def step(self) -> float:
+        """s, the usual distance of two rows."""
+        steps = np.diff(self.time[np.isfinite(self.time)])
+        rising = steps[steps > 0]
+        return float(np.median(rising)) if rising.size else 1.0
+
+    @cached_property
+    def stated_step(self) -> float:
+        """s, the median distance of two rows as it stands."""
+        steps = np.diff(self.time[np.isfinite(self.time)])
+        return float(np.median(steps)) if steps.size else 0.0
+
+    @cached_property
+    def rows(self) -> int:
+        """N"""
+        return len(self.time)
+
+    @cached_property
+    def grid(self) -> np.ndarray:
+        """s (M,), an even clock from the first row to the last at the usual step."""
+        good = self.time[np.isfinite(self.time)]
+        count = min(int(round((good[-1] - good[0]) / self.step)) + 1, 4 * self.rows)
+        return np.asarray(good[0] + self.step * np.arange(max(count, 2)))
+
+    def counted(self, channel: str) -> np.ndarray:
+        """(N,) values; NaN where masked."""
+        values = self.channels[channel]
+        mask = self.masks.get(channel)
+        return values if mask is None else np.where(mask, values, np.nan)
+
+    def even(self, channel: str) -> np.ndarray:
+        """(M,) on the even clock: gaps filled linearly, repeated times averaged away."""
+        cached = self._even.get(channel)
+        if cached is None:
+            cached = self._even[channel] = self._evened(self.counted(channel))
+        return cached
+
+    @cached_property
+    def _even(self) -> dict[str, np.ndarray]:
+        return {}
+
+    def _evened(self, values: np.ndarray) -> np.ndarray:
+        good = np.isfinite(values) & np.isfinite(self.time)
+        if good.sum() < 2:
+            return np.full(len(self.grid), np.nan)
+        time, first = np.unique(self.time[good], return_index=True)
+        return np.interp(self.grid, time, values[good][first])
+
+    def has(self, *names: str) -> bool:
+        """Whether all channels are there with enough samples."""
+        return all(
+            name in self.channels and np.isfinite(self.counted(name)).sum() >= FEWEST
+            for name in names
+        )
+
+    def names(self, *patterns: str) -> list[str]:
+        """Channels of the families with these patterns, such as `theta#`."""
+        return [n for n in self.channels if channel_kind(n).pattern in patterns and self.has(n)]
+
+    def joint(self, channel: str) -> int:
+        """From 0; 0 for a channel of no joint."""
+        return joint_of(channel) or 0
+
+
+def noise_of(x: np.ndarray) -> float:
+    """Standard deviation of white noise in a smooth signal (N,), by its third differences."""
+    if len(x) < 10:
+        return 0.0
+    # The variance of the third difference of white noise is 20 times its own.
+    return 1.4826 * float(np.median(np.abs(np.diff(x, 3)))) / np.sqrt(20.0)

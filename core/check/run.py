@@ -1,0 +1,131 @@
+"""All checks on the recordings of a scenario, or on one file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from core.check.case import Case
+from core.check.finding import Check, Finding
+from core.check.measured import Measured
+from core.errors import InputError
+from core.loading import joint_units, simulated
+from core.model import Model
+from core.plugins import discover
+from core.progress import Progress, Silent
+from core.recording.camera import in_base_frame, shifted
+from core.recording.load import load_unchecked
+from core.recording.spec import RecordingSpec
+from core.scenario.data_folder import Folder, resolve_file
+from core.scenario.schema import Scenario
+from core.scenario.stated_model import base_model
+
+FIRST = ("time_unit", "sample_time")
+"""Faults of the clock, mended before the others are sought: every speed depends on it."""
+
+
+def checks() -> dict[str, Check]:
+    """All checks by the fault that they look for."""
+    return discover("core.check.checks", Check).members
+
+
+def check_scenario(
+    scenario: Scenario, folder: Folder, data: Path | None = None, progress: Progress | None = None
+) -> list[Finding]:
+    """What is wrong with a scenario's recordings, in their order.
+
+    Raises:
+        InputError: No recording, or one that is no table of measurements.
+    """
+    return check_all(measured_recordings(scenario, folder, data, progress))
+
+
+def measured_recordings(
+    scenario: Scenario, folder: Folder, data: Path | None = None, progress: Progress | None = None
+) -> list[Measured]:
+    """A scenario's recordings as the checks see them: nothing of them is refused.
+
+    Raises:
+        InputError: No recording, or one that is no table of measurements.
+    """
+    if not scenario.recordings:
+        raise InputError("The scenario has no [[recordings]]; add at least one.")
+    model = base_model(scenario)
+    progress = progress or Silent()
+    progress.stage("Checking the recordings", len(scenario.recordings))
+    found = []
+    for spec in scenario.recordings:
+        found.append(_measured(spec, scenario, model, folder, data, progress))
+        progress.advance(text=spec.name)
+    return found
+
+
+def check_file(path: Path, progress: Progress | None = None) -> list[Finding]:
+    """What is wrong with a file by itself; without an arm, no channel can be judged by another's
+    dynamics."""
+    spec = RecordingSpec(file=path.name, name=path.name)
+    return check_all([_read(path, spec, None, progress)])
+
+
+def check_all(recordings: Sequence[Measured]) -> list[Finding]:
+    """The findings of recordings of one rig, in their order."""
+    clocked = [with_clock(one) for one in recordings]
+    cases = [Case(one) for one, _ in clocked]
+    found: list[Finding] = []
+    for case, (_, said) in zip(cases, clocked, strict=True):
+        found += [*said, *check_case(Case(case.recording, [o for o in cases if o is not case]))]
+    return found
+
+
+def check_case(case: Case) -> list[Finding]:
+    """The findings of one recording whose clock is right."""
+    return [f for kind, check in checks().items() if kind not in FIRST for f in check.look(case)]
+
+
+def with_clock(recording: Measured) -> tuple[Measured, list[Finding]]:
+    """The recording on its true clock, and what was wrong with that."""
+    said: list[Finding] = []
+    for kind in FIRST:
+        for one in checks()[kind].look(Case(recording)):
+            said.append(one)
+            recording = replace(recording, time=recording.time / one.size)
+    return recording, said
+
+
+def _measured(
+    spec: RecordingSpec, scenario: Scenario, model: Model, folder: Folder, data: Path | None,
+    progress: Progress,
+) -> Measured:  # fmt: skip
+    if spec.simulate is None:
+        assert spec.file is not None
+        return _read(resolve_file(spec.file, folder, data), spec, model, progress)
+    made = simulated(spec, scenario.sensors, model)
+    return Measured(spec.name, spec.role, made.time, made.channels, masks=made.counted, model=model)
+
+
+def _read(
+    path: Path, spec: RecordingSpec, model: Model | None, progress: Progress | None
+) -> Measured:
+    units = {} if model is None else joint_units(model.arm)
+    raw = load_unchecked(path, spec, units, progress)
+    if raw.time is None or np.isfinite(raw.time).sum() < 10:
+        raise InputError(
+            f"{path.name} has no column t with at least ten times; map one to t under columns."
+        )
+    channels = {n: v for n, v in raw.channels.items() if np.isfinite(v).any()}
+    pose = spec.camera.pose()
+    if "z1" in channels and "z2" in channels:
+        channels["z1"], channels["z2"] = in_base_frame(channels["z1"], channels["z2"], pose)
+    found = Measured(spec.name, spec.role, raw.time, channels, raw.headers, model=model)
+    if spec.time_shift:
+        for name in [n for n in channels if n[0] in "zy"]:
+            channels[name] = shifted(channels[name], spec.time_shift / found.step)
+    masks = {
+        name: ~np.any([(raw.time >= a) & (raw.time <= b) for a, b in stretches], axis=0)
+        for name, stretches in spec.mask.items()
+        if name in channels and stretches
+    }
+    return replace(found, channels=channels, masks=masks)

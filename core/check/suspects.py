@@ -1,0 +1,276 @@
+"""Which channel is to blame where channels disagree: the one whose fault explains all of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from core.check.relations import LOOP, WORTH, Relation
+
+SCALE = 0.12
+"""|ln factor| below which a gain is friction, a payload or a calibration (scenarios/mujoco: the
+gains of one recording's channels lie that close together whatever is hidden)."""
+STANDS_OUT = 3.0
+"""Times what the innocent channels disagree by must a fault be."""
+ALIKE = 0.25
+"""Share of a factor by which the relations of one channel may differ."""
+FEW_SAMPLES = 2.0
+"""Sample times of lag that a drive or a filter takes without being late."""
+CLEAR = 0.85
+"""Share explained above which a gain of the scenario's loop counts: another arm explains less."""
+SURE = 0.985
+"""Share explained above which a lag is a delay and no other dynamics: with elastic joints in
+scenarios/mujoco it stays below 0.98, with a late camera it is 0.987 to 0.999."""
+ENCODERS = 0.93
+"""Share of every encoder that the loop must explain before the lag of another channel is judged:
+elastic joints, which make the tip late, leave 0.9 or less."""
+SURE_OF_CHANGE = 0.9
+"""The same where the scenario's other recordings say what is usual."""
+DRIFT = 1e-3
+"""s/s; two quartz clocks differ by 1e-4 at most, elastic joints look like 6e-4."""
+SURE_DRIFT = 6.0
+"""Standard deviations."""
+COMMAND = 0.1
+"""In ln: of two causes as good as each other the sensor's comes first; programs write commands."""
+PLACES = ("theta1", "theta2", "theta3", "theta1_ref", "theta2_ref", "theta3_ref")
+CAMERA = ("z1", "z2")
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A channel with what is wrong of it; 1, 0 and 0 where that is right."""
+
+    channel: str
+    factor: float = 1.0
+    """Times what the others ask for."""
+    delay: float = 0.0
+    """s"""
+    drift: float = 0.0
+    """s/s"""
+    against: str = ""
+    """The channels that contradict it."""
+    expected: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class _Entry:
+    relation: Relation
+    gain: float
+    """ln |gain| beyond the usual."""
+    negative: bool
+    lag: float
+    lag_room: float
+    drift: float
+    gain_room: float
+
+
+def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> tuple[Suspect, ...]:
+    """The channels that contradict all others.
+
+    Args:
+        own: The relations of the recording in question.
+        others: Those of the scenario's other recordings: what they agree on is the rig.
+    """
+    entries = [_entry(r, others) for r in own if r.explained > WORTH]
+    if not entries:
+        return ()
+    every, entries = entries, list(_single(entries))
+    gains = [e for e in entries if e.relation.room != LOOP or e.relation.explained > CLEAR]
+    gains = [e for e in gains if np.isfinite(e.relation.room)]
+    found = _signs(entries) or _factors(gains)
+    # With others to compare, what they do is no delay: a servo's lag, the rig's own dynamics.
+    late = _delays(entries, SURE_OF_CHANGE, lambda e: e.lag) if len(others) > 1 else ()
+    return (*found, *(late or _delays(*_trusted(entries))), *_drifts(every))
+
+
+def _single(entries: Sequence[_Entry]) -> Sequence[_Entry]:
+    """Where each reference is judged by itself, what they say together is left out."""
+    apart = {e.relation.output for e in entries if len(e.relation.inputs) == 1
+             and e.relation.room == LOOP}  # fmt: skip
+    return [e for e in entries if len(e.relation.inputs) == 1 or e.relation.output not in apart]
+
+
+def _trusted(
+    entries: Sequence[_Entry],
+) -> tuple[Sequence[_Entry], float, Callable[[_Entry], float]]:
+    """Relations whose lag says something by itself: of a current, and of a velocity loop that
+    explains every encoder."""
+    loop = [e for e in entries if e.relation.room == LOOP]
+    loop = [e for e in loop if all(name.startswith("d") for name in e.relation.inputs)]
+    encoders = [e.relation.explained for e in loop if e.relation.output.startswith("theta")]
+    if min(encoders, default=0.0) < ENCODERS:
+        loop = []
+    direct = [e for e in entries if e.relation.output[0] in "iu" and e.relation.room != LOOP]
+    return [*loop, *direct], SURE, lambda e: e.relation.lag
+
+
+def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
+    alike = [r for each in others for r in each if r.key == relation.key and r.explained > WORTH]
+    logs = np.array([np.log(abs(r.gain)) for r in alike])
+    lags = np.array([r.lag for r in alike])
+    log = float(np.log(abs(relation.gain)))
+    # Only what is near the nominal is a habit of the rig; a unit wrong in all files is none.
+    usual = float(np.median(logs)) if len(logs) >= 2 else 0.0
+    habit = usual if abs(usual) <= max(relation.room, 0.4) else 0.0
+    lag = float(np.median(lags)) if len(lags) >= 2 else 0.0
+    spread = float(np.ptp(lags)) if len(lags) >= 2 else 0.0
+    room = 1.5 * float(np.ptp(logs)) if len(logs) >= 2 else relation.room
+    return _Entry(
+        relation, log - habit, relation.gain < 0, relation.lag - lag, spread, relation.drift,
+        max(room, SCALE),
+    )  # fmt: skip
+
+
+def _touching(entries: Sequence[_Entry], group: Sequence[str]) -> list[tuple[_Entry, int]]:
+    """Relations in which the group is the output (+1) or the only input (-1), and not both."""
+    made = []
+    for entry in entries:
+        out = entry.relation.output in group
+        into = len(entry.relation.inputs) == 1 and entry.relation.inputs[0] in group
+        if out != into:
+            made.append((entry, 1 if out else -1))
+    return made
+
+
+def _channels(entries: Sequence[_Entry]) -> list[str]:
+    """Measured ones first: a sensor is wrong more often than a command."""
+    names = {e.relation.output for e in entries}
+    names |= {e.relation.inputs[0] for e in entries if len(e.relation.inputs) == 1}
+    return sorted(names, key=lambda n: (n.endswith("_ref"), n))
+
+
+def _signs(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
+    """The channel whose change of sign turns every gain positive, or as many as one can."""
+    wrong = [e for e in entries if e.negative]
+    if not wrong:
+        return ()
+    best, least = "", len(wrong)
+    for name in _channels(entries):
+        touched = {id(e) for e, _ in _touching(entries, [name])}
+        left = sum(e.negative != (id(e) in touched) for e in entries)
+        if left < least:
+            best, least = name, left
+    if not best:
+        return ()
+    first = next(e for e, _ in _touching(entries, [best]))
+    return (Suspect(best, factor=-1.0, against=_names(entries, best), expected=_of(first, best)),)
+
+
+def _of(entry: _Entry, channel: str) -> np.ndarray | None:
+    return entry.relation.expected if entry.relation.output == channel else None
+
+
+def _names(entries: Sequence[_Entry], channel: str) -> str:
+    """The channels on the other side of its relations."""
+    found: list[str] = []
+    for entry, side in _touching(entries, [channel]):
+        found += entry.relation.inputs if side == 1 else (entry.relation.output,)
+    return ", ".join(dict.fromkeys(found))
+
+
+def _factors(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
+    groups: list[tuple[str, ...]] = [(name,) for name in _channels(entries)]
+    whole = [tuple(n for n in _channels(entries) if n in kind) for kind in (PLACES, CAMERA)]
+    groups += [g for g in whole if len(g) > 1]
+    best: tuple[float, tuple[str, ...], float] | None = None
+    for group in groups:
+        found = _explained(entries, group, lambda e: e.gain)
+        if found is None:
+            continue
+        size, left = found
+        limit = max(min(e.gain_room for e, _ in _touching(entries, group)), SCALE)
+        if abs(size) <= max(limit, STANDS_OUT * left):
+            continue
+        if len(group) > 1 and abs(size) < np.log(20.0):
+            continue  # only a unit is wrong in several channels alike
+        score = left - 0.02 * abs(size) * (size > np.log(5.0)) + COMMAND * group[0].endswith("_ref")
+        if best is None or score < best[0]:
+            best = (score, group, size)
+    if best is None:
+        return ()
+    _, group, size = best
+    return tuple(
+        Suspect(name, factor=float(np.exp(size)), against=_names(entries, name)) for name in group
+    )
+
+
+def _explained(
+    entries: Sequence[_Entry], group: Sequence[str], value: Callable[[_Entry], float]
+) -> tuple[float, float] | None:
+    """(size that the group's relations agree on, what remains elsewhere); None if they do not."""
+    touched = _touching(entries, group)
+    if not touched:
+        return None
+    sizes = np.array([side * value(entry) for entry, side in touched])
+    # The relations that are known best say how large it is.
+    least = min(entry.relation.room for entry, _ in touched)
+    best = [entry.relation.room <= least for entry, _ in touched]
+    size = float(np.median(sizes[best]))
+    mine = {id(entry) for entry, _ in touched}
+    # Newton's law and nominal numbers leave more room than a loop that is known.
+    rest = [max(abs(value(e)) - _slack(e), 0.0) for e in entries if id(e) not in mine]
+    rest += [max(abs(s - size) - _slack(e), 0.0) for s, (e, _) in zip(sizes, touched, strict=True)]
+    return size, float(np.percentile(rest, 80)) if rest else 0.0
+
+
+def _slack(entry: _Entry) -> float:
+    return max(entry.relation.room - 0.25, 0.0)
+
+
+def _delays(
+    entries: Sequence[_Entry], least: float, lag: Callable[[_Entry], float]
+) -> tuple[Suspect, ...]:
+    known = [e for e in entries if e.relation.explained > WORTH and np.isfinite(lag(e))]
+    sure = [e for e in known if e.relation.explained > least]
+    found: list[Suspect] = []
+    groups: list[tuple[str, ...]] = [CAMERA, *((name,) for name in _channels(sure))]
+    for group in groups:
+        touched = _touching(sure, group)
+        if not touched or any(s.channel in group for s in found):
+            continue
+        sizes = np.array([side * lag(e) for e, side in touched])
+        size = float(np.median(sizes))
+        inner = {id(e) for e, _ in touched}
+        rest = [abs(lag(e)) for e in known if id(e) not in inner]
+        room = max(e.lag_room for e, _ in touched)
+        step = _step(touched)
+        alike = np.all(np.abs(sizes - size) <= max(ALIKE * abs(size), step))
+        stands = size > max(FEW_SAMPLES * step, STANDS_OUT * max(rest, default=0.0), 1.5 * room)
+        if (
+            alike
+            and stands
+            and (len(group) == 1 or len({e.relation.output for e, _ in touched}) > 1)
+        ):
+            found += [
+                Suspect(e.relation.output if side == 1 else group[0], delay=side * lag(e),
+                        against=", ".join(e.relation.inputs), expected=e.relation.expected)
+                for e, side in _one_each(touched)
+            ]  # fmt: skip
+    return tuple(found)
+
+
+def _one_each(touched: Sequence[tuple[_Entry, int]]) -> list[tuple[_Entry, int]]:
+    made: dict[str, tuple[_Entry, int]] = {}
+    for entry, side in touched:
+        name = entry.relation.output if side == 1 else entry.relation.inputs[0]
+        made.setdefault(name, (entry, side))
+    return list(made.values())
+
+
+def _step(touched: Sequence[tuple[_Entry, int]]) -> float:
+    return max(entry.relation.step for entry, _ in touched)
+
+
+def _drifts(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
+    found = []
+    for entry in entries:
+        r = entry.relation
+        clear = abs(r.drift) > max(DRIFT, SURE_DRIFT * r.drift_error)
+        if clear and r.explained > SURE and np.isfinite(r.drift_error):
+            found.append(Suspect(r.output, drift=r.drift, against=", ".join(r.inputs),
+                                 expected=r.expected))  # fmt: skip
+    names = {e.relation.output for e in entries if np.isfinite(e.relation.drift_error)}
+    # Where all channels drift, the clock of the references or the model is another one.
+    return tuple(found) if len({s.channel for s in found}) < max(len(names), 2) else ()

@@ -1,0 +1,122 @@
+"""HDF5 files, and MAT files of version 7.3, which are HDF5 inside."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from core.errors import InputError
+from core.recording.reading import Reading
+from core.recording.signals import Group, by_length, merged
+from core.recording.table import Table, TableReader, damaged
+from core.recording.vectors import as_vectors
+
+if TYPE_CHECKING:
+    from h5py import Dataset, File
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+PLACES = (0, 512, 1024, 2048)
+"""Where the signature may stand; MAT 7.3 has 512 bytes of its own before it."""
+UNITS = "units"
+"""A struct (group) of this name may give units: units.theta1 = 'deg'."""
+MOST_OBJECTS = 10_000
+"""Groups and data sets of one file; the fullest logs have some hundreds."""
+DEEPEST = 20
+_HIDDEN = "#"
+"""MATLAB keeps what cells refer to under such names."""
+
+
+class Hdf5Reader(TableReader):
+    """One data set per channel, in any group; an attribute `units` gives its unit."""
+
+    kind = ".h5 .hdf5 .hdf"
+    needs = ("h5py",)
+
+    def fits(self, path: Path, start: bytes) -> int:
+        return int(any(start[k : k + len(SIGNATURE)] == SIGNATURE for k in PLACES))
+
+    def read(self, path: Path, reading: Reading) -> Table:
+        import h5py
+
+        try:
+            with h5py.File(path, "r") as file:
+                groups, unusable = _groups(file, reading)
+        except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError,
+                UnicodeError, OverflowError) as error:  # fmt: skip
+            if isinstance(error, InputError):
+                raise
+            raise damaged(path, "an HDF5 file", error) from error
+        return merged(path, groups, reading, unusable)
+
+
+def _groups(file: File, reading: Reading) -> tuple[list[Group], dict[str, str]]:
+    places = _data_sets(file)
+    units = _stated_units(places)
+    groups: list[Group] = []
+    unusable: dict[str, str] = {}
+    for place, sets in places.items():
+        columns: dict[str, np.ndarray] = {}
+        for name, found in sets.items():
+            path = f"{place}/{name}" if place else name
+            text = found.dtype.kind in "SOUV" and not found.dtype.names
+            if text or place.split("/")[-1] == UNITS:
+                continue
+            reading.grew(int(np.prod(found.shape, dtype=float)) * found.dtype.itemsize)
+            reading.holds(max(found.shape, default=0), 1)
+            as_vectors(path, np.asarray(found[()]), columns, unusable, _unit(found, name, units))
+        groups += by_length(place or "/", columns)
+    return groups, unusable
+
+
+def _data_sets(file: File) -> dict[str, dict[str, Dataset]]:
+    """Group's path -> name -> data set, without following links to other files."""
+    import h5py
+
+    places: dict[str, dict[str, Dataset]] = {}
+    waiting: list[tuple[str, Any, int]] = [("", file, 0)]
+    seen = 0
+    while waiting:
+        place, group, depth = waiting.pop(0)
+        for name in group:
+            seen += 1
+            if seen > MOST_OBJECTS or depth > DEEPEST:
+                raise ValueError(f"it has more than {MOST_OBJECTS:,} groups and data sets")
+            link = group.get(name, getlink=True)
+            if not isinstance(link, h5py.HardLink) or name.startswith(_HIDDEN):
+                continue
+            found = group[name]
+            if isinstance(found, h5py.Dataset):
+                # No external storage: a file must not name others of this machine.
+                if found.external is None and not found.is_virtual and found.shape is not None:
+                    places.setdefault(place, {})[name] = found
+            elif isinstance(found, h5py.Group):
+                waiting.append((f"{place}/{name}" if place else name, found, depth + 1))
+    return places
+
+
+def _stated_units(places: dict[str, dict[str, Dataset]]) -> dict[str, str]:
+    return {
+        name: _text(found[()])
+        for place, sets in places.items()
+        if place.split("/")[-1] == UNITS
+        for name, found in sets.items()
+        if found.size and found.size < 100
+    }
+
+
+def _unit(found: Dataset, name: str, units: dict[str, str]) -> str:
+    for key in ("units", "unit", "Units", "Unit"):
+        if key in found.attrs:
+            return _text(found.attrs[key])
+    return units.get(name, "")
+
+
+def _text(value: Any) -> str:
+    """A text as h5py or MATLAB (numbers of characters) stores it."""
+    if isinstance(value, np.ndarray) and value.dtype.kind in "iu":
+        return "".join(chr(int(x)) for x in value.ravel() if 0 < x < 0x10000)
+    if isinstance(value, np.ndarray):
+        value = value.ravel()[0] if value.size else ""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)

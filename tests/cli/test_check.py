@@ -1,0 +1,74 @@
+"""`flexgui check`: findings as sentences and as JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from core.scenario.read import parse_scenario
+from flexgui.cli import app
+from tests.cli.helpers import COLUMNS, FILE, SCENARIO, TEXT, csv, table
+from tests.recording.lab_formats import FORMATS
+
+KEYS = {"fault", "recording", "channel", "size", "unit", "evidence", "mend"}
+
+
+def checked(*arguments: str) -> str:
+    result = CliRunner().invoke(app, ["check", *arguments, "--quiet"])
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def in_millimetres() -> str:
+    lines = table()
+    k = COLUMNS.index("z1")
+    return csv([lines[0], *([*r[:k], f"{1e3 * float(r[k]):.9g}", *r[k + 1 :]] for r in lines[1:])])
+
+
+@pytest.fixture
+def spoilt(tmp_path: Path) -> Path:
+    (tmp_path / FILE).write_text(in_millimetres())
+    (tmp_path / SCENARIO).write_text(TEXT)
+    return tmp_path
+
+
+def test_a_finding_is_data_with_its_mend(spoilt: Path) -> None:
+    found = json.loads(checked(str(spoilt / SCENARIO), "--json"))["findings"]
+    one = next(f for f in found if f["fault"] == "millimetres")
+    assert set(one) == KEYS
+    assert (one["recording"], one["channel"], one["mend"]) == (
+        "th1", "z1", 'columns = { z1 = { name = "z1 [mm]" } }',
+    )  # fmt: skip
+    assert one["evidence"].endswith(".")
+
+
+def test_the_mend_is_a_line_of_the_scenario_that_mends_it(spoilt: Path) -> None:
+    found = json.loads(checked(str(spoilt / SCENARIO), "--json"))["findings"]
+    mend = next(f["mend"] for f in found if f["fault"] == "millimetres")
+    mended = TEXT.replace(f'file = "{FILE}"', f'file = "{FILE}"\n{mend}')
+    parse_scenario(mended, "mended")
+    (spoilt / SCENARIO).write_text(mended)
+    assert "millimetres" not in checked(str(spoilt / SCENARIO), "--json")
+
+
+def test_good_data_raise_no_alarm(tmp_path: Path) -> None:
+    (tmp_path / FILE).write_text(csv(table()))
+    (tmp_path / SCENARIO).write_text(TEXT)
+    assert checked(str(tmp_path / SCENARIO)) == "Nothing was found.\n"
+
+
+def test_a_file_by_itself_lists_its_topics_with_their_rates(tmp_path: Path) -> None:
+    columns = dict(zip(COLUMNS, np.array(table()[1:], dtype=float).T, strict=True))
+    said = checked(str(tmp_path / FORMATS["mcap"](tmp_path, columns)))
+    assert "joint_states: 120 samples, 1000 Hz over 0.119 s" in said
+    assert "camera/z1" in said
+
+
+def test_a_scenario_that_is_not_there_is_one_sentence(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["check", str(tmp_path / "no.toml")])
+    assert result.exit_code == 2
+    assert result.output.count("\n") == 1

@@ -1,0 +1,65 @@
+"""The same experiment in every format: one line of TOML, the same arrays."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.errors import InputError
+from core.recording import read_table as reading
+from core.recording.load import load_recording
+from core.recording.read_table import read_table
+from core.recording.recording import Recording
+from core.recording.spec import RecordingSpec, SimulateSpec
+from core.simulate.experiment import simulate_recording
+from tests.helpers import PAPER, looped
+from tests.recording.lab_formats import FORMATS
+
+NAMES = ("dtheta1_ref", "dtheta2_ref", "theta1", "theta2", "z1", "z2")
+EXACT = 1e-12
+"""Of 1 rad or 1 m: fifteen digits of text, degrees there and back; estimates follow in 1e-6."""
+CLOCK = 1e-9
+"""s: the nanoseconds of the clocks of ROS."""
+
+
+@pytest.fixture(scope="module")
+def experiment() -> Recording:
+    spec = SimulateSpec(theta2=1.2, seconds=0.3, level="lpv", snr_db=20.0)
+    return simulate_recording(looped(PAPER, level="lpv"), spec, "th1")
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_every_format_gives_the_same_arrays_by_its_name_alone(
+    kind: str, experiment: Recording, tmp_path: Path
+) -> None:
+    columns = {"t": experiment.time, **{name: experiment[name] for name in NAMES}}
+    file = FORMATS[kind](tmp_path, columns)
+    found = load_recording(tmp_path / file, RecordingSpec(file=file), NAMES)
+    np.testing.assert_allclose(found.time, experiment.time, atol=CLOCK)
+    for name in NAMES:
+        np.testing.assert_allclose(found[name], experiment[name], rtol=0, atol=EXACT)
+
+
+def test_the_ending_of_a_file_says_nothing(experiment: Recording, tmp_path: Path) -> None:
+    columns = {"t": experiment.time, **{name: experiment[name] for name in NAMES}}
+    for kind, write in FORMATS.items():
+        if kind == "lerobot":  # known by the JSON beside it
+            continue
+        folder = tmp_path / kind
+        folder.mkdir()
+        named = folder / write(folder, columns)
+        plain = named.rename(folder / "recording.bin")
+        assert read_table(plain).rows == len(experiment.time)
+
+
+def test_a_missing_extra_is_one_sentence_with_the_command(
+    experiment: Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    columns = {"t": experiment.time, **{name: experiment[name] for name in NAMES}}
+    file = FORMATS["hdf5"](tmp_path, columns)
+    monkeypatch.setattr(reading.importlib.util, "find_spec", lambda name: None)
+    said = r"run\.h5 needs .* h5py, .*; run pip install 'flexgui\[lab\]'"
+    with pytest.raises(InputError, match=said):
+        read_table(tmp_path / file)
