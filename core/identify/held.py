@@ -58,8 +58,8 @@ def simulated_part(model: Model, numbers: Numbers) -> Numbers:
     return numbers if len(moving) == len(numbers.elements) else numbers._replace(elements=moving)
 
 
-def effects_that_move(model: Model) -> tuple[Effect, ...]:
-    """Effects of the model that are simulated, because the motion depends on them."""
+def effects_in_steps(model: Model) -> tuple[Effect, ...]:
+    """Effects whose longest step counts: all but those that act at held joints alone."""
     numbers = model.numbers()
     if not isinstance(model.steering, FollowingServo) or np.any(np.isfinite(numbers.law.limit)):
         return model.effects
@@ -223,6 +223,6 @@ def digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> bytes:
 def steps_needed(model: Model, sample_time: float, fewest: int, times: float) -> int:
     """Steps per sample: at least `fewest`, and none longer than `times` what the effects that
     move the arm allow."""
-    moving: Sequence[Effect] = effects_that_move(model)
+    moving: Sequence[Effect] = effects_in_steps(model)
     longest = times * min((one.longest_step for one in moving), default=np.inf)
     return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))

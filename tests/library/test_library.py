@@ -93,7 +93,9 @@ def public_callables() -> Iterator[tuple[str, Any]]:
                     yield f"{name}.{key}", method
 
 
-@pytest.mark.parametrize(("name", "called"), [*public_callables()], ids=lambda x: x if isinstance(x, str) else "")
+@pytest.mark.parametrize(
+    ("name", "called"), [*public_callables()], ids=lambda x: x if isinstance(x, str) else ""
+)
 def test_every_argument_and_result_is_explained(name: str, called: Any) -> None:
     text = called.__doc__ or ""
     taken = [k for k in inspect.signature(called).parameters if k != "self"]
