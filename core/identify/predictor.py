@@ -192,8 +192,11 @@ class Predictor:
         while True:
             self.steps = steps
             coarse = self.predict(vector)
-            pairs = zip(fine, coarse, spread, strict=True)
-            miss = max(float(np.max(_rms(a - b) / s)) for a, b, s in pairs)
+            apart = [
+                np.where(e.counted, a - b, 0.0)
+                for e, a, b in zip(self.experiments, fine, coarse, strict=True)
+            ]
+            miss = max(float(np.max(_rms(x) / s)) for x, s in zip(apart, spread, strict=True))
             if miss <= COARSE_SHARE or steps >= max(self.substeps.values()):
                 break
             steps *= 2
