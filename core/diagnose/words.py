@@ -207,7 +207,7 @@ def _nothing(told: Told) -> list[str]:
         f"{times(told.given.rms)} {FLOOR}"
     )
     tried = f" {count} effects were tried, and none explains enough of the error to count."
-    hidden = "An effect that these motions hardly call for can still be there."
+    hidden = "Effects that these motions barely excite may remain undetected."
     first = f"{text}{tried if count else ''} {hidden}"
     return [first, _not_tried(told), _remains(told), _stuck(told)]
 

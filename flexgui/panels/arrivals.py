@@ -16,14 +16,14 @@ class Arrivals:
     def __init__(self, desk: Desk) -> None:
         self._desk, gui = desk, desk.gui
         session = desk.session
-        self._folder = gui.add_folder("What you brought", order=TOP, visible=False)
+        self._folder = gui.add_folder("Imported file", order=TOP, visible=False)
         with self._folder:
             self._said = Words(gui)
             self._alone = widgets.button(
                 desk, "Use it alone", lambda: session.use_arrived(alone=True), prominent=True
             )
             self._beside = widgets.button(desk, "Beside", lambda: session.use_arrived(alone=False))
-            self._leave = widgets.button(desk, "Leave it", lambda: session.leave_arrived())
+            self._leave = widgets.button(desk, "Cancel import", lambda: session.leave_arrived())
             self._back = widgets.button(desk, "Bring back", lambda: session.bring_back())
 
     def refresh(self) -> None:
@@ -33,7 +33,7 @@ class Arrivals:
         one = len(arrived) == 1
         self._alone.label = "Use it alone" if one else f"Use these {len(arrived)} alone"
         self._beside.label = f"Beside the {count} that are here"
-        self._leave.label = "Leave it" if one else "Leave them"
+        self._leave.label = "Cancel import"
         self._back.label = f"Bring the {len(aside)} back"
         for each in (self._alone, self._beside, self._leave):
             each.visible = bool(arrived)

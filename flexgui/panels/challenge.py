@@ -26,8 +26,8 @@ SEED = 30
 
 SAID = (
     "The program hides an effect in an arm and records it; the same seed gives everybody the same "
-    "data. Look, compare, and commit to a guess; then ask the tool, and reveal. Who asks the tool "
-    "before the guess is marked on the board."
+    "data. Look, compare, and commit to a guess; then ask the tool, and reveal. Using the tool "
+    "before guessing is marked on the board."
 )
 ABOVE = "Your guess is asked for at the top of this page."
 FIRST = (

@@ -15,7 +15,7 @@ from flexgui.session.columns import POINT, Waiting
 from flexgui.views.html import html_table
 from flexgui.views.table import Column, Row, Table
 
-ROWS = (Column("What"), Column("Column of the file"), Column("Times", numeric=True))
+ROWS = (Column("What"), Column("Column of the file"), Column("Scale factor", numeric=True))
 ALL_KNOWN = "All that is needed is known."
 REST = "Read the file, or name another column if you like."
 
@@ -34,11 +34,11 @@ class ColumnChoice:
             self._read = widgets.button(
                 desk, "Read the file", lambda: desk.session.read_waiting(), prominent=True
             )
-            widgets.button(desk, "Leave it", lambda: desk.session.leave_file())
+            widgets.button(desk, "Cancel import", lambda: desk.session.leave_file())
 
     def _question_controls(self) -> None:
         desk, gui, off = self._desk, self._desk.gui, self._desk.read_only
-        self._channel: Any = gui.add_dropdown("Asked for", ("–",), disabled=off)
+        self._channel: Any = gui.add_dropdown("Signal", ("–",), disabled=off)
         if not off:
             self._channel.on_update(lambda _: self._show_question())
         self._question = Words(gui)
@@ -47,9 +47,9 @@ class ColumnChoice:
             "Unit", "", disabled=off,
             hint="Where the heading has none: deg, mm, 1/s …; SI where empty.",
         )  # fmt: skip
-        self._gain: Any = gui.add_number("Times", 1.0, step=0.01, disabled=off)
-        self._negative: Any = gui.add_checkbox("Turn its sign", False, disabled=off)
-        self._assign = widgets.button(desk, "That column it is", self._put, prominent=True)
+        self._gain: Any = gui.add_number("Scale factor", 1.0, step=0.01, disabled=off)
+        self._negative: Any = gui.add_checkbox("Invert sign", False, disabled=off)
+        self._assign = widgets.button(desk, "Use this column", self._put, prominent=True)
         self._point: Any = gui.add_number("It stood at [deg]", 90.0, step=0.1, disabled=off)
         self._stood = widgets.button(desk, "No column: θ₂ stood still there", self._put_point)
         self._none = widgets.button(

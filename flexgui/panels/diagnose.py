@@ -109,7 +109,7 @@ class DiagnosePanel(Panel):
         self._find.disabled = session.run.busy or self.desk.read_only
         fresh = look is not None and look.diagnosis is not None and not self._old()
         way_on = self._way_on()
-        self._find.label = "Look again" if fresh else "Find what is missing"
+        self._find.label = "Repeat diagnosis" if fresh else "Find what is missing"
         self._find.color = _color(way_on == FIND)
         self._verdict.show(self._said(look))
         self._grown.refresh(not session.run.busy)
@@ -222,7 +222,7 @@ class DiagnosePanel(Panel):
         figure = live_prediction(
             found.channels[k], found.dt[k], found.residual[k],
             None if one is None else one.predicted[k], "" if one is None else one.title,
-            f"Left over of {found.recordings[k]} [floors]",
+            f"Residual, {found.recordings[k]} [× noise floor]",
         )  # fmt: skip
         self._residual.show(figure, self._cursor(found))
 
@@ -271,7 +271,7 @@ def _verdict(look: Look | None) -> Markup:
     body = joined(paragraph(HEADS.get(found.verdict, found.verdict), "lead"), paragraph(first))
     if more:
         rest = joined(*(paragraph(text) for text in more))
-        body += Markup("<details><summary>All that it says</summary>{}</details>").format(rest)
+        body += Markup("<details><summary>Details</summary>{}</details>").format(rest)
     return Markup("<div class='verdict {}'>{}</div>").format(found.verdict, body)
 
 

@@ -24,10 +24,10 @@ class OneRecording:
             desk, "Role", ROLES, lambda: self._spec.role, lambda v: self._put(v, "role"),
             "estimate: fitted; validate: only compared.",
         )  # fmt: skip
-        with gui.add_folder("Leave a stretch out", expand_by_default=False):
+        with gui.add_folder("Exclude a time range", expand_by_default=False):
             self._channel = gui.add_dropdown("Column", ("z1",))
             self._stretch = gui.add_vector2("From, to [s]", (0.0, 0.5), step=0.01)
-            widgets.button(desk, "Mask this stretch", self._mask)
+            widgets.button(desk, "Mask this time range", self._mask)
             widgets.button(desk, "Remove all masks", lambda: self._put(None, "mask"))
         self._file = gui.add_folder("Correct the file", expand_by_default=False)
         with self._file:
@@ -64,7 +64,7 @@ class OneRecording:
         )
         self._gained = gui.add_dropdown("Column", ("z1",))
         self._gain = gui.add_number("Gain", 1.0, step=0.01)
-        self._negative = gui.add_checkbox("Turn its sign", False)
+        self._negative = gui.add_checkbox("Invert sign", False)
         widgets.button(desk, "Apply gain and sign", self._scale)
 
     @property

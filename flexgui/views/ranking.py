@@ -23,7 +23,7 @@ SHOWN = 10
 COLUMNS = (
     Column("Effect"),
     Column("Explains, refitted [%]", numeric=True),
-    Column("Expected from the slope [%]", numeric=True),
+    Column("Estimate before refitting [%]", numeric=True),
     Column("Evidence ΔBIC", numeric=True),
     Column("Chance of noise", numeric=True),
     Column("Beside others"),
@@ -41,13 +41,13 @@ def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> go.F
     titles = [r.title for r in shown]
     figure.add_bar(
         y=titles, x=[r.expected_drop_percent for r in shown], orientation="h",
-        name="expected from the slope", marker={"color": colours.faded(colours.START, 0.45)},
-        hovertemplate="%{y}: %{x:.1f} % expected<extra></extra>",
+        name="estimate before refitting", marker={"color": colours.faded(colours.START, 0.45)},
+        hovertemplate="%{y}: %{x:.1f} % before refitting<extra></extra>",
     )  # fmt: skip
     figure.add_bar(
-        y=titles, x=[r.refit_drop_percent for r in shown], orientation="h", name="after a refit",
+        y=titles, x=[r.refit_drop_percent for r in shown], orientation="h", name="after refitting",
         marker={"color": [_colour(r, accepted) for r in shown]},
-        hovertemplate="%{y}: %{x:.2f} % after a refit<extra></extra>",
+        hovertemplate="%{y}: %{x:.2f} % after refitting<extra></extra>",
     )  # fmt: skip
     figure.update_xaxes(title_text="error explained [%]", range=[0, 103])
     figure.update_yaxes(autorange="reversed", automargin=True, type="category")

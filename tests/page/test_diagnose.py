@@ -194,7 +194,7 @@ def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) ->
     press(page, "Stop")
     until(lambda: not session.busy and session.pending is None)
     sees(page, "Stopped")
-    again = re.compile("Find what is missing|Look again")
+    again = re.compile("Find what is missing|Repeat diagnosis")
     assert page.get_by_role("button", name=again).first.is_enabled()
     assert not present(session.scenario) and len(session.looks) <= 1
 

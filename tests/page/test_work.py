@@ -133,7 +133,7 @@ def test_columns_with_other_names_are_chosen_on_the_page(
     sees(page, "Which column is the time t [s]?")
     for column, left in (("clock", "Still needed: 1."), ("speed", "All that is needed is known.")):
         pick(page, "Column", column)
-        press(page, "That column it is")
+        press(page, "Use this column")
         sees(page, left)
     assert not page.locator(".fx .bad").count()
     press(page, "Read the file")

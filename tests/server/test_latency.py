@@ -144,7 +144,7 @@ def test_the_browsers_frame_while_it_diagnoses(server: Served) -> None:
         told("browser, diagnosing", moved(page, MOVES))
         press(page, "Diagnose")
         page.get_by_role("button", name="Stop", exact=True).or_(
-            page.get_by_role("button", name="Look again", exact=True)
+            page.get_by_role("button", name="Repeat diagnosis", exact=True)
         ).first.wait_for()
 
 
