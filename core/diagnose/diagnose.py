@@ -341,9 +341,9 @@ def _gate(state: _State) -> Gate:
         if now - was < RELEVANT or now < WORSE**2 * was:
             return ""
         return (
-            f"recordings that no fit has seen become worse with it, from "
-            f"{times(math.sqrt(was))} to {times(math.sqrt(now))} the floor, so it is likely a "
-            f"stand-in for something else."
+            f"recordings that no fit has seen become worse with it, from {times(math.sqrt(was))} "
+            f"to {times(math.sqrt(now))} the noise floor, so it is likely a stand-in for something "
+            "else."
         )
 
     return refuse

@@ -80,8 +80,8 @@ def _rivals(f: Finding) -> str:
     titles = {r.effect: r.title for r in f.found_in.ranking}
     rivals = listed([titles.get(kind, kind) for kind in f.ranked.confused_with], "or")
     text = (
-        f"These recordings cannot tell {f.ranked.title} from {rivals}: refitted, each explains "
-        f"the same within the noise."
+        f"These recordings cannot distinguish {f.ranked.title} from {rivals}: refitted, each "
+        "explains the same within the noise."
     )
     return f"{text} {f.found_in.sentence}".strip()
 

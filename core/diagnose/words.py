@@ -27,7 +27,7 @@ from core.effects import catalogue
 from core.results import DiagnosisRound, Estimate, LadderStep, RankedEffect
 from core.sentences import first_sentence, listed
 
-FLOOR = f"the floor. {FLOOR_IS}"
+FLOOR = f"the noise floor. {FLOOR_IS}"
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def _remains(told: Told) -> str:
     last = told.steps[-1]
     endings = {
         None: "",
-        NOTHING: "That is the floor: these recordings hold nothing more that could be explained.",
+        NOTHING: "That is the noise floor: these recordings hold nothing more to explain.",
         UNLISTED: _unexplained(told),
         MISSING: _more(told),
     }
@@ -186,8 +186,8 @@ def _more(told: Told) -> str:
         return ""
     share = percent(ranking[0].refit_drop_percent)
     return (
-        f"More can be explained: {ranking[0].title} would take {share} of what is left above the "
-        f"floor. The search ended at its limit of {told.limit}; a higher one lets it go on."
+        f"More can be explained: {ranking[0].title} would take {share} of what remains above the "
+        f"noise floor. The search ended at its limit of {told.limit}; a higher one lets it go on."
     )
 
 
@@ -195,7 +195,7 @@ def _unexplained(told: Told) -> str:
     """A rest above the floor."""
     rest = times(told.left.rms)
     return (
-        f"An error of {rest} the floor is left that no effect of the list explains: something "
+        f"An error of {rest} the noise floor remains that no listed effect explains: something "
         f"else is missing too. {vibration(told.left)}"
     ).strip()
 
@@ -222,7 +222,9 @@ def _unlisted(told: Told) -> list[str]:
     refitted = _refitted(ranking)
     if refitted:
         share, title = max(refitted)
-        closest = f"The closest, {title}, explains {percent(share)} of the error above the floor."
+        closest = (
+            f"The closest, {title}, explains {percent(share)} of the error above the noise floor."
+        )
         opening = " ".join(part for part in (opening, closest, _refused(told)) if part)
     rest = (
         f"{_left(told)} The maps of the error tell when and where it happens; an effect of your "
@@ -246,7 +248,9 @@ def _unfinished(told: Told) -> list[str]:
     best = ""
     if refitted:
         share, title = max(refitted)
-        best = f" So far {title} explains most, {percent(share)} of the error above the floor."
+        best = (
+            f" So far {title} explains most, {percent(share)} of the error above the noise floor."
+        )
     return [
         f"Something is missing: the error of the model is {times(told.given.rms)} {FLOOR} What "
         f"it is was not found yet.{best}"

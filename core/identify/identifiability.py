@@ -139,7 +139,7 @@ def _correlated(correlation: np.ndarray, labels: Sequence[str], seen: np.ndarray
         for j in range(i):
             if seen[i] and seen[j] and abs(correlation[i, j]) > TOGETHER:
                 said.append(
-                    f"{labels[j]} and {labels[i]} are told apart poorly "
+                    f"{labels[j]} and {labels[i]} are poorly distinguishable "
                     f"(correlation {correlation[i, j]:+.3f})."
                 )
     return said

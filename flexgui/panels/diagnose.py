@@ -45,8 +45,9 @@ AGAINST = (
 FIND, ADD, UNDO, GO_ON = "find", "add", "undo", "go on"
 BARS = 6
 EMPTY = (
-    "Press Find what is missing: the error of the model stands here as a ladder over its floor, "
-    "and below it a ranking of what could be missing, which grows while the candidates are tried."
+    "Press Find what is missing: the error of the model stands here as a ladder above the noise "
+    "floor, and below it a ranking of what could be missing, which grows while the candidates are "
+    "tried."
 )
 HEADS = {
     "missing": "Something is missing.",
@@ -182,11 +183,11 @@ class DiagnosePanel(Panel):
         session = self.desk.session
         if session.look is None:
             count = sum(r.role == "estimate" for r in session.scenario.recordings)
-            return f"{count} recordings to look at. What does the model lack?"
+            return f"{count} recordings to diagnose. What does the model lack?"
         if self._old():
-            return "The settings have changed since; look again."
+            return "The settings have changed since; repeat the diagnosis."
         error = format_number(session.look.error, 2, keep_zeros=True)
-        return f"The model's error is {error} times its floor."
+        return f"The model's error is {error} times the noise floor."
 
     def _old(self) -> bool:
         look = self.desk.session.look

@@ -25,7 +25,7 @@ SIGNALS, TORQUE = "signals", "missing joint torque"
 """These two follow the time-line's cursor; all others are found in flexgui/views/of_recording."""
 WORST = 10
 
-FLOOR = f"× means times the floor. {FLOOR_IS}"
+FLOOR = f"× means times the noise floor. {FLOOR_IS}"
 
 
 class Failing:

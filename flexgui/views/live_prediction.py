@@ -52,7 +52,7 @@ def _line(
         "type": "scatter", "mode": "lines", "x": short(x), "y": short(y), "name": name,
         "xaxis": "x", "yaxis": f"y{number}", "legendgroup": name, "showlegend": number == "",
         "line": {"color": colour, "width": width},
-        "hovertemplate": f"{name} %{{y:.3g}} floors<extra></extra>",
+        "hovertemplate": f"{name} %{{y:.3g}} × noise floor<extra></extra>",
     }  # fmt: skip
 
 

@@ -96,7 +96,10 @@ def _row(ranked: RankedEffect, titles: dict[str, str], accepted: str | None, bes
 def _beside(ranked: RankedEffect, titles: dict[str, str], best: str) -> str:
     """What it cannot be told from, and how it is related to the best."""
     others = ", ".join(titles.get(kind, kind) for kind in ranked.confused_with)
-    parts = (f"cannot be told from {others}" if others else "", kinship(ranked.effect, best))
+    parts = (
+        f"cannot be distinguished from {others}" if others else "",
+        kinship(ranked.effect, best),
+    )
     return "; ".join(p for p in parts if p)
 
 

@@ -56,8 +56,8 @@ def test_how_sure_is_told_by_chance_and_evidence() -> None:
 
 def test_the_share_and_the_fall_of_the_error_are_told() -> None:
     said = text(FOUND)
-    assert "explains 99.4 % of the error above the floor" in said
-    assert "from 19 times its floor to 1.0 times" in said
+    assert "explains 99.4 % of the error above the noise floor" in said
+    assert "from 19 times the noise floor to 1.0 times" in said
     assert "of the tip from 0.20 mm to 0.043 mm rms" in said
 
 
@@ -73,7 +73,7 @@ def test_the_next_best_explanation_is_told() -> None:
 
 def test_what_remains_is_told_by_channel() -> None:
     said = text(FOUND)
-    assert "What remains: θ₁ 0.97 and z₁ 1.0 times the floor" in said
+    assert "What remains: θ₁ 0.97 and z₁ 1.0 times the noise floor" in said
     assert "the tip is missed by 0.043 mm rms" in said
     assert "That is the floor" in said
 
@@ -81,7 +81,7 @@ def test_what_remains_is_told_by_channel() -> None:
 def test_something_found_and_something_left_are_both_told() -> None:
     said = text(replace(FOUND, final=UNLISTED, left=left(4.2, ("z1", 12.34))))
     assert "first missing effect is Coulomb friction" in said
-    assert "4.2 times the floor is left that no effect of the list explains" in said
+    assert "4.2 times the noise floor remains that no listed effect explains" in said
     assert "z₁ holds a vibration of 12.3 Hz" in said
     assert "That is the floor" not in said
 
@@ -103,7 +103,7 @@ def test_two_found_effects_have_a_paragraph_each() -> None:
     said = say(told)
     assert "first missing effect is Coulomb friction, then Tip payload." in said[0]
     assert any(
-        p.startswith("Tip payload. ") and "from 3.0 times its floor to 1.0" in p for p in said
+        p.startswith("Tip payload. ") and "from 3.0 times the noise floor to 1.0" in p for p in said
     )
 
 
@@ -148,13 +148,13 @@ RANKED_ONLY = replace(
 def test_a_ranking_without_adding_names_the_first() -> None:
     said = text(RANKED_ONLY)
     assert "first missing effect is Coulomb friction" in said
-    assert "explains 99.4 % of the error above the floor." in said
+    assert "explains 99.4 % of the error above the noise floor." in said
 
 
 def test_before_anything_was_added_nothing_is_said_to_remain() -> None:
     said = text(RANKED_ONLY)
     assert (
-        "Without it the model misses θ₁ by 0.97 and z₁ by 19 times the floor, and the tip by "
+        "Without it the model misses θ₁ by 0.97 and z₁ by 19 times the noise floor, and the tip by "
         "0.20 mm rms." in said
     )
     for verdict in (NOTHING, UNLISTED):
@@ -171,7 +171,7 @@ def test_a_stopped_ranking_names_no_effect_as_missing() -> None:
 @pytest.mark.parametrize("verdict", [MISSING, NOTHING, UNLISTED])
 def test_the_floor_is_explained_where_it_is_first_named(verdict: str) -> None:
     said = say(replace(RANKED_ONLY, verdict=verdict))[0]
-    assert "times the floor. The floor is what a complete model would still leave" in said
+    assert "times the noise floor. The noise floor is what even a complete model would not" in said
     assert "fidelity" not in said
 
 
@@ -204,7 +204,7 @@ def test_a_search_stopped_early_does_not_claim_that_nothing_in_the_list_fits() -
 
 def test_validation_is_told_where_there_is_any() -> None:
     seen = replace(FOUND, steps=(GIVEN, step(FRICTION, 1.0, None, 3.3e-5)))
-    assert "no fit has seen the error is 1.1 times the floor" in text(seen)
+    assert "no fit has seen the error is 1.1 times the noise floor" in text(seen)
     assert "no fit has seen" not in text(FOUND)
 
 

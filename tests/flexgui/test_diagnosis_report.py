@@ -194,7 +194,10 @@ def test_steps_with_the_same_effect_have_labels_of_their_own() -> None:
 def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> None:
     told = told_apart(diagnosed)
     assert "The estimates above are of the identification" in told
-    assert ", each in times its floor, and it also fits how each recording begins." in told
+    assert (
+        ", each in multiples of its noise floor, and it also fits how each recording begins."
+        in told
+    )
     assert "FIT" not in told, "the comparisons are the identification's here"
     last = replace(FOUND, parameters=(RANKING[0].parameters[0],))
     told = told_apart(replace(diagnosed, diagnosis=last)).unescape()
@@ -223,7 +226,10 @@ def test_an_effect_that_contains_the_best_says_so() -> None:
     table = ranking_table((RANKING[0], larger), "coulomb_friction")
     assert "contains Coulomb friction" in table.rows[1].cells
     table = ranking_table((larger, RANKING[0]))
-    assert "cannot be told from viscous_friction; part of Stribeck friction" in table.rows[1].cells
+    assert (
+        "cannot be distinguished from viscous_friction; part of Stribeck friction"
+        in table.rows[1].cells
+    )
 
 
 def test_the_ladders_table_has_a_row_per_step_and_output() -> None:
@@ -235,7 +241,7 @@ def test_the_ladders_table_has_a_row_per_step_and_output() -> None:
 def test_the_ranking_marks_what_was_added_and_names_its_rivals() -> None:
     table = ranking_table(RANKING, "coulomb_friction")
     assert [r.strong for r in table.rows] == [True, False, False]
-    assert "cannot be told from Viscous joint friction" in table.rows[0].cells
+    assert "cannot be distinguished from Viscous joint friction" in table.rows[0].cells
     assert "f<sub>c1</sub> = 1.200" in table.rows[0].cells[-1]
     figure = ranking(RANKING, "coulomb_friction")
     assert figure is not None

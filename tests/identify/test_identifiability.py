@@ -125,7 +125,7 @@ def test_estimates_that_move_together_are_said_to_be_told_apart_poorly():
     told = sentences(named("abc"), np.zeros((0, 3)), rho)
     assert told == (
         "The data fix every estimated parameter.",
-        "a and b are told apart poorly (correlation -0.995).",
+        "a and b are poorly distinguishable (correlation -0.995).",
     )
 
 

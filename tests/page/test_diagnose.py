@@ -287,6 +287,6 @@ def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desk
     assert known is not None
     hidden = json.loads(opened(known.sealed, "-"))["effects"]
     answer(page, hidden[0])
-    told = re.compile(r"\(asked only now\)|It looks at the recordings now\.")
+    told = re.compile(r"\(used only now\)|It is examining the recordings now\.")
     page.get_by_text(told).first.wait_for()
     session.stop()

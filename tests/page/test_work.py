@@ -69,7 +69,7 @@ def test_good_and_bad_recordings(page: Any, session: Session, good: Path) -> Non
     sees(page, "good.csv: 3000 samples at 1000 Hz.")
     sees(page, "Use it alone, or beside the 8 that are here?")
     sees(page, "7 to fit, 1 to validate.")
-    press(page, "Beside the 8 that are here")
+    press(page, "Add to the 8 present recordings")
     sees(page, "8 to fit, 1 to validate.")
 
 
@@ -140,8 +140,8 @@ def test_columns_with_other_names_are_chosen_on_the_page(
     sees(page, "foreign.csv: 3000 samples at 1000 Hz.")
     press(page, "Use it alone")
     sees(page, "1 to fit, 0 to validate.")
-    sees(page, "8 recordings made room for your own.")
-    press(page, "Bring the 8 back")
+    sees(page, "8 recordings were set aside.")
+    press(page, "Restore")
     sees(page, "8 to fit, 1 to validate.")
     columns = session.scenario.recordings[-1].columns
     assert {c: s.name.split(" ")[0] for c, s in columns.items()} == {

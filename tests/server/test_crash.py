@@ -79,7 +79,7 @@ def test_upload_edit_and_fit_survive_a_kill(tmp_path: Path, recording: bytes) ->
 
 SLOW = 600.0
 """s: a first and a second look at a model on a machine that does other things too."""
-LOOKED = " times its floor."
+LOOKED = " times the noise floor."
 """Stands on the page once a look at the model is over."""
 
 
