@@ -164,7 +164,7 @@ def _compared_after(state: _State, begun: Begun) -> tuple[RecordingComparison, .
     return compared(after)
 
 
-STOPPED = "The search was stopped before it was through."
+STOPPED = "The search was stopped before it was complete."
 
 
 def _verdict(more: bool, of: Remains) -> str:

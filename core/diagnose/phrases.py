@@ -111,7 +111,7 @@ def size(estimate: Estimate, titles: dict[str, str]) -> str:
     """'Coulomb friction of joint 1 is 1.201 ± 0.001 N m'."""
     title = titles.get(estimate.name, estimate.name)
     text = f"{title} is {uncertain(estimate.value, estimate.std, estimate.unit)}"
-    return f"{text} (at the bound of what is allowed)" if estimate.at_bound else text
+    return f"{text} (at its bound)" if estimate.at_bound else text
 
 
 def how_big(sizes: Sequence[Estimate], titles: dict[str, str]) -> str:

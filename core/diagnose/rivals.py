@@ -119,4 +119,4 @@ def _promised(f: Finding, share: float) -> str:
     ]
     if not higher:
         return ""
-    return f"The list expects more of {listed(higher)}, without a refit."
+    return f"The estimate before refitting is higher for {listed(higher)}."

@@ -63,8 +63,8 @@ def say(told: Told) -> tuple[str, ...]:
     paragraphs = [*opening(told)]
     if told.stopped:
         paragraphs.append(
-            "The search was stopped before it was through: other effects may explain more than "
-            "what stands here."
+            "The search was stopped before it was complete: other effects may explain more than "
+            "those listed here."
         )
     return tuple(p for p in paragraphs if p)
 

@@ -128,7 +128,7 @@ def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
     changes = ", ".join(f"{labels[int(i)]} {direction[i] / largest:+.2f} %" for i in involved)
     listed = ", ".join(names[:-1]) + f" and {names[-1]}"
     return (
-        f"The data do not tell {listed} apart: changing them together ({changes}) changes nothing "
+        f"The data do not distinguish {listed}: changing them together ({changes}) changes nothing "
         f"that is measured; fix one of them."
     )
 

@@ -24,9 +24,10 @@ from flexgui.views.ranking import chance, typeset_sizes
 
 NOTHING_SAID = "Nothing is missing; the effects below explain too little to count."
 READ = (
-    "Refitted: the share of the squared error above the floor that is gone once the effect is "
-    "fitted with all else. Expected (≈): what a straight line from no effect promises. Score: "
-    "about 1 per size for pure noise, large where the error has the effect's shape."
+    "Explains: the share of the squared error above the noise floor that disappears when the "
+    "effect and all other parameters are refitted. Estimate (≈): a linear prediction before "
+    "refitting. Score: about 1 per parameter for pure noise, large where the residual has the "
+    "shape of the effect."
 )
 
 SHOW, HIDE = "Show what it does", "Hide what it does"

@@ -40,9 +40,9 @@ class OneRecording:
         widgets.button(desk, "Keep only this window", self._trim)
         widgets.button(desk, "Keep everything", lambda: self._put(None, "window"))
         widgets.number(
-            desk, "Camera late [ms]", lambda: 1e3 * self._spec.time_shift,
+            desk, "Camera delay [ms]", lambda: 1e3 * self._spec.time_shift,
             lambda v: self._put(1e-3 * v, "time_shift"), -1000.0, 1000.0, 0.1,
-            "By so much the camera's samples are written too late.",
+            "How much too late the camera's samples are recorded.",
         )  # fmt: skip
         origin = gui.add_vector2(
             "Camera at [m]", self._spec.camera.origin, step=0.001, hint="Origin of its frame."
@@ -52,7 +52,7 @@ class OneRecording:
             lambda v: self._put([float(x) for x in v], "camera", "origin"),
         )  # fmt: skip
         widgets.number(
-            desk, "Camera turned [deg]", lambda: math.degrees(self._spec.camera.angle),
+            desk, "Camera rotation [deg]", lambda: math.degrees(self._spec.camera.angle),
             lambda v: self._put(math.radians(v), "camera", "angle"), -360.0, 360.0, 0.1,
         )  # fmt: skip
         widgets.number(

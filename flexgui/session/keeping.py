@@ -91,10 +91,10 @@ class Keeping(Studying, ABC):
                 finally:
                     self._written, self._keeps = (self._stated(), self._found()), True
         except (InputError, OSError, KeyError, TypeError, AttributeError) as error:
-            log.warning("Earlier work could not be taken up: %r", error)
+            log.warning("Earlier work could not be restored: %r", error)
             self.earlier = None
             self.tell(Topic.KEPT)
-            self.say("The earlier work is damaged and cannot be taken up again.", bad=True)
+            self.say("The earlier work is damaged and cannot be restored.", bad=True)
             return False
         self.earlier = None
         self.tell(*Topic)

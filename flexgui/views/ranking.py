@@ -26,7 +26,7 @@ COLUMNS = (
     Column("Estimate before refitting [%]", numeric=True),
     Column("Evidence ΔBIC", numeric=True),
     Column("Chance of noise", numeric=True),
-    Column("Beside others"),
+    Column("Relation to others"),
     Column("Size when refitted"),
 )
 
@@ -52,9 +52,9 @@ def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> go.F
     figure.update_xaxes(title_text="error explained [%]", range=[0, 103])
     figure.update_yaxes(autorange="reversed", automargin=True, type="category")
     text = (
-        "Error: squared, above its floor. Pale: what a straight line from no effect at all "
-        "promises. Full: what is explained once the effect and all other parameters are fitted "
-        "anew; the best few are refitted."
+        "Error: squared, above the noise floor. Pale: a linear estimate before refitting. Full: "
+        "what is explained after the effect and all other parameters are refitted; only the best "
+        "few are refitted."
     )
     height = 150 + 34 * len(shown)
     return styled(figure, height, text, barmode="group", bargap=0.3)

@@ -186,7 +186,7 @@ def test_an_effect_without_size_is_said_to_have_none() -> None:
 
 def test_a_size_at_its_bound_is_told() -> None:
     told = replace(FOUND, sizes={FRICTION: (estimate(std=np.nan, at_bound=True),)})
-    assert "1.201 N m (at the bound of what is allowed)" in text(told)
+    assert "1.201 N m (at its bound)" in text(told)
 
 
 def test_a_stopped_search_says_that_it_was_stopped() -> None:

@@ -67,7 +67,7 @@ def test_good_and_bad_recordings(page: Any, session: Session, good: Path) -> Non
         assert session.scenario == before
     give(page, good)
     sees(page, "good.csv: 3000 samples at 1000 Hz.")
-    sees(page, "Use it alone, or beside the 8 that are here?")
+    sees(page, "Use it alone, or add it to the 8 present recordings?")
     sees(page, "7 to fit, 1 to validate.")
     press(page, "Add to the 8 present recordings")
     sees(page, "8 to fit, 1 to validate.")
@@ -129,9 +129,10 @@ def test_columns_with_other_names_are_chosen_on_the_page(
     foreign.write_text(text.replace("t [s]", "clock", 1).replace("dtheta1_ref", "speed", 1))
     press(page, "Data")
     give(page, foreign)
-    sees(page, "Still needed: 2.")
+    sees(page, "Signals still missing: 2.")
     sees(page, "Which column is the time t [s]?")
-    for column, left in (("clock", "Still needed: 1."), ("speed", "All that is needed is known.")):
+    states = ("Signals still missing: 1.", "All required signals are assigned.")
+    for column, left in zip(("clock", "speed"), states, strict=True):
         pick(page, "Column", column)
         press(page, "Use this column")
         sees(page, left)
