@@ -342,8 +342,8 @@ def _gate(state: _State) -> Gate:
             return ""
         return (
             f"recordings that no fit has seen become worse with it, from {times(math.sqrt(was))} "
-            f"to {times(math.sqrt(now))} the noise floor, so it is likely a stand-in for something "
-            "else."
+            f"to {times(math.sqrt(now))} the noise floor, so it probably imitates another "
+            "effect."
         )
 
     return refuse

@@ -96,13 +96,13 @@ def chance(p_value: float) -> str:
 def how_sure(found: RankedEffect) -> str:
     """Chance and evidence of one effect."""
     text = (
-        f"The chance that noise alone looks like this is {chance(found.p_value)}, after allowing "
-        f"for everything that was tried"
+        f"The probability that noise alone looks like this is {chance(found.p_value)}, "
+        f"corrected for all trials"
     )
     if found.delta_bic is None:
         return f"{text}."
     return (
-        f"{text}; the evidence, which charges for every parameter, is {strength(found.delta_bic)} "
+        f"{text}; the evidence, with a penalty for every parameter, is {strength(found.delta_bic)} "
         f"(ΔBIC {evidence(found.delta_bic)}, where above {VERY_STRONG:g} counts as very strong)."
     )
 

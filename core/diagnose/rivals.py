@@ -54,11 +54,11 @@ def _larger(f: Finding) -> str:
         verbs = named(same, ("contains", "contain"))
         texts.append(
             f"{verbs} {title} and {('explains', 'explain')[len(same) > 1]} no more: {them} "
-            f"additional sizes are not needed."
+            f"additional parameters are not needed."
         )
     if more:
         verbs = named(more, ("contains", "contain"))
-        texts.append(f"{verbs} {title}; what is gained is not worth the additional sizes.")
+        texts.append(f"{verbs} {title}; the gain does not justify the additional parameters.")
     return " ".join(texts)
 
 

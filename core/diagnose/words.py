@@ -187,7 +187,7 @@ def _more(told: Told) -> str:
     share = percent(ranking[0].refit_drop_percent)
     return (
         f"More can be explained: {ranking[0].title} would take {share} of what remains above the "
-        f"noise floor. The search ended at its limit of {told.limit}; a higher one lets it go on."
+        f"noise floor. The search ended at its limit of {told.limit}; a higher limit continues it."
     )
 
 
@@ -227,8 +227,8 @@ def _unlisted(told: Told) -> list[str]:
         )
         opening = " ".join(part for part in (opening, closest, _refused(told)) if part)
     rest = (
-        f"{_left(told)} The maps of the error tell when and where it happens; an effect of your "
-        f"own can be written as a formula."
+        f"{_left(told)} The error maps show when and where it happens; you can write an "
+        f"effect of your own as a formula."
     )
     return [opening, vibration(told.left), _not_tried(told), rest, _stuck(told)]
 
@@ -252,8 +252,8 @@ def _unfinished(told: Told) -> list[str]:
             f" So far {title} explains most, {percent(share)} of the error above the noise floor."
         )
     return [
-        f"Something is missing: the error of the model is {times(told.given.rms)} {FLOOR} What "
-        f"it is was not found yet.{best}"
+        f"Something is missing: the error of the model is {times(told.given.rms)} {FLOOR} The "
+        f"cause was not found yet.{best}"
     ]
 
 

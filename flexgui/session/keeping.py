@@ -22,7 +22,7 @@ from flexgui.session.topics import Topic
 DURABLE = frozenset(
     {Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE}
 )
-SAID = "Your work of {} is here again; what was being computed has to be started again."
+SAID = "Your work of {} is restored; start interrupted computations again."
 NOT_KEPT = "Your work cannot be written to the disk, so it ends with this server: export it."
 
 log = logging.getLogger(__name__)

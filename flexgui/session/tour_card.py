@@ -146,8 +146,8 @@ def _added(session: Session, look: Look) -> Card:
     if in_vain(session.looks):
         return Card(
             ADD,
-            f"The error did not fall: it went {words}. {look.title} was not it. Press Undo the "
-            "last step and try another.",
+            f"The error did not fall: it went {words}. {look.title} was not the cause. Press Undo "
+            "the last step and try another.",
         )
     verdict = None if look.diagnosis is None else look.diagnosis.verdict
     if verdict == NOTHING:
@@ -174,7 +174,7 @@ def _elsewhere(session: Session) -> Card | None:
         return None
     stage = due_stage(session)
     title = shown.title if stage == "Diagnose" else COMPARE
-    return Card(title, f"The tour goes on at {stage}, in the row of stages above.")
+    return Card(title, f"The tour continues at {stage}, in the row of stages above.")
 
 
 AT: dict[str, Callable[[Session], Card | None]] = {

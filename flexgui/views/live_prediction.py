@@ -38,7 +38,7 @@ def live_prediction(
         layout[f"yaxis{number}"] = axis(f"Δ{channel_symbol(name)}") | {
             "anchor": "x", "domain": [top - 1.0 / count + 0.03, top],
         }  # fmt: skip
-        data.append(_line(time, residual[:, k], "left over", colours.RESIDUAL, 1.0, number))
+        data.append(_line(time, residual[:, k], "residual", colours.RESIDUAL, 1.0, number))
         if predicted is not None:
             data.append(_line(time, predicted[:, k], effect, colours.ADDED, 1.5, number))
     layout["shapes"] = [_band(k) for k in range(count)]

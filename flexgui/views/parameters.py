@@ -164,7 +164,7 @@ def _caption(fits: Sequence[Fit]) -> str:
 def _caption_of(derived: bool, count: int) -> str:
     text = (
         "The standard deviation (std) allows for coloured residuals. A parameter that is not "
-        "identifiable has no deviation: the data leave it free within its bounds."
+        "identifiable has no standard deviation: the data do not determine it within its bounds."
     )
     if derived:
         text += " (follows): computed from the other estimates."

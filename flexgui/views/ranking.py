@@ -71,9 +71,9 @@ def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -
     shown = worth_listing(ranked)
     rows = tuple(_row(r, titles, accepted, best) for r in shown)
     text = (
-        "Explains: share of the squared error above the floor. ΔBIC: gain in evidence after a "
-        "price for each parameter; above 10 is very strong. Chance of noise: that noise alone "
-        "looks like this, allowing for everything that was tried."
+        "Explains: share of the squared error above the noise floor. ΔBIC: gain in evidence with a "
+        "penalty for each parameter; above 10 is very strong. Chance of noise: the probability "
+        "that noise alone looks like this, corrected for all trials."
     )
     if len(shown) < len(ranked):
         text += f" Not listed: {len(ranked) - len(shown)} that explain nothing."

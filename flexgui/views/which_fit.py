@@ -14,8 +14,8 @@ from core.written import split_name
 from flexgui.views.headline import final_comparisons
 from flexgui.views.names import channel_symbol
 
-HELD = "takes the beginning of each recording from the encoders' first sample"
-FREE = ", and it also fits how each recording begins"
+HELD = "takes the initial state of each recording from the first encoder sample"
+FREE = ", and it also fits the initial state of each recording"
 
 
 def of_diagnosis(comparisons: Sequence[RecordingComparison]) -> bool:

@@ -95,7 +95,7 @@ def test_what_is_compiled_already_is_not_announced() -> None:
     compile_arm(Structure.of(tried[0].effect.changed_arm(PAPER, TWISTED)))
     heard = Heard()
     told = Steps(heard, PAPER, tried)
-    told.begin("Looking on", 1)
+    told.begin("Continuing the search", 1)
     assert heard.texts == []
     told("Elastic joint")
     assert heard.texts == ["Elastic joint"]

@@ -27,7 +27,7 @@ def test_what_contains_the_effect_is_told_as_that_and_not_as_a_rival() -> None:
     said = text(replace(FOUND, rounds=(one,)))
     assert (
         "Presliding friction and Stribeck friction contain Coulomb friction and explain no more: "
-        "their additional sizes are not needed." in said
+        "their additional parameters are not needed." in said
     )
     assert "The next different explanation, Viscous joint friction, reaches 46 %." in said
     assert "next best" not in said
@@ -61,7 +61,7 @@ def test_the_next_best_is_the_one_that_explains_most_of_the_others() -> None:
 
 def test_a_higher_figure_that_was_not_refitted_is_not_passed_over() -> None:
     """RIVALS' payload is expected to explain 70 %, more than viscous friction does."""
-    assert "The list expects more of Tip payload (≈ 70 %), without a refit." in text(FOUND)
+    assert "The estimate before refitting is higher for Tip payload (≈ 70 %)." in text(FOUND)
 
 
 def test_a_close_rival_is_told_with_the_reason_against_it() -> None:

@@ -75,7 +75,7 @@ def test_what_remains_is_told_by_channel() -> None:
     said = text(FOUND)
     assert "What remains: θ₁ 0.97 and z₁ 1.0 times the noise floor" in said
     assert "the tip is missed by 0.043 mm rms" in said
-    assert "That is the floor" in said
+    assert "That is the noise floor" in said
 
 
 def test_something_found_and_something_left_are_both_told() -> None:
@@ -83,7 +83,7 @@ def test_something_found_and_something_left_are_both_told() -> None:
     assert "first missing effect is Coulomb friction" in said
     assert "4.2 times the noise floor remains that no listed effect explains" in said
     assert "z₁ holds a vibration of 12.3 Hz" in said
-    assert "That is the floor" not in said
+    assert "That is the noise floor" not in said
 
 
 def test_a_rest_at_the_limit_of_the_search_is_not_called_unlisted() -> None:
@@ -91,7 +91,7 @@ def test_a_rest_at_the_limit_of_the_search_is_not_called_unlisted() -> None:
     said = text(told)
     assert "Viscous joint friction would take 46 % of what is left" in said
     assert "ended at its limit of 1" in said
-    assert "no effect of the list" not in said
+    assert "no listed effect" not in said
 
 
 def test_two_found_effects_have_a_paragraph_each() -> None:
@@ -122,7 +122,7 @@ def test_nothing_missing_says_so_and_claims_no_more_than_the_recordings_show() -
     said = text(told)
     assert said.startswith("Nothing is missing that these recordings could show.")
     assert "3 effects were tried" in said
-    assert "can still be there" in said
+    assert "may remain undetected" in said
     assert "missing effect" not in said
 
 
@@ -165,7 +165,7 @@ def test_before_anything_was_added_nothing_is_said_to_remain() -> None:
 def test_a_stopped_ranking_names_no_effect_as_missing() -> None:
     said = text(replace(RANKED_ONLY, stopped=True))
     assert "missing effect" not in said and "remains" not in said
-    assert "What it is was not found yet. So far Coulomb friction explains most, 99.4 %" in said
+    assert "The cause was not found yet. So far Coulomb friction explains most, 99.4 %" in said
 
 
 @pytest.mark.parametrize("verdict", [MISSING, NOTHING, UNLISTED])
@@ -190,7 +190,7 @@ def test_a_size_at_its_bound_is_told() -> None:
 
 
 def test_a_stopped_search_says_that_it_was_stopped() -> None:
-    assert "was stopped before it was through" in say(replace(FOUND, stopped=True))[-1]
+    assert "was stopped before it was complete" in say(replace(FOUND, stopped=True))[-1]
 
 
 def test_a_search_stopped_early_does_not_claim_that_nothing_in_the_list_fits() -> None:

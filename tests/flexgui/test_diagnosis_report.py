@@ -195,8 +195,8 @@ def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> N
     told = told_apart(diagnosed)
     assert "The estimates above are of the identification" in told
     assert (
-        ", each in multiples of its noise floor, and it also fits how each recording begins."
-        in told
+        ", each in multiples of its noise floor, and it also fits the initial state of each "
+        "recording." in told
     )
     assert "FIT" not in told, "the comparisons are the identification's here"
     last = replace(FOUND, parameters=(RANKING[0].parameters[0],))
@@ -213,7 +213,7 @@ def test_errors_say_on_the_spot_which_fit_they_are_of(diagnosed: Outcome) -> Non
     assert which_fit(diagnosed.comparisons, diagnosed.fits).startswith("Of the identification's")
     theirs = [replace(c, fit_label=LABEL) for c in diagnosed.comparisons]
     assert which_fit(theirs, diagnosed.fits).startswith("Of the diagnosis' own fit")
-    assert "also fits how each recording begins" in which_fit(theirs, diagnosed.fits)
+    assert "also fits the initial state of each recording" in which_fit(theirs, diagnosed.fits)
 
 
 def test_where_a_servo_follows_the_encoders_no_start_is_said_to_be_fitted() -> None:

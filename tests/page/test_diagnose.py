@@ -212,11 +212,11 @@ def test_guess_and_reveal(page: Any, session: Session) -> None:
     session.show("Diagnose")
     sees(page, "Challenge")
     page.get_by_text("Challenge", exact=True).first.click()
-    sees(page, "before committing gets a * on the board")
+    sees(page, "before you commit puts a * on the board")
     press(page, "Compare")
     sees(page, "Nothing was identified yet.")
     press(page, "Diagnose")
-    sees(page, "before committing gets a * on the board")
+    sees(page, "before you commit puts a * on the board")
     assert "0.1823" not in page.content(), "the truth is not in the browser"
     press(page, "Commit to this guess")
     sees(page, "Your guess: nothing is hidden.")

@@ -86,7 +86,7 @@ def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Pat
     small(session)
     press(page, "Identify")
     press(page, "Start identification")
-    sees(page, "The data do not determine ε and d one by one")
+    sees(page, "The data do not determine ε and d separately")
     sees(page, "EI (follows)")
     sees(page, "The paper's table beside ours")
     assert "population" in plots(page)

@@ -46,7 +46,7 @@ def back(server: Served, storage: dict[str, str]) -> Browser:
     browser.__enter__()
     sees(browser, "Restore your work of", JOB)
     press(browser, "Restore it")
-    sees(browser, "is here again", JOB)
+    sees(browser, "is restored", JOB)
     return browser
 
 
