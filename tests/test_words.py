@@ -58,9 +58,8 @@ def sentences(source: str) -> Iterator[tuple[int, str]]:
     for node in ast.walk(tree):
         if isinstance(node, ast.JoinedStr):
             yield node.lineno, "".join(_piece(part) for part in node.values)
-        elif isinstance(node, ast.Constant) and id(node) not in silent:
-            if " " in str(node.value):
-                yield node.lineno, str(node.value)
+        elif isinstance(node, ast.Constant) and id(node) not in silent and " " in str(node.value):
+            yield node.lineno, str(node.value)
 
 
 def _piece(part: ast.expr) -> str:

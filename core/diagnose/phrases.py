@@ -202,9 +202,9 @@ def vibration(left: Remains) -> str:
         return ""
     channel, hz = left.line
     return (
-        f"The error of {channel_symbol(channel)} holds a vibration of {format_number(hz, 3)} Hz "
-        f"that stands far out of everything beside it: look for a machine that shakes the arm or "
-        f"a part that swings by itself."
+        f"The error of {channel_symbol(channel)} contains a vibration of {format_number(hz, 3)} "
+        f"Hz, far above the neighbouring frequencies: look for a machine that shakes the arm or "
+        f"a part that vibrates by itself."
     )
 
 

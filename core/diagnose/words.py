@@ -217,7 +217,7 @@ def _unlisted(told: Told) -> list[str]:
     opening = (
         f"Something is missing that is not in the list of effects. The error of the model is "
         f"{times(told.given.rms)} {FLOOR} None of the {len(ranking)} effects that were tried "
-        f"brings the error down enough."
+        f"reduces the error enough."
     )
     refitted = _refitted(ranking)
     if refitted:

@@ -45,9 +45,8 @@ AGAINST = (
 FIND, ADD, UNDO, GO_ON = "find", "add", "undo", "go on"
 BARS = 6
 EMPTY = (
-    "Press Find what is missing: the error of the model stands here as a ladder above the noise "
-    "floor, and below it a ranking of what could be missing, which grows while the candidates are "
-    "tried."
+    "Press Find what is missing: the error of the model appears here as a ladder above the "
+    "noise floor, and below it a ranking of the possible effects, which grows while they are tried."
 )
 HEADS = {
     "missing": "Something is missing.",
@@ -244,7 +243,7 @@ def _values(looks: Sequence[Look], first_fit: Sequence[Estimate]) -> Markup:
         return Markup("")
     own = base_model(looks[-1].scenario).effect_parameters
     standing = sorted(told[-1].parameters, key=lambda e: e.name not in own)
-    text = Markup("As it now stands: {}. {}").format(_equations(standing), COMPLETE)
+    text = Markup("Current model: {}. {}").format(_equations(standing), COMPLETE)
     first = [e for e in first_fit if e.name not in own and not e.recording]
     if len(told) == 1 or not first:
         return paragraph(text)

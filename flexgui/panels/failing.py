@@ -41,7 +41,7 @@ class Failing:
         shown = (SIGNALS, *self._views, TORQUE)
         self._choice = widgets.choice(
             desk, "Show", shown, lambda: self._shown, self._picked,
-            "The maps show where the error stands above the noise.",
+            "The maps show where the error exceeds the noise floor.",
         )  # fmt: skip
         self._folder: Any = desk.gui.add_folder("The worst places", visible=False)
         with self._folder:

@@ -58,7 +58,7 @@ class StudyPanel(Panel):
         self._save = widgets.button(
             desk, "Save the results (zip)", self._export,
             hint="A page with all figures, tables as CSV, result.json, and what "
-            "`flexgui study` needs to go on from here.",
+            "`flexgui study` needs to continue from here.",
         )  # fmt: skip
         self._settings()
         self._said = Words(desk.gui)

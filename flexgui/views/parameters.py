@@ -70,7 +70,7 @@ def standing_parameters(outcome: Outcome) -> Table:
     text = " ".join(
         part
         for part in (
-            "Of the model as it now stands, with what was added to it." if added else "",
+            "Of the current model, including the added effects." if added else "",
             COMPLETE,
             SHORT_OF if standing_biased(outcome) else "",
             _caption_of(bool(derived), 1),
