@@ -10,7 +10,7 @@ from tests.diagnose.told import AFTER, FOUND, FRICTION, GIVEN, RIVALS, VISCOUS, 
 
 def test_a_confusable_effect_is_named_with_the_experiment_that_decides() -> None:
     first = ranked(FRICTION, 99.4, 12.0, VISCOUS)
-    sentence = "To tell them apart, record 3 s."
+    sentence = "To distinguish them, record 3 s."
     one = DiagnosisRound((first, *RIVALS[1:]), FRICTION, sentence)
     said = text(replace(FOUND, rounds=(one,)))
     assert "cannot tell Coulomb friction from Viscous joint friction" in said

@@ -53,7 +53,7 @@ RANKING = (
     ranked("viscous_friction", "Viscous joint friction", 95.0),
     ranked("tip_payload", "Tip payload", None),
 )
-PLANNED = PlannedExperiment("3 s at 90°", {"theta2": 1.57}, 123.0, "To tell them apart, record it.")
+PLANNED = PlannedExperiment("3 s at 90°", {"theta2": 1.57}, 123.0, "To distinguish them, record it.")
 
 FOUND = Diagnosis(
     verdict="missing",
@@ -134,7 +134,7 @@ def test_the_report_tells_verdict_ladder_ranking_and_maps(out: Path) -> None:
                    "Error by recording and frequency", "Error by recording and time",
                    "Error over the motion"):  # fmt: skip
         assert f'aria-label="{figure}' in section
-    assert "To tell them apart" in section
+    assert "To distinguish them" in section
     assert "non-linear already" in section
     assert section.index("What remains") < section.index("How the error falls")
 
