@@ -13,7 +13,7 @@ def test_a_confusable_effect_is_named_with_the_experiment_that_decides() -> None
     sentence = "To distinguish them, record 3 s."
     one = DiagnosisRound((first, *RIVALS[1:]), FRICTION, sentence)
     said = text(replace(FOUND, rounds=(one,)))
-    assert "cannot tell Coulomb friction from Viscous joint friction" in said
+    assert "cannot distinguish Coulomb friction from Viscous joint friction" in said
     assert sentence in said
     assert "next best" not in said
 
@@ -36,7 +36,7 @@ def test_what_contains_the_effect_is_told_as_that_and_not_as_a_rival() -> None:
 def test_what_contains_the_effect_and_gains_a_little_is_told_with_its_figure() -> None:
     first, larger = ranked(FRICTION, 80.0, 5000.0), ranked("stribeck_friction", 84.0, 4990.0)
     said = text(replace(FOUND, rounds=(DiagnosisRound((first, larger), FRICTION),)))
-    assert "Stribeck friction (84 %) contains Coulomb friction; what is gained is not" in said
+    assert "Stribeck friction (84 %) contains Coulomb friction; the gain does not" in said
 
 
 def test_a_part_of_the_effect_is_told_as_that_and_not_as_a_rival() -> None:

@@ -53,7 +53,7 @@ RANKING = (
     ranked("viscous_friction", "Viscous joint friction", 95.0),
     ranked("tip_payload", "Tip payload", None),
 )
-PLANNED = PlannedExperiment("3 s at 90°", {"theta2": 1.57}, 123.0, "To distinguish them, record it.")
+PLANNED = PlannedExperiment("3 s at 90°", {"theta2": 1.57}, 123.0, "To distinguish them, do it.")
 
 FOUND = Diagnosis(
     verdict="missing",
