@@ -218,11 +218,11 @@ def test_an_error_that_fell_halfway_leads_on_or_back(session: Session) -> None:
 
 
 def test_elsewhere_the_card_says_where_the_tour_goes_on(session: Session) -> None:
-    assert "goes on at Identify" in at(session, "Export").text
+    assert "continues at Identify" in at(session, "Export").text
     session.outcome, session.outcome_of = outcome(), session.scenario
     assert due_stage(session) == "Compare"
     go(session, LACKING)
-    assert "goes on at Diagnose" in at(session, "Export").text
+    assert "continues at Diagnose" in at(session, "Export").text
 
 
 def test_a_tour_that_is_through_holds_nobody_elsewhere(session: Session) -> None:
