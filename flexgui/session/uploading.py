@@ -25,7 +25,7 @@ from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 from flexgui.session.uploads import keep_upload, unpack, unpacking_room
 
-ASKED = "{} has no column named {}: assign one below under “Which column is which”."
+ASKED = "{} has no column {}: assign one below under “Which column is which”."
 MORE = "{} has columns with other names: assign them below, or read the file as it is."
 
 
