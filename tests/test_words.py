@@ -11,7 +11,8 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted(path for name in ("core", "flexgui") for path in (ROOT / name).rglob("*.py"))
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+TEMPLATES = sorted((ROOT / "flexgui" / "export" / "templates").glob("*.j2"))
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *TEMPLATES]
 
 TERMS = {
     r"\b(the|its|their|a) floors?\b": "noise floor",
@@ -86,7 +87,7 @@ def test_no_sentence_of_the_program_uses_a_retired_word() -> None:
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_no_page_of_the_documentation_uses_a_retired_word(page: Path) -> None:
+def test_no_page_of_documentation_or_report_uses_a_retired_word(page: Path) -> None:
     found = faults(page.read_text(encoding="utf-8"))
     assert not found, "\n".join(found)
 
