@@ -128,7 +128,7 @@ def test_the_report_tells_verdict_ladder_ranking_and_maps(out: Path) -> None:
     text = (out / "report.html").read_text("utf-8")
     section = text.split('<section id="diagnosis">')[1].split("</section>")[0]
     assert "What remains: nothing." in section
-    for heading in ("How the error falls", "What it could be", "Where the model as given fails"):
+    for heading in ("How the error falls", "Candidate effects", "Where the model as given fails"):
         assert f"<h3>{heading}</h3>" in section
     for figure in ("Error after each step", "Candidates and what they explain",
                    "Error by recording and frequency", "Error by recording and time",
