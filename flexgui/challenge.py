@@ -27,7 +27,7 @@ def add_to(app: typer.Typer, plain_words: Callable[[], AbstractContextManager[No
             check_writable(out.parent if out.suffix.lower() == ".zip" else out)
             write_challenge(make_challenge(seed, level), out)
             typer.echo(
-                f"The challenge lies in {out}. Name what is missing, then: flexgui reveal {out}"
+                f"The challenge is in {out}. Name what is missing, then: flexgui reveal {out}"
             )
 
     @app.command()

@@ -40,7 +40,7 @@ def run(arguments: Sequence[str]) -> int:
         return INTERRUPTED
     except typer.TyperException as error:
         text = " ".join(error.format_message().split()).rstrip(".")
-        say_error(f"{text}; flexgui --help says what there is.")
+        say_error(f"{text}; flexgui --help lists the commands.")
         return BAD_INPUT
     return code if isinstance(code, int) else 0
 
@@ -66,9 +66,9 @@ def _common(
 @app.command()
 def export(
     scenario: Annotated[
-        Path, typer.Argument(help="Scenario file (TOML), or the name of one that ships.")
+        Path, typer.Argument(help="Scenario file (TOML), or the name of a supplied scenario.")
     ],
-    out: Annotated[Path, typer.Option(help="Folder for the report; made where it is missing.")],
+    out: Annotated[Path, typer.Option(help="Folder for the report; created if it is missing.")],
     data: Annotated[
         Path | None,
         typer.Option(help="Folder of the recordings, if not the scenario's own folder."),
@@ -88,9 +88,9 @@ def serve(
     host: Annotated[
         str | None, typer.Option(help="Address to listen on; this machine only by default.")
     ] = None,
-    port: Annotated[int, typer.Option(help="Port; the next free one where it is busy.")] = 8080,
+    port: Annotated[int, typer.Option(help="Port; the next free one if it is busy.")] = 8080,
     data: Annotated[Path | None, typer.Option(help="Folder of the recordings.")] = None,
-    scenario: Annotated[Path | None, typer.Option(help="What each session starts with.")] = None,
+    scenario: Annotated[Path | None, typer.Option(help="Scenario of a new session.")] = None,
     demo: Annotated[
         bool, typer.Option("--demo", help="Others follow the teacher's stage.")
     ] = False,
@@ -98,10 +98,11 @@ def serve(
         bool, typer.Option("--lan", help="Open to the local network, with a join code.")
     ] = False,
     join_code: Annotated[
-        str | None, typer.Option(help="The class's code (with --lan); made up where missing.")
+        str | None, typer.Option(help="The class's code (with --lan); generated if not given.")
     ] = None,
     origin: Annotated[
-        list[str] | None, typer.Option(help="Another address of the page, as behind a proxy.")
+        list[str] | None,
+        typer.Option(help="Another address of the page, e.g. behind a proxy."),
     ] = None,
     workers: Annotated[int, typer.Option(help="Identifications at the same time.")] = 2,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,

@@ -46,7 +46,7 @@ def sentence_of(error: Exception) -> str:
         reason = (error.strerror or type(error).__name__).lower()
         return f"{place} cannot be read or written: {reason}; choose another place."
     if isinstance(error, MemoryError):
-        return "There is not enough memory for this; cut the recordings or ask for fewer samples."
+        return "There is not enough memory for this; cut the recordings or simulate fewer samples."
     text = str(error).rstrip(".") or "no number"
     return (
         f"The numbers of this scenario lead outside what can be computed ({text}); look for one "

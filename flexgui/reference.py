@@ -91,8 +91,8 @@ HEAD = f"""\
 # The scenario
 
 A scenario is a TOML file: what the arm is, what was recorded, what is estimated. Page, command
-line and library share it. All values are SI; a table's headings may have other units. Keys that
-are not listed are refused with the nearest that is. **–** means: must be given.
+line and library share it. All values are SI; a table's headings may have other units. Unknown
+keys are refused, and the nearest known key is named. **–** means: must be given.
 """
 
 

@@ -73,7 +73,7 @@ def _go_on(
     told.end()
     _write(settings, out, say)
     if not whole:
-        say("Stopped. The same command goes on from here and repeats nothing that is finished.")
+        say("Stopped. The same command continues from here and repeats nothing that is finished.")
     return whole
 
 
@@ -100,7 +100,7 @@ def _write(settings: StudySettings, out: Path, say: Say) -> None:
     write_study(summary, out)
     for heading, text in summary.findings:
         say(f"\n{heading}\n  {text}")
-    say(f"\nThe report lies in {out / REPORT}")
+    say(f"\nThe report is in {out / REPORT}")
 
 
 class _Told:

@@ -28,7 +28,7 @@ def fit_title(present: Sequence[Effect]) -> str:
 def round_title(present: Sequence[Effect], chosen: bool = False) -> str:
     """While candidates are tried: all that are known, or those that were `chosen`."""
     if present:
-        return f"Looking on with {_named(present)} in the model"
+        return f"Continuing the search with {_named(present)} in the model"
     return "Trying the chosen effects" if chosen else "Trying every known effect"
 
 

@@ -164,7 +164,7 @@ def _compared_after(state: _State, begun: Begun) -> tuple[RecordingComparison, .
     return compared(after)
 
 
-STOPPED = "The search was stopped before it was through."
+STOPPED = "The search was stopped before it was complete."
 
 
 def _verdict(more: bool, of: Remains) -> str:
@@ -341,9 +341,9 @@ def _gate(state: _State) -> Gate:
         if now - was < RELEVANT or now < WORSE**2 * was:
             return ""
         return (
-            f"recordings that no fit has seen become worse with it, from "
-            f"{times(math.sqrt(was))} to {times(math.sqrt(now))} the floor, so it is likely a "
-            f"stand-in for something else."
+            f"recordings that no fit has seen become worse with it, from {times(math.sqrt(was))} "
+            f"to {times(math.sqrt(now))} the noise floor, so it probably imitates another "
+            "effect."
         )
 
     return refuse

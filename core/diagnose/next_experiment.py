@@ -114,9 +114,9 @@ def _solve(A: np.ndarray, b: np.ndarray) -> np.ndarray:
 def _sentence(text: str, score: float, titles: Sequence[str]) -> str:
     names = listed(list(titles))
     if score < TIE:
-        return f"{text} would not tell {names} apart (expected score {_number(score)})."
+        return f"{text} would not distinguish {names} (expected score {_number(score)})."
     return (
-        f"To tell {names} apart, record {text}: the wrong one would then be worse by an expected "
+        f"To distinguish {names}, record {text}: the wrong one would then be worse by an expected "
         f"score of {_number(score)}, where above {TIE:g} decides."
     )
 

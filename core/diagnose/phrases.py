@@ -23,12 +23,11 @@ LABEL = "the diagnosis, starts free"
 """Of its fit; an identification holds the starts on the encoders' first samples."""
 
 LEFT_BY_ALL = (
-    "what a complete model would still leave: the sensors' noise, and the small share of each "
-    "signal that no model is asked to explain"
+    "what even a complete model would not explain: sensor noise and a small modelling tolerance"
 )
 """The floor in plain words."""
 
-FLOOR_IS = f"The floor is {LEFT_BY_ALL}."
+FLOOR_IS = f"The noise floor is {LEFT_BY_ALL}."
 
 
 def times(ratio: float) -> str:
@@ -97,13 +96,13 @@ def chance(p_value: float) -> str:
 def how_sure(found: RankedEffect) -> str:
     """Chance and evidence of one effect."""
     text = (
-        f"The chance that noise alone looks like this is {chance(found.p_value)}, after allowing "
-        f"for everything that was tried"
+        f"The probability that noise alone looks like this is {chance(found.p_value)}, "
+        f"corrected for all trials"
     )
     if found.delta_bic is None:
         return f"{text}."
     return (
-        f"{text}; the evidence, which charges for every parameter, is {strength(found.delta_bic)} "
+        f"{text}; the evidence, with a penalty for every parameter, is {strength(found.delta_bic)} "
         f"(ΔBIC {evidence(found.delta_bic)}, where above {VERY_STRONG:g} counts as very strong)."
     )
 
@@ -112,7 +111,7 @@ def size(estimate: Estimate, titles: dict[str, str]) -> str:
     """'Coulomb friction of joint 1 is 1.201 ± 0.001 N m'."""
     title = titles.get(estimate.name, estimate.name)
     text = f"{title} is {uncertain(estimate.value, estimate.std, estimate.unit)}"
-    return f"{text} (at the bound of what is allowed)" if estimate.at_bound else text
+    return f"{text} (at its bound)" if estimate.at_bound else text
 
 
 def how_big(sizes: Sequence[Estimate], titles: dict[str, str]) -> str:
@@ -145,14 +144,14 @@ def explained(found: RankedEffect, before: LadderStep, after: LadderStep | None)
         return ""
     if after is not None and math.sqrt(before.cost_per_sample) < ABOVE:
         return f"It is a small effect, seen in many samples: {fell(before, after)}."
-    text = f"It explains {percent(found.refit_drop_percent)} of the error above the floor"
+    text = f"It explains {percent(found.refit_drop_percent)} of the error above the noise floor"
     return f"{text}." if after is None else f"{text}: {fell(before, after)}."
 
 
 def fell(before: LadderStep, after: LadderStep) -> str:
     """How the error fell from one step to the next."""
     text = (
-        f"the error falls from {times(math.sqrt(before.cost_per_sample))} its floor to "
+        f"the error falls from {times(math.sqrt(before.cost_per_sample))} the noise floor to "
         f"{times(math.sqrt(after.cost_per_sample))}"
     )
     if before.tip_rms is None or after.tip_rms is None:
@@ -166,13 +165,13 @@ def fell(before: LadderStep, after: LadderStep) -> str:
 def by_channel(left: Remains, step: LadderStep) -> str:
     """'θ₁ 1.0, z₁ 0.98 times the floor, and the tip is missed by 0.043 mm rms'."""
     parts = [f"{name} {ratio}" for name, ratio in _ratios(left)]
-    return _and_tip(f"{listed(parts)} times the floor", "the tip is missed", step)
+    return _and_tip(f"{listed(parts)} times the noise floor", "the tip is missed", step)
 
 
 def misses(left: Remains, step: LadderStep) -> str:
     """'misses θ₁ by 10 and z₁ by 5.4 times the floor, and the tip by 0.20 mm rms'."""
     parts = [f"{name} by {ratio}" for name, ratio in _ratios(left)]
-    return _and_tip(f"misses {listed(parts)} times the floor", "the tip", step)
+    return _and_tip(f"misses {listed(parts)} times the noise floor", "the tip", step)
 
 
 def _and_tip(text: str, missed: str, step: LadderStep) -> str:
@@ -194,7 +193,7 @@ def on_validation(errors: Sequence[ChannelError]) -> str:
     if not known:
         return ""
     rms = math.sqrt(sum(x * x for x in known) / len(known))
-    return f"On recordings that no fit has seen the error is {times(rms)} the floor."
+    return f"On recordings that no fit has seen the error is {times(rms)} the noise floor."
 
 
 def vibration(left: Remains) -> str:
@@ -203,9 +202,9 @@ def vibration(left: Remains) -> str:
         return ""
     channel, hz = left.line
     return (
-        f"The error of {channel_symbol(channel)} holds a vibration of {format_number(hz, 3)} Hz "
-        f"that stands far out of everything beside it: look for a machine that shakes the arm or "
-        f"a part that swings by itself."
+        f"The error of {channel_symbol(channel)} contains a vibration of {format_number(hz, 3)} "
+        f"Hz, far above the neighbouring frequencies: look for a machine that shakes the arm or "
+        f"a part that vibrates by itself."
     )
 
 
@@ -227,7 +226,7 @@ def linear_line(linear: float | None, full: float | None, floor: float) -> str:
         )
     beside = f"the full equations by {least}"
     if full <= ABOVE * floor:
-        beside = f"the full equations do not: their {least} are the floor"
+        beside = f"the full equations do not: their {least} are at the noise floor"
     return (
         f"The linear model misses the tip by {missed} rms here; {beside}. This is a matter of the "
         f"model and no missing effect. {ours}"

@@ -54,11 +54,11 @@ def _larger(f: Finding) -> str:
         verbs = named(same, ("contains", "contain"))
         texts.append(
             f"{verbs} {title} and {('explains', 'explain')[len(same) > 1]} no more: {them} "
-            f"additional sizes are not needed."
+            f"additional parameters are not needed."
         )
     if more:
         verbs = named(more, ("contains", "contain"))
-        texts.append(f"{verbs} {title}; what is gained is not worth the additional sizes.")
+        texts.append(f"{verbs} {title}; the gain does not justify the additional parameters.")
     return " ".join(texts)
 
 
@@ -80,8 +80,8 @@ def _rivals(f: Finding) -> str:
     titles = {r.effect: r.title for r in f.found_in.ranking}
     rivals = listed([titles.get(kind, kind) for kind in f.ranked.confused_with], "or")
     text = (
-        f"These recordings cannot tell {f.ranked.title} from {rivals}: refitted, each explains "
-        f"the same within the noise."
+        f"These recordings cannot distinguish {f.ranked.title} from {rivals}: refitted, each "
+        "explains the same within the noise."
     )
     return f"{text} {f.found_in.sentence}".strip()
 
@@ -119,4 +119,4 @@ def _promised(f: Finding, share: float) -> str:
     ]
     if not higher:
         return ""
-    return f"The list expects more of {listed(higher)}, without a refit."
+    return f"The estimate before refitting is higher for {listed(higher)}."

@@ -27,7 +27,7 @@ from core.effects import catalogue
 from core.results import DiagnosisRound, Estimate, LadderStep, RankedEffect
 from core.sentences import first_sentence, listed
 
-FLOOR = f"the floor. {FLOOR_IS}"
+FLOOR = f"the noise floor. {FLOOR_IS}"
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,8 @@ def say(told: Told) -> tuple[str, ...]:
     paragraphs = [*opening(told)]
     if told.stopped:
         paragraphs.append(
-            "The search was stopped before it was through: other effects may explain more than "
-            "what stands here."
+            "The search was stopped before it was complete: other effects may explain more than "
+            "those listed here."
         )
     return tuple(p for p in paragraphs if p)
 
@@ -162,7 +162,7 @@ def _remains(told: Told) -> str:
     last = told.steps[-1]
     endings = {
         None: "",
-        NOTHING: "That is the floor: these recordings hold nothing more that could be explained.",
+        NOTHING: "That is the noise floor: these recordings hold nothing more to explain.",
         UNLISTED: _unexplained(told),
         MISSING: _more(told),
     }
@@ -186,8 +186,8 @@ def _more(told: Told) -> str:
         return ""
     share = percent(ranking[0].refit_drop_percent)
     return (
-        f"More can be explained: {ranking[0].title} would take {share} of what is left above the "
-        f"floor. The search ended at its limit of {told.limit}; a higher one lets it go on."
+        f"More can be explained: {ranking[0].title} would take {share} of what remains above the "
+        f"noise floor. The search ended at its limit of {told.limit}; a higher limit continues it."
     )
 
 
@@ -195,7 +195,7 @@ def _unexplained(told: Told) -> str:
     """A rest above the floor."""
     rest = times(told.left.rms)
     return (
-        f"An error of {rest} the floor is left that no effect of the list explains: something "
+        f"An error of {rest} the noise floor remains that no listed effect explains: something "
         f"else is missing too. {vibration(told.left)}"
     ).strip()
 
@@ -207,7 +207,7 @@ def _nothing(told: Told) -> list[str]:
         f"{times(told.given.rms)} {FLOOR}"
     )
     tried = f" {count} effects were tried, and none explains enough of the error to count."
-    hidden = "An effect that these motions hardly call for can still be there."
+    hidden = "Effects that these motions barely excite may remain undetected."
     first = f"{text}{tried if count else ''} {hidden}"
     return [first, _not_tried(told), _remains(told), _stuck(told)]
 
@@ -217,16 +217,18 @@ def _unlisted(told: Told) -> list[str]:
     opening = (
         f"Something is missing that is not in the list of effects. The error of the model is "
         f"{times(told.given.rms)} {FLOOR} None of the {len(ranking)} effects that were tried "
-        f"brings the error down enough."
+        f"reduces the error enough."
     )
     refitted = _refitted(ranking)
     if refitted:
         share, title = max(refitted)
-        closest = f"The closest, {title}, explains {percent(share)} of the error above the floor."
+        closest = (
+            f"The closest, {title}, explains {percent(share)} of the error above the noise floor."
+        )
         opening = " ".join(part for part in (opening, closest, _refused(told)) if part)
     rest = (
-        f"{_left(told)} The maps of the error tell when and where it happens; an effect of your "
-        f"own can be written as a formula."
+        f"{_left(told)} The error maps show when and where it happens; you can write an "
+        f"effect of your own as a formula."
     )
     return [opening, vibration(told.left), _not_tried(told), rest, _stuck(told)]
 
@@ -246,10 +248,12 @@ def _unfinished(told: Told) -> list[str]:
     best = ""
     if refitted:
         share, title = max(refitted)
-        best = f" So far {title} explains most, {percent(share)} of the error above the floor."
+        best = (
+            f" So far {title} explains most, {percent(share)} of the error above the noise floor."
+        )
     return [
-        f"Something is missing: the error of the model is {times(told.given.rms)} {FLOOR} What "
-        f"it is was not found yet.{best}"
+        f"Something is missing: the error of the model is {times(told.given.rms)} {FLOOR} The "
+        f"cause was not found yet.{best}"
     ]
 
 

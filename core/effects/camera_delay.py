@@ -28,9 +28,9 @@ class CameraDelay(Effect):
     room = "sensors"
     title = "Camera delay"
     story = (
-        "A picture must be exposed, sent and searched for the target; the number arrives late, "
-        "but is written beside the encoder's newest value. The measured tip then lags behind "
-        "the model by a fixed time: the residual looks like the tip's velocity, turned round."
+        "A picture must be exposed, sent and searched for the target; the number arrives late, but "
+        "is written beside the encoder's newest value. The measured tip then lags behind the model "
+        "by a fixed time: the residual looks like the tip's velocity with the opposite sign."
     )
     formula = r"z_{\mathrm{measured}}(t) = z(t - t_d)"
     linear = True

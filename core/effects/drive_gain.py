@@ -27,8 +27,8 @@ class DriveGain(Effect):
         "is copied from a data sheet; magnets differ, and get weaker when they are warm. With "
         "less gain than stated a joint gives way more when it is pushed, and follows its "
         "reference more loosely; with a wrong torque constant every torque is too large or too "
-        "small by the same share. The missing joint torque, drawn over the torque that was asked "
-        "for, is a straight line through zero."
+        "small by the same share. The missing joint torque, drawn over the commanded "
+        "torque, is a straight line through zero."
     )
     formula = r"u = (1 + \gamma) \, u_{\mathrm{stated}}"
     linear = True

@@ -46,7 +46,7 @@ class DriveLag(Effect):
     title = "Lag of the drive"
     story = (
         "A motor's current cannot jump: its winding holds it back, and the torque follows the "
-        "loop's wish some milliseconds late. Slow motion is untouched; fast motion comes later "
+        "loop's command some milliseconds late. Slow motion is untouched; fast motion comes later "
         "and swings more, because a late loop damps less. The error grows with frequency."
     )
     formula = r"T_l \, \dot u = u^* - u"

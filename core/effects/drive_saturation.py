@@ -29,7 +29,7 @@ class DriveSaturation(Effect):
     title = "Limited torque"
     story = (
         "Every amplifier has a largest current and every motor a largest torque. Where the loop "
-        "asks for more, the joint lags behind for a moment and catches up later. The error comes "
+        "demands more, the joint lags behind for a moment and catches up later. The error comes "
         "in bursts, right after large steps of the reference, and small motions show nothing."
     )
     formula = r"u = \max(-u_l, \min(u_l, u^*))"

@@ -34,7 +34,7 @@ class FrictionAsymmetry(Effect):
         "directions is viscous friction; this is half the difference. The missing joint torque, "
         "drawn over the joint's velocity, is a V: it points the same way in both directions and "
         "grows with speed. A constant difference between the directions looks like a torque "
-        "offset instead; only slow and fast motion together tell the two apart."
+        "offset instead; only slow and fast motion together distinguish the two."
     )
     formula = r"\tau = -f_a \, |\dot\theta|"
     longest_step = 2.5e-4

@@ -31,7 +31,7 @@ class JointElasticity(Effect):
         "swings. The encoder sits on the motor, so it does not see the twist, while camera and "
         "strain gauges do. The tip is off by an angle that is proportional to the torque, and the "
         "arm swings more slowly than its beams alone would. A softer beam looks much alike; "
-        "several postures tell the two apart."
+        "several postures distinguish the two."
     )
     formula = r"\theta_{arm} = \theta + \varphi_j, \qquad \varphi_j = -c \, \tau"
     includes = ("rotor_inertia",)

@@ -40,7 +40,7 @@ class SensorDelay(Effect):
         "axis that are read some milliseconds apart differ while the axis turns, by the speed "
         "times the delay, as if there were a soft spring between them; but the difference does "
         "not ring, and it does not depend on the load. The residual of the late channel looks "
-        "like its own rate of change, turned round."
+        "like its own rate of change with the opposite sign."
     )
     formula = r"y_{k,\mathrm{measured}}(t) = y_k(t - t_k)"
     linear = True

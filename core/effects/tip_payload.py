@@ -26,7 +26,7 @@ class TipPayload(Effect):
     room = "segments"
     title = "Tip payload"
     story = (
-        "The arm carries something that nobody told the model of: a gripper, a cable's plug, the "
+        "The arm carries something that the model does not contain: a gripper, a cable's plug, the "
         "camera's target. It makes the arm slower to start and lowers the frequencies of its "
         "vibrations. The residual looks like the acceleration of the tip, and the missing joint "
         "torque is a line over the joint's acceleration."

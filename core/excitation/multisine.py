@@ -24,7 +24,7 @@ class Multisine(Excitation):
         if period // 2 - 1 < joints:
             raise InputError(
                 f"simulate.options of multisine: periods = {self.periods} leaves {period} samples "
-                f"for each of them; ask for fewer periods or for more seconds."
+                f"for each of them; use fewer periods or more seconds."
             )
         out = np.zeros((period, joints))
         highest = min(int(self.highest_hz * period * dt), period // 2 - 1)

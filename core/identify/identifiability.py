@@ -110,7 +110,7 @@ def sentences(unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray) -> 
         return ("Nothing was estimated.",)
     said = [_about(direction, labels) for direction in null]
     if not said:
-        said = ["The data fix every estimated parameter."]
+        said = ["All estimated parameters are identifiable."]
     return tuple(said + _correlated(correlation, labels, identified(null, len(labels))))
 
 
@@ -121,14 +121,14 @@ def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
         return f"The data say nothing about {names[0]}."
     if len(names) == 2:
         return (
-            f"The data fix {invariant(direction, labels)}, not {names[0]} and {names[1]} apart: "
-            f"fix one of them to get the other."
+            f"The data determine {invariant(direction, labels)}, not {names[0]} and {names[1]} "
+            "separately: fix one of them to get the other."
         )
     largest = np.abs(direction).max()
     changes = ", ".join(f"{labels[int(i)]} {direction[i] / largest:+.2f} %" for i in involved)
     listed = ", ".join(names[:-1]) + f" and {names[-1]}"
     return (
-        f"The data do not tell {listed} apart: changing them together ({changes}) changes nothing "
+        f"The data do not distinguish {listed}: changing them together ({changes}) changes nothing "
         f"that is measured; fix one of them."
     )
 
@@ -139,7 +139,7 @@ def _correlated(correlation: np.ndarray, labels: Sequence[str], seen: np.ndarray
         for j in range(i):
             if seen[i] and seen[j] and abs(correlation[i, j]) > TOGETHER:
                 said.append(
-                    f"{labels[j]} and {labels[i]} are told apart poorly "
+                    f"{labels[j]} and {labels[i]} are poorly distinguishable "
                     f"(correlation {correlation[i, j]:+.3f})."
                 )
     return said

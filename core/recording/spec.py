@@ -173,7 +173,7 @@ class RecordingSpec(Settings):
     camera: CameraSpec = CameraSpec()
     """Its pose and delay in this recording."""
     hidden: dict[str, dict[str, Any]] = Field(default_factory=dict)
-    """Effects of a simulated recording that the model is not told of."""
+    """Effects of a simulated recording that the model does not contain."""
     mask: dict[Channel, tuple[Interval, ...]] = Field(default_factory=dict)
     """s, stretches of a channel that do not count."""
     logger_filter: dict[Channel, LoggerFilterSpec] = Field(default_factory=dict)

@@ -320,7 +320,7 @@ class DiagnoseSpec(Settings):
     candidates: tuple[Words, ...] | None = None
     """Ids of effects; None: all that the rig can show."""
     fidelity: NonNegative = 0.001
-    """Share of a channel's spread that no model is asked to explain."""
+    """Modelling tolerance: the share of a channel's spread that no model has to explain."""
     output: Annotated[tuple[Output, ...] | None, BeforeValidator(_one_as_list)] = None
     """What the diagnosis looks at where that is not what [identify] fits."""
     per_recording: tuple[Words, ...] = ()

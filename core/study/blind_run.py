@@ -38,7 +38,7 @@ def run_all(
             for number, step in enumerate((s for s in steps if not s.before), start=1):
                 told(f"{number}/{left} {step.record['key']}{_time_left(begun, number, left)}")
     except KeyboardInterrupt:
-        told("Stopped; the same command goes on from here.")
+        told("Stopped; the same command continues from here.")
     return finished(cases, path)
 
 

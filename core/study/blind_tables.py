@@ -156,7 +156,7 @@ def _acceptance(parts: dict[str, list[Record]]) -> list[str]:
         *[(f"false alarms, {n}", x, FALSE_ALARMS, -1) for n, x in nulls.items()],
         ("outside: called unlisted", share(parts["outside"], unlisted), UNLISTED_RIGHT, 1),
     ]  # fmt: skip
-    return ["Asked for", *[_line(*row) for row in rows if not np.isnan(row[1])], ""]
+    return ["Required", *[_line(*row) for row in rows if not np.isnan(row[1])], ""]
 
 
 def _line(what: str, found: float, asked: float, sign: int) -> str:

@@ -108,8 +108,8 @@ def _planned(experiments: tuple[PlannedExperiment, ...]) -> Table | None:
     columns = (Column("Experiment"), Column("Expected score", numeric=True))
     rows = tuple(Row((e.title, format_number(e.score, 3))) for e in experiments)
     text = (
-        "Expected score: by how much the squared error, in floors, of the wrong effect would be "
-        "larger after refitting it; above 10 decides."
+        "Expected score: by how much the squared error of the wrong effect, in squared noise "
+        "floors, would be larger after refitting it; above 10 decides."
     )
     return Table(columns, rows, text)
 

@@ -7,11 +7,11 @@ import re
 from pathlib import Path
 
 TOO_LARGE = (
-    "needs more memory than it may have; cut the recordings, keep fewer columns or ask for fewer "
+    "needs more memory than is allowed; cut the recordings, keep fewer columns or simulate fewer "
     "samples."
 )
 TOO_LONG = (
-    "took longer than {:.0f} s; cut the recordings, keep fewer columns or ask for fewer samples."
+    "took longer than {:.0f} s; cut the recordings, keep fewer columns or simulate fewer samples."
 )
 """How a sentence about the work goes on."""
 

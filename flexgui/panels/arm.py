@@ -52,7 +52,7 @@ class ArmPanel(Panel):
         )  # fmt: skip
         widgets.slider(
             desk, "Exaggerate", (1, 50, 1), lambda: session.live.exaggeration,
-            lambda v: session.set_live(exaggeration=v), "The deflection is drawn so much larger.",
+            lambda v: session.set_live(exaggeration=v), "Enlarges the drawn deflection.",
         )  # fmt: skip
         self._next = widgets.button(
             desk, "Next: take measurements", lambda: session.show("Data"), prominent=True

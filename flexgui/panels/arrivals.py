@@ -16,37 +16,35 @@ class Arrivals:
     def __init__(self, desk: Desk) -> None:
         self._desk, gui = desk, desk.gui
         session = desk.session
-        self._folder = gui.add_folder("What you brought", order=TOP, visible=False)
+        self._folder = gui.add_folder("Imported file", order=TOP, visible=False)
         with self._folder:
             self._said = Words(gui)
             self._alone = widgets.button(
                 desk, "Use it alone", lambda: session.use_arrived(alone=True), prominent=True
             )
-            self._beside = widgets.button(desk, "Beside", lambda: session.use_arrived(alone=False))
-            self._leave = widgets.button(desk, "Leave it", lambda: session.leave_arrived())
-            self._back = widgets.button(desk, "Bring back", lambda: session.bring_back())
+            self._beside = widgets.button(desk, "Add", lambda: session.use_arrived(alone=False))
+            self._leave = widgets.button(desk, "Cancel import", lambda: session.leave_arrived())
+            self._back = widgets.button(desk, "Restore", lambda: session.bring_back())
 
     def refresh(self) -> None:
         """Hidden where there is nothing to say."""
         session = self._desk.session
         arrived, count, aside = session.arrived, len(session.scenario.recordings), session.aside
         one = len(arrived) == 1
+        present = f"the {count} present recordings" if count > 1 else "the present recording"
         self._alone.label = "Use it alone" if one else f"Use these {len(arrived)} alone"
-        self._beside.label = f"Beside the {count} that are here"
-        self._leave.label = "Leave it" if one else "Leave them"
-        self._back.label = f"Bring the {len(aside)} back"
+        self._beside.label = f"Add to {present}"
         for each in (self._alone, self._beside, self._leave):
             each.visible = bool(arrived)
         self._back.visible = bool(aside) and not arrived
         if arrived:
             it = "it" if one else "them"
-            are = f"the {count} that are here" if count > 1 else "the one that is here"
-            question = paragraph(f"Use {it} alone, or beside {are}?", "lead")
+            question = paragraph(f"Use {it} alone, or add {it} to {present}?", "lead")
             self._said.show(joined(*(paragraph(each.words) for each in arrived), question))
         else:
-            self._said.show(paragraph(f"{_kept(len(aside))} made room for your own.", "soft"))
+            self._said.show(paragraph(_set_aside(len(aside)), "soft"))
         self._folder.visible = bool(arrived or aside)
 
 
-def _kept(count: int) -> str:
-    return f"{count} recordings" if count != 1 else "One recording"
+def _set_aside(count: int) -> str:
+    return f"{count} recordings were set aside." if count != 1 else "One recording was set aside."

@@ -12,8 +12,8 @@ from flexgui.views.live_missing import missing_cloud
 
 TORQUE = (
     "The joint torque that the model lacks in {}, over the joint's speed, and the law of the "
-    "effect in it, turned round, as what the motor has to spend: where it goes through the middle "
-    "of the dots, it explains them."
+    "effect in it, with the opposite sign, as the torque that the motor has to deliver: where it "
+    "passes through the middle of the dots, it explains them."
 )
 WAITING = "The arm is simulated with and without it …"
 

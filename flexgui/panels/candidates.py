@@ -22,11 +22,12 @@ from flexgui.views.glimpse import glimpse, picture
 from flexgui.views.numbers import format_number
 from flexgui.views.ranking import chance, typeset_sizes
 
-NOTHING_SAID = "Nothing is missing; what stands below explains too little to count."
+NOTHING_SAID = "Nothing is missing; the effects below explain too little to count."
 READ = (
-    "Refitted: the share of the squared error above the floor that is gone once the effect is "
-    "fitted with all else. Expected (≈): what a straight line from no effect promises. Score: "
-    "about 1 per size for pure noise, large where the error has the effect's shape."
+    "Explains: the share of the squared error above the noise floor that disappears when the "
+    "effect and all other parameters are refitted. Estimate (≈): a linear prediction before "
+    "refitting. Score: about 1 per parameter for pure noise, large where the residual has the "
+    "shape of the effect."
 )
 
 SHOW, HIDE = "Show what it does", "Hide what it does"
@@ -146,7 +147,7 @@ def _row(place: int, one: RankedEffect, found: Looked, titles: dict[str, str]) -
         parts.append(paragraph(f"{related[0].upper()}{related[1:]}."))
     if one.confused_with:
         others = ", ".join(titles.get(kind, kind) for kind in one.confused_with)
-        parts.append(paragraph(f"Cannot be told from: {others}.", "bad"))
+        parts.append(paragraph(f"Cannot be distinguished from: {others}.", "bad"))
     if one.predicted:
         seen = glimpse(found.recordings, found.channels, found.dt, found.residual, one.predicted)
         parts.append(picture(seen) if seen is not None else Markup(""))
@@ -156,12 +157,13 @@ def _row(place: int, one: RankedEffect, found: Looked, titles: dict[str, str]) -
 def _figures(one: RankedEffect) -> str:
     refitted = one.refit_drop_percent
     if not math.isfinite(one.score) and refitted is not None:
-        return f"Your formula explains of the error: {percent(refitted)} fitted."
-    expected = f"expected {_about(one.expected_drop_percent)}"
+        return f"Your formula explains {percent(refitted)} of the error after fitting."
+    expected = _about(one.expected_drop_percent)
     score = f"score {format_number(one.score, 3)}, chance of noise {chance(one.p_value)}"
     if refitted is None:
-        return f"Not refitted; {expected} of the error; {score}."
-    return f"Explains of the error: {percent(refitted)} refitted, {expected}; {score}."
+        return f"Not refitted; estimate: {expected} of the error; {score}."
+    share = f"{percent(refitted)} of the error ({expected} predicted before refitting)"
+    return f"Explains {share}; {score}."
 
 
 def _about(share: float) -> str:

@@ -26,17 +26,17 @@ SEED = 30
 
 SAID = (
     "The program hides an effect in an arm and records it; the same seed gives everybody the same "
-    "data. Look, compare, and commit to a guess; then ask the tool, and reveal. Who asks the tool "
-    "before the guess is marked on the board."
+    "data. Look, compare, and commit to a guess; then use the tool, and reveal. Using the tool "
+    "before guessing is marked on the board."
 )
-ABOVE = "Your guess is asked for at the top of this page."
+ABOVE = "Enter your guess at the top of this page."
 FIRST = (
-    "Look at the data and compare first. Who presses “Find what is missing” before committing "
-    "gets a * on the board."
+    "Look at the data and compare first. Pressing “Find what is missing” before you commit "
+    "puts a * on the board."
 )
-TOO_EARLY = "You asked the tool before the guess: your line on the board gets a *."
-STANDS = "It stands. Ask the tool now, or reveal."
-AGAIN = "Another guess than before is noted on the board with a °"
+TOO_EARLY = "You used the tool before guessing: your line on the board gets a *."
+STANDS = "Your guess is recorded. Use the tool now, or reveal."
+AGAIN = "A changed guess is marked on the board with a °"
 NO_SECOND = "no second effect"
 TOP = -1.0
 """Order of what stands above all else in the panel; viser counts from 0."""
@@ -160,7 +160,7 @@ def _state(known: Challenge, asked: bool) -> Markup:
         guess = paragraph(f"Your guess: {_guess_words(known)}.", "good")
         return joined(head, guess, paragraph(STANDS, "soft"))
     if known.changing:
-        said = AGAIN + (", and with a *, for the tool was asked before it." if asked else ".")
+        said = AGAIN + (", and with a * because the tool was used before it." if asked else ".")
     else:
         said = TOO_EARLY if asked else FIRST
     return joined(head, paragraph(said, "soft"))
@@ -198,10 +198,12 @@ def _judged(one: Judged) -> str:
 def _tool(found: Revealed, tool: ToolSaid | None, busy: bool) -> list[Markup]:
     """Its verdict, judged the same way."""
     if tool is None:
-        return [paragraph("It looks at the recordings now." if busy else "It was not asked.")]
-    late = "" if found.asked else " (asked only now)"
+        return [paragraph("It is examining the recordings now." if busy else "It was not used.")]
+    late = "" if found.asked else " (used only now)"
     if not tool.whole:
-        said = "It looks at the recordings now." if busy else f"Stopped early{late}: {tool.words}."
+        said = (
+            "It is examining the recordings now." if busy else f"Stopped early{late}: {tool.words}."
+        )
         return [paragraph(said)]
     hidden = found.judgement.hidden
     right = [kind for kind in tool.effects if kind in hidden]

@@ -66,7 +66,7 @@ class ChosenParameters:
         widgets.number(
             desk, f"± {symbol}, known", lambda: self._prior(name) * unit.factor,
             lambda v: session.change(put(("identify", "prior", name), v / unit.factor or None)),
-            least=0.0, hint="Standard deviation of what is known beforehand; 0: nothing is.",
+            least=0.0, hint="Standard deviation of the prior knowledge; 0: none.",
         )  # fmt: skip
         widgets.button(desk, f"Do not estimate {symbol}", lambda: self._remove(name))
 

@@ -15,9 +15,9 @@ from flexgui.session.columns import POINT, Waiting
 from flexgui.views.html import html_table
 from flexgui.views.table import Column, Row, Table
 
-ROWS = (Column("What"), Column("Column of the file"), Column("Times", numeric=True))
-ALL_KNOWN = "All that is needed is known."
-REST = "Read the file, or name another column if you like."
+ROWS = (Column("What"), Column("Column of the file"), Column("Scale factor", numeric=True))
+ALL_KNOWN = "All required signals are assigned."
+REST = "Read the file, or assign another column."
 
 
 class ColumnChoice:
@@ -30,28 +30,28 @@ class ColumnChoice:
         with self._folder:
             self._said = Words(gui)
             self._question_controls()
-            self._again = widgets.button(desk, "Begin again", lambda: desk.session.ask_again())
+            self._again = widgets.button(desk, "Start over", lambda: desk.session.ask_again())
             self._read = widgets.button(
                 desk, "Read the file", lambda: desk.session.read_waiting(), prominent=True
             )
-            widgets.button(desk, "Leave it", lambda: desk.session.leave_file())
+            widgets.button(desk, "Cancel import", lambda: desk.session.leave_file())
 
     def _question_controls(self) -> None:
         desk, gui, off = self._desk, self._desk.gui, self._desk.read_only
-        self._channel: Any = gui.add_dropdown("Asked for", ("–",), disabled=off)
+        self._channel: Any = gui.add_dropdown("Signal", ("–",), disabled=off)
         if not off:
             self._channel.on_update(lambda _: self._show_question())
         self._question = Words(gui)
         self._column: Any = gui.add_dropdown("Column", ("–",), disabled=off)
         self._unit: Any = gui.add_text(
             "Unit", "", disabled=off,
-            hint="Where the heading has none: deg, mm, 1/s …; SI where empty.",
+            hint="If the heading has no unit: deg, mm, 1/s …; empty means SI.",
         )  # fmt: skip
-        self._gain: Any = gui.add_number("Times", 1.0, step=0.01, disabled=off)
-        self._negative: Any = gui.add_checkbox("Turn its sign", False, disabled=off)
-        self._assign = widgets.button(desk, "That column it is", self._put, prominent=True)
-        self._point: Any = gui.add_number("It stood at [deg]", 90.0, step=0.1, disabled=off)
-        self._stood = widgets.button(desk, "No column: θ₂ stood still there", self._put_point)
+        self._gain: Any = gui.add_number("Scale factor", 1.0, step=0.01, disabled=off)
+        self._negative: Any = gui.add_checkbox("Invert sign", False, disabled=off)
+        self._assign = widgets.button(desk, "Use this column", self._put, prominent=True)
+        self._point: Any = gui.add_number("Fixed at [deg]", 90.0, step=0.1, disabled=off)
+        self._stood = widgets.button(desk, "No column: θ₂ was fixed", self._put_point)
         self._none = widgets.button(
             desk, "The file has none", lambda: desk.session.no_column(self._asked)
         )
@@ -76,7 +76,7 @@ class ColumnChoice:
         self._read.color = "gray" if open_ else "blue"
         self._assign.color = "blue" if open_ else "gray"
         left = len(waiting.missing)
-        state = f"Still needed: {left}." if left else ALL_KNOWN
+        state = f"Signals still missing: {left}." if left else ALL_KNOWN
         self._said.show(joined(paragraph(f"{waiting.file}: {state}"), _known(waiting)))
         self._show_question()
 
@@ -88,7 +88,7 @@ class ColumnChoice:
         question = f"Which column is {waiting.words(asked)}?" if waiting.questions else REST
         self._question.show(paragraph(question, "lead"))
         turns = waiting.units.get(POINT, "rad") == "rad"
-        self._point.label = "It stood at [deg]" if turns else "It stood at [m]"
+        self._point.label = "Fixed at [deg]" if turns else "Fixed at [m]"
         still = asked == POINT and POINT in waiting.missing
         self._point.visible = self._stood.visible = still
         self._none.visible = asked in waiting.questions and asked not in waiting.missing
@@ -105,7 +105,7 @@ class ColumnChoice:
     def _put(self) -> bool:
         gain = float(self._gain.value)
         if not math.isfinite(gain) or gain == 0.0:
-            self._desk.session.say("A column times zero is nothing; give another number.", bad=True)
+            self._desk.session.say("The scale factor must not be zero; change it.", bad=True)
             return False
         return self._desk.session.map_column(
             self._asked, str(self._column.value), gain,
@@ -131,7 +131,7 @@ def _known(waiting: Waiting) -> Markup:
     if waiting.theta2 is not None and POINT not in waiting.known:
         degrees = waiting.units.get(POINT, "rad") == "rad"
         place = f"{math.degrees(waiting.theta2):g}°" if degrees else f"{waiting.theta2:g} m"
-        rows.append(Row((waiting.words(POINT).removeprefix("the "), f"stood at {place}", "")))
+        rows.append(Row((waiting.words(POINT).removeprefix("the "), f"fixed at {place}", "")))
     return html_table(Table(ROWS, tuple(rows))) if rows else Markup("")
 
 

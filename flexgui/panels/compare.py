@@ -29,7 +29,7 @@ HEIGHT, HEIGHT_PER_OUTPUT = 500.0, 200.0
 
 EMPTY = (
     "After an identification this shows, for every recording and output, the measurement, the "
-    "model and what is left between them, and the FIT of each recording as a bar."
+    "model and the residual, and the FIT of each recording as a bar."
 )
 
 

@@ -28,7 +28,7 @@ MEGA = 1e6
 NONE = "no recordings yet"
 EMPTY = (
     "Simulate experiments or upload a recording: its references and measurements appear here, "
-    "with their units and whatever is odd about them."
+    "with their units and anything unusual about them."
 )
 COLUMNS = (Column("Recording"), Column("Role"), Column("From"))
 ROLES = {"estimate": "to fit", "validate": "to validate"}
@@ -55,7 +55,7 @@ class DataPanel(Panel):
         self._columns = ColumnChoice(desk)
         with gui.add_folder("Simulate experiments"):
             self._simulate_controls()
-        with gui.add_folder("Bring your own"):
+        with gui.add_folder("Use your own files"):
             self._own_controls()
         self._list = Words(gui)
 

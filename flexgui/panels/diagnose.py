@@ -45,8 +45,8 @@ AGAINST = (
 FIND, ADD, UNDO, GO_ON = "find", "add", "undo", "go on"
 BARS = 6
 EMPTY = (
-    "Press Find what is missing: the error of the model stands here as a ladder over its floor, "
-    "and below it a ranking of what could be missing, which grows while the candidates are tried."
+    "Press Find what is missing: the error of the model appears here as a ladder above the "
+    "noise floor, and below it a ranking of the possible effects, which grows while they are tried."
 )
 HEADS = {
     "missing": "Something is missing.",
@@ -109,7 +109,7 @@ class DiagnosePanel(Panel):
         self._find.disabled = session.run.busy or self.desk.read_only
         fresh = look is not None and look.diagnosis is not None and not self._old()
         way_on = self._way_on()
-        self._find.label = "Look again" if fresh else "Find what is missing"
+        self._find.label = "Repeat diagnosis" if fresh else "Find what is missing"
         self._find.color = _color(way_on == FIND)
         self._verdict.show(self._said(look))
         self._grown.refresh(not session.run.busy)
@@ -182,11 +182,11 @@ class DiagnosePanel(Panel):
         session = self.desk.session
         if session.look is None:
             count = sum(r.role == "estimate" for r in session.scenario.recordings)
-            return f"{count} recordings to look at. What does the model lack?"
+            return f"{count} recordings to diagnose. What does the model lack?"
         if self._old():
-            return "The settings have changed since; look again."
+            return "The settings have changed since; repeat the diagnosis."
         error = format_number(session.look.error, 2, keep_zeros=True)
-        return f"The model's error is {error} times its floor."
+        return f"The model's error is {error} times the noise floor."
 
     def _old(self) -> bool:
         look = self.desk.session.look
@@ -222,7 +222,7 @@ class DiagnosePanel(Panel):
         figure = live_prediction(
             found.channels[k], found.dt[k], found.residual[k],
             None if one is None else one.predicted[k], "" if one is None else one.title,
-            f"Left over of {found.recordings[k]} [floors]",
+            f"Residual, {found.recordings[k]} [× noise floor]",
         )  # fmt: skip
         self._residual.show(figure, self._cursor(found))
 
@@ -243,7 +243,7 @@ def _values(looks: Sequence[Look], first_fit: Sequence[Estimate]) -> Markup:
         return Markup("")
     own = base_model(looks[-1].scenario).effect_parameters
     standing = sorted(told[-1].parameters, key=lambda e: e.name not in own)
-    text = Markup("As it now stands: {}. {}").format(_equations(standing), COMPLETE)
+    text = Markup("Current model: {}. {}").format(_equations(standing), COMPLETE)
     first = [e for e in first_fit if e.name not in own and not e.recording]
     if len(told) == 1 or not first:
         return paragraph(text)
@@ -271,7 +271,7 @@ def _verdict(look: Look | None) -> Markup:
     body = joined(paragraph(HEADS.get(found.verdict, found.verdict), "lead"), paragraph(first))
     if more:
         rest = joined(*(paragraph(text) for text in more))
-        body += Markup("<details><summary>All that it says</summary>{}</details>").format(rest)
+        body += Markup("<details><summary>Details</summary>{}</details>").format(rest)
     return Markup("<div class='verdict {}'>{}</div>").format(found.verdict, body)
 
 

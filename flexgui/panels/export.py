@@ -20,8 +20,8 @@ from flexgui.stage.playback import playback_html
 from flexgui.views.html import html_equations
 from flexgui.views.summary import summary
 
-ALWAYS = "The scenario can be saved at any time; all else needs a result: identify first."
-READY = "All of these are of the last result, the scenario that led to it included."
+ALWAYS = "The scenario can be saved at any time; everything else needs a result: identify first."
+READY = "All files belong to the last result, including the scenario that led to it."
 EMPTY = "After an identification this shows what the report says, and the equations of its model."
 
 

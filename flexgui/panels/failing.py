@@ -25,7 +25,7 @@ SIGNALS, TORQUE = "signals", "missing joint torque"
 """These two follow the time-line's cursor; all others are found in flexgui/views/of_recording."""
 WORST = 10
 
-FLOOR = f"× means times the floor. {FLOOR_IS}"
+FLOOR = f"× means times the noise floor. {FLOOR_IS}"
 
 
 class Failing:
@@ -41,7 +41,7 @@ class Failing:
         shown = (SIGNALS, *self._views, TORQUE)
         self._choice = widgets.choice(
             desk, "Show", shown, lambda: self._shown, self._picked,
-            "The maps show where the error stands above the noise.",
+            "The maps show where the error exceeds the noise floor.",
         )  # fmt: skip
         self._folder: Any = desk.gui.add_folder("The worst places", visible=False)
         with self._folder:

@@ -20,7 +20,7 @@ class GuessFields:
         self._kinds = {e.title: kind for kind, e in catalogue().items()}
         self._kind: Any = gui.add_dropdown(label, (none, *sorted(self._kinds)), disabled=off)
         self._of: Any = gui.add_dropdown(
-            "Size of", ("–",), disabled=off, hint="One of its parameters; which one is your choice."
+            "Size of", ("–",), disabled=off, hint="Choose one of its parameters."
         )
         self._size: Any = gui.add_text(
             "is", "", disabled=off, hint="A number in this unit; may stay empty."

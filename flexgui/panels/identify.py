@@ -63,7 +63,7 @@ class IdentifyPanel(Panel):
             prominent=True,
         )  # fmt: skip
         self._summary = Words(gui)
-        with gui.add_folder("What is fitted"):
+        with gui.add_folder("Fit settings"):
             widgets.choice(
                 desk, "Method", METHODS, lambda: session.scenario.identify.method,
                 lambda v: session.change(put(("identify", "method"), v)),
@@ -71,10 +71,10 @@ class IdentifyPanel(Panel):
             )  # fmt: skip
             widgets.choice(
                 desk, "Output", (AUTOMATIC, *sensors()), self._output, self._put_output,
-                "What of the recordings is compared with the model.",
+                "Which output is compared with the model.",
             )  # fmt: skip
             self._chosen = ChosenParameters(desk)
-        with gui.add_folder("How it is searched", expand_by_default=False):
+        with gui.add_folder("Search settings", expand_by_default=False):
             self._whole("Population", "population", 4, 300)
             self._whole("Generations", "generations", 0, 10_000)
             self._whole("Seed", "seed", 0, 2**31)
@@ -222,5 +222,5 @@ def _short(fits: Sequence[Fit]) -> Table:
     table = parameters(fits)
     means = tuple(row for row in table.rows if row.strong)
     free = any(not np.isfinite(e.std) for fit in fits for e in fit.estimates)
-    text = "Without a deviation: the data leave the parameter free." if free else ""
+    text = "No standard deviation: the data do not determine the parameter." if free else ""
     return replace(table, rows=means or table.rows, caption=text)

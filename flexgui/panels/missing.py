@@ -9,12 +9,13 @@ from flexgui.panels.words import Words, paragraph
 from flexgui.views.live_missing import missing_cloud, missing_curve
 
 SAID = (
-    "What the drive spends beyond what the model needs for the measured motion. Over the speed: a "
-    "step at zero is dry friction, a slope viscous friction, a cloud without shape is noise."
+    "The torque that the drive delivers beyond what the model needs for the measured motion. Over "
+    "the speed: a step at zero is dry friction, a slope viscous friction, a cloud without shape is "
+    "noise."
 )
 NONE = (
-    "There is none for this recording: press Find what is missing first. It needs a working point "
-    "(or a torque rig), since it is read off the model made linear there."
+    "No missing torque is known for this recording: press Find what is missing first. It needs a "
+    "working point (or a torque rig), since it is computed with the model linearised there."
 )
 
 

@@ -24,10 +24,10 @@ class OneRecording:
             desk, "Role", ROLES, lambda: self._spec.role, lambda v: self._put(v, "role"),
             "estimate: fitted; validate: only compared.",
         )  # fmt: skip
-        with gui.add_folder("Leave a stretch out", expand_by_default=False):
+        with gui.add_folder("Exclude a time range", expand_by_default=False):
             self._channel = gui.add_dropdown("Column", ("z1",))
             self._stretch = gui.add_vector2("From, to [s]", (0.0, 0.5), step=0.01)
-            widgets.button(desk, "Mask this stretch", self._mask)
+            widgets.button(desk, "Mask this time range", self._mask)
             widgets.button(desk, "Remove all masks", lambda: self._put(None, "mask"))
         self._file = gui.add_folder("Correct the file", expand_by_default=False)
         with self._file:
@@ -40,9 +40,9 @@ class OneRecording:
         widgets.button(desk, "Keep only this window", self._trim)
         widgets.button(desk, "Keep everything", lambda: self._put(None, "window"))
         widgets.number(
-            desk, "Camera late [ms]", lambda: 1e3 * self._spec.time_shift,
+            desk, "Camera delay [ms]", lambda: 1e3 * self._spec.time_shift,
             lambda v: self._put(1e-3 * v, "time_shift"), -1000.0, 1000.0, 0.1,
-            "By so much the camera's samples are written too late.",
+            "How much too late the camera's samples are recorded.",
         )  # fmt: skip
         origin = gui.add_vector2(
             "Camera at [m]", self._spec.camera.origin, step=0.001, hint="Origin of its frame."
@@ -52,7 +52,7 @@ class OneRecording:
             lambda v: self._put([float(x) for x in v], "camera", "origin"),
         )  # fmt: skip
         widgets.number(
-            desk, "Camera turned [deg]", lambda: math.degrees(self._spec.camera.angle),
+            desk, "Camera rotation [deg]", lambda: math.degrees(self._spec.camera.angle),
             lambda v: self._put(math.radians(v), "camera", "angle"), -360.0, 360.0, 0.1,
         )  # fmt: skip
         widgets.number(
@@ -64,7 +64,7 @@ class OneRecording:
         )
         self._gained = gui.add_dropdown("Column", ("z1",))
         self._gain = gui.add_number("Gain", 1.0, step=0.01)
-        self._negative = gui.add_checkbox("Turn its sign", False)
+        self._negative = gui.add_checkbox("Invert sign", False)
         widgets.button(desk, "Apply gain and sign", self._scale)
 
     @property

@@ -154,7 +154,7 @@ class Room:
         try:
             told = window_of(self._client.local_storage.get_item(STORED_AS, PATIENCE))
         except (RuntimeError, TimeoutError) as error:
-            log.debug("Client %d does not tell its size: %s", self._client.client_id, error)
+            log.debug("Client %d does not report its size: %s", self._client.client_id, error)
             return
         self.window = told or self.window
 

@@ -32,7 +32,7 @@ LONG = 90.0
 
 START, GO_ON = "Start the study", "Go on with the study"
 
-MORE = "More runs or other parts go on from what is there; nothing is computed twice."
+MORE = "More runs or other parts continue from the present results; nothing is computed twice."
 OPEN = "Open the paper's arm and experiments"
 
 
@@ -58,14 +58,14 @@ class StudyPanel(Panel):
         self._save = widgets.button(
             desk, "Save the results (zip)", self._export,
             hint="A page with all figures, tables as CSV, result.json, and what "
-            "`flexgui study` needs to go on from here.",
+            "`flexgui study` needs to continue from here.",
         )  # fmt: skip
         self._settings()
         self._said = Words(desk.gui)
 
     def _settings(self) -> None:
         desk, session = self.desk, self.desk.session
-        self._choices = desk.gui.add_folder("How much of it")
+        self._choices = desk.gui.add_folder("Extent")
         with self._choices:
             widgets.number(
                 desk, "Runs", lambda: session.study_choice.runs,
@@ -75,9 +75,9 @@ class StudyPanel(Panel):
             for part in parts().values():
                 self._switch(part)
             widgets.number(
-                desk, "At a time", lambda: session.study_choice.at_once,
+                desk, "Parallel cases", lambda: session.study_choice.at_once,
                 lambda v: session.choose_study(at_once=int(v)), 1, MOST_AT_ONCE, 1,
-                "Cases under way at once; others on this server have their turn between two.",
+                "Cases that run at the same time; other users of this server run in between.",
             )  # fmt: skip
             self._whole = widgets.button(desk, "All of it, as in the paper", self._choose_whole)
 
@@ -126,7 +126,7 @@ class StudyPanel(Panel):
 
     def _sentence(self, state: StudyState) -> str:
         if state.phase == STOPPING:
-            return "Stopping: what is under way has some seconds to end …"
+            return "Stopping: running cases have a few seconds to finish …"
         if state.busy:
             left = state.remaining_seconds
             time = "" if left is None else f", about {_duration(left)} left"
@@ -142,7 +142,7 @@ class StudyPanel(Panel):
         session = self.desk.session
         texts = []
         if state.settings is not None and state.settings.scenario != session.scenario:
-            texts.append("The scenario has changed since; these results are of the former one.")
+            texts.append("The scenario has changed since; these results belong to the earlier one.")
         if self._finished(state):
             texts.append(MORE)
         elif open_to_choose:

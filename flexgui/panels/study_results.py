@@ -16,7 +16,7 @@ EMPTY = (
     "The study repeats the identification with fresh noise, as the paper does for its Tables I and "
     "II, and shows how far the estimates scatter, beside the printed figures. Further parts "
     "validate on sweeps, compare with other methods on the same data, and say which experiments "
-    "would tell more. Tables and figures stand here as soon as the first results come."
+    "would give more information. Tables and figures stand here as soon as the first results come."
 )
 
 

@@ -32,7 +32,7 @@ div:has(> .fx > .fx-tour) + div button { width: auto; height: 1.5em; padding: 0 
 </style><span class='fx-tour'></span>""")
 """A small word on the right: it is always there, and invites nobody."""
 
-AGAIN, LEAVE, REFUSE = "Tour", "Leave the tour", "No tour, thank you"
+AGAIN, LEAVE, REFUSE = "Tour", "Leave the tour", "Skip tour"
 
 
 class Tour:

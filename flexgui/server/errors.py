@@ -52,7 +52,7 @@ class Reports:
             return
         if len(self._seen) < REMEMBERED:
             self._seen.add(key)
-        self._log.error("A callback failed (told once): %r", error, exc_info=error)
+        self._log.error("A callback failed (logged once): %r", error, exc_info=error)
 
     def of_loop(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         """The event loop's handler of errors."""

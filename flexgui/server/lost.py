@@ -9,7 +9,7 @@ ALIVE = "/alive"
 """What the page asks for; answered without a word."""
 
 LOST = "The connection is lost. Your work is kept; this page comes back by itself."
-JOIN = "The server was started anew and asks for its join code: reload this page."
+JOIN = "The server was restarted and needs its join code: reload this page."
 
 SCRIPT = f"""(() => {{
   if (window.flexguiWatch) return;

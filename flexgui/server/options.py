@@ -36,7 +36,7 @@ class ServeOptions:
         if not self.lan and not is_loopback(self.address):
             raise InputError(
                 f"--host {self.host} would open the page to the network; add --lan if you want "
-                "that (it asks everybody for a join code)."
+                "that (everybody then needs a join code)."
             )
         if not 0 <= self.port <= 65535:
             raise InputError(f"--port {self.port} is no port; choose one from 1024 to 65535.")

@@ -169,7 +169,9 @@ class Challenging(Uploading, ABC):
             self.say("There is no challenge to guess at; hide an effect first.", bad=True)
             return False
         if known.guesses and not known.changing:
-            self.say("Your guess stands; ask to change it first, which is noted.", bad=True)
+            self.say(
+                "Your guess is recorded; press Change my guess first, which is marked.", bad=True
+            )
             return False
         short = tuple(replace(one, size=one.size.strip()[:LONGEST_SIZE]) for one in guesses)
         unique = tuple({one.kind: one for one in short}.values())

@@ -79,8 +79,8 @@ class Waiting:
         other = next((c for c, h in self.headers_of.items() if h == header and c != channel), None)
         if other is not None:
             raise InputError(
-                f"Column {header} is {self.words(other)} already; choose another one, or begin "
-                f"again."
+                f"Column {header} is {self.words(other)} already; choose another one, or start "
+                f"over."
             )
         name, stated = parse_header(header)
         wanted = f"{name} [{unit.strip()}]" if unit.strip() and not stated else header

@@ -15,8 +15,8 @@ from flexgui.session.running import Running
 from flexgui.views.pooled import overall_estimates
 
 COMPARED_BY = (
-    "Measured and modelled are compared as the diagnosis does it: the starts of each recording are "
-    "fitted too, so that all figures agree with the error ladder."
+    "Measurement and model are compared as in the diagnosis: the initial state of each recording "
+    "is fitted too, so that all figures agree with the error ladder."
 )
 
 

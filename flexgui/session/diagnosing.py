@@ -220,7 +220,7 @@ class Diagnosing(Comparing, ABC):
         last, change = self.looks[-1], last_change(self.looks)
         if change is None:
             error = format_number(last.error, 2, keep_zeros=True)
-            return f"{last.title}: the error is {error} times its floor."
+            return f"{last.title}: the error is {error} times the noise floor."
         return f"{last.title}: the error went {change.words}."
 
 

@@ -22,7 +22,7 @@ from flexgui.session.topics import Topic
 DURABLE = frozenset(
     {Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE}
 )
-SAID = "Your work of {} is here again; what was being computed has to be started again."
+SAID = "Your work of {} is restored; start interrupted computations again."
 NOT_KEPT = "Your work cannot be written to the disk, so it ends with this server: export it."
 
 log = logging.getLogger(__name__)
@@ -91,10 +91,10 @@ class Keeping(Studying, ABC):
                 finally:
                     self._written, self._keeps = (self._stated(), self._found()), True
         except (InputError, OSError, KeyError, TypeError, AttributeError) as error:
-            log.warning("Earlier work could not be taken up: %r", error)
+            log.warning("Earlier work could not be restored: %r", error)
             self.earlier = None
             self.tell(Topic.KEPT)
-            self.say("The earlier work is damaged and cannot be taken up again.", bad=True)
+            self.say("The earlier work is damaged and cannot be restored.", bad=True)
             return False
         self.earlier = None
         self.tell(*Topic)

@@ -28,8 +28,8 @@ class Change(NamedTuple):
 
     @property
     def words(self) -> str:
-        """`from 9.7 to 0.99 times its floor`"""
-        return f"from {_figure(self.before)} to {_figure(self.after)} times its floor"
+        """`from 9.7 to 0.99 times the noise floor`"""
+        return f"from {_figure(self.before)} to {_figure(self.after)} times the noise floor"
 
 
 def last_change(looks: Sequence[Look]) -> Change | None:

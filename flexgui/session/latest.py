@@ -47,7 +47,7 @@ class LatestWins:
             try:
                 wish()
             except Exception:
-                log.exception("A wish of %s failed", self._name)
+                log.exception("A request of %s failed", self._name)
 
     def _next(self) -> Callable[[], None] | None:
         with self._news:

@@ -77,7 +77,7 @@ def own_place(before: Look, after: Look) -> str:
     place = next(k for k, r in enumerate(ranking, start=1) if r.effect == own.effect)
     text = (
         f"Your formula is number {place} of {len(ranking)}: it explains "
-        f"{own.refit_drop_percent:.1f} % of the error above the floor"
+        f"{own.refit_drop_percent:.1f} % of the error above the noise floor"
     )
     rival = next((r for r in ranking if r.effect != own.effect), None)
     if rival is None or rival.refit_drop_percent is None:

@@ -46,7 +46,7 @@ def unpacked(content: bytes) -> Any:
         tree = json.loads(found.pop(TREE).tobytes())
         return _Unpacking(found).value(tree)
     except Exception as error:  # zipfile and zlib have errors of their own
-        raise InputError("What was kept of an earlier session is damaged.") from error
+        raise InputError("The stored work of an earlier session is damaged.") from error
 
 
 class _Packing:

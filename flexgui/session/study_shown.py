@@ -17,7 +17,7 @@ from flexgui.views.study.estimates import parameter_table, stiffness_table
 from flexgui.views.study.words import snr
 from flexgui.views.table import Table
 
-FINDINGS = "What follows"
+FINDINGS = "Conclusions"
 
 FONT_SIZE = 11
 """Of a figure on the page; a report has more room."""

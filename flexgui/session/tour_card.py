@@ -34,7 +34,7 @@ DONE = "Done"
 BEGIN, END = "Begin the tour", "End the tour"
 
 TRIED = (
-    "Every known effect is tried on what the model leaves over; the list says how much of the "
+    "Every known effect is tried on the residual; the list shows how much of the "
     "error each would explain. Open What is it? to read about one."
 )
 OFFER = Card(
@@ -47,7 +47,7 @@ AT_ARM = Card(LOOK, "This is the arm. Press Next: take measurements to see what 
 AT_DATA = Card(
     LOOK,
     "An effect is in these recordings that the model does not know. Press Play in the time-line "
-    "and watch the arm bend; the plots show what was asked of it and what the sensors saw. Then "
+    "and watch the arm bend; the plots show its references and what the sensors measured. Then "
     "press Next: identify.",
 )
 TO_FIT = Card(
@@ -102,7 +102,7 @@ def _identify(session: Session) -> Card:
 def _compare(session: Session) -> Card:
     look = session.look
     if look is not None and look.diagnosis is not None and look.diagnosis.verdict == NOTHING:
-        return Card(COMPARE, "What is left between model and measurements is noise now.")
+        return Card(COMPARE, "The residual is only noise now.")
     return AT_COMPARE if session.comparisons else UNFITTED
 
 
@@ -118,9 +118,9 @@ def _diagnose(session: Session) -> Card:
         return Card(DONE, "Nothing is missing that these recordings could show.", END)
     return Card(
         ADD,
-        f"What is it? and Show what it does tell more of an effect. Press Add "
+        f"What is it? and Show what it does explain an effect. Press Add "
         f"{look.ranking[0].title}: the model is fitted again with it, and the error falls on the "
-        "ladder if that is what was missing. Undo the last step brings it back.",
+        "ladder if that is what was missing. Undo the last step restores the previous model.",
     )
 
 
@@ -136,7 +136,7 @@ def _adding(session: Session, pending: Look) -> Card:
     return Card(
         ADD,
         f"With {pending.title} the error {went} {change.words}. Now the known effects are tried on "
-        "what is left.",
+        "the residual.",
     )
 
 
@@ -146,8 +146,8 @@ def _added(session: Session, look: Look) -> Card:
     if in_vain(session.looks):
         return Card(
             ADD,
-            f"The error did not fall: it went {words}. {look.title} was not it. Press Undo the "
-            "last step and try another.",
+            f"The error did not fall: it went {words}. {look.title} was not the cause. Press Undo "
+            "the last step and try another.",
         )
     verdict = None if look.diagnosis is None else look.diagnosis.verdict
     if verdict == NOTHING:
@@ -158,7 +158,7 @@ def _added(session: Session, look: Look) -> Card:
             END,
         )
     if verdict is None:
-        on = "Press Find what is missing to look at the rest"
+        on = "Press Find what is missing to examine the residual"
     else:
         on = f"Something is still missing: press Add {look.ranking[0].title}"
     return Card(
@@ -174,7 +174,7 @@ def _elsewhere(session: Session) -> Card | None:
         return None
     stage = due_stage(session)
     title = shown.title if stage == "Diagnose" else COMPARE
-    return Card(title, f"The tour goes on at {stage}, in the row of stages above.")
+    return Card(title, f"The tour continues at {stage}, in the row of stages above.")
 
 
 AT: dict[str, Callable[[Session], Card | None]] = {

@@ -25,8 +25,8 @@ from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 from flexgui.session.uploads import keep_upload, unpack, unpacking_room
 
-ASKED = "{} has no column {} by name: say below, under “Which column is which”, what it holds."
-MORE = "{} has columns with names of their own: say below what they hold, or read it as it is."
+ASKED = "{} has no column {}: assign one below under “Which column is which”."
+MORE = "{} has columns with other names: assign them below, or read the file as it is."
 
 
 @dataclass(frozen=True)
@@ -291,4 +291,4 @@ def _named(channel: str) -> str:
 
 def _still(waiting: Waiting) -> str:
     channel = waiting.missing[0]
-    return f"{waiting.file}: say first which column is {waiting.words(channel)}, {channel}."
+    return f"{waiting.file}: first assign a column to {waiting.words(channel)}, {channel}."

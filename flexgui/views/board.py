@@ -9,7 +9,7 @@ from flexgui.views.table import Column, Row, Table
 
 SOMEBODY = "somebody"
 
-MARKS = {"*": "asked the tool before the guess", "°": "changed the guess"}
+MARKS = {"*": "used the tool before guessing", "°": "changed the guess"}
 """Behind a name."""
 
 
@@ -55,7 +55,7 @@ def board_table(entries: Sequence[Found], waiting: int) -> Table:
     used = {mark for e in entries for mark in _marks(e)}
     notes = [f"{mark} {meaning}." for mark, meaning in MARKS.items() if mark in used]
     if waiting:
-        notes.append(f"{waiting} more committed to a guess and did not look yet.")
+        notes.append(f"{waiting} more committed to a guess and have not revealed it yet.")
     return Table(columns, rows, " ".join(notes))
 
 

@@ -41,7 +41,7 @@ def correlation(fit: Fit) -> go.Figure | None:
     figure.update_xaxes(title_text="parameter", **ticks)
     figure.update_yaxes(title_text="parameter", autorange="reversed", **ticks)
     text = (
-        f"Correlations of {fit.label}. Near ±1 the data tell two parameters apart badly: "
-        "a change of one is nearly made good by the other."
+        f"Correlations of {fit.label}. Near ±1 the data hardly distinguish the two: "
+        "a change of one nearly compensates the other."
     )
     return styled(figure, 200 + 44 * min(max(len(names), 3), 12), text)

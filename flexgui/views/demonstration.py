@@ -61,7 +61,7 @@ def demonstration(shown: Shown) -> Figure:
         _line(shown.time, shown.measured, "measured", PALE, 4.0, signal, ""),
         _line(shown.time, shown.without, "without it", colours.START, 1.4, signal, ""),
         _line(shown.time, shown.with_it, "with it", colours.ADDED, 1.6, signal, ""),
-        _line(shown.time, left, "left over", colours.RESIDUAL, 1.0, small, "2"),
+        _line(shown.time, left, "residual", colours.RESIDUAL, 1.0, small, "2"),
         _line(shown.time, change, "what it changes", colours.ADDED, 1.8, small, "2"),
     ]
     return {"data": data, "layout": layout}

@@ -61,8 +61,8 @@ def error_map(maps: Sequence[ErrorMap], narrow: bool = False) -> go.Figure | Non
     )
     figure.update_annotations(x=0.0, xanchor="left", font={"size": 13, "color": colours.TEXT})
     text = (
-        "Root mean square error in times the floor: pale cells are at the floor, dark ones are "
-        "where the model fails. Empty cells hold no samples."
+        "Root mean square error in multiples of the noise floor: pale cells are at the noise "
+        "floor, dark ones are where the model fails. Empty cells hold no samples."
     )
     return styled(figure, _height(shown), text)
 
@@ -70,7 +70,7 @@ def error_map(maps: Sequence[ErrorMap], narrow: bool = False) -> go.Figure | Non
 def _heat(m: ErrorMap, top: float, legend: bool) -> go.Heatmap:
     ticks = [t for t in TICKS if t <= top * 1.01]
     bar: dict[str, Any] = {
-        "title": {"text": "times the floor", "side": "right"}, "thickness": 12,
+        "title": {"text": "× noise floor", "side": "right"}, "thickness": 12,
         "tickvals": [float(np.log10(t)) for t in ticks], "ticktext": [str(t) for t in ticks],
         "len": 1.0,
     }  # fmt: skip
@@ -87,7 +87,7 @@ def _heat(m: ErrorMap, top: float, legend: bool) -> go.Heatmap:
         xgap=1,
         ygap=1,
         customdata=np.stack([ratio, m.rms], axis=-1),
-        hovertemplate="%{customdata[0]:.3g} times the floor, rms %{customdata[1]:.3g} "
+        hovertemplate="%{customdata[0]:.3g} times the noise floor, rms %{customdata[1]:.3g} "
         + (m.unit or "–")
         + "<extra></extra>",
     )
@@ -125,7 +125,7 @@ def worst_table(cells: Sequence[WorstCell]) -> Table:
         Column("Output"),
         Column("Where"),
         Column("Rms error", numeric=True),
-        Column("Times the floor", numeric=True),
+        Column("× noise floor", numeric=True),
     )
     rows = tuple(
         Row(

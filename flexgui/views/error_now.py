@@ -77,4 +77,4 @@ def words(now: Mapping[str, float]) -> str:
         f"{format_number(value, 2, keep_zeros=True)}"
         for name, value in now.items()
     ]
-    return f"error now: {', '.join(texts)} × floor" if texts else ""
+    return f"error now: {', '.join(texts)} × noise floor" if texts else ""

@@ -80,9 +80,9 @@ def picture(seen: Glimpse) -> Markup:
         "<line x1='0' x2='{0}' y1='{2}' y2='{2}' stroke='{3}'/>{4}</svg>"
     )
     told = Markup(
-        "<p class='soft'><span class='key' style='background:{}'></span>left over"
+        "<p class='soft'><span class='key' style='background:{}'></span>residual"
         "<span class='key' style='background:{}'></span>"
-        "it predicts: {} in recording {}, {:.2g} s</p>"
+        "prediction of the effect: {} in recording {}, {:.2g} s</p>"
     )
     return frame.format(WIDTH, HEIGHT, middle, colours.GRID, lines) + told.format(
         colours.RESIDUAL, colours.ADDED, channel_symbol(seen.channel), seen.recording, seen.seconds

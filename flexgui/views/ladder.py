@@ -48,13 +48,13 @@ def ladder(steps: Sequence[LadderStep]) -> go.Figure | None:
     figure.add_hline(y=1.0, line={"color": colours.AXIS, "width": 2})
     highest = max([v for v in (*estimation, *validation) if np.isfinite(v)], default=1.0)
     figure.update_yaxes(
-        type="log", title_text="error [times its floor]", **_ticks(ROOM * highest),
+        type="log", title_text="error [× noise floor]", **_ticks(ROOM * highest),
         range=[np.log10(0.8), np.log10(ROOM * max(highest, 1.5))],
     )  # fmt: skip
     figure.update_xaxes(type="category", automargin=True)
     text = (
-        f"Root mean square error over all outputs, each in times its floor ({LEFT_BY_ALL}). At 1, "
-        f"the line, nothing is left to explain."
+        "Root mean square error over all outputs, each in multiples of its noise floor "
+        f"({LEFT_BY_ALL}). At 1, the line, nothing remains to be explained."
     )
     return styled(figure, 340, text, barmode="group", bargap=0.45, bargroupgap=0.08)
 
@@ -82,7 +82,7 @@ def _bars(
         textposition="outside",
         cliponaxis=False,
         customdata=[step.title for step in steps],
-        hovertemplate=f"%{{customdata}}<br>{name}: %{{text}} the floor<extra></extra>",
+        hovertemplate=f"%{{customdata}}<br>{name}: %{{text}} the noise floor<extra></extra>",
     )
 
 
@@ -109,9 +109,9 @@ def ladder_table(diagnosis: Diagnosis) -> Table:
         Column("Output"),
         Column("Rms error", numeric=True),
         Column("On validation", numeric=True),
-        Column("Floor", numeric=True),
-        Column("Floor from"),
-        Column("Error / floor", numeric=True),
+        Column("Noise floor", numeric=True),
+        Column("Noise floor from"),
+        Column("Error / noise floor", numeric=True),
     )
     rows = []
     for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):

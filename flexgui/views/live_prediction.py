@@ -38,7 +38,7 @@ def live_prediction(
         layout[f"yaxis{number}"] = axis(f"Δ{channel_symbol(name)}") | {
             "anchor": "x", "domain": [top - 1.0 / count + 0.03, top],
         }  # fmt: skip
-        data.append(_line(time, residual[:, k], "left over", colours.RESIDUAL, 1.0, number))
+        data.append(_line(time, residual[:, k], "residual", colours.RESIDUAL, 1.0, number))
         if predicted is not None:
             data.append(_line(time, predicted[:, k], effect, colours.ADDED, 1.5, number))
     layout["shapes"] = [_band(k) for k in range(count)]
@@ -52,7 +52,7 @@ def _line(
         "type": "scatter", "mode": "lines", "x": short(x), "y": short(y), "name": name,
         "xaxis": "x", "yaxis": f"y{number}", "legendgroup": name, "showlegend": number == "",
         "line": {"color": colour, "width": width},
-        "hovertemplate": f"{name} %{{y:.3g}} floors<extra></extra>",
+        "hovertemplate": f"{name} %{{y:.3g}} × noise floor<extra></extra>",
     }  # fmt: skip
 
 

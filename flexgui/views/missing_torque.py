@@ -66,7 +66,7 @@ def missing_over_velocity(torques: Sequence[MissingTorque]) -> go.Figure:
         title(figure, row, unit.label(_what(torque)))
         title(figure, row, speed.label(f"velocity of joint {torque.joint}"), axis="x")
     text = (
-        "The shape tells what is missing: a step at zero velocity is Coulomb friction, a slope "
+        "The shape shows what is missing: a step at zero velocity is Coulomb friction, a slope "
         "is viscous friction, a cloud without shape is noise."
     )
     return styled(figure, _height(torques), text, hovermode="closest")

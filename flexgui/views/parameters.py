@@ -70,7 +70,7 @@ def standing_parameters(outcome: Outcome) -> Table:
     text = " ".join(
         part
         for part in (
-            "Of the model as it now stands, with what was added to it." if added else "",
+            "Of the current model, including the added effects." if added else "",
             COMPLETE,
             SHORT_OF if standing_biased(outcome) else "",
             _caption_of(bool(derived), 1),
@@ -164,7 +164,7 @@ def _caption(fits: Sequence[Fit]) -> str:
 def _caption_of(derived: bool, count: int) -> str:
     text = (
         "The standard deviation (std) allows for coloured residuals. A parameter that is not "
-        "identifiable has no deviation: the data leave it free within its bounds."
+        "identifiable has no standard deviation: the data do not determine it within its bounds."
     )
     if derived:
         text += " (follows): computed from the other estimates."

@@ -23,10 +23,10 @@ SHOWN = 10
 COLUMNS = (
     Column("Effect"),
     Column("Explains, refitted [%]", numeric=True),
-    Column("Expected from the slope [%]", numeric=True),
+    Column("Estimate before refitting [%]", numeric=True),
     Column("Evidence ΔBIC", numeric=True),
     Column("Chance of noise", numeric=True),
-    Column("Beside others"),
+    Column("Relation to others"),
     Column("Size when refitted"),
 )
 
@@ -41,20 +41,20 @@ def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> go.F
     titles = [r.title for r in shown]
     figure.add_bar(
         y=titles, x=[r.expected_drop_percent for r in shown], orientation="h",
-        name="expected from the slope", marker={"color": colours.faded(colours.START, 0.45)},
-        hovertemplate="%{y}: %{x:.1f} % expected<extra></extra>",
+        name="estimate before refitting", marker={"color": colours.faded(colours.START, 0.45)},
+        hovertemplate="%{y}: %{x:.1f} % before refitting<extra></extra>",
     )  # fmt: skip
     figure.add_bar(
-        y=titles, x=[r.refit_drop_percent for r in shown], orientation="h", name="after a refit",
+        y=titles, x=[r.refit_drop_percent for r in shown], orientation="h", name="after refitting",
         marker={"color": [_colour(r, accepted) for r in shown]},
-        hovertemplate="%{y}: %{x:.2f} % after a refit<extra></extra>",
+        hovertemplate="%{y}: %{x:.2f} % after refitting<extra></extra>",
     )  # fmt: skip
     figure.update_xaxes(title_text="error explained [%]", range=[0, 103])
     figure.update_yaxes(autorange="reversed", automargin=True, type="category")
     text = (
-        "Error: squared, above its floor. Pale: what a straight line from no effect at all "
-        "promises. Full: what is explained once the effect and all other parameters are fitted "
-        "anew; the best few are refitted."
+        "Error: squared, above the noise floor. Pale: a linear estimate before refitting. Full: "
+        "what is explained after the effect and all other parameters are refitted; only the best "
+        "few are refitted."
     )
     height = 150 + 34 * len(shown)
     return styled(figure, height, text, barmode="group", bargap=0.3)
@@ -71,9 +71,9 @@ def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -
     shown = worth_listing(ranked)
     rows = tuple(_row(r, titles, accepted, best) for r in shown)
     text = (
-        "Explains: share of the squared error above the floor. ΔBIC: gain in evidence after a "
-        "price for each parameter; above 10 is very strong. Chance of noise: that noise alone "
-        "looks like this, allowing for everything that was tried."
+        "Explains: share of the squared error above the noise floor. ΔBIC: gain in evidence with a "
+        "penalty for each parameter; above 10 is very strong. Chance of noise: the probability "
+        "that noise alone looks like this, corrected for all trials."
     )
     if len(shown) < len(ranked):
         text += f" Not listed: {len(ranked) - len(shown)} that explain nothing."
@@ -96,7 +96,10 @@ def _row(ranked: RankedEffect, titles: dict[str, str], accepted: str | None, bes
 def _beside(ranked: RankedEffect, titles: dict[str, str], best: str) -> str:
     """What it cannot be told from, and how it is related to the best."""
     others = ", ".join(titles.get(kind, kind) for kind in ranked.confused_with)
-    parts = (f"cannot be told from {others}" if others else "", kinship(ranked.effect, best))
+    parts = (
+        f"cannot be distinguished from {others}" if others else "",
+        kinship(ranked.effect, best),
+    )
     return "; ".join(p for p in parts if p)
 
 

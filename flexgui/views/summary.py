@@ -127,10 +127,10 @@ def _doubt(outcome: Outcome) -> str:
         estimates = [e for e in standing(outcome) if e.name not in derived and not e.recording]
     free = _symbols(e for e in estimates if not e.identifiable)
     stuck = _symbols(e for e in estimates if e.at_bound)
-    text = Markup("The data determine every parameter by itself.")
+    text = Markup("All parameters are identifiable.")
     if free:
         text = Markup("The data do not determine ") + _joined(free)
-        text += " one by one" if len(free) > 1 else ""
+        text += " separately" if len(free) > 1 else ""
         valley = next((f.identifiability.valley for f in fits if f.identifiability.valley), None)
         text += f", only {valley.invariant}." if valley else "."
     if stuck:

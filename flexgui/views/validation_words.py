@@ -14,7 +14,7 @@ def validation_words(estimation: float, validation: float) -> str:
         return ""
     fitted, other = (format_number(x, 2, keep_zeros=True) for x in (estimation, validation))
     return (
-        f"On the validation recording the error is {other} times its floor, {fitted} times on "
-        f"those that the model was fitted to: it moves otherwise and through other postures, where "
-        f"a fit cannot make up for what the model lacks."
+        f"On the validation recording the error is {other} times the noise floor, {fitted} times "
+        "on those that the model was fitted to: its motion and postures differ, and there a "
+        "fit cannot compensate for what the model lacks."
     )

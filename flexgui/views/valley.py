@@ -41,7 +41,7 @@ def _caption(found: Valley) -> str:
     change = f"rises by {rise:.2g} % at most" if rise >= VISIBLE else "does not change"
     return (
         f"Along the curve {found.invariant} is constant and the cost {change}: "
-        "the data cannot tell its points apart."
+        "the data cannot distinguish its points."
     )
 
 

@@ -14,8 +14,8 @@ from core.written import split_name
 from flexgui.views.headline import final_comparisons
 from flexgui.views.names import channel_symbol
 
-HELD = "takes the beginning of each recording from the encoders' first sample"
-FREE = ", and it also fits how each recording begins"
+HELD = "takes the initial state of each recording from the first encoder sample"
+FREE = ", and it also fits the initial state of each recording"
 
 
 def of_diagnosis(comparisons: Sequence[RecordingComparison]) -> bool:
@@ -34,7 +34,7 @@ def which_fit(comparisons: Sequence[RecordingComparison], fits: Sequence[Fit]) -
             f"the diagnosis' own fit is shown here, whose errors are a little different."
         )
     return (
-        f"Of the diagnosis' own fit: it compares {outputs}, each in times its floor"
+        f"Of the diagnosis' own fit: it compares {outputs}, each in multiples of its noise floor"
         f"{FREE if starts else ''}. Therefore these errors differ from those of the "
         f"identification{f', which {HELD}' if starts else ''}."
     )
@@ -48,15 +48,14 @@ def told_apart(outcome: Outcome) -> Markup:
     names = [e.channel for e in found.steps[0].errors]
     outputs, starts = listed([channel_symbol(n) for n in names]), starts_freed(names, outcome.fits)
     own = (
-        f"the diagnosis' own fit: it compares {outputs}, each in times its floor"
+        f"the diagnosis' own fit: it compares {outputs}, each in multiples of its noise floor"
         f"{FREE if starts else ''}"
     )
     first = (
-        f"the identification, which compares the outputs that were asked for"
-        f"{f' and {HELD}' if starts else ''}"
+        f"the identification, which compares the selected outputs{f' and {HELD}' if starts else ''}"
     )
     if not found.parameters:
-        text = f"The estimates above are of {first}. What is missing is told from {own}."
+        text = f"The estimates above are of {first}. The missing effects follow from {own}."
     else:
         text = f"The estimates above are of {own}. The first fit is that of {first}."
     if of_diagnosis(final_comparisons(outcome)):

@@ -54,14 +54,14 @@ def test_the_first_round_tries_every_known_effect() -> None:
 
 def test_a_later_round_and_its_fit_name_what_the_model_has_by_then() -> None:
     friction = [effect("coulomb_friction")]
-    assert round_title(friction) == "Looking on with Coulomb friction in the model"
+    assert round_title(friction) == "Continuing the search with Coulomb friction in the model"
     assert fit_title(friction) == "Fitting the model with Coulomb friction"
     assert fit_title(()) == "Fitting the model as it is"
 
 
 def test_many_effects_are_counted_so_that_the_title_stays_short() -> None:
     many = [effect(k) for k in ("coulomb_friction", "backlash", "torque_ripple")]
-    assert round_title(many) == "Looking on with 3 effects in the model"
+    assert round_title(many) == "Continuing the search with 3 effects in the model"
 
 
 @pytest.mark.usefixtures("nothing_compiled")
@@ -95,7 +95,7 @@ def test_what_is_compiled_already_is_not_announced() -> None:
     compile_arm(Structure.of(tried[0].effect.changed_arm(PAPER, TWISTED)))
     heard = Heard()
     told = Steps(heard, PAPER, tried)
-    told.begin("Looking on", 1)
+    told.begin("Continuing the search", 1)
     assert heard.texts == []
     told("Elastic joint")
     assert heard.texts == ["Elastic joint"]

@@ -10,10 +10,10 @@ from tests.diagnose.told import AFTER, FOUND, FRICTION, GIVEN, RIVALS, VISCOUS, 
 
 def test_a_confusable_effect_is_named_with_the_experiment_that_decides() -> None:
     first = ranked(FRICTION, 99.4, 12.0, VISCOUS)
-    sentence = "To tell them apart, record 3 s."
+    sentence = "To distinguish them, record 3 s."
     one = DiagnosisRound((first, *RIVALS[1:]), FRICTION, sentence)
     said = text(replace(FOUND, rounds=(one,)))
-    assert "cannot tell Coulomb friction from Viscous joint friction" in said
+    assert "cannot distinguish Coulomb friction from Viscous joint friction" in said
     assert sentence in said
     assert "next best" not in said
 
@@ -27,7 +27,7 @@ def test_what_contains_the_effect_is_told_as_that_and_not_as_a_rival() -> None:
     said = text(replace(FOUND, rounds=(one,)))
     assert (
         "Presliding friction and Stribeck friction contain Coulomb friction and explain no more: "
-        "their additional sizes are not needed." in said
+        "their additional parameters are not needed." in said
     )
     assert "The next different explanation, Viscous joint friction, reaches 46 %." in said
     assert "next best" not in said
@@ -36,7 +36,7 @@ def test_what_contains_the_effect_is_told_as_that_and_not_as_a_rival() -> None:
 def test_what_contains_the_effect_and_gains_a_little_is_told_with_its_figure() -> None:
     first, larger = ranked(FRICTION, 80.0, 5000.0), ranked("stribeck_friction", 84.0, 4990.0)
     said = text(replace(FOUND, rounds=(DiagnosisRound((first, larger), FRICTION),)))
-    assert "Stribeck friction (84 %) contains Coulomb friction; what is gained is not" in said
+    assert "Stribeck friction (84 %) contains Coulomb friction; the gain does not" in said
 
 
 def test_a_part_of_the_effect_is_told_as_that_and_not_as_a_rival() -> None:
@@ -61,7 +61,7 @@ def test_the_next_best_is_the_one_that_explains_most_of_the_others() -> None:
 
 def test_a_higher_figure_that_was_not_refitted_is_not_passed_over() -> None:
     """RIVALS' payload is expected to explain 70 %, more than viscous friction does."""
-    assert "The list expects more of Tip payload (≈ 70 %), without a refit." in text(FOUND)
+    assert "The estimate before refitting is higher for Tip payload (≈ 70 %)." in text(FOUND)
 
 
 def test_a_close_rival_is_told_with_the_reason_against_it() -> None:

@@ -53,7 +53,7 @@ RANKING = (
     ranked("viscous_friction", "Viscous joint friction", 95.0),
     ranked("tip_payload", "Tip payload", None),
 )
-PLANNED = PlannedExperiment("3 s at 90°", {"theta2": 1.57}, 123.0, "To tell them apart, record it.")
+PLANNED = PlannedExperiment("3 s at 90°", {"theta2": 1.57}, 123.0, "To distinguish them, do it.")
 
 FOUND = Diagnosis(
     verdict="missing",
@@ -128,13 +128,13 @@ def test_the_report_tells_verdict_ladder_ranking_and_maps(out: Path) -> None:
     text = (out / "report.html").read_text("utf-8")
     section = text.split('<section id="diagnosis">')[1].split("</section>")[0]
     assert "What remains: nothing." in section
-    for heading in ("How the error falls", "What it could be", "Where the model as given fails"):
+    for heading in ("How the error falls", "Candidate effects", "Where the model as given fails"):
         assert f"<h3>{heading}</h3>" in section
     for figure in ("Error after each step", "Candidates and what they explain",
                    "Error by recording and frequency", "Error by recording and time",
                    "Error over the motion"):  # fmt: skip
         assert f'aria-label="{figure}' in section
-    assert "To tell them apart" in section
+    assert "To distinguish them" in section
     assert "non-linear already" in section
     assert section.index("What remains") < section.index("How the error falls")
 
@@ -194,7 +194,10 @@ def test_steps_with_the_same_effect_have_labels_of_their_own() -> None:
 def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> None:
     told = told_apart(diagnosed)
     assert "The estimates above are of the identification" in told
-    assert ", each in times its floor, and it also fits how each recording begins." in told
+    assert (
+        ", each in multiples of its noise floor, and it also fits the initial state of each "
+        "recording." in told
+    )
     assert "FIT" not in told, "the comparisons are the identification's here"
     last = replace(FOUND, parameters=(RANKING[0].parameters[0],))
     told = told_apart(replace(diagnosed, diagnosis=last)).unescape()
@@ -210,7 +213,7 @@ def test_errors_say_on_the_spot_which_fit_they_are_of(diagnosed: Outcome) -> Non
     assert which_fit(diagnosed.comparisons, diagnosed.fits).startswith("Of the identification's")
     theirs = [replace(c, fit_label=LABEL) for c in diagnosed.comparisons]
     assert which_fit(theirs, diagnosed.fits).startswith("Of the diagnosis' own fit")
-    assert "also fits how each recording begins" in which_fit(theirs, diagnosed.fits)
+    assert "also fits the initial state of each recording" in which_fit(theirs, diagnosed.fits)
 
 
 def test_where_a_servo_follows_the_encoders_no_start_is_said_to_be_fitted() -> None:
@@ -223,7 +226,10 @@ def test_an_effect_that_contains_the_best_says_so() -> None:
     table = ranking_table((RANKING[0], larger), "coulomb_friction")
     assert "contains Coulomb friction" in table.rows[1].cells
     table = ranking_table((larger, RANKING[0]))
-    assert "cannot be told from viscous_friction; part of Stribeck friction" in table.rows[1].cells
+    assert (
+        "cannot be distinguished from viscous_friction; part of Stribeck friction"
+        in table.rows[1].cells
+    )
 
 
 def test_the_ladders_table_has_a_row_per_step_and_output() -> None:
@@ -235,7 +241,7 @@ def test_the_ladders_table_has_a_row_per_step_and_output() -> None:
 def test_the_ranking_marks_what_was_added_and_names_its_rivals() -> None:
     table = ranking_table(RANKING, "coulomb_friction")
     assert [r.strong for r in table.rows] == [True, False, False]
-    assert "cannot be told from Viscous joint friction" in table.rows[0].cells
+    assert "cannot be distinguished from Viscous joint friction" in table.rows[0].cells
     assert "f<sub>c1</sub> = 1.200" in table.rows[0].cells[-1]
     figure = ranking(RANKING, "coulomb_friction")
     assert figure is not None

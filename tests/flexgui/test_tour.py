@@ -175,7 +175,7 @@ def test_while_it_is_added_the_card_says_what_is_fitted(session: Session) -> Non
     assert f"fitted with {FRICTION}" in at(session, "Diagnose").text
     session.pending = look(0.99, None, JOINT, FRICTION)
     shown = at(session, "Diagnose").text
-    assert "fell from 9.7 to 0.99 times its floor" in shown
+    assert "fell from 9.7 to 0.99 times the noise floor" in shown
 
 
 def test_once_it_was_added_the_tour_is_done_and_names_no_other_effect(session: Session) -> None:
@@ -183,7 +183,7 @@ def test_once_it_was_added_the_tour_is_done_and_names_no_other_effect(session: S
     shown = at(session, "Diagnose")
     assert shown.title == DONE
     assert shown.button == END
-    assert f"fell from 9.7 to 0.99 times its floor: {FRICTION} was missing" in shown.text
+    assert f"fell from 9.7 to 0.99 times the noise floor: {FRICTION} was missing" in shown.text
     assert "Nothing else is missing" in shown.text
     assert JOINT not in shown.text
 
@@ -218,11 +218,11 @@ def test_an_error_that_fell_halfway_leads_on_or_back(session: Session) -> None:
 
 
 def test_elsewhere_the_card_says_where_the_tour_goes_on(session: Session) -> None:
-    assert "goes on at Identify" in at(session, "Export").text
+    assert "continues at Identify" in at(session, "Export").text
     session.outcome, session.outcome_of = outcome(), session.scenario
     assert due_stage(session) == "Compare"
     go(session, LACKING)
-    assert "goes on at Diagnose" in at(session, "Export").text
+    assert "continues at Diagnose" in at(session, "Export").text
 
 
 def test_a_tour_that_is_through_holds_nobody_elsewhere(session: Session) -> None:

@@ -106,7 +106,7 @@ def test_the_std_of_a_free_parameter_is_not_shown(glocal: Outcome) -> None:
 def test_the_summary_says_what_was_found_and_what_cannot_be_told(glocal: Outcome) -> None:
     text = " ".join(summary(glocal))
     assert "EI = 520.83 ± 0.02" in text
-    assert "do not determine ε and d one by one, only ε d⁴" in text
+    assert "do not determine ε and d separately, only ε d⁴" in text
     assert "On validation" in text
 
 

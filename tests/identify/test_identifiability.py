@@ -50,7 +50,7 @@ def said(fitted: Fitted) -> tuple[str, ...]:
 
 def test_everything_is_fixed_where_it_is():
     fitted = noisy_fit("EI1", "EI2")
-    assert said(fitted) == ("The data fix every estimated parameter.",)
+    assert said(fitted) == ("All estimated parameters are identifiable.",)
     assert fitted.fit.identifiability.rank == 2
     assert fitted.fit.identifiability.valley is None
     assert all(e.identifiable and np.isfinite(e.std) for e in fitted.fit.estimates)
@@ -82,7 +82,9 @@ def test_data_that_show_nothing_say_so_of_each():
 
 def test_a_pair_is_given_as_a_product_of_powers():
     told = said(noisy_fit("epsilon", "d", "lambda1"))
-    assert told[0] == ("The data fix ε d⁴, not ε and d apart: fix one of them to get the other.")
+    assert told[0] == (
+        "The data determine ε d⁴, not ε and d separately: fix one of them to get the other."
+    )
 
 
 def test_two_pairs_are_told_apart():
@@ -102,7 +104,7 @@ def test_masses_stiffness_and_gains_scale_together():
     assert relative == pytest.approx(np.ones(len(names)), rel=DIRECTION)
     assert not any(e.identifiable for e in fitted.fit.estimates)
     text = said(fitted)[0]
-    assert text.startswith("The data do not tell m1, m2, EI1, EI2, λ1 and λ2 apart")
+    assert text.startswith("The data do not distinguish m1, m2, EI1, EI2, λ1 and λ2")
     assert text.count("+1.00 %") == len(names) or text.count("-1.00 %") == len(names)
     assert found.valley is None
 
@@ -124,15 +126,15 @@ def test_estimates_that_move_together_are_said_to_be_told_apart_poorly():
     rho = np.array([[1.0, -0.995, 0.2], [-0.995, 1.0, 0.1], [0.2, 0.1, 1.0]])
     told = sentences(named("abc"), np.zeros((0, 3)), rho)
     assert told == (
-        "The data fix every estimated parameter.",
-        "a and b are told apart poorly (correlation -0.995).",
+        "All estimated parameters are identifiable.",
+        "a and b are poorly distinguishable (correlation -0.995).",
     )
 
 
 @given(st.floats(-TOGETHER, TOGETHER))
 def test_a_moderate_correlation_is_not_mentioned(rho):
     told = sentences(named("ab"), np.zeros((0, 2)), np.array([[1.0, rho], [rho, 1.0]]))
-    assert told == ("The data fix every estimated parameter.",)
+    assert told == ("All estimated parameters are identifiable.",)
 
 
 POWERS = st.builds(

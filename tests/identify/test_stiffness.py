@@ -73,7 +73,7 @@ def test_the_factors_are_not_told_apart_and_the_words_say_so():
     direction = found.null_directions[0] * np.sign(found.null_directions[0][0])
     assert direction == pytest.approx(DIRECTION, abs=DIRECTION_TOLERANCE)
     assert len(found.sentences) == 1
-    assert "fix ε d⁴, not ε and d apart" in found.sentences[0]
+    assert "determine ε d⁴, not ε and d separately" in found.sentences[0]
 
 
 def test_the_valley_holds_the_product_and_the_cost():

@@ -35,7 +35,7 @@ def test_too_much_memory_is_a_sentence_and_the_worker_stays(pool: JobPool) -> No
     before = pool.worker_pids
     pool.submit("a", task(sevens, size=ROOM // 4), heard)
     failed = heard.wait_for(Failed)
-    assert failed.sentence.startswith("The test needs more memory than it may have")
+    assert failed.sentence.startswith("The test needs more memory than is allowed")
     again = Listener()
     pool.submit("a", task(sevens, size=1000), again)
     assert len(again.wait_for(Finished).result) == 1000

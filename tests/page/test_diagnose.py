@@ -194,7 +194,7 @@ def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) ->
     press(page, "Stop")
     until(lambda: not session.busy and session.pending is None)
     sees(page, "Stopped")
-    again = re.compile("Find what is missing|Look again")
+    again = re.compile("Find what is missing|Repeat diagnosis")
     assert page.get_by_role("button", name=again).first.is_enabled()
     assert not present(session.scenario) and len(session.looks) <= 1
 
@@ -212,11 +212,11 @@ def test_guess_and_reveal(page: Any, session: Session) -> None:
     session.show("Diagnose")
     sees(page, "Challenge")
     page.get_by_text("Challenge", exact=True).first.click()
-    sees(page, "before committing gets a * on the board")
+    sees(page, "before you commit puts a * on the board")
     press(page, "Compare")
     sees(page, "Nothing was identified yet.")
     press(page, "Diagnose")
-    sees(page, "before committing gets a * on the board")
+    sees(page, "before you commit puts a * on the board")
     assert "0.1823" not in page.content(), "the truth is not in the browser"
     press(page, "Commit to this guess")
     sees(page, "Your guess: nothing is hidden.")
@@ -287,6 +287,6 @@ def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desk
     assert known is not None
     hidden = json.loads(opened(known.sealed, "-"))["effects"]
     answer(page, hidden[0])
-    told = re.compile(r"\(asked only now\)|It looks at the recordings now\.")
+    told = re.compile(r"\(used only now\)|It is examining the recordings now\.")
     page.get_by_text(told).first.wait_for()
     session.stop()

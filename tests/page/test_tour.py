@@ -22,7 +22,7 @@ def only_one_invites(page: Any, name: str) -> None:
 
 def test_one_button_invites_and_the_tour_comes_back(page: Any, session: Session) -> None:
     only_one_invites(page, "Begin the tour")
-    press(page, "No tour, thank you")
+    press(page, "Skip tour")
     only_one_invites(page, "Next: take measurements")
     press(page, "Diagnose")
     press(page, "Tour")

@@ -67,9 +67,9 @@ def test_good_and_bad_recordings(page: Any, session: Session, good: Path) -> Non
         assert session.scenario == before
     give(page, good)
     sees(page, "good.csv: 3000 samples at 1000 Hz.")
-    sees(page, "Use it alone, or beside the 8 that are here?")
+    sees(page, "Use it alone, or add it to the 8 present recordings?")
     sees(page, "7 to fit, 1 to validate.")
-    press(page, "Beside the 8 that are here")
+    press(page, "Add to the 8 present recordings")
     sees(page, "8 to fit, 1 to validate.")
 
 
@@ -86,7 +86,7 @@ def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Pat
     small(session)
     press(page, "Identify")
     press(page, "Start identification")
-    sees(page, "The data do not determine ε and d one by one")
+    sees(page, "The data do not determine ε and d separately")
     sees(page, "EI (follows)")
     sees(page, "The paper's table beside ours")
     assert "population" in plots(page)
@@ -129,19 +129,20 @@ def test_columns_with_other_names_are_chosen_on_the_page(
     foreign.write_text(text.replace("t [s]", "clock", 1).replace("dtheta1_ref", "speed", 1))
     press(page, "Data")
     give(page, foreign)
-    sees(page, "Still needed: 2.")
+    sees(page, "Signals still missing: 2.")
     sees(page, "Which column is the time t [s]?")
-    for column, left in (("clock", "Still needed: 1."), ("speed", "All that is needed is known.")):
+    states = ("Signals still missing: 1.", "All required signals are assigned.")
+    for column, left in zip(("clock", "speed"), states, strict=True):
         pick(page, "Column", column)
-        press(page, "That column it is")
+        press(page, "Use this column")
         sees(page, left)
     assert not page.locator(".fx .bad").count()
     press(page, "Read the file")
     sees(page, "foreign.csv: 3000 samples at 1000 Hz.")
     press(page, "Use it alone")
     sees(page, "1 to fit, 0 to validate.")
-    sees(page, "8 recordings made room for your own.")
-    press(page, "Bring the 8 back")
+    sees(page, "8 recordings were set aside.")
+    press(page, "Restore")
     sees(page, "8 to fit, 1 to validate.")
     columns = session.scenario.recordings[-1].columns
     assert {c: s.name.split(" ")[0] for c, s in columns.items()} == {

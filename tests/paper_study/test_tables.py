@@ -109,7 +109,7 @@ def test_every_baseline_row_has_its_sentence(summary: Summary) -> None:
 def test_the_report_holds_tables_and_findings(summary: Summary, tmp_path: Path) -> None:
     write_study(summary, tmp_path)
     text = (tmp_path / "study.html").read_text(encoding="utf-8")
-    assert "What follows" in text and "Experiment advice" in text and "http" not in _own(text)
+    assert "Conclusions" in text and "Experiment advice" in text and "http" not in _own(text)
     names = {path.name for path in tmp_path.glob("*.csv")}
     assert {"estimates.csv", "baselines.csv", "sweeps.csv", "bias.csv", "valley.csv"} <= names
     assert read_scenario(tmp_path / "scenario.toml") == summary.settings.scenario

@@ -158,7 +158,7 @@ def test_a_lost_connection_is_told_and_the_work_is_offered_again(
             sees(page, "Restore your work of")
             page.get_by_text("The connection is lost.").wait_for(state="hidden")
             press(page, "Restore it")
-            sees(page, "is here again")
+            sees(page, "is restored")
             press(page, "Data")
             sees(page, "3 to fit, 1 to validate.")
             assert "Traceback" not in again.log, again.log

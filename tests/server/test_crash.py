@@ -46,7 +46,7 @@ def back(server: Served, storage: dict[str, str]) -> Browser:
     browser.__enter__()
     sees(browser, "Restore your work of", JOB)
     press(browser, "Restore it")
-    sees(browser, "is here again", JOB)
+    sees(browser, "is restored", JOB)
     return browser
 
 
@@ -79,7 +79,7 @@ def test_upload_edit_and_fit_survive_a_kill(tmp_path: Path, recording: bytes) ->
 
 SLOW = 600.0
 """s: a first and a second look at a model on a machine that does other things too."""
-LOOKED = " times its floor."
+LOOKED = " times the noise floor."
 """Stands on the page once a look at the model is over."""
 
 

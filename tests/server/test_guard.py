@@ -171,7 +171,7 @@ def test_a_callback_that_fails_is_told_and_logged_once(
         browser.until(lambda: len(browser.notes) >= 2, "the notes")
         assert "ValueError" in browser.notes[0] and "\n" not in browser.notes[0]
         assert works(place, browser)
-    assert sum("told once" in r.getMessage() for r in caplog.records) == 1
+    assert sum("logged once" in r.getMessage() for r in caplog.records) == 1
 
 
 def test_one_browser_cannot_use_the_widgets_of_another(place: Place) -> None:

@@ -114,7 +114,7 @@ def test_the_browsers_frame(server: Served, tmp_path: Path) -> None:
         told("browser, alone", moved(page, MOVES))
         assert float(box(page, THETA2).input_value()) == 60.0 + 0.5 * (WARM_MOVES + MOVES)
         press(page, "Identify")
-        page.get_by_text("How it is searched", exact=True).click()
+        page.get_by_text("Search settings", exact=True).click()
         box_of_number(page, "Population").fill(str(POPULATION))
         box_of_number(page, "Generations").fill(str(GENERATIONS))
         page.wait_for_timeout(500)
@@ -144,7 +144,7 @@ def test_the_browsers_frame_while_it_diagnoses(server: Served) -> None:
         told("browser, diagnosing", moved(page, MOVES))
         press(page, "Diagnose")
         page.get_by_role("button", name="Stop", exact=True).or_(
-            page.get_by_role("button", name="Look again", exact=True)
+            page.get_by_role("button", name="Repeat diagnosis", exact=True)
         ).first.wait_for()
 
 

@@ -26,7 +26,7 @@ def test_only_a_refitted_share_stands_in_bold() -> None:
     assert "<i>46 %</i>" in row(ONE)
     expected = row(replace(ONE, refit_drop_percent=None))
     assert "<i></i>" in expected
-    assert "Not refitted; expected ≈ 70 % of the error" in expected
+    assert "Not refitted; estimate: ≈ 70 % of the error" in expected
 
 
 @pytest.mark.parametrize("share", [99.97, 100.0])

@@ -113,7 +113,7 @@ def test_the_board_says_who_asked_and_who_changed() -> None:
     both = Entry("Bob", "nothing", 0, 1, False, "", 2.0, True, True)
     table = board_table([plain, both], 0)
     assert [row.cells[0] for row in table.rows] == ["Ada", "Bob * °"]
-    assert table.caption == "* asked the tool before the guess. ° changed the guess."
+    assert table.caption == "* used the tool before guessing. ° changed the guess."
     assert not board_table([plain], 0).caption
 
 

@@ -56,7 +56,7 @@ def test_the_error_at_a_moment_is_told_part_by_part() -> None:
     assert all(value == pytest.approx(1.0, rel=0.3) for value in early.values())
     assert all(value == pytest.approx(20.0, rel=0.3) for value in late.values())
     assert found.worst > 15.0
-    assert words({"theta1": 1.5, "camera": 20.0}) == "error now: θ₁ 1.5, camera 20 × floor"
+    assert words({"theta1": 1.5, "camera": 20.0}) == "error now: θ₁ 1.5, camera 20 × noise floor"
 
 
 def test_an_exact_sensor_has_a_floor_all_the_same() -> None:

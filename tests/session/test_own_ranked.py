@@ -46,8 +46,8 @@ def test_it_stands_between_what_explains_more_and_less() -> None:
     assert [r.effect for r in whole.ranking] == ["a", "own_1", "b", "c"]
     assert [r.effect for r in ranked_with_own(whole, after).ranking] == ["a", "own_1", "b", "c"]
     assert own_place(before, after) == (
-        "Your formula is number 2 of 4: it explains 75.8 % of the error above the floor; the best "
-        "listed one, a, 99.0 %."
+        "Your formula is number 2 of 4: it explains 75.8 % of the error above the noise floor; the "
+        "best listed one, a, 99.0 %."
     )
 
 

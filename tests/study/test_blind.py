@@ -104,7 +104,7 @@ def test_ctrl_c_ends_with_what_is_finished(tmp_path: Path) -> None:
 
     found = run_all(cases, counting.slow_answer_text, out, told)
     assert 2 <= len(found) < len(cases)
-    assert said[-1] == "Stopped; the same command goes on from here."
+    assert said[-1] == "Stopped; the same command continues from here."
     later = run_all(cases[: len(found) + 1], counting.answer_text, out, lambda _: None)
     assert later.items() >= found.items() and len(later) == len(found) + 1
 

@@ -45,7 +45,7 @@ class Dead(Check):
         time = case.recording.time[good]
         begin = time[starts[order[0]]]
         span = longest * case.recording.step
-        said = f"{name} stands at {x[starts[order[0]]]:.6g} for {span:.4g} s from {begin:.4g} s"
+        said = f"{name} stays at {x[starts[order[0]]]:.6g} for {span:.4g} s from {begin:.4g} s"
         mask = f"mask = {{ {name} = [[{begin:.9g}, {begin + span:.9g}]] }}"
         yield case.finding(self.kind, name, span, "s", said, mask)
 

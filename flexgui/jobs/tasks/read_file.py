@@ -37,5 +37,5 @@ def length_and_rate(
     path = Within(Path(folder)).find(file)
     found = load_recording(path, spec, references, joint_units(model.arm), progress)
     if model.arm.joints > 1 and found.theta2 is None and not found.has("theta2"):
-        raise InputError(f"{file} does not say where joint 2 stood; add a column theta2 to it.")
+        raise InputError(f"{file} does not give the position of joint 2; add a column theta2.")
     return len(found.time), 1.0 / found.sample_time

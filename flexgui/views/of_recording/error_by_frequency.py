@@ -11,7 +11,7 @@ class ErrorByFrequency(RecordingView):
 
     kind = "error_by_frequency"
     title = "map: by frequency"
-    about = "Working point × frequency, in times the floor: pale is noise, dark is failing."
+    about = "Working point × frequency [× noise floor]: pale is noise, dark is failing."
     place = 1
 
     def draw(self, seen: Seen) -> go.Figure | None:

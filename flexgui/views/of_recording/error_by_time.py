@@ -11,7 +11,7 @@ class ErrorByTime(RecordingView):
 
     kind = "error_by_time"
     title = "map: by time"
-    about = "Working point × time, in times the floor: pale is noise, dark is failing."
+    about = "Working point × time [× noise floor]: pale is noise, dark is failing."
     place = 2
 
     def draw(self, seen: Seen) -> go.Figure | None:
