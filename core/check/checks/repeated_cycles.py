@@ -15,7 +15,7 @@ ALIKE = 1e-3
 NOISE = 2.0
 """Times a channel's noise; the difference of two noisy copies has 1.4 times that."""
 MOST = 0.05
-"""Of the spread: a command with more noise or coarser steps tells no copy from another."""
+"""Of the spread: what looks like more noise, or like coarser rounding, is the command itself."""
 APART = 0.5
 """Of the spread, by which a signal leaves its beginning before it can be said to return."""
 FEWEST = 2
@@ -73,6 +73,6 @@ def _apart(x: np.ndarray) -> np.ndarray:
 
 def _room(x: np.ndarray) -> float:
     """By how much (rms) two copies of a command (N,) differ: by its noise or its rounding."""
-    spread = float(np.std(x))
-    room = max(NOISE * noise_of(x), lattice_step(x))
-    return max(ALIKE * spread, room if room <= MOST * spread else 0.0)
+    spread, step = float(np.std(x)), lattice_step(x)
+    rounding = step if step <= MOST * spread else 0.0
+    return max(ALIKE * spread, min(NOISE * noise_of(x), MOST * spread), rounding)
