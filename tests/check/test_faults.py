@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -66,8 +67,6 @@ def test_every_seeded_fault_has_a_check_and_every_check_a_fault() -> None:
 
 def test_another_rig_is_named_in_the_validation(rigs: list[Rig]) -> None:
     """A loaded arm among recordings of the bare one."""
-    from dataclasses import replace
-
     loaded = independent("coulomb_friction-tip_payload", 1).cases[0].recording
     other = replace(loaded, role="validate")
     said = check_all([*(case.recording for case in rigs[1].cases), other])

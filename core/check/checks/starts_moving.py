@@ -20,6 +20,8 @@ SPAN = 5e-3
 """s from whose samples the speed at the start is taken: a drive changes it within ten."""
 EARLY = 0.03
 """s in which a vibration of the links still shows that it was there."""
+LAGS = 30
+"""In that time, for which an answer is learned: milliseconds, however fast the clock."""
 SETTLED = 1.5
 """Times the later error: the largest of the untouched recordings of scenarios/mujoco/plain."""
 WRONG_FIRST = 2.0
@@ -83,7 +85,8 @@ def _wrong_first(case: Case) -> float:
 
 
 def _early(case: Case) -> int:
-    return max(int(EARLY / case.mended.step), FIRST)
+    found = case.mended
+    return min(max(int(EARLY / found.step), FIRST), len(found.grid) // 2)
 
 
 def _rate_from_rest(case: Case, one: Relation) -> np.ndarray:
@@ -103,14 +106,16 @@ def _rate_from_rest(case: Case, one: Relation) -> np.ndarray:
 
 
 def _steps(case: Case, one: Relation, early: int) -> np.ndarray:
-    """(M, references * early): each reference's changes over the last `early` samples; before
+    """(M, references * lags): each reference's changes over the last `early` samples; before
     the first sample a drive at rest asks for no speed, and for the place where it stands."""
+    width = -(-early // LAGS)
     columns = []
     for name in one.inputs:
         given = case.mended.even(name)
         before = 0.0 if name.startswith("d") else case.mended.even(name.removesuffix("_ref"))[0]
-        changes = np.diff(given, prepend=before)
-        columns += [np.r_[np.zeros(k), changes[: len(changes) - k]] for k in range(early)]
+        for late in range(0, early, width):
+            then = np.r_[np.full(late + width, before), given]
+            columns.append(then[width : width + len(given)] - then[: len(given)])
     return np.column_stack(columns)
 
 
