@@ -13,6 +13,9 @@ from core.recording.channels import channel_kind, joint_of
 
 FEWEST = 50
 """Samples without which no statistics of a channel are worth a sentence."""
+ON_LATTICE = 0.1
+"""Of a step, the rms distance from whole numbers of steps."""
+FEWEST_LEVELS = 3
 
 
 @dataclass(frozen=True)
@@ -102,3 +105,15 @@ def noise_of(x: np.ndarray) -> float:
         return 0.0
     # The variance of the third difference of white noise is 20 times its own.
     return 1.4826 * float(np.median(np.abs(np.diff(x, 3)))) / np.sqrt(20.0)
+
+
+def lattice_step(x: np.ndarray) -> float:
+    """The step of values (N,) that lie on a lattice, each level seen often; 0: they do not."""
+    levels = np.unique(x[np.isfinite(x)])
+    if len(levels) < FEWEST_LEVELS or len(levels) > np.isfinite(x).sum() / 5:
+        return 0.0
+    gaps = np.diff(levels)
+    step = float(np.median(gaps[gaps > 1e-9 * np.ptp(levels)]))
+    whole = (levels - levels[0]) / step
+    off = float(np.sqrt(np.mean((whole - np.round(whole)) ** 2)))
+    return step if off < ON_LATTICE else 0.0

@@ -9,6 +9,7 @@ from core.errors import InputError
 from core.plugins import discover
 from core.recording.reading import Reading, Watching
 from core.recording.table import Table, TableReader, damaged
+from core.sentences import few
 
 START = 4096
 """Bytes that tell what a file is: every signature stands there, and some lines of text."""
@@ -43,9 +44,33 @@ def _check_file(path: Path) -> None:
     if not path.exists():
         raise InputError(f"{path} does not exist; check the name and the folder.")
     if path.is_dir():
-        raise InputError(f"{path} is a folder; name the file in it.")
+        raise InputError(folder_sentence(path))
     if not path.is_file():
         raise InputError(f"{path} is a device or a pipe; name a file with a table.")
+
+
+def folder_sentence(path: Path) -> str:
+    """Which files of a folder can be named: the parts of a bag, the episodes of a data set."""
+    inside = next((found for each in _all() if (found := _parts(path, each))), None)
+    if inside is None:
+        inside = sorted(p for p in path.glob("*") if _suffix(p) and p.is_file())
+    if not inside:
+        return f"{path} is a folder; name the file in it."
+    names = [f"{path.name}/{each.relative_to(path).as_posix()}" for each in inside]
+    return f"{path} is a folder; name one file in it: {few(names)}."
+
+
+def _parts(path: Path, reader: TableReader) -> list[Path]:
+    """The recordings of a folder that is a set of the reader's files; none where it is not."""
+    mark, files = reader.folder
+    if not mark or not (path / mark).is_file():
+        return []
+    return sorted(p for p in path.glob(files) if _suffix(p) and p.is_file())
+
+
+def _suffix(path: Path) -> str:
+    """The longest known suffix, so that .csv.gz is not taken for another kind of .gz."""
+    return max((s for s in readers() if path.name.lower().endswith(s)), key=len, default="")
 
 
 def _reader(path: Path, start: bytes) -> TableReader:
@@ -53,14 +78,12 @@ def _reader(path: Path, start: bytes) -> TableReader:
     best = max(_all(), key=lambda reader: reader.fits(path, start))
     if best.fits(path, start):
         return best
-    known = readers()
-    # The longest suffix that fits, so that .csv.gz is not taken for another kind of .gz.
-    named = sorted((s for s in known if path.name.lower().endswith(s)), key=len)
-    if not named:
+    known, suffix = readers(), _suffix(path)
+    if not suffix:
         raise InputError(
             f"{path.name} is of no kind that can be read; known: {', '.join(sorted(known))}."
         )
-    return known[named[-1]]
+    return known[suffix]
 
 
 def _check_installed(path: Path, reader: TableReader) -> None:

@@ -116,6 +116,9 @@ class TableReader(ABC):
     kind = ""
     needs: tuple[str, ...] = ()
     """Modules of the extra `lab` that it imports."""
+    folder = ("", "")
+    """A file by which a folder is known as a set of such files, and the pattern of their paths in
+    it; empty where files stand by themselves."""
 
     @abstractmethod
     def fits(self, path: Path, start: bytes) -> int:

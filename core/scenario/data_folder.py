@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from core.errors import InputError
+from core.recording.read_table import folder_sentence
 from core.scenario.schema import Scenario
 from core.sentences import listed, one_line, quoted
 
@@ -111,6 +112,8 @@ def refuse_special(path: Path) -> None:
 def _check_kind(file: str, folders: Iterable[Path]) -> None:
     for folder in folders:
         refuse_special(folder / file)
+        if (folder / file).is_dir():
+            raise InputError(one_line(folder_sentence(folder / file)))
 
 
 def _under(path: Path, folders: Iterable[Path]) -> bool:

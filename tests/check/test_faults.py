@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from core.check.case import Case
 from core.check.finding import Finding
+from core.check.measured import Measured
 from core.check.run import check_all, checks
 from tests.check.faults import FAULTS, Seeded
 from tests.check.rigs import SCENARIOS, Rig, independent, real, rig, simulated
@@ -64,12 +67,48 @@ def test_every_seeded_fault_has_a_check_and_every_check_a_fault() -> None:
 
 def test_another_rig_is_named_in_the_validation(rigs: list[Rig]) -> None:
     """A loaded arm among recordings of the bare one."""
-    from dataclasses import replace
-
     loaded = independent("coulomb_friction-tip_payload", 1).cases[0].recording
     other = replace(loaded, role="validate")
     said = check_all([*(case.recording for case in rigs[1].cases), other])
     assert "different_rig" in {f.fault for f in said if f.recording == other.name}
+
+
+def test_the_start_of_a_stiff_arm_is_no_motion_where_the_model_has_too_few_modes() -> None:
+    stiff = independent("plain/nothing-one_mode", 7)
+    for k in (4, 5):
+        assert "starts_moving" not in {f.fault for f in stiff.untouched(k)}
+
+
+def test_a_start_in_motion_is_named_where_the_model_has_too_few_modes() -> None:
+    """The fault that the test above must not hide; seed 0 cuts where the second joint moves."""
+    stiff = independent("plain/coulomb_friction-one_mode", 3)
+    assert outcome(stiff, 1, "starts_moving", seed=0)
+
+
+def test_no_delay_is_stated_by_a_model_that_is_late_itself() -> None:
+    """A stiffness 30 % off shifts the tip by 2 ms: 6 ms would be stated as 4."""
+    wrong = independent("plain/camera_delay")
+    assert "delay" not in {f.fault for f in wrong.untouched(7)}
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-3, 1e-2])
+def test_a_cycle_is_found_in_references_that_were_measured(noise: float) -> None:
+    """Steps through a filter, as the second recording of the bench; one joint, three cycles."""
+    rng = np.random.default_rng(1)
+    lag = np.exp(-np.arange(100) / 20.0)
+    targets = rng.permutation([-1.0, 0.0, 1.0, 0.5]).repeat(250)
+    cycle = np.convolve(np.tile(targets, 2), lag / lag.sum())[1000:2000]
+    given = np.tile(cycle, 3) + noise * rng.standard_normal(3000)
+    found = Measured("steps", "estimate", 2e-3 * np.arange(3000), {"theta1_ref": given})
+    (said,) = checks()["repeated_cycles"].look(Case(found))
+    assert said.size == pytest.approx(2.0, abs=2e-3)  # one sample
+
+
+def test_cycles_of_which_one_differs_are_no_repetition() -> None:
+    given = np.tile(np.sin(np.linspace(0.0, 2 * np.pi, 500, endpoint=False)), 4)
+    given[1500:] *= 0.8
+    found = Measured("sines", "estimate", 2e-3 * np.arange(2000), {"theta1_ref": given})
+    assert not list(checks()["repeated_cycles"].look(Case(found)))
 
 
 @pytest.mark.long

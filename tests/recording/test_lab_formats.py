@@ -13,6 +13,7 @@ from core.recording.load import load_recording
 from core.recording.read_table import read_table
 from core.recording.recording import Recording
 from core.recording.spec import RecordingSpec, SimulateSpec
+from core.scenario.data_folder import resolve_file
 from core.simulate.experiment import simulate_recording
 from tests.helpers import PAPER, looped
 from tests.recording.lab_formats import FORMATS
@@ -63,3 +64,22 @@ def test_a_missing_extra_is_one_sentence_with_the_command(
     said = r"run\.h5 needs .* h5py, .*; run pip install 'flexgui\[lab\]'"
     with pytest.raises(InputError, match=said):
         read_table(tmp_path / file)
+
+
+@pytest.mark.parametrize("kind", ["mcap", "db3", "lerobot"])
+def test_the_folder_of_a_set_says_which_file_in_it_to_name(
+    kind: str, experiment: Recording, tmp_path: Path
+) -> None:
+    columns = {"t": experiment.time, **{name: experiment[name] for name in NAMES}}
+    file = FORMATS[kind](tmp_path, columns)
+    folder = Path(file).parts[0]
+    for ask in (lambda: read_table(tmp_path / folder), lambda: resolve_file(folder, tmp_path)):
+        with pytest.raises(InputError, match=f"is a folder; name one file in it: {file}\\.$"):
+            ask()
+
+
+def test_a_folder_of_plain_files_names_those_that_can_be_read(tmp_path: Path) -> None:
+    for name in ("b.csv", "a.csv.gz", "photo.jpg"):
+        (tmp_path / name).touch()
+    with pytest.raises(InputError, match=f"in it: {tmp_path.name}/a.csv.gz, {tmp_path.name}/b.csv"):
+        read_table(tmp_path)

@@ -8,9 +8,16 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.check.measured import lattice_step, noise_of
 
 ALIKE = 1e-3
 """Of the reference's spread: the command itself repeats exactly, but for rounding."""
+NOISE = 2.0
+"""Times a channel's noise; the difference of two noisy copies has 1.4 times that."""
+MOST = 0.05
+"""Of the spread: what looks like more noise, or like coarser rounding, is the command itself."""
+APART = 0.5
+"""Of the spread, by which a signal leaves its beginning before it can be said to return."""
 FEWEST = 2
 
 
@@ -36,21 +43,36 @@ class RepeatedCycles(Check):
 
 def _period(x: np.ndarray) -> int:
     """Rows after which all columns repeat to the end, at least FEWEST times; 0: never."""
-    n = len(x)
     x = x[:, np.ptp(x, axis=0) > 0]
-    if x.shape[1] == 0 or n < 40:
+    if x.shape[1] == 0 or len(x) < 40:
         return 0
-    centred = x - x.mean(axis=0)
-    power = np.sum(np.abs(np.fft.rfft(centred, 2 * n, axis=0)) ** 2, axis=1)
-    likeness = np.fft.irfft(power)[:n] / (np.arange(n, 0, -1) / n)
-    likeness = likeness / likeness[0]
-    top = n // FEWEST
-    inner = range(10, min(top + 1, n - 1))
-    high = [k for k in inner if likeness[k] > 0.9]
-    peaks = [k for k in high if likeness[k] >= max(likeness[k - 1], likeness[k + 1])]
-    for k in peaks:
-        apart = np.sqrt(np.mean((x[k:] - x[:-k]) ** 2, axis=0))
-        moved = np.sqrt(np.mean(centred**2, axis=0))
-        if np.all(apart <= ALIKE * moved):
-            return int(k)
-    return 0
+    spread = np.std(x, axis=0)
+    apart = _apart(x)[: len(x) // FEWEST + 1] / spread
+    room = np.array([_room(each) for each in x.T]) / spread
+    left = np.flatnonzero(np.any(apart > APART, axis=1))
+    back = np.flatnonzero(np.all(apart <= room, axis=1))
+    back = back[back > left[0]] if left.size else left
+    if not back.size:
+        return 0
+    # The first lags that are as good as each other: noise decides which of them is the first.
+    near = back[: int(np.argmax(np.diff(back, append=len(x)) > 1)) + 1]
+    return int(near[np.argmin(np.sum(apart[near] ** 2, axis=1))])
+
+
+def _apart(x: np.ndarray) -> np.ndarray:
+    """(N, columns) rms difference of each column and itself k rows later, k = 0 to N - 1."""
+    n = len(x)
+    x = x - x.mean(axis=0)
+    power = np.abs(np.fft.rfft(x, 2 * n, axis=0)) ** 2
+    products = np.fft.irfft(power, axis=0)[:n]
+    squares = np.cumsum(x**2, axis=0)
+    both = squares[::-1] + squares[-1] - np.vstack([np.zeros(x.shape[1]), squares[:-1]])
+    rows = np.arange(n, 0, -1)[:, None]
+    return np.sqrt(np.maximum(both - 2.0 * products, 0.0) / rows)
+
+
+def _room(x: np.ndarray) -> float:
+    """By how much (rms) two copies of a command (N,) differ: by its noise or its rounding."""
+    spread, step = float(np.std(x)), lattice_step(x)
+    rounding = step if step <= MOST * spread else 0.0
+    return max(ALIKE * spread, min(NOISE * noise_of(x), MOST * spread), rounding)

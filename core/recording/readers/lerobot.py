@@ -31,6 +31,7 @@ class LerobotReader(TableReader):
     """One file is one episode; `observation.state` and `action` have a column per name."""
 
     kind = "lerobot"
+    folder = ("meta/info.json", "data/*/*.parquet")
 
     def fits(self, path: Path, start: bytes) -> int:
         return 2 * int(start.startswith(MAGIC) and _info(path) is not None)
