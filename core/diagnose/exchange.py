@@ -9,7 +9,9 @@ effect is compared with what could stand in its place, the others staying: all c
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +23,7 @@ from core.diagnose.refit import Refit, refit_with, whitened
 from core.diagnose.screen import Screen
 from core.diagnose.shapes import best_shape, own_shape
 from core.effects.effect import Effect
+from core.identify import predictor
 
 TRIED = 2
 """Rivals of one effect that are refitted: the best by what they leave of it."""
@@ -50,23 +53,48 @@ def best_exchange(
     """
     white, _ = whitened(refit.hypothesis, refit.descended, seen.whitener)
     refit = replace(refit, white_cost=white)
-    best: tuple[float, Refit, tuple[Effect, ...]] | None = None
+
+    def refitted(one: _Exchange) -> Refit | None:
+        if stopped():
+            return None
+        start = {**refit.hypothesis.values(), **one.values}
+        return refit_with(
+            data, refit.hypothesis, one.effects, start, seen.whitener, seen.slopes,
+            one.scanned, stopped,
+        )  # fmt: skip
+
+    tried = _exchanges(data, refit, present, given, seen)
+    with ThreadPoolExecutor(predictor.WORKERS) as pool:
+        refits = list(pool.map(refitted, tried))
+    if stopped():
+        return None
+    before, best, least = _bic(refit, data), None, TIE
+    for one, found in zip(tried, refits, strict=True):
+        if found is not None and np.isfinite(found.cost) and before - _bic(found, data) > least:
+            best, least = (found, one.effects), before - _bic(found, data)
+    return best
+
+
+class _Exchange(NamedTuple):
+    """The effects with one replaced, where to begin, and what a scan found."""
+
+    effects: tuple[Effect, ...]
+    values: dict[str, float]
+    scanned: tuple[str, ...]
+
+
+def _exchanges(
+    data: Data, refit: Refit, present: Sequence[Effect], given: int, seen: Screen
+) -> list[_Exchange]:
+    found = []
     for place in range(given, len(present)):
         rest = [*present[:place], *present[place + 1 :]]
         if any(present[place].kind in e.includes for e in rest):
             continue
         for rival, values, scanned in _rivals(data, refit, present[place], rest, seen):
-            if stopped():
-                return None
-            effects = [*present[:place], rival, *present[place + 1 :]]
-            start = {**refit.hypothesis.values(), **values}
-            found = refit_with(
-                data, refit.hypothesis, effects, start, seen.whitener, seen.slopes, scanned, stopped
-            )
-            gain = _bic(refit, data) - _bic(found, data)
-            if np.isfinite(found.cost) and gain > max(TIE, 0.0 if best is None else best[0]):
-                best = (gain, found, tuple(effects))
-    return None if best is None else best[1:]
+            effects = (*present[:place], rival, *present[place + 1 :])
+            found.append(_Exchange(effects, values, scanned))
+    return found
 
 
 def _bic(refit: Refit, data: Data) -> float:
