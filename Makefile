@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report study test long load fuzz bench blind matrix mujoco lint format clean chromium
+.PHONY: help run report study test long load fuzz bench blind matrix mujoco lint format clean chromium axe
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -56,7 +56,7 @@ mujoco: $(VENV)/.installed-test
 test: lint chromium
 	@$(BIN)/python -m pytest $(SHARED)
 
-long: $(VENV)/.installed-test
+long: $(VENV)/.installed-test axe
 	@$(BIN)/python -m pytest $(SHARED) -m long --ignore tests/server
 
 load: $(VENV)/.installed-test
@@ -103,6 +103,15 @@ $(VENV)/.installed-test: $(VENV)/.installed
 	@echo "Installing the tools of the tests"
 	@$(PIP) --editable '.[test,cluster]'
 	@touch $@
+
+# The walk through the page lets axe-core look at it, where npm can bring it.
+axe: $(VENV)/.installed-test
+	@if [ ! -f $(VENV)/axe.min.js ] && command -v npm >/dev/null 2>&1; then \
+	  d=$$(mktemp -d) && cd $$d && npm pack --silent axe-core@4 >/dev/null 2>&1 \
+	  && tar xzf axe-core-*.tgz package/axe.min.js && cp package/axe.min.js $(CURDIR)/$(VENV)/ \
+	  || echo "axe-core could not be fetched; the walk leaves it out."; \
+	  rm -rf $$d; \
+	fi
 
 # Tests of the page and the report look at them in a browser; without one they are skipped.
 chromium:

@@ -204,10 +204,17 @@ class Model:
             bare=bare,
         )
 
-    def steps(self, sample_time: float, fewest: int, times: float = 1.0) -> int:
+    def steps(
+        self,
+        sample_time: float,
+        fewest: int,
+        times: float = 1.0,
+        effects: Sequence[Effect] | None = None,
+    ) -> int:
         """Steps per sample: at least `fewest`, and none longer than `times` what the effects
-        allow."""
-        longest = times * min((one.longest_step for one in self.effects), default=np.inf)
+        allow, all of them or those given."""
+        counted = self.effects if effects is None else effects
+        longest = times * min((one.longest_step for one in counted), default=np.inf)
         return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))
 
     def at_level(self, level: str) -> Model:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Protocol
 
 from core.results import Generation
@@ -38,3 +41,38 @@ class Silent:
     def stopped(self) -> bool:
         """Never."""
         return False
+
+
+class StoppedError(Exception):
+    """Raised by `look` in the middle of a long computation that nobody waits for any more."""
+
+
+_HEEDED: ContextVar[Progress | None] = ContextVar("_HEEDED", default=None)
+
+
+@contextmanager
+def heeding(progress: Progress | None) -> Iterator[None]:
+    """Within it `look` heeds this progress; None: nobody can stop what runs. Threads begin without
+    one: who starts them lets them `heed(heeded())`."""
+    token = _HEEDED.set(progress)
+    try:
+        yield
+    finally:
+        _HEEDED.reset(token)
+
+
+def heed(progress: Progress | None) -> None:
+    """`heeding` for the rest of a thread."""
+    _HEEDED.set(progress)
+
+
+def heeded() -> Progress | None:
+    """Whose wish to stop counts here."""
+    return _HEEDED.get()
+
+
+def look() -> None:
+    """Between two stretches of a long computation: StoppedError where the user asked to stop."""
+    progress = _HEEDED.get()
+    if progress is not None and progress.stopped():
+        raise StoppedError

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,14 +18,16 @@ from core.diagnose.phrases import linear_line
 from core.diagnose.stated_noise import stated_noise
 from core.diagnosed import diagnosed_scenario
 from core.errors import InputError
+from core.identify import predictor
 from core.identify.compare import compare, shared_values
 from core.identify.fit import Fitted, identify
 from core.identify.prepared import prepare
 from core.identify.setup import Setup, make_setup
+from core.identify.shortened import MOST_SAMPLES
 from core.identify.unknowns import Unknowns, collect_unknowns, fixed_values
 from core.loading import load_recordings
 from core.model import Model
-from core.progress import Progress, Silent
+from core.progress import Progress, Silent, StoppedError, heeding
 from core.recording.recording import Recording
 from core.results import Diagnosis, LinearModel, Outcome, RecordingComparison, Variant
 from core.scenario.data_folder import Folder
@@ -74,7 +77,11 @@ def run_scenario(
         recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
         if scenario.model.level == AUTO:
             progress.stage("Choosing the level of the model")
-        model, why = settled_level(scenario, model, spec, recordings)
+        try:
+            with heeding(progress if _are_long(recordings) else None):
+                model, why = settled_level(scenario, model, spec, recordings)
+        except StoppedError:
+            raise InputError("Stopped while the level of the model was chosen.") from None
         setup = make_setup(model, spec, recordings)
         setup = replace(setup, notes=(*why, *setup.notes))
     with clock.timed("identify"):
@@ -103,7 +110,7 @@ def run_scenario(
         equations=equations(standing),
         variants=variants,
         seconds=clock.seconds,
-        notes=(*setup.notes, *_error_notes(fits), *_warnings(recordings)),
+        notes=(*setup.notes, *_fit_notes(fits), *_error_notes(fits), *_warnings(recordings)),
         arm_table=_arm_table(model),
         diagnosis=diagnosis,
         origins=_origins(setup.model, fits),
@@ -223,6 +230,11 @@ def _identified(fits: Sequence[Fitted]) -> dict[str, float]:
     return {label: float(np.mean(values)) for label, values in found.items()}
 
 
+def _are_long(recordings: Sequence[Recording]) -> bool:
+    """Whether nobody who stops may have to wait for a result; of short ones there is always one."""
+    return sum(len(r.time) for r in recordings) > MOST_SAMPLES
+
+
 def _estimation(recordings: Sequence[Recording]) -> list[Recording]:
     return [r for r in recordings if r.role == "estimate"]
 
@@ -273,12 +285,21 @@ def _compare_all(
     spec: IdentifySpec,
     progress: Progress,
 ) -> tuple[RecordingComparison, ...]:
-    found = []
-    for recording in recordings:
+    def one(recording: Recording) -> RecordingComparison:
         own = next((f for f in fits if recording.name in f.fit.recordings), None)
-        found.append(_compare_one(setup, recording, own, fits, spec))
+        seen = recording if own is None else _as_seen(own, recording)
+        found = _compare_one(setup, seen, own, fits, spec)
         progress.advance(text=recording.name)
-    return tuple(found)
+        return found
+
+    with ThreadPoolExecutor(predictor.WORKERS) as pool:
+        return tuple(pool.map(one, recordings))
+
+
+def _as_seen(own: Fitted, recording: Recording) -> Recording:
+    """As the fit saw it: a search that was stopped may have seen less than there is."""
+    seen = {e.recording.name: e.recording for e in own.residuals.experiments}
+    return seen.get(recording.name, recording)
 
 
 def _compare_one(
@@ -291,30 +312,31 @@ def _compare_one(
     """With its own fit; a recording that no fit saw gets the shared values, and what belongs to
     a recording (zeros, the friction of another bench) is fitted to it alone."""
     substeps: Mapping[str, int] = {}
-    note = ""
+    note, steps = "", None
     if own is not None:
-        predictor = own.residuals.predictor
+        fitted = own.residuals.predictor
         values = {
-            **predictor.fixed,
+            **fitted.fixed,
             **own.residuals.unknowns.values_for(recording.name, own.vector),
         }
         label = own.fit.label
         if setup.model.steering is None:
-            substeps = predictor.substeps
+            substeps = fitted.substeps
+        steps = fitted.steps if own.fit.stopped else None
     else:
         label = fits[0].fit.label if len(fits) == 1 else MEAN_LABEL
         values = _shared(fits)
         extra = _own_unknowns(setup, recording, spec)
         if len(extra):
-            fitted = _fit_group(
+            alone = _fit_group(
                 setup, [recording], spec.model_copy(update={"generations": 0}), Silent(), True,
                 values, extra,
             )  # fmt: skip
-            values |= extra.values_for(recording.name, fitted.vector)
+            values |= extra.values_for(recording.name, alone.vector)
             names = ", ".join(item.parameter.name for item in extra.items)
             note = f"Fitted to this recording alone: {names}."
     found = compare(
-        setup.model, recording, setup.outputs, setup.processing, values, label, substeps
+        setup.model, recording, setup.outputs, setup.processing, values, label, substeps, steps
     )
     return replace(found, note=" ".join(part for part in (note, found.note) if part))
 
@@ -359,6 +381,10 @@ def _variant_spec(spec: IdentifySpec, variant: CompareSpec) -> IdentifySpec:
     prior = {k: v for k, v in spec.prior.items() if k in stays}
     update = {"parameters": names, "bounds": bounds, "prior": prior}
     return spec.model_copy(update=update)
+
+
+def _fit_notes(fits: Sequence[Fitted]) -> list[str]:
+    return list(dict.fromkeys(note for f in fits for note in f.notes))
 
 
 def _error_notes(fits: Sequence[Fitted]) -> list[str]:

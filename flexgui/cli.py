@@ -29,6 +29,7 @@ app = typer.Typer(
 def main() -> None:
     """The entry point of `flexgui`."""
     os.environ.setdefault("PYTHONWARNINGS", "ignore")  # of processes that a command starts
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the cores have simulations to do
     sys.exit(run(sys.argv[1:]))
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import viser
 
 from core.plugins import classes_of
+from flexgui.panels.curtain import lift
 from flexgui.panels.desk import Desk
 from flexgui.panels.offer import Offer
 from flexgui.panels.painter import Painter
@@ -60,14 +61,14 @@ class Page:
         self._offer = Offer(desk)
         self._bar = StageBar(desk)
         self._tour = Tour(desk)
-        self._cursor_drawn = 0.0
+        self._cursor_drawn, self._behind_curtain = 0.0, True
         self._left = gui.add_panel()
         self._build(gui)
         self._left.dock_left()
         self._left.set_width(PLOTS)
         self._scene = Scene(desk)
         self._timeline = TimeLine(desk)
-        self._room.begin(self._fit, self._timeline.fit, self._scene.fit)
+        self._room.begin(self.desk.theme.fit, self._fit, self._timeline.fit, self._scene.fit)
         if desk.read_only:
             grey(gui, others)
         self._painter = Painter(self._draw, self._settle, lambda: desk.session.wait_idle(0.0))
@@ -141,6 +142,9 @@ class Page:
             if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN, Topic.DIAGNOSIS, Topic.TOUR}:
                 for sync in tuple(self.desk.syncs):
                     sync()
+        if self._behind_curtain and session.view is not None:
+            self._behind_curtain = False
+            lift(self.desk.client)
         # Not at the next sixtieth of a second: a hand on a slider feels it.
         self.desk.client.flush()
 

@@ -9,6 +9,8 @@ from core.diagnose.missing_torque import missing_torque
 from core.diagnose.phrases import LABEL
 from core.diagnose.start import Begun
 from core.identify.compare import compare
+from core.identify.predictor import on_all_cores
+from core.identify.prepared import Prepared
 from core.results import RecordingComparison
 
 
@@ -28,14 +30,12 @@ def compared(begun: Begun) -> tuple[RecordingComparison, ...]:
 
 def _each(h: Hypothesis, data: Data) -> tuple[RecordingComparison, ...]:
     predictor = h.residuals.predictor
-    found = []
-    for e in data.experiments:
+
+    def one(e: Prepared) -> RecordingComparison:
         own = h.unknowns.values_for(e.recording.name, h.vector)
         values = {**predictor.fixed, **own}
-        found.append(
-            compare(
-                h.model, e.recording, e.outputs, e.processing, values, LABEL,
-                steps=data.fine,
-            )
-        )  # fmt: skip
-    return tuple(found)
+        return compare(
+            h.model, e.recording, e.outputs, e.processing, values, LABEL, steps=data.fine
+        )
+
+    return tuple(on_all_cores(one, data.experiments))

@@ -19,6 +19,8 @@ Blocks = Sequence[np.ndarray]
 Slopes = Sequence[np.ndarray]
 """Their derivatives (M, k, P) per recording."""
 
+FIRST_DAMPING = 1e-4
+
 
 @dataclass(frozen=True)
 class Descended:
@@ -33,6 +35,10 @@ class Descended:
     """The weighted errors there."""
     slopes: tuple[np.ndarray, ...]
     """Their derivatives (M, k, P) where they were last taken: one step before."""
+    damping: float = FIRST_DAMPING
+    """With which it would go on."""
+    ended: bool = True
+    """Whether it came to its end; False where it was allowed no further step."""
 
 
 @dataclass(frozen=True)
@@ -65,9 +71,10 @@ MOST_ITERATIONS = 15
 GOOD_ENOUGH = 1e-4
 """Fall of the cost per sample, in floors squared, below which an iteration is the last: with the
 100,000 samples of a long campaign it is the evidence at which two models tie."""
+KEPT = 0.5
+"""Of the fall that straight lines promise: by less than this they were no straight lines."""
 SHORT = 1e-2
 """Damping above which a step was short, so that a small fall says nothing of the next one."""
-FIRST_DAMPING = 1e-4
 WORST_DAMPING = 1e6
 AT_BOUND = 1e-9
 ASTRAY = 1e12
@@ -100,16 +107,26 @@ def descend(
     stopped: Callable[[], bool] = lambda: False,
     most: int = MOST_ITERATIONS,
     good_enough: float = GOOD_ENOUGH,
+    keep: bool = False,
+    damping: float = FIRST_DAMPING,
 ) -> Descended:
-    """The minimum reached from `start` (P,) within the bounds."""
+    """The minimum reached from `start` (P,) within the bounds; `damping` of a descent that goes on.
+
+    `keep` is for a start near its minimum: slopes, which hardly change there and are the dear part,
+    are taken anew only where a step with those at hand fell by less than KEPT of its promise, and
+    what is uphill is tried shorter only while that promises enough. Farther away short steps were
+    seen to gain what straight lines do not promise, and with it the noise model of all evidence.
+    """
     x = np.clip(start, limits.lower, limits.upper)
     blocks = errors(x)
     enough = good_enough * sum(b.size for b in blocks)
-    cost, damping, gradient, done = cost_of(blocks), FIRST_DAMPING, np.nan, 0
+    cost, gradient, done, ended = cost_of(blocks), np.nan, 0, False
     cost += limits.surprise(x)
     S: Slopes = ()
+    at = None
     while done < most and len(x) and np.isfinite(cost) and not (S and stopped()):
-        S = [whole(s) for s in slopes(x)]
+        if at is None:
+            S, at = [whole(s) for s in slopes(x)], x
         A, b = normal_equations(blocks, S)
         A[np.diag_indices_from(A)] += np.asarray(limits.deviations) ** -2.0
         b += (x - limits.believed) / np.asarray(limits.deviations) ** 2
@@ -117,15 +134,37 @@ def descend(
         free = _free(x, b, limits)
         gradient = _cosine(A, b * free, cost)
         x_new, blocks_new, cost_new, damping = _step(
-            errors, x, blocks, cost, A, b, free, limits, damping
+            errors, x, blocks, cost, A, b, free, limits, damping, enough if keep else 0.0
         )
         fall = cost - cost_new
         stuck = np.array_equal(x, x_new)
+        poor = stuck or fall < KEPT * _fall_by(A, b, x_new - x)
+        ended = (stuck or (fall < enough and damping < SHORT)) and (at is x or not poor)
+        if not keep or poor:
+            at = None
         x, blocks, cost = x_new, blocks_new, cost_new
-        if stuck or (fall < enough and damping < SHORT):
+        if ended:
             break
     S = S or [np.zeros((*b.shape, len(x))) for b in blocks]
-    return Descended(x, cost_of(blocks), gradient, done, tuple(blocks), tuple(S))
+    found = x, cost_of(blocks), gradient, done, tuple(blocks), tuple(S)
+    return Descended(*found, damping, ended)
+
+
+def _fall_by(A: np.ndarray, b: np.ndarray, move: np.ndarray) -> float:
+    """Fall of the cost by a move (P,) where the errors are straight lines."""
+    return -float(2.0 * b @ move + move @ A @ move)
+
+
+def promised(found: Descended, limits: Limits) -> float:
+    """Fall of the cost that one more step promises where the errors are straight lines along the
+    slopes last taken."""
+    if not len(found.vector):
+        return 0.0
+    A, b, x = *normal_equations(found.blocks, found.slopes), found.vector
+    A[np.diag_indices_from(A)] += np.asarray(limits.deviations) ** -2.0
+    b += (x - limits.believed) / np.asarray(limits.deviations) ** 2
+    move = _inside(x, _move(A, b, _free(x, b, limits), FIRST_DAMPING), limits) - x
+    return max(_fall_by(A, b, move), 0.0)
 
 
 def whole(S: np.ndarray) -> np.ndarray:
@@ -162,20 +201,31 @@ def _inside(x: np.ndarray, move: np.ndarray, limits: Limits) -> np.ndarray:
 
 
 def _step(  # type: ignore[no-untyped-def]
-    errors, x, blocks, cost, A, b, free, limits: Limits, damping: float
+    errors, x, blocks, cost, A, b, free, limits: Limits, damping: float, enough: float
 ):
-    """One accepted step with the damping it needed; the point itself where none is downhill."""
-    scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
-    inside = np.flatnonzero(free & (np.diag(A) > 0.0))
-    normal = (A / np.outer(scale, scale))[np.ix_(inside, inside)]
-    right = (b / scale)[inside]
-    while damping < WORST_DAMPING and len(inside):
-        move = np.zeros_like(x)
-        move[inside] = -np.linalg.solve(normal + damping * np.eye(len(inside)), right)
-        tried = _inside(x, move / scale, limits)
+    """One accepted step with the damping it needed; the point itself where none is downhill.
+
+    What is uphill is tried again shorter as long as that promises a fall beyond `enough`: at a
+    minimum nothing is downhill, and a dozen lengths are needed to tell that otherwise.
+    """
+    while damping < WORST_DAMPING and np.any(free & (np.diag(A) > 0.0)):
+        move = _move(A, b, free, damping)
+        tried = _inside(x, move, limits)
         found = errors(tried)
         new = cost_of(found) + limits.surprise(tried)
         if new < cost:
             return tried, found, new, max(0.1 * damping, 1e-9)
+        if np.isfinite(new) and _fall_by(A, b, move) < enough:
+            break  # shorter ones promise less
         damping = max(10.0 * damping, 1e-3)
     return x, blocks, cost, damping
+
+
+def _move(A: np.ndarray, b: np.ndarray, free: np.ndarray, damping: float) -> np.ndarray:
+    """(P,) Levenberg's step of what is free and moves any output."""
+    scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    inside = np.flatnonzero(free & (np.diag(A) > 0.0))
+    normal = (A / np.outer(scale, scale))[np.ix_(inside, inside)]
+    move = np.zeros_like(b)
+    move[inside] = -np.linalg.solve(normal + damping * np.eye(len(inside)), (b / scale)[inside])
+    return move / scale

@@ -31,7 +31,7 @@ from core.diagnose.prune import ITERATIONS, without_needless
 from core.diagnose.refit import Refit, converged, fit, precise, settled
 from core.diagnose.screen import Screen, screen
 from core.diagnose.start import Begun, begin
-from core.diagnose.steps import ladder_step, validated
+from core.diagnose.steps import Validated, ladder_step, validated
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
 from core.diagnose.words import Told, say
 from core.effects import with_included
@@ -96,6 +96,20 @@ class _State:
     rounds: list[DiagnosisRound]
     steps: list[LadderStep]
     validation: Data | None
+    unseen: dict[tuple[int, int | None], tuple[Refit, Validated]] = field(default_factory=dict)
+    """What `validated` gave for a refit with so many steps: gate, ladder and figures ask alike."""
+
+    def validated(self, refit: Refit, fine: int | None = None) -> Validated | None:
+        """A refit on the recordings that no fit sees; `fine` steps per sample, else those known."""
+        if self.validation is None:
+            return None
+        fine = self.validation.fine if fine is None else fine
+        key = (id(refit), fine)
+        if key not in self.unseen:
+            found = validated(replace(self.validation, fine=fine), refit)
+            assert found is not None
+            self.unseen[key] = refit, found  # the refit is held, so that its id stays its own
+        return self.unseen[key][1]
 
     @property
     def found(self) -> list[Effect]:
@@ -160,8 +174,7 @@ def diagnose(
 
 
 def _compared_after(state: _State, begun: Begun) -> tuple[RecordingComparison, ...]:
-    after = Begun(state.data, state.refit, state.validation)
-    return compared(after)
+    return compared(Begun(state.data, state.refit, known=state.validated(state.refit)))
 
 
 STOPPED = "The search was stopped before it was complete."
@@ -198,7 +211,10 @@ def begin_on(
 def _state(setup: Setup, begun: Begun) -> _State:
     present = list(setup.model.effects)
     first = ladder_step(begun.data, begun.validated, begun.base, None, "The model as given", ())
-    return _State(begun.data, begun.base, present, len(present), [], [first], begun.validation)
+    state = _State(begun.data, begun.base, present, len(present), [], [first], begun.validation)
+    if begun.validation is not None and begun.validated is not None:
+        state.unseen[id(begun.base), begun.validation.fine] = begun.base, begun.validated
+    return state
 
 
 def _step(state: _State, added: Effect | None, title: str) -> LadderStep:
@@ -206,7 +222,7 @@ def _step(state: _State, added: Effect | None, title: str) -> LadderStep:
     if added is not None:
         names = names_of(added, state.refit.hypothesis.model, state.data.sizes) or ("",)
     kind = None if added is None else added.kind
-    later = validated(state.validation, state.refit)
+    later = state.validated(state.refit)
     return ladder_step(state.data, later, state.refit, kind, title, names)
 
 
@@ -330,14 +346,13 @@ that are fitted anew and noise move it (1.02 in recordings of an independent eng
 
 def _gate(state: _State) -> Gate:
     """Refuses what makes recordings that no fit saw worse by more than noise could."""
-    before = None if state.validation is None else validated(state.validation, state.refit)
+    before = state.refit
 
     def refuse(data: Data, refit: Refit) -> str:
-        if before is None or state.validation is None:
+        was_seen, after = state.validated(before), state.validated(refit, data.fine)
+        if was_seen is None or after is None:
             return ""
-        after = validated(replace(state.validation, fine=data.fine), refit)
-        assert after is not None
-        was, now = (cost_of(v.errors) / v.data.count for v in (before, after))
+        was, now = (cost_of(v.errors) / v.data.count for v in (was_seen, after))
         if now - was < RELEVANT or now < WORSE**2 * was:
             return ""
         return (

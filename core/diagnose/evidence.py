@@ -61,7 +61,24 @@ class Weighed:
     @property
     def merit(self) -> float:
         """log(1 - fall) with a price per parameter; the least is best."""
-        return float(np.log(max(1.0 - self.fall, ALL))) + PRICE * self.parameters
+        return _merit(self.fall, self.parameters)
+
+
+def _merit(fall: float, parameters: int) -> float:
+    return float(np.log(max(1.0 - fall, ALL))) + PRICE * parameters
+
+
+def _above(base: float, drop: float, count: int) -> float:
+    """The squared error of which a drop is a share."""
+    return max(base - count, drop, RELEVANT * count)
+
+
+def merit(base: float, cost: float, count: int, parameters: int) -> float:
+    """Of a refit that has come from the squared error `base` to `cost` over `count` samples."""
+    drop = base - cost
+    if not np.isfinite(drop):
+        return np.inf
+    return _merit(max(drop, 0.0) / _above(base, drop, count), parameters)
 
 
 def weigh(screened: Screened, base: Refit, refit: Refit, count: int, tried: int) -> Weighed:
@@ -69,7 +86,7 @@ def weigh(screened: Screened, base: Refit, refit: Refit, count: int, tried: int)
     own = len(refit.hypothesis.unknowns) - len(base.hypothesis.unknowns)
     own = max(own, screened.freedom)
     drop = base.cost - refit.cost
-    above = max(base.cost - count, drop, RELEVANT * count)
+    above = _above(base.cost, drop, count)
     white = max(base.white_cost - refit.white_cost, 0.0)
     p = float(chi2.sf(white, own)) * tried * screened.tried
     return Weighed(

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.diagnose.data import Data, names_of
+from core.diagnose.descent import whole
 from core.diagnose.refit import Refit
 from core.diagnose.steps import estimates
 from core.effects import catalogue
@@ -49,7 +50,7 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
     x, unknowns = h.vector, h.unknowns
     if not len(unknowns):
         return ()
-    sensitivities = h.residuals.sensitivities(x)
+    sensitivities = [whole(S) for S in h.residuals.sensitivities(x)]
     jacobian = h.residuals.vector(sensitivities)
     _, _, null = identifiability.analyse(unknowns, x, jacobian)
     seen = identifiability.identified(null, len(unknowns))

@@ -19,6 +19,7 @@ from core.diagnose.evidence import (
     ranked,
     weigh,
 )
+from core.diagnose.race import Runner, ended, in_the_race, started
 from core.diagnose.refit import Refit, converged, refit_with, whitened
 from core.diagnose.reshape import reshaped
 from core.diagnose.screen import Screen, Screened, screen
@@ -28,6 +29,7 @@ from core.effects import catalogue
 from core.effects.effect import Effect, Rig
 from core.effects.sizes import typical
 from core.identify import predictor
+from core.parameters import Parameter
 from core.written import format_number
 
 REFITTED = 5
@@ -131,20 +133,20 @@ def one_round(
     if told("") or not found:
         return still
     work = _Work(data, before, present, seen, len(candidates), lambda: told(""), gate)
-    together = best_set(seen, max(room, 1), data.count)
     left = (found[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
-    if len(together.members) > 1 and room > 1 and left > LEFT_ALONE:
-        joint, refuted = work.jointly(together, found)
-        if joint is not None:
-            return joint
-        if refuted:  # to be a part of it is no merit any more
-            together = FoundSet((), 0.0)
-    return work.alone(found, together, room)
+    joint, together = work.sets(found, room, tried=room > 1 and left > 1.0 - WHOLE)
+    return joint or work.alone(found, together, room)
 
 
-LEFT_ALONE = 0.05
-"""Share of the error above the floor that the best single effect must leave for sets to be tried:
-below it what is left has its turn in the next round, with nothing large in its way."""
+WHOLE = 0.9
+"""Share of the error above the floor that a set must explain to be added as a whole; where one
+effect alone explains as much, no set is tried. Effects hide each other, and the true ones show
+themselves together only; but they leave nothing. A set that leaves an error is a way to bend what
+is unknown, and the more parameters it has the further."""
+
+PROMISING = 0.5
+"""The same as expected from straight lines, below which no joint refit is tried; refits were seen
+to reach whole explanations from two thirds on."""
 
 
 def _refitted(
@@ -153,16 +155,20 @@ def _refitted(
     """The promising candidates, refitted on all cores, as they end."""
     stopped = lambda: told("")  # noqa: E731
 
-    def one(s: Screened) -> Refit:
-        return refit_with(
-            data, before.hypothesis, [*present, s.effect], s.values, seen.whitener, seen.slopes,
-            s.scanned, stopped,
-        )  # fmt: skip
+    def look(s: Screened) -> Runner:
+        effects = [*present, s.effect]
+        return started(data, before.hypothesis, effects, s.values, seen.slopes, s.scanned, stopped)
 
     if before.cost <= data.count:
         return  # within the floor nothing can be missing, whatever is explained below it
+    chosen = promising(seen, data.count)
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
-        waiting = {pool.submit(one, s): s for s in promising(seen, data.count)}
+        runners = list(pool.map(look, chosen))
+        going = in_the_race(runners, before, data.count)
+        waiting = {
+            pool.submit(ended, data, runner, on, seen.whitener, stopped): s
+            for s, runner, on in zip(chosen, runners, going, strict=True)
+        }
         for done in as_completed(waiting):
             refit = done.result()
             if np.isfinite(refit.cost):  # else no simulation of it held together
@@ -180,6 +186,20 @@ class _Work:
     tried: int
     stopped: Callable[[], bool]
     gate: Gate
+
+    def sets(self, found: list[Weighed], room: int, tried: bool) -> tuple[Round | None, FoundSet]:
+        """A round that adds a set of effects as a whole, or the best set that was not refuted;
+        `tried`: whether one may be added."""
+        without: set[str] = set()
+        while True:
+            together = best_set(self.seen, max(room, 1), self.data.count, without)
+            share = together.plain_drop / max(self.before.cost - self.data.count, 1.0)
+            if not tried or len(together.members) < 2 or share < PROMISING:
+                return None, together
+            joint, refuted = self.jointly(together, found)
+            if joint is not None or not refuted:
+                return joint, together
+            without |= refuted  # to be a part of it is no merit any more
 
     def alone(self, found: list[Weighed], together: FoundSet, room: int) -> Round:
         """The best effect that may be accepted, on its own."""
@@ -234,9 +254,9 @@ class _Work:
             self.seen.slopes, scanned, self.stopped,
         )  # fmt: skip
 
-    def jointly(self, together: FoundSet, found: list[Weighed]) -> tuple[Round | None, bool]:
-        """The set, where together it is worth more than the best alone and passes the gate; and
-        whether it was refuted, by the gate or by a size at its bound."""
+    def jointly(self, together: FoundSet, found: list[Weighed]) -> tuple[Round | None, set[str]]:
+        """The set, where together it explains everything and passes the gate; and the members that
+        were refuted, by a size at its bound, or all of them by the gate."""
         members = together.members
         refitted = {w.screened.effect.kind: w.refit.hypothesis.values() for w in found}
         values: dict[str, float] = {}
@@ -245,26 +265,24 @@ class _Work:
             values |= own | {k: refitted.get(s.effect.kind, own).get(k, v) for k, v in own.items()}
         whole = self._refit(members, values, [name for s in members for name in s.scanned])
         if not np.isfinite(whole.cost) or self.stopped():
-            return None, False
+            return None, set()
         alone = min((w.refit.cost for w in found), default=self.before.cost)
         share = (self.before.cost - whole.cost) / max(self.before.cost - self.data.count, 1.0)
-        if alone - whole.cost < RELEVANT * self.data.count or share < BAR:
-            return None, False
+        if alone - whole.cost < RELEVANT * self.data.count or share < WHOLE:
+            return None, {kind for kind, _ in at_bounds(whole, self.data)}
         data, after = converged(self.data, whole.hypothesis, self.seen.whitener, self.stopped)
         there = {e.kind for e in after.hypothesis.model.effects}
         members = tuple(s for s in members if s.effect.kind in there)
-        if ended_at_bound(after, data) or self.gate(data, after):
-            return None, True
-        if len(members) < 2:
-            return None, False
-        added = self._in_order(members, after, found)
-        if self._stuck(added):
-            return None, False
+        ended = {kind for kind, _ in at_bounds(after, data)}
+        if ended or self.gate(data, after):
+            return None, ended or {s.effect.kind for s in members}
+        added = self._in_order(members, after, found) if len(members) > 1 else []
+        if not added or self._stuck(added):
+            return None, set()
         order = [a.weighed for a in added]
         order += [w for w in found if w.screened not in [a.screened for a in order]]
-        return Round(
-            self.seen, tuple(order), order[0], self.before, after, data, tuple(added)
-        ), False
+        kept = tuple(added)
+        return Round(self.seen, tuple(order), order[0], self.before, after, data, kept), set()
 
     def _stuck(self, added: Sequence[Added]) -> bool:
         """Whether a part of the set leaves less than all of it: a larger model that contains a
@@ -293,35 +311,46 @@ MOST_TRIED = 3
 
 
 def ended_at_bound(after: Refit, data: Data) -> str:
-    """A sentence where a size ended at the bound far from neutral and an error is left.
+    """A sentence where a size ended at the bound far from neutral and an error is left."""
+    return next((sentence for _, sentence in at_bounds(after, data)), "")
+
+
+def at_bounds(after: Refit, data: Data) -> list[tuple[str, str]]:
+    """(effect, sentence) of each size at the bound far from neutral, where an error is left.
 
     What brings the error down to the floor within its bounds is not refuted by standing at one.
     """
     if after.cost <= ABOVE**2 * data.count:
-        return ""
+        return []
     h = after.hypothesis
-    knobs = [
-        k
+    knobs = {
+        k.parameter.name: (one.kind, k.neutral)
         for one in h.model.effects
         for k in one.knobs(h.model.arm, h.model.drive, typical(h.model.arm))
-    ]
-    neutral = {k.parameter.name: k.neutral for k in knobs if not k.secondary}
+        if not k.secondary
+    }
     at = dict(zip(h.unknowns.labels, h.vector, strict=True))
-    for u in h.unknowns.items:
-        p = u.parameter
-        if p.name not in neutral or u.recording is not None:
-            continue
-        near, beside = AT_BOUND_SHARE * (p.upper - p.lower), AT_BOUND * p.scale
-        ends = (
-            (p.lower, at[u.label] - p.lower, neutral[p.name] <= p.lower + beside),
-            (p.upper, p.upper - at[u.label], neutral[p.name] >= p.upper - beside),
-        )
-        for bound, gap, vanishes in ends:
-            if gap <= near and not vanishes:
-                return (
-                    f"{p.title or p.name} ended at {format_number(bound, 3)} {p.unit}, the bound "
-                    f"of what is plausible."
-                )
+    return [
+        (knobs[u.parameter.name][0], sentence)
+        for u in h.unknowns.items
+        if u.parameter.name in knobs and u.recording is None
+        if (sentence := _ends(u.parameter, at[u.label], knobs[u.parameter.name][1]))
+    ]
+
+
+def _ends(p: Parameter, value: float, neutral: float) -> str:
+    """A sentence where the value stands at a bound, and not at the one next to neutral."""
+    near, beside = AT_BOUND_SHARE * (p.upper - p.lower), AT_BOUND * p.scale
+    ends = (
+        (p.lower, value - p.lower, neutral <= p.lower + beside),
+        (p.upper, p.upper - value, neutral >= p.upper - beside),
+    )
+    for bound, gap, vanishes in ends:
+        if gap <= near and not vanishes:
+            return (
+                f"{p.title or p.name} ended at {format_number(bound, 3)} {p.unit}, the bound "
+                f"of what is plausible."
+            )
     return ""
 
 
@@ -330,12 +359,12 @@ AT_BOUND_SHARE = 1e-6
 
 
 def promising(seen: Screen, count: int) -> list[Screened]:
-    """Half of the best by whitened score, the rest by expected fall."""
+    """Half of the best by whitened score, the rest by the fall of the error within their reach."""
     by_score = sorted(seen.candidates, key=lambda s: -s.score)
-    by_drop = sorted(seen.candidates, key=lambda s: -s.drop)
+    by_drop = sorted(seen.candidates, key=lambda s: -s.reach)
     chosen: dict[str, Screened] = {}
     for pair in zip(by_score, by_drop, strict=True):
         for s in pair:
-            if len(chosen) < REFITTED and s.drop > WORTH * count:
+            if len(chosen) < REFITTED and s.reach > WORTH * count:
                 chosen.setdefault(s.effect.kind, s)
     return list(chosen.values())

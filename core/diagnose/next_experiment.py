@@ -16,6 +16,7 @@ from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.descent import normal_equations
 from core.diagnose.groups import TIE
 from core.diagnose.planned import described, planned_data
+from core.identify.predictor import on_all_cores
 from core.recording.spec import SimulateSpec
 from core.results import PlannedExperiment
 from core.sentences import listed
@@ -37,18 +38,18 @@ def next_experiments(
     stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[PlannedExperiment, ...]:
     """The candidates, best first; `first` and `second` stand at their fitted vectors."""
-    known = [information(h) for h in (first, second)]
-    found = []
-    for spec in candidates:
+    known = list(on_all_cores(information, (first, second)))
+
+    def planned(spec: SimulateSpec) -> PlannedExperiment | None:
         if stopped():
-            break
+            return None
         score = expected_score(data, first, second, spec, known)
         text = described(spec, data)
-        found.append(
-            PlannedExperiment(
-                text, spec.model_dump(exclude_defaults=True), score, _sentence(text, score, titles)
-            )
+        return PlannedExperiment(
+            text, spec.model_dump(exclude_defaults=True), score, _sentence(text, score, titles)
         )
+
+    found = [one for one in on_all_cores(planned, candidates) if one is not None]
     return tuple(sorted(found, key=lambda e: -e.score))
 
 

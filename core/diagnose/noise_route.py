@@ -12,17 +12,19 @@ from core.diagnose.sensor_noise import (
     STATED,
     ColumnNoise,
     estimated,
+    is_command,
     step_of,
     with_colour,
 )
 from core.drives.servo import FollowingServo
-from core.identify.predictor import Motion
+from core.identify.predictor import Motion, motion_of
 from core.identify.prepared import TORQUE, Prepared, make_task, measured_outputs
 from core.recording.logger_filter import apply_logger_filter
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import Sensor, sensor, sensors
-from core.simulate.nonlinear import run
+
+ENCODER = "encoder"
 
 DRAWS = 8
 """Of the noise per recording: with a filter of 10 Hz and one second the rms is good to a tenth."""
@@ -86,6 +88,9 @@ def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str,
         narrow = limit < NARROW
         pieces = [piece for r in able for piece in r.beyond_the_model(name, undo=not narrow)]
         step = min((step_of(r.recording[name]) for r in able), default=0.0)
+        if any(r.commanded(name) for r in able):
+            found[name] = ColumnNoise(0.0, source=ESTIMATED)
+            continue
         level = next((x for r in able if (x := r.stated(name, stated)) is not None), None)
         if level is not None:
             plain = ColumnNoise(level, step=step)
@@ -111,20 +116,38 @@ class _Route:
     def recording(self) -> Recording:
         return self.experiment.recording
 
+    @property
+    def driven(self) -> bool:
+        """Whether a virtual servo leads the joints along the encoders."""
+        return isinstance(self.experiment.model.steering, FollowingServo)
+
+    @property
+    def _steering(self) -> FollowingServo:
+        steering = self.experiment.model.steering
+        assert isinstance(steering, FollowingServo)
+        return steering
+
     def followed(self, s: Sensor) -> bool:
         """Whether the output is the torque of a virtual servo."""
-        return s.kind == TORQUE and isinstance(self.experiment.model.steering, FollowingServo)
+        return s.kind == TORQUE and self.driven
 
     def feeding(self, s: Sensor) -> tuple[str, ...]:
-        """The noisy columns that an output comes from."""
+        """The noisy columns that an output comes from; under a servo the encoders always."""
         model = self.experiment.model
+        joints = [f"theta{k + 1}" for k in range(model.arm.joints)] if self.driven else []
         if self.followed(s):
-            driven = [n for n in model.drive.reference_channels(model.arm) if n[0] in "ui"]
-            return (*driven, *[f"theta{k + 1}" for k in range(model.arm.joints)])
-        if s.direct(self.recording, model.arm):
-            return tuple(c.name for c in s.channels(model.arm))
-        # Angles and velocities of the rigid arm come from the camera; encoders tell the side.
-        return ("z1", "z2")
+            own = [n for n in model.drive.reference_channels(model.arm) if n[0] in "ui"]
+        elif s.direct(self.recording, model.arm):
+            own = [c.name for c in s.channels(model.arm)]
+        else:  # angles and velocities of the rigid arm come from the camera
+            own = ["z1", "z2"]
+        return tuple(dict.fromkeys([*own, *joints]))
+
+    def commanded(self, name: str) -> bool:
+        """Whether a column of the drive is what it was told, which has no noise."""
+        model = self.experiment.model
+        known = name in model.drive.reference_channels(model.arm)
+        return known and is_command(self.recording[name])
 
     def stated(self, name: str, stated: Mapping[str, float]) -> float | None:
         """What is stated of a column; of a current by its torque."""
@@ -143,14 +166,17 @@ class _Route:
     def smooth(self, name: str) -> np.ndarray | None:
         """(N,) the column as the model has it; None where it has none."""
         e, arm = self.experiment, self.experiment.model.arm
-        driven = isinstance(e.model.steering, FollowingServo)
-        if driven and name in e.model.drive.reference_channels(arm):
+        if self.driven and name in e.model.drive.reference_channels(arm):
             return self._needed(name)
         for kind, s in sensors().items():
             names = [c.name for c in s.channels(arm)]
             if name not in names or (kind in ("y", "ydot") and not arm.two_revolute):
                 continue
             y = np.array(s.measure(self.trajectory))  # type: ignore[arg-type]
+            if (
+                self.driven and kind == ENCODER
+            ):  # the model's joints are the encoders', noise and all
+                y = self._steering.response(y, self.recording.sample_time)
             y = e.model.sensed(kind, y, self.recording.sample_time, self.values)
             return self._logged(name, y[:, names.index(name)])
         return None
@@ -158,11 +184,10 @@ class _Route:
     def _needed(self, name: str) -> np.ndarray:
         """(N,) of the torque that the measured motion needs, without the encoders' noise."""
         e, dt = self.experiment, self.recording.sample_time
-        assert isinstance(e.model.steering, FollowingServo)
         place = e.model.drive.reference_channels(e.model.arm).index(name)
         read = e.sensed(sensor(TORQUE), self.trajectory, self.numbers, self.values)  # type: ignore[arg-type]
         torque = read[:, min(place, e.model.arm.joints - 1)]
-        wide = min(WIDE_SERVO * e.model.steering.hz, 0.4 / dt)
+        wide = min(WIDE_SERVO * self._steering.hz, 0.4 / dt)
         return ZeroPhaseLowPass(cutoff_hz=wide).apply(torque, dt) / self._constant(name)
 
     def _logged(self, name: str, x: np.ndarray) -> np.ndarray:
@@ -220,10 +245,10 @@ class _Route:
         rng = np.random.default_rng([SEED, number])
         smooth = {name: self.smooth(name) for name in self.feeding(s)}
         drawn: list[list[np.ndarray]] = [[] for _ in mine]
-        for _ in range(1 if self.followed(s) else DRAWS):
+        for _ in range(1 if self.driven else DRAWS):
             recording = self._noisy(known, smooth, rng)
             apart = self._processed(recording, s) - self._processed(self.recording, s)
-            if self.followed(s):
+            if self.driven:
                 apart = apart - self._answer(recording)[:, mine]
             for column, k, found in zip(apart.T, mine, drawn, strict=True):
                 found.append(column[e.counted[:, k] & np.isfinite(column)])
@@ -254,6 +279,6 @@ class _Route:
         predictions = []
         for one in (recording, self.recording):
             again = replace(e, recording=one, task=make_task(e.model, one))
-            motion = run(e.model, self.numbers, again.task_at(self.values), SERVO_STEPS)  # type: ignore[arg-type]
+            motion = motion_of(again, self.numbers, self.values, SERVO_STEPS)  # type: ignore[arg-type]
             predictions.append(again.predicted(motion, self.numbers, self.values))  # type: ignore[arg-type]
         return predictions[0] - predictions[1]

@@ -9,15 +9,18 @@ import numpy as np
 
 from core.diagnose.data import Anchor, Data, Hypothesis, again, coarser, hypothesis
 from core.diagnose.descent import (
+    FIRST_DAMPING,
     MOST_ITERATIONS,
     Descended,
     cost_of,
     descend,
     normal_equations,
 )
+from core.diagnose.narrow import narrowed
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
 from core.identify.held import steps_needed
+from core.identify.predictor import on_all_cores
 from core.identify.uncertainty import covariance
 
 ROUGH_ITERATIONS = 10
@@ -55,6 +58,7 @@ def fit(
     stopped: Callable[[], bool],
     most: int,
     known: Known | None = None,
+    damping: float = FIRST_DAMPING,
 ) -> Refit:
     """Descends from where the hypothesis stands; then the whitened minimum by one linear step.
 
@@ -68,6 +72,7 @@ def fit(
         start.limits,
         stopped,
         most=most,
+        damping=damping,
     )
     at = start.at(found.vector)
     if whitener is None or not len(found.vector):
@@ -116,15 +121,29 @@ def refit_with(
     `slopes` are the base's, (M, k, P) per recording; the parameters `scanned` have no slope at
     neutral.
     """
+    start, spent = ahead(data, base, effects, values, slopes, scanned, stopped)
     known = columns_of(base, slopes)
+    return exactly(data, fit(start, None, stopped, most - spent, known), whitener)
+
+
+def ahead(
+    data: Data,
+    base: Hypothesis,
+    effects: Sequence[Effect],
+    values: Mapping[str, float],
+    slopes: Sequence[np.ndarray],
+    scanned: Sequence[str],
+    stopped: Callable[[], bool],
+) -> tuple[Hypothesis, int]:
+    """The start that leads further, and the iterations that were spent on it."""
     begun = _starts(data, base, effects, values, scanned, stopped)
     tried = [hypothesis(data, effects, start) for start in begun]
-    ahead, spent = tried[0], 0
-    if len(tried) > 1 and not stopped():
-        looks = [fit(h.coarse, None, stopped, LOOK, known) for h in tried]
-        best = min(range(len(tried)), key=lambda k: looks[k].cost)
-        ahead, spent = tried[best].at(looks[best].hypothesis.vector), LOOK
-    return exactly(data, fit(ahead, None, stopped, most - spent, known), whitener)
+    if len(tried) < 2 or stopped():
+        return tried[0], 0
+    known = columns_of(base, slopes)
+    looks = [fit(h.coarse, None, stopped, LOOK, known) for h in tried]
+    best = min(range(len(tried)), key=lambda k: looks[k].cost)
+    return tried[best].at(looks[best].hypothesis.vector), LOOK
 
 
 def _starts(
@@ -142,7 +161,7 @@ def _starts(
       there can stick (design section 6, 1).
     """
     begun = {**base.values(), **values}
-    best = narrowed(data, effects, begun, scanned, stopped)
+    best = narrowed(data, base, effects, begun, scanned, stopped)
     nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
     apart = any(abs(base.values()[k] - v) > NOMINAL_MOVED * abs(v) for k, v in nominal.items())
     others = [best] if best != begun else []
@@ -164,38 +183,6 @@ def exactly(data: Data, rough: Refit, whitener: Whitener) -> Refit:
         return replace(rough, descended=found)
     white, covariance = whitened(h, found, whitener)
     return Refit(h, found, white, covariance)
-
-
-FACTORS = (0.6, 0.75, 0.87, 1.15, 1.33, 1.66)
-"""Of a scanned size: a spring's ringing has its best fit in a narrow valley between the sizes that
-were scanned."""
-
-
-def narrowed(
-    data: Data,
-    effects: Sequence[Effect],
-    values: Mapping[str, float],
-    scanned: Sequence[str],
-    stopped: Callable[[], bool] = lambda: False,
-) -> dict[str, float]:
-    """The values with each scanned size moved to the best of its neighbours, one by one."""
-    best = dict(values)
-    cost = _cost_at(data, effects, best) if scanned else np.inf
-    for name in scanned:
-        middle = best[name]
-        for factor in FACTORS:
-            if stopped():
-                return best
-            tried = {**best, name: middle * factor}
-            found = _cost_at(data, effects, tried)
-            if found < cost:
-                best, cost = tried, found
-    return best
-
-
-def _cost_at(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> float:
-    h = hypothesis(data, effects, values).coarse
-    return cost_of(h.errors(h.vector))
 
 
 def columns_of(base: Hypothesis, slopes: Sequence[np.ndarray]) -> Known:
@@ -252,7 +239,7 @@ def anchored(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
     assert data.steps is not None
     steps = max(data.fine or 0, steps_needed(h.model, dt, 2 * data.steps, 1.0))
     bare = replace(data, anchor=None)
-    errors, finer = (_with_steps(bare, h, n) for n in (steps, 2 * steps))
+    errors, finer = _with_each(bare, h, (steps, 2 * steps))
     while steps < MOST_FINE:
         change = cost_of([a - b for a, b in zip(finer, errors, strict=True)])
         if change < SAME**2 * data.count:
@@ -264,6 +251,12 @@ def anchored(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
 def _richardson(coarse: Sequence[np.ndarray], fine: Sequence[np.ndarray]) -> list[np.ndarray]:
     """From errors (M, k) with some steps and twice as many: the method is of second order."""
     return [(4.0 * b - a) / 3.0 for a, b in zip(coarse, fine, strict=True)]
+
+
+def _with_each(data: Data, h: Hypothesis, steps: Sequence[int]) -> list[list[np.ndarray]]:
+    """The errors with each number of steps, side by side: of a few recordings one simulation keeps
+    one core busy."""
+    return list(on_all_cores(lambda n: _with_steps(data, h, n), steps))
 
 
 def _with_steps(data: Data, h: Hypothesis, steps: int) -> list[np.ndarray]:
@@ -355,7 +348,7 @@ def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data
     exact = lambda x: h.residuals.sensitivities(x, central=False)  # noqa: E731
     found = descend(
         h.errors, exact, h.vector, h.limits, stopped, most=LAST_ITERATIONS,
-        good_enough=LAST_FALL * refit.cost / data.count**2,
+        good_enough=LAST_FALL * refit.cost / data.count**2, keep=True,
     )  # fmt: skip
     if not np.isfinite(found.cost) or found.cost > refit.cost + RELEVANT_FALL * data.count:
         return data, refit
@@ -368,25 +361,36 @@ MOST_DOUBLINGS = 2
 """Of the steps, beyond those from which on more change no word: friction has edges, with which they
 would go on for ever."""
 
-UNMOVED = 0.25
-"""Squared change by twice the steps, in mean squares of what is left, over all samples: less than
-half a deviation in whatever parameter it points to."""
+UNMOVED = 0.0025
+"""Squared move of the parameters by twice the steps, in their deviations, whatever the direction:
+less than a twentieth of one."""
 
 
 def _extrapolated(data: Data, refit: Refit) -> Hypothesis:
-    """The model with steps whose own error, extrapolated by Richardson, moves no parameter by more
-    than a share of its deviation."""
-    enough, steps = UNMOVED * refit.cost / data.count, data.fine or 1
+    """The model with its steps' own error, extrapolated by Richardson, taken off: from so many that
+    twice as many move no parameter by more than a share of its deviation."""
     bare = replace(data, anchor=None)
-    h = again(replace(bare, steps=steps), refit.hypothesis, finer=1)
-    steps = h.steps or steps
-    runs = [_with_steps(bare, h, n * steps) for n in (1, 2, 4)]
+    h = again(replace(bare, steps=data.fine or 1), refit.hypothesis, finer=1)
+    steps = h.steps or 1
+    runs = _with_each(bare, h, (steps, 2 * steps, 4 * steps))
     for left in range(MOST_DOUBLINGS, -1, -1):
         coarse, better = (_richardson(*pair) for pair in (runs[:2], runs[1:]))
-        change = cost_of([a - b for a, b in zip(coarse, better, strict=True)])
-        if change < enough or not left:
+        change = [a - b for a, b in zip(coarse, better, strict=True)]
+        if _moved(change, refit) < UNMOVED or not left:
             break
         steps *= 2
         runs = [*runs[1:], _with_steps(bare, h, 4 * steps)]
     h = again(replace(bare, steps=steps), h, finer=1)
     return replace(h, anchor=Anchor(h, better))
+
+
+def _moved(change: Sequence[np.ndarray], refit: Refit) -> float:
+    """Squared move of the minimum, in its deviations, by a change (M, k) of the errors: the part of
+    it that lies along the slopes, in mean squares of what is left."""
+    if not len(refit.hypothesis.vector):
+        return 0.0
+    A, b = normal_equations(change, refit.descended.slopes)
+    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
+    inverse = np.linalg.pinv(A / np.outer(d, d), rcond=1e-10, hermitian=True)
+    count = sum(e.size for e in refit.errors)
+    return float((b / d) @ inverse @ (b / d)) * count / max(refit.cost, 1e-300)

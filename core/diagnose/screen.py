@@ -33,6 +33,8 @@ class Screened:
     """Corrected for what was tried."""
     drop: float
     """Expected fall of the squared error, in floors squared."""
+    reach: float
+    """The same at the sizes where it is largest, which need not be those of the best score."""
     values: Mapping[str, float]
     """Where a refit may begin."""
     columns: tuple[int, ...]
@@ -189,7 +191,8 @@ def _score(
         freedom=len(chosen),
         tried=best.tried,
         p_value=p,
-        drop=explain(u, chosen, fixed).drop,
+        drop=(drop := explain(u, chosen, fixed).drop),
+        reach=max(drop, best_shape(mine, columns, u).explained.drop),
         values=_values(columns, chosen, explained.coefficients, w),
         columns=tuple(chosen),
         knobs=tuple(columns[i].knob for i in chosen),

@@ -85,6 +85,23 @@ def step_of(column: np.ndarray) -> float:
     return step if whole and step > ROUNDING * np.abs(levels).max() else 0.0
 
 
+FEW_LEVELS = 8
+"""An amplifier that is tried with levels has a handful; a converter's signal visits many."""
+
+
+def is_command(column: np.ndarray) -> bool:
+    """Whether a column (N,) is what a drive was told to hold, and no reading: most of its samples
+    repeat the one before, and its few or uneven levels are no converter's.
+
+    Its jumps are steep, and their spectrum would be taken for noise.
+    """
+    known = column[np.isfinite(column)]
+    if len(known) < FEWEST or np.mean(np.diff(known) == 0.0) < 0.5:
+        return False
+    levels = len(np.unique(known))
+    return 1 < levels <= FEW_LEVELS or (levels > 1 and step_of(known) == 0.0)
+
+
 ROUNDING = 1e-12
 """Of the largest number: steps of floating point are no sensor's."""
 

@@ -7,7 +7,7 @@ pair that is true. What is chosen is refitted jointly afterwards.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,9 +35,10 @@ class FoundSet:
     """Fall of the squared error, in floors squared."""
 
 
-def best_set(seen: Screen, most: int, count: int) -> FoundSet:
-    """The set of at most `most` effects with the best BIC over `count` samples."""
-    search = _Search(seen, count)
+def best_set(seen: Screen, most: int, count: int, without: Collection[str] = ()) -> FoundSet:
+    """The set of at most `most` effects with the best BIC over `count` samples; `without` some
+    kinds of effect."""
+    search = _Search(seen, count, without)
     chosen: list[Screened] = []
     while len(chosen) < min(most, MOST_TOGETHER):
         best = search.best_addition(chosen)
@@ -49,13 +50,14 @@ def best_set(seen: Screen, most: int, count: int) -> FoundSet:
 
 
 class _Search:
-    def __init__(self, seen: Screen, count: int) -> None:
+    def __init__(self, seen: Screen, count: int, without: Collection[str]) -> None:
         self._white, self._plain = seen.white.projected(), seen.plain.projected()
         self._sided = [c.one_sided for c in seen.columns]
         self._price = float(np.log(max(count, 2)))
         self._choice = 2.0 * float(np.log(max(len(seen.candidates), 1)))
-        by_score = sorted(seen.candidates, key=lambda s: -s.score)
-        by_drop = sorted(seen.candidates, key=lambda s: -s.drop)
+        left = [s for s in seen.candidates if s.effect.kind not in without]
+        by_score = sorted(left, key=lambda s: -s.score)
+        by_drop = sorted(left, key=lambda s: -s.drop)
         listed = {s.effect.kind: s for pair in zip(by_score, by_drop, strict=True) for s in pair}
         self._candidates = list(listed.values())[:SHORTLIST]
 

@@ -37,11 +37,13 @@ class Begun:
     base: Refit
     validation: Data | None = None
     """Recordings that no fit sees."""
+    known: Validated | None = None
+    """The base on them, where it was asked before."""
 
     @cached_property
     def validated(self) -> Validated | None:
         """The base on them."""
-        return validated(self.validation, self.base)
+        return self.known or validated(self.validation, self.base)
 
     def for_others(
         self, processing: Processing, spec: IdentifySpec, recordings: Sequence[Recording]

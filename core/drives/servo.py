@@ -38,6 +38,16 @@ def acceleration(place: np.ndarray, dt: float) -> np.ndarray:
     return bend(place) * (12.0 / dt**2)
 
 
+def held(signals: np.ndarray) -> np.ndarray:
+    """(N, nr) at the samples, of signals (N, nr) that a drive holds from each sample to the next.
+
+    At its sample a held signal steps, and what is smooth there sees the mean of both sides: half a
+    sample later than the numbers say.
+    """
+    before = np.vstack([signals[:1], signals[:-1]])
+    return 0.5 * (before + signals)
+
+
 def rates(place: np.ndarray, dt: float) -> np.ndarray:
     """(N, k) by central differences."""
     return np.column_stack([central_difference(x, dt) for x in place.T])
@@ -49,6 +59,31 @@ def _response(hz: float, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     w = 2.0 * np.pi * hz
     b, a, _ = signal.cont2discrete(([2.0 * w, w * w], [1.0, 2.0 * w, w * w]), dt, method="foh")
     return np.ravel(b), np.ravel(a), signal.lfilter_zi(np.ravel(b), np.ravel(a))
+
+
+AT_ONCE = 8
+"""Samples over which it is seen whether a motion begins at rest."""
+
+SURE = 3.0
+"""Deviations by which a first step must exceed the noise to be a motion."""
+
+SLOW_START = 0.5
+"""Of the largest step within AT_ONCE samples: from rest the first step is a third of the second,
+whatever the acceleration; a joint that moves already goes on as it went."""
+
+
+def begins_at_rest(place: np.ndarray) -> bool:
+    """Whether places (N, k) begin at rest: each joint's first step is small beside the largest of
+    the first samples, or within the noise that a parabola leaves in them."""
+    if len(place) <= AT_ONCE or not np.isfinite(place[:AT_ONCE]).all():
+        return False
+    first = place[:AT_ONCE]
+    A = np.vander(np.arange(AT_ONCE), 3)
+    left = first - A @ np.linalg.lstsq(A, first, rcond=None)[0]
+    noise = np.sqrt(np.sum(left**2, axis=0) / (AT_ONCE - 3))
+    steps = np.abs(np.diff(first, axis=0))
+    small = np.maximum(SLOW_START * steps.max(axis=0), SURE * np.sqrt(2.0) * noise)
+    return bool(np.all(steps[0] <= small))
 
 
 class Recorded(NamedTuple):
@@ -108,9 +143,9 @@ class FollowingServo:
         return np.hstack([self._drive_signals(recording, arm), place, speed])
 
     def _drive_signals(self, recording: Recording, arm: Arm) -> np.ndarray:
-        return self._smoothed(self.base.signals(recording, arm), recording.sample_time)
+        return self.smoothed(held(self.base.signals(recording, arm)), recording.sample_time)
 
-    def _smoothed(self, columns: np.ndarray, dt: float) -> np.ndarray:
+    def smoothed(self, columns: np.ndarray, dt: float) -> np.ndarray:
         """(N, k), through the smoothing filter where there is one."""
         if self.smoothing is None or not columns.shape[1]:
             return columns
@@ -118,10 +153,26 @@ class FollowingServo:
 
     def motion(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray]:
         """Measured joint positions and velocities (N, joints), smoothed where so chosen."""
-        names = [f"theta{k + 1}" for k in range(arm.joints)]
+        place, before = self.places(recording, arm)
+        whole = place if before is None else np.vstack([before, place])
+        return place, rates(whole, recording.sample_time)[-len(place) :]
+
+    def places(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray | None]:
+        """Measured joint positions (N, joints), smoothed where so chosen, and those of the time
+        before (L, joints) where the motion begins at rest.
+
+        A filter without phase answers before it is asked: the smoothed motion begins earlier than
+        the recording, and what bends begins with it.
+        """
         dt = recording.sample_time
-        place = self._smoothed(np.column_stack([recording[name] for name in names]), dt)
-        return place, rates(place, dt)
+        raw = np.column_stack([recording[f"theta{k + 1}"] for k in range(arm.joints)])
+        if not begins_at_rest(raw):
+            return self.smoothed(raw, dt), None
+        filtered = self.smoothing
+        lasts = 0.0 if filtered is None else 2.0 * filtered.order / (np.pi * filtered.cutoff_hz)
+        count = max(int(np.ceil(lasts / dt)), 2)
+        whole = self.smoothed(np.vstack([np.repeat(raw[:1], 2 * count, axis=0), raw]), dt)
+        return whole[2 * count :], whole[count : 2 * count]
 
     def between_samples(self, place: np.ndarray, dt: float) -> np.ndarray:
         """(N, joints): by how much the servo's torque around a sample exceeds that at it.

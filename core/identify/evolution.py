@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import OptimizeResult, differential_evolution
 
+from core.progress import StoppedError
 from core.results import Generation
 
 DIFFERENTIAL_WEIGHT = 0.8
@@ -51,13 +52,20 @@ def evolve(
     seed: int,
     on_generation: OnGeneration,
 ) -> Searched:
-    """rand/1/bin over `generations`; costs takes (S, P) and gives (S,)."""
+    """rand/1/bin over `generations`; costs takes (S, P) and gives (S,).
+
+    Where somebody stops in the middle of a generation, the best of those before is kept;
+    StoppedError where there is none.
+    """
     rng = np.random.default_rng(seed)
     history: list[Generation] = []
     stopped = False
 
     def evaluate(x: np.ndarray) -> np.ndarray:
-        values = costs(np.atleast_2d(x.T))
+        try:
+            values = costs(np.atleast_2d(x.T))
+        except StoppedError:
+            return np.full(x.size // len(lower), FAILED)
         return np.where(np.isfinite(values), values, FAILED)
 
     def report(intermediate_result: OptimizeResult) -> bool:
@@ -83,6 +91,8 @@ def evolve(
         callback=report,
         rng=rng,
     )
+    if result.fun >= FAILED and stopped:
+        raise StoppedError
     return Searched(np.asarray(result.x), float(result.fun), tuple(history), stopped)
 
 

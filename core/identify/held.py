@@ -8,18 +8,18 @@ that it takes. What is left to simulate is smooth and never stiff.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numba import njit, types
 
-from core.arm.signatures import DYNAMICS, OPTIONS, matrix, vector
+from core.arm.signatures import OPTIONS, vector
 from core.arm.symbols import Structure
-from core.drives.servo import FollowingServo, acceleration
+from core.drives.servo import FollowingServo
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law
 from core.forces.element import Element
+from core.identify.prescribed import is_prescribed, joint_servo
 from core.model import Model, Numbers
 from core.simulate.elements import call_element
 from core.simulate.motion import Task
@@ -73,86 +73,39 @@ def effects_in_steps(model: Model) -> tuple[Effect, ...]:
     return tuple(one for one in model.effects if moves(one))
 
 
-def is_smooth(model: Model) -> bool:
-    """Whether a servo holds the joints and nothing that is simulated has edges, so that the error
-    of the steps can be extrapolated."""
-    if not isinstance(model.steering, FollowingServo):
-        return False
-    numbers = simulated_part(model, model.numbers())
-    edges = any(e.law.bristle for e in numbers.elements)
-    return not edges and not np.any(np.isfinite(numbers.law.limit))
-
-
-def is_followed(model: Model, simulated: Numbers) -> bool:
-    """Whether nothing is left to simulate: a rigid arm goes where its servo takes it."""
-    return (
-        isinstance(model.steering, FollowingServo)
-        and model.level == "nonlinear"
-        and model.arm.coordinates == model.arm.joints
-        and not simulated.elements
-        and not np.any(np.isfinite(simulated.law.limit))
-    )
-
-
-def follow(model: Model, numbers: Numbers, task: Task) -> Trajectory:
-    """The motion of a rigid arm along the recorded joints, with the torque of its inverse dynamics,
-
-        u = M(q) q'' - f(q, q'),
-
-    accelerations by second differences. Positions and speeds pass the servo's response, as when
-    they are simulated; what is missing passes it later (`core.identify.prepared`).
-    """
-    steering, joints = model.steering, model.arm.joints
-    assert isinstance(steering, FollowingServo)
-    dt = task.sample_time
-    place, speed = np.split(task.references[:, -2 * joints :], 2, axis=1)
-    q, v = (np.ascontiguousarray(steering.response(x, dt)) for x in (place, speed))
-    a = np.ascontiguousarray(acceleration(place, dt))
-    torque = _inverse_dynamics(model.compiled.dynamics, q, v, a, numbers.p)
-    return Trajectory(model.arm, model.compiled, numbers.p, task.time, q, v, torque)
-
-
-@njit(matrix(DYNAMICS, matrix, matrix, matrix, vector), **OPTIONS)
-def _inverse_dynamics(dynamics, q, v, a, p):  # type: ignore[no-untyped-def]
-    """u (N, n) = M(q) a - f(q, v)."""
-    N, n = q.shape
-    out = np.empty((N, n))
-    M, f = np.empty((n, n)), np.empty(n)
-    for t in range(N):
-        dynamics(q[t], v[t], p, M, f)
-        for i in range(n):
-            total = -f[i]
-            for j in range(n):
-                total += M[i, j] * a[t, j]
-            out[t, i] = total
-    return out
-
-
 def with_held(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
-    """The motion with the torque that overcomes the forces at held joints as well."""
+    """The motion with the torque that overcomes the forces at held joints as well.
+
+    Where the joints are prescribed, friction sees their motion through the servo's response: the
+    encoders' noise would turn its sign at rest.
+    """
     simulated = simulated_part(model, numbers)
     if simulated is numbers:
         return motion
     moving = {id(e) for e in simulated.elements}
-    held = [e for e in numbers.elements if id(e) not in moving]
+    elements = [e for e in numbers.elements if id(e) not in moving]
+    dt, joints = float(motion.time[1] - motion.time[0]), model.arm.joints
+    place, speed = motion.q[:, :joints], motion.v[:, :joints]
+    if is_prescribed(model, simulated):
+        place, speed = (joint_servo(model).response(x, dt) for x in (place, speed))
     torque = motion.torque.copy()
-    for e in sorted(held, key=lambda one: one.law.loaded):  # losses see all other forces
+    for e in sorted(elements, key=lambda one: one.law.loaded):  # losses see all other forces
         k = int(np.flatnonzero(e.directions[0])[0])
-        torque[:, k] = _overcome(e, motion, k, torque[:, k].copy())
+        torque[:, k] = _overcome(e, k, place[:, k], speed[:, k], dt, torque[:, k].copy())
     return replace(motion, arm=model.arm, torque=torque)
 
 
-def _overcome(e: Element, motion: Trajectory, k: int, torque: np.ndarray) -> np.ndarray:
-    """(N,) torque at joint k (from 0) with what overcomes one element."""
+def _overcome(
+    e: Element, k: int, place: np.ndarray, speed: np.ndarray, dt: float, torque: np.ndarray
+) -> np.ndarray:
+    """(N,) torque at joint k (from 0) with what overcomes one element along a motion (N,)."""
     law, scale = e.law, float(e.directions[0][k])
-    x = np.ascontiguousarray(scale * motion.q[:, k])
-    v = np.ascontiguousarray(scale * motion.v[:, k])
-    step = float(motion.time[1] - motion.time[0]) / FINER
+    x, v = np.ascontiguousarray(scale * place), np.ascontiguousarray(scale * speed)
     values = np.array([*e.values, 0.0], dtype=float)
     loaded_at = len(e.values) - 1 if law.loaded else -1
     out = np.zeros(law.size)
     address = compile_law(law).address
-    _along(address, len(law.states), loaded_at, x, v, step, values, scale, torque, out)
+    _along(address, len(law.states), loaded_at, x, v, dt / FINER, values, scale, torque, out)
     return torque
 
 
@@ -208,21 +161,20 @@ def digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> bytes:
     found = hashlib.blake2b(digest_size=16)
     found.update(repr((hash(Structure.of(model.arm)), model.level)).encode())
     found.update(numbers.p.tobytes())
-    for array in law_arrays(numbers.law):
-        found.update(array.tobytes())
+    if not is_prescribed(model, numbers):  # then no drive decides where the joints go
+        for array in law_arrays(numbers.law):
+            found.update(array.tobytes())
     for e in numbers.elements:
         found.update(repr((hash(e.law), e.values, e.at_tip, e.loaded_by)).encode())
         for direction in e.directions:
             found.update(direction.tobytes())
     if task is not plain:
-        for array in (task.references, task.start, task.schedule):
+        before = task.start[:0] if task.before is None else task.before
+        for array in (task.references, task.start, task.schedule, before):
             found.update(np.ascontiguousarray(array).tobytes())
     return found.digest()
 
 
 def steps_needed(model: Model, sample_time: float, fewest: int, times: float) -> int:
-    """Steps per sample: at least `fewest`, and none longer than `times` what the effects that
-    move the arm allow."""
-    moving: Sequence[Effect] = effects_in_steps(model)
-    longest = times * min((one.longest_step for one in moving), default=np.inf)
-    return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))
+    """As `Model.steps`, where only the effects that move the arm count."""
+    return model.steps(sample_time, fewest, times, effects_in_steps(model))

@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 
 from core.identify import predictor
+from core.progress import heeded, heeding, look
 
 
 @cache
@@ -23,13 +24,16 @@ if hasattr(os, "register_at_fork"):
 def share(jobs: Sequence[Callable[[], None]], workers: int | None = None) -> None:
     """Does the jobs on all cores (or `workers` threads); the caller's thread takes its part.
 
-    Compiled code holds no lock. An exception of a job is raised here.
+    Compiled code holds no lock. Somebody may stop the work between two jobs. An exception of a
+    job is raised here.
     """
-    waiting = iter(jobs)
+    waiting, progress = iter(jobs), heeded()
 
     def work() -> None:
-        for job in waiting:
-            job()
+        with heeding(progress):
+            for job in waiting:
+                look()
+                job()
 
     others = min(workers or predictor.WORKERS, len(jobs)) - 1
     helpers = [_pool().submit(work) for _ in range(others)]

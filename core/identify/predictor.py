@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
 from core.drives.servo import FollowingServo
 from core.identify import held
 from core.identify.prepared import TORQUE, Prepared
+from core.identify.prescribed import given_motion, is_given, is_prescribed, prescribed_job
 from core.identify.unknowns import Unknowns
-from core.model import Numbers
+from core.model import Model, Numbers
 from core.simulate.linear import respond
 from core.simulate.many import Job, run_many, run_many_extrapolated, simulate_many
 from core.simulate.motion import Task
+from core.simulate.nonlinear import LEAST_GAIN, MOST_SUBSTEPS
 from core.trajectory import Trajectory
+
+One = TypeVar("One")
+Found = TypeVar("Found")
 
 FIT_TOLERANCE = 1e-5
 """m or rad: what a simulation inside a fit may be wrong by; below a good camera's noise (30 um)
@@ -45,10 +52,33 @@ def single_threaded() -> Iterator[None]:
         WORKERS = before
 
 
+def on_all_cores(work: Callable[[One], Found], which: Sequence[One]) -> Iterator[Found]:
+    """What the work gives for each, in their order; most of its time must be compiled code."""
+    with ThreadPoolExecutor(WORKERS) as pool:
+        yield from pool.map(work, which)
+
+
 Request = tuple[np.ndarray, Sequence[int]]
 """A vector (P,) and the indices of the experiments to predict with it."""
 
 Motion = tuple[Trajectory, Numbers, dict[str, float]]
+
+
+def job_of(model: Model, numbers: Numbers, task: Task) -> Job:
+    """The simulation of an experiment, with the joints given where a servo leads them."""
+    if is_prescribed(model, numbers):
+        return prescribed_job(model, numbers, task)
+    return Job(model, numbers, task)
+
+
+def motion_of(e: Prepared, numbers: Numbers, values: Mapping[str, float], steps: int) -> Trajectory:
+    """The motion of one experiment with a fixed number of steps per sample."""
+    moving, task = held.simulated_part(e.model, numbers), e.task_at(values)
+    if is_given(e.model, moving):
+        found = given_motion(e.model, moving, task)
+    else:
+        found = run_many([job_of(e.model, moving, task)], steps)[0]
+    return held.with_held(e.model, numbers, found)
 
 
 @dataclass
@@ -60,9 +90,8 @@ class Predictor:
     fixed: Mapping[str, float] = field(default_factory=dict)
     substeps: dict[str, int] = field(default_factory=dict)
     steps: int | None = None
-    """Steps per sample of one plain pass, or of the first of two whose error is extrapolated where
-    the motion is smooth; None: as many as the stated error needs. Diagnosis fixes them: friction
-    and limits have edges, where extrapolation does harm."""
+    """Steps per sample of one plain pass; None: as many as the stated error needs. Diagnosis fixes
+    them: friction and limits have edges, where extrapolation does harm."""
     correction: dict[str, np.ndarray] = field(default_factory=dict)
     """Recording -> (M, k): the outputs that `steps` miss, added to all predictions."""
     errors: dict[str, float] = field(default_factory=dict)
@@ -139,43 +168,90 @@ class Predictor:
             return []
         if chosen[0].model.level == "lpv":
             return respond(chosen[0].model, numbers, tasks)
-
-        if all(held.is_followed(e.model, n) for e, n in zip(chosen, numbers, strict=True)):
-            pairs = zip(chosen, numbers, tasks, strict=True)
-            return [held.follow(e.model, n, task) for e, n, task in pairs]
-        jobs = [Job(e.model, n, task) for e, n, task in zip(chosen, numbers, tasks, strict=True)]
+        models = [e.model for e in chosen]
+        if all(map(is_given, models, numbers)):
+            return [given_motion(*each) for each in zip(models, numbers, tasks, strict=True)]
+        jobs = [job_of(*each) for each in zip(models, numbers, tasks, strict=True)]
         if self.steps is not None:
-            if all(held.is_smooth(e.model) for e in chosen):
-                return run_many_extrapolated(jobs, 2 * self.steps, WORKERS)
             return run_many(jobs, self.steps, WORKERS)
         names = [e.recording.name for e in chosen]
-        self._find_steps(names, chosen, jobs)
-        found: dict[int, Trajectory] = {}
+        found = self._find_steps(names, chosen, jobs)
         for steps in {self.substeps[name] for name in names}:
-            which = [i for i, name in enumerate(names) if self.substeps[name] == steps]
+            which = [
+                i for i, name in enumerate(names) if self.substeps[name] == steps and i not in found
+            ]
             some = run_many_extrapolated([jobs[i] for i in which], steps, WORKERS)
             found.update(zip(which, some, strict=True))
         return [found[i] for i in range(len(jobs))]
 
     def _find_steps(
         self, names: Sequence[str], chosen: Sequence[Prepared], jobs: Sequence[Job]
-    ) -> None:
-        """How many steps per sample the stated error needs, where that is not known yet."""
+    ) -> dict[int, Trajectory]:
+        """How many steps per sample the stated error needs, where that is not known yet; the
+        motions that were made to find it."""
         first = {name: i for i, name in reversed(list(enumerate(names)))}
         new = [i for name, i in first.items() if name not in self.substeps]
         if not new:
-            return
+            return {}
         servo = isinstance(chosen[0].model.steering, FollowingServo)
         shown = servo and any(s.kind == TORQUE for s in chosen[0].outputs)
         share = TORQUE_TOLERANCE if shown else np.inf
         results = simulate_many([jobs[i] for i in new], FIT_TOLERANCE, share, WORKERS)
         for i, result in zip(new, results, strict=True):
             self.substeps[names[i]], self.errors[names[i]] = result.substeps, result.error
+        return {i: result.trajectory for i, result in zip(new, results, strict=True)}
 
     def refine_steps(self, times: int) -> None:
         """Simulates with `times` as many steps per sample as the stated error needs."""
         self.substeps = {name: times * steps for name, steps in self.substeps.items()}
         self._motions.clear()
+
+    def coarsen(self, vector: np.ndarray) -> None:
+        """Goes on with few steps; what they miss is left to `core.identify.polish`."""
+        spread = [_spread_of(e) for e in self.experiments]
+        self.correction, self.steps = {}, 1
+        coarse = self.predict(vector)
+        while True:
+            steps, self.steps = self.steps, 2 * self.steps
+            fine = self.predict(vector)
+            miss = self._largest_miss(fine, coarse, spread)
+            if miss * LEAST_GAIN / (LEAST_GAIN - 1.0) <= SEARCH_SHARE or steps >= MOST_SUBSTEPS:
+                self.steps = steps
+                return
+            coarse = fine
+
+    def exactly(self, vector: np.ndarray) -> list[np.ndarray]:
+        """Outputs (M_i, k) with as many steps as the stated error needs, nothing taken off."""
+        steps, known = self.steps, self.correction
+        self.steps, self.correction = None, {}
+        try:
+            return self.predict(vector)
+        finally:
+            self.steps, self.correction = steps, known
+
+    def take_off(
+        self, fine: Sequence[np.ndarray], vector: np.ndarray, steps: int
+    ) -> list[np.ndarray]:
+        """Goes on with `steps` per sample, and takes off what they miss at a vector; the outputs
+        (M_i, k) with that error."""
+        self.steps, self.correction = steps, {}
+        coarse = self.predict(vector)
+        names = [e.recording.name for e in self.experiments]
+        self.correction = {name: a - b for name, a, b in zip(names, fine, coarse, strict=True)}
+        return coarse
+
+    def _largest_miss(
+        self,
+        fine: Sequence[np.ndarray],
+        coarse: Sequence[np.ndarray],
+        spread: Sequence[np.ndarray],
+    ) -> float:
+        """Rms of what coarse outputs miss where samples count, over the channel's spread."""
+        apart = [
+            np.where(e.counted, a - b, 0.0)
+            for e, a, b in zip(self.experiments, fine, coarse, strict=True)
+        ]
+        return max(float(np.max(_rms(x) / s)) for x, s in zip(apart, spread, strict=True))
 
     def settle(self, vector: np.ndarray) -> None:
         """Goes on with few steps, their error at a vector taken off all that is predicted.
@@ -192,11 +268,7 @@ class Predictor:
         while True:
             self.steps = steps
             coarse = self.predict(vector)
-            apart = [
-                np.where(e.counted, a - b, 0.0)
-                for e, a, b in zip(self.experiments, fine, coarse, strict=True)
-            ]
-            miss = max(float(np.max(_rms(x) / s)) for x, s in zip(apart, spread, strict=True))
+            miss = self._largest_miss(fine, coarse, spread)
             if miss <= COARSE_SHARE or steps >= max(self.substeps.values()):
                 break
             steps *= 2
@@ -207,6 +279,10 @@ class Predictor:
 COARSE_SHARE = 1e-3
 """Of a channel's spread, rms: what few steps may miss before their error is taken off, which leaves
 about a tenth of it."""
+
+
+SEARCH_SHARE = 5e-3
+"""The same in a search: an estimate moves by some deviations, which the last step takes back."""
 
 
 def _rms(block: np.ndarray) -> np.ndarray:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from core.drives.servo import FollowingServo, Recorded, rates
 from core.errors import InputError
-from core.identify.held import is_followed, simulated_part
+from core.identify.held import simulated_part
+from core.identify.prescribed import is_prescribed
 from core.identify.unknowns import GAIN, OFFSET, START
 from core.model import Model, Numbers
 from core.recording.logger_filter import apply_logger_filter
@@ -87,26 +88,30 @@ class Prepared:
         for i, name in enumerate(names):
             start[i] += values.get(START + name, 0.0)
             start[len(names) + i] += values.get(f"{START}d{name}", 0.0)
-        return Task(task.time, task.references, start, schedule)
+        return replace(task, start=start, schedule=schedule)
 
     def _followed_at(self, values: Mapping[str, float]) -> Task:
         """The task with the motion that the values say the virtual servo must follow."""
         if not isinstance(self.model.steering, FollowingServo):
             return self.task
-        place, seen = self._place_at(values)
-        if place is seen:
+        whole, seen = self._place_at(values)
+        if whole is seen:
             return self.task
         joints, n = self.model.arm.joints, self.model.arm.coordinates
-        speed = rates(place, self.recording.sample_time)
+        N = len(self.task.time)
+        place, speed = whole[-N:], rates(whole, self.recording.sample_time)[-N:]
         references, start = self.task.references.copy(), self.task.start.copy()
         references[:, -2 * joints :] = np.hstack([place, speed])
         start[:joints], start[n : n + joints] = place[0], speed[0]
-        return Task(self.task.time, references, start, self.task.schedule)
+        before = None if self.task.before is None else whole[:-N]
+        return replace(self.task, references=references, start=start, before=before)
 
     def _place_at(self, values: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
-        """Where the joints were (N, joints) at these values, and what the encoders say; the same
-        array where the values say nothing else."""
-        seen = self.task.references[:, -2 * self.model.arm.joints :][:, : self.model.arm.joints]
+        """Where the joints were (L + N, joints) at these values, before the recording and in it,
+        and what the encoders say; the same array where the values say nothing else."""
+        joints, before = self.model.arm.joints, self.task.before
+        seen = self.task.references[:, -2 * joints : -joints]
+        seen = seen if before is None else np.vstack([before, seen])
         return self.model.followed(seen, self.recording.sample_time, values), seen
 
     def predicted(
@@ -143,10 +148,11 @@ class Prepared:
         applied = steering.recorded_torque(self._recorded, arm, trajectory.p, known)
         dt = self.recording.sample_time
         stated = steering.recorded_torque(self._recorded, arm, base.p, {})
-        if is_followed(self.model, simulated_part(self.model, numbers)):
+        if is_prescribed(self.model, simulated_part(self.model, numbers)):
             missing = steering.response(y - applied, dt)
         else:
-            missing = y + steering.between_samples(self._place_at(values)[0], dt) - applied
+            place = self._place_at(values)[0][-len(y) :]
+            missing = y + steering.between_samples(place, dt) - applied
         return stated + _in_stated_units(missing, applied, stated)
 
     @cached_property
@@ -207,11 +213,12 @@ def _inside(processing: Processing, N: int, dt: float) -> np.ndarray:
 
     A torque is made from accelerations, and what a filter must invent beyond the ends of a
     position is differentiated twice. A Butterworth filter of order n at f answers for about twice
-    its group delay, which is below n / (2 pi f).
+    its group delay, which is below n / (2 pi f). Without a filter the first and the last sample
+    have no second difference.
     """
     filters = [f for f in (processing.filter, processing.output_filter) if f is not None]
     edge = max((f.order / (np.pi * f.cutoff_hz) for f in filters), default=0.0)
-    count = int(np.ceil(edge / dt))
+    count = max(int(np.ceil(edge / dt)), 1)
     at = np.arange(N)
     return np.asarray((at >= count) & (at < N - count))
 
@@ -235,6 +242,8 @@ def measured_outputs(
         y = steering.recorded_torque(known, arm, model.numbers().p, {})
     else:
         y = np.array(sensor.measured(recording, arm))
+        if isinstance(steering, FollowingServo):  # as the joints that the model is led along
+            y = steering.smoothed(y, recording.sample_time)
     mask = np.isfinite(y)
     for k, name in enumerate(names):
         chosen = recording.counted.get(name)
@@ -249,11 +258,13 @@ def make_task(model: Model, recording: Recording) -> Task:
     references = steering.signals(recording, arm)
     states = model.numbers().law.states
     start = at_rest(start_joints(model, recording), arm.coordinates, states)
+    before = None
     if isinstance(steering, FollowingServo):
         place, speed = steering.motion(recording, arm)
+        before = steering.places(recording, arm)[1]
         start[: arm.joints] = place[0]
         start[arm.coordinates : arm.coordinates + arm.joints] = speed[0]
-    return Task(recording.time, references, start, joint_schedule(model, recording))
+    return Task(recording.time, references, start, joint_schedule(model, recording), before)
 
 
 def start_joints(model: Model, recording: Recording) -> np.ndarray:

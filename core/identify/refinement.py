@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 
 from core.identify.residuals import Residuals
+from core.progress import StoppedError
 
 MOST_EVALUATIONS = 60
 TOLERANCE = 1e-14
@@ -28,6 +29,10 @@ class Refined:
     gradient: float
     """|J'r| of the scaled problem over |J||r|: the cosine of residual and sensitivities."""
     converged: bool
+    stopped_at_once: bool = False
+    """Whether somebody stopped before the first step was done."""
+    slopes: tuple[np.ndarray, ...] = ()
+    """The residuals' sensitivities (M, k, P) there, where the last step has found them."""
 
 
 class Prior:
@@ -73,22 +78,43 @@ OnStep = Callable[[float], bool]
 """Called with the cost after each step; True ends the descent where it is."""
 
 
-def refine(residuals: Residuals, start: np.ndarray, on_step: OnStep) -> Refined:
-    """The least-squares minimum reached from `start` within the bounds."""
+def refine(
+    residuals: Residuals, start: np.ndarray, on_step: OnStep, tolerance: float | None = None
+) -> Refined:
+    """The least-squares minimum reached from `start` within the bounds; `tolerance` is relative
+    and about the cost, and as strict as makes sense where none is given."""
     prior = Prior(residuals)
     vector = start
     for _ in range(ROUNDS_WITH_PRIOR if len(prior.at) else 1):
-        level = float(np.sqrt(np.mean(residuals(vector) ** 2)))
-        vector, converged = _minimise(residuals, vector, prior, level, on_step)
-    r, J = residuals(vector), residuals.jacobian(vector) * residuals.scales
+        level = float(np.sqrt(np.mean(residuals(vector) ** 2))) if len(prior.at) else 1.0
+        try:
+            found = _minimise(residuals, vector, prior, level, on_step, tolerance)
+        except _StoppedAt as stop:
+            return Refined(stop.vector, stop.cost, np.nan, False, not np.isfinite(stop.cost))
+        vector = found.x * residuals.scales
+    r, J = found.fun[: residuals.count], found.jac[: residuals.count]
     size = np.linalg.norm(J) * np.linalg.norm(r)
     gradient = float(np.linalg.norm(J.T @ r) / size) if size > 0.0 else 0.0
-    return Refined(vector, float(r @ r), gradient, converged)
+    return Refined(vector, float(r @ r), gradient, bool(found.status > 0))
+
+
+@dataclass
+class _StoppedAt(Exception):  # noqa: N818
+    """Somebody stopped in the middle of a step: where the last one ended."""
+
+    vector: np.ndarray
+    cost: float
 
 
 def _minimise(
-    residuals: Residuals, start: np.ndarray, prior: Prior, level: float, on_step: OnStep
-) -> tuple[np.ndarray, bool]:
+    residuals: Residuals,
+    start: np.ndarray,
+    prior: Prior,
+    level: float,
+    on_step: OnStep,
+    asked: float | None,
+) -> OptimizeResult:
+    """SciPy's result, in units of the scales; _StoppedAt where somebody stopped it."""
     parameters, scales = residuals.unknowns.parameters, residuals.scales
 
     def value(x: np.ndarray) -> np.ndarray:
@@ -99,21 +125,22 @@ def _minimise(
         J = np.vstack([residuals.jacobian(x * scales), prior.jacobian(level)])
         return np.asarray(np.nan_to_num(J * scales))
 
+    best: list[tuple[np.ndarray, float]] = []
+
     def watch(intermediate_result: OptimizeResult) -> None:
+        best[:] = [(np.array(intermediate_result.x), 2.0 * float(intermediate_result.cost))]
         if on_step(2.0 * float(intermediate_result.cost)):
             raise StopIteration
 
     tolerance = DEAR_TOLERANCE if residuals.predictor.simulation_is_dear else TOLERANCE
+    tolerance = tolerance if asked is None else asked
     lower, upper = parameters.lower() / scales, parameters.upper() / scales
-    result = least_squares(
-        value,
-        np.clip(start / scales, lower, upper),
-        jac=slope,
-        bounds=(lower, upper),
-        xtol=tolerance,
-        ftol=tolerance,
-        gtol=tolerance,
-        max_nfev=MOST_EVALUATIONS,
-        callback=watch,
-    )
-    return np.asarray(result.x) * scales, bool(result.status > 0)
+    begin = np.clip(start / scales, lower, upper)
+    try:
+        return least_squares(
+            value, begin, jac=slope, bounds=(lower, upper), xtol=tolerance, ftol=tolerance,
+            gtol=tolerance, max_nfev=MOST_EVALUATIONS, callback=watch,
+        )  # fmt: skip
+    except StoppedError:
+        x, cost = best[0] if best else (begin, float("nan"))
+        raise _StoppedAt(x * scales, cost) from None

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 from scipy.signal import fftconvolve
 
 QUIET_LAGS = 5
@@ -68,12 +69,26 @@ def _meat(S: np.ndarray, r: np.ndarray) -> np.ndarray:
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
 
 
+FEW_LAGS = 50
+"""Up to which one product per lag costs less than the transforms."""
+
+
 def cross_covariances(r: np.ndarray, lags: int) -> np.ndarray:
-    """(lags + 1, k, k): mean of r_a(t) r_b(t + lag)."""
+    """(lags + 1, k, k): mean of r_a(t) r_b(t + lag).
+
+    Many lags by the Fourier transform, or their number times that of the samples would count.
+    """
     M, k = r.shape
     found = np.empty((lags + 1, k, k))
-    for lag in range(lags + 1):
-        found[lag] = r[: M - lag].T @ r[lag:] / M
+    if lags <= FEW_LAGS:
+        for lag in range(lags + 1):
+            found[lag] = r[: M - lag].T @ r[lag:] / M
+        return found
+    size = next_fast_len(M + lags, real=True)
+    waves = rfft(r, size, axis=0)
+    for a in range(k):
+        both = irfft(waves[:, a, None].conj() * waves, size, axis=0)
+        found[:, a] = both[: lags + 1] / M
     return found
 
 

@@ -5,14 +5,14 @@ E(kappa) x' = A(kappa) x + B r, y = C x + D r with x = [q, q', s] and the drive 
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 import sympy as sp
 
-from core.arm.kinematics import Kinematics
 from core.arm.slots import gravity_slot
-from core.arm.straight import StraightArm, Terms
+from core.arm.straight import StraightArm, Terms, straight_arm
 from core.arm.symbols import Structure
 from core.forces.element import linear_matrices
 from core.model import Model, Numbers
@@ -22,15 +22,15 @@ from core.sensors import sensors
 
 def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
     """Affine terms at given numbers; the basis functions are readable text."""
-    straight = StraightArm(Kinematics(Structure.of(model.arm)))
+    straight = straight_arm(Structure.of(model.arm))
     p, law = numbers.p, numbers.law
     n, ns = model.arm.coordinates, law.states
-    mass = _evaluated(straight.mass_terms, straight, p)
+    mass = _evaluated("mass", straight, p)
     basis = list(mass)
     E_terms = [_block_mass(mass[b], n, ns, constant=b == "1") for b in basis]
     gravity = _gravity_terms(straight, p)
-    rest = _evaluated({sp.Integer(1): straight.bending}, straight, p)["1"]
-    damping = _evaluated({sp.Integer(1): straight.damping}, straight, p)["1"]
+    rest = _evaluated("bending", straight, p)["1"]
+    damping = _evaluated("damping", straight, p)["1"]
     K, D = linear_matrices(numbers.elements, np.zeros(n))
     A_terms = {"1": _constant_part(rest + K, damping + D, law, n, ns)}
     for name, K in gravity.items():
@@ -70,22 +70,42 @@ def _gravity_terms(straight: StraightArm, p: np.ndarray) -> dict[str, np.ndarray
     joints = straight.kinematics.structure.segments
     if not np.any(p[gravity_slot(joints, 0) : gravity_slot(joints, 2)]):
         return {}
-    return _evaluated(_split(straight.gravity_stiffness), straight, p)
+    return _evaluated("gravity", straight, p)
 
 
-def _evaluated(terms: Terms, straight: StraightArm, p: np.ndarray) -> dict[str, np.ndarray]:
+_TERMS: dict[str, Callable[[StraightArm], Terms]] = {
+    "mass": lambda straight: straight.mass_terms,
+    "bending": lambda straight: {sp.Integer(1): straight.bending},
+    "damping": lambda straight: {sp.Integer(1): straight.damping},
+    "gravity": lambda straight: _split(straight.gravity_stiffness),
+}
+
+
+@cache
+def _functions(
+    which: str, straight: StraightArm
+) -> list[tuple[sp.Expr, Callable[[list[float]], list[list[float]]]]]:
+    """Basis function and its matrix as a function of p; made once for a structure."""
+    return [
+        (basis, sp.lambdify([straight.symbols.p], matrix, "numpy"))
+        for basis, matrix in _TERMS[which](straight).items()
+    ]
+
+
+def _evaluated(which: str, straight: StraightArm, p: np.ndarray) -> dict[str, np.ndarray]:
     """Numbers in place of the arm's symbols; the joint coordinates stay in the basis."""
     values = dict(zip(straight.symbols.p, (float(x) for x in p), strict=True))
     joints = set(straight.symbols.theta)
-    found: dict[str, np.ndarray] = defaultdict(lambda: np.zeros(()))
-    for basis, matrix in terms.items():
+    found: dict[str, np.ndarray] = {}
+    n = straight.kinematics.structure.coordinates
+    for basis, function in _functions(which, straight):
         shown = basis.subs({s: v for s, v in values.items() if s not in joints})
-        numeric = np.array(matrix.subs(values).evalf(), dtype=float)
+        numeric = np.asarray(function(p.tolist()), dtype=float)
         factor = 1.0
         if not shown.free_symbols:
             factor, shown = float(shown), sp.Integer(1)
-        found[str(shown)] = found[str(shown)] + factor * numeric
-    found.setdefault("1", np.zeros(next(iter(terms.values())).shape))
+        found[str(shown)] = found.get(str(shown), np.zeros((n, n))) + factor * numeric
+    found.setdefault("1", np.zeros((n, n)))
     return {"1": found.pop("1"), **found}
 
 

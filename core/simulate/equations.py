@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import sympy as sp
 
 from core.arm import shapes
@@ -18,7 +20,7 @@ from core.arm.slots import (
     TIP_MASS,
     slot,
 )
-from core.arm.straight import StraightArm
+from core.arm.straight import straight_arm
 from core.arm.symbols import Structure
 from core.model import Model
 from core.results import Equation
@@ -155,9 +157,16 @@ def _effects(model: Model) -> list[Equation]:
 
 
 def _straight(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]) -> list[Equation]:
-    s = kinematics.symbols
-    straight = StraightArm(kinematics)
-    terms = {b.subs(absent): m.subs(absent) for b, m in straight.mass_terms.items()}
+    found = list(_lpv_form(kinematics.structure, frozenset(absent)))
+    return [*found, _rigid(model)] if model.arm.two_revolute else found
+
+
+@cache
+def _lpv_form(structure: Structure, absent: frozenset[sp.Symbol]) -> tuple[Equation, ...]:
+    """Made once for a structure and what it lacks: it takes long."""
+    straight, zero = straight_arm(structure), dict.fromkeys(absent, 0)
+    s = straight.symbols
+    terms = {b.subs(zero): m.subs(zero) for b, m in straight.mass_terms.items()}
     terms = {b: m for b, m in terms.items() if m != sp.zeros(*m.shape)}
     pieces = [rf"M_{{{i}}}" + ("" if b == 1 else rf"\, {s.latex(b)}") for i, b in enumerate(terms)]
     found = [
@@ -177,9 +186,7 @@ def _straight(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]
             found.append(Equation(f"M{i}, {what}", rf"M_{{{i}}} = {_matrix(s, shown)}"))
         if straight.bending != sp.zeros(*straight.bending.shape):
             found.append(Equation("Stiffness", rf"K = {_matrix(s, straight.bending)}"))
-    if model.arm.two_revolute:
-        found.append(_rigid(model))
-    return found
+    return tuple(found)
 
 
 def _matrix(s, matrix: sp.Matrix) -> str:  # type: ignore[no-untyped-def]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -14,6 +14,7 @@ from core.forces.compiled import compile_wide_law
 from core.forces.element import ElementArrays
 from core.lanes.wide import LANES
 from core.model import Model, Numbers
+from core.progress import heed, heeded
 from core.simulate.motion import Task, full_start
 from core.simulate.nonlinear import (
     FEWEST_SUBSTEPS,
@@ -26,6 +27,7 @@ from core.simulate.nonlinear import (
     torque_difference,
 )
 from core.simulate.rosenbrock import implicit_parts
+from core.simulate.stretches import stretches
 from core.simulate.wide_rosenbrock import integrate
 from core.trajectory import Trajectory
 
@@ -42,6 +44,12 @@ class Job:
     model: Model
     numbers: Numbers
     task: Task
+    finish: Callable[[Trajectory], Trajectory] | None = None
+    """What is done with the motion once it is simulated, where it is not all of it."""
+
+    @property
+    def parts(self) -> tuple[Model, Numbers, Task]:
+        return self.model, self.numbers, self.task
 
     def elements(self) -> ElementArrays:
         return self.numbers.packed(self.model.arm.coordinates)
@@ -75,12 +83,16 @@ def run_many(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Traje
         found.update(zip(chosen, motions, strict=True))
 
     if workers > 1 and len(passes) > 1:
-        with ThreadPoolExecutor(workers) as pool:
+        with ThreadPoolExecutor(workers, initializer=heed, initargs=(heeded(),)) as pool:
             list(pool.map(one, passes))
     else:
         for chosen in passes:
             one(chosen)
-    return [found[i] for i in range(len(jobs))]
+    return [_finished(jobs[i], found[i]) for i in range(len(jobs))]
+
+
+def _finished(job: Job, motion: Trajectory) -> Trajectory:
+    return motion if job.finish is None else job.finish(motion)
 
 
 def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
@@ -162,39 +174,42 @@ def _run_pass(
     for job, law in zip(jobs, laws, strict=True):
         K, D = job.model.compiled.linear_matrices(job.task.start[:n], job.numbers.p)
         parts.append(implicit_parts(K, D, law, job.task.sample_time / substeps))
+    sample_times = [job.task.sample_time for job in jobs]
     samples = max(len(job.task.time) for job in jobs)
     arm = compile_wide_arm(Structure.of(first.model.arm))
-    states, torques, weakest = integrate(
-        arm.dynamics,
-        arm.tip,
-        _interleaved([job.numbers.p for job in jobs]),
-        tuple(_interleaved(each) for each in zip(*laws, strict=True)),
-        tuple(_interleaved(each) for each in zip(*parts, strict=True)),
-        _elements(jobs, packed),
-        _interleaved([_padded(job.task.references, samples) for job in jobs]),
-        first.numbers.law.interpolate,
-        _interleaved([full_start(job.task, job.numbers) for job in jobs]),
-        _interleaved([np.array([job.task.sample_time]) for job in jobs]),
-        samples,
-        substeps,
-        any(bool(np.any(np.isfinite(law[-1]))) for law in laws),
+    p = _interleaved([job.numbers.p for job in jobs])
+    law = tuple(_interleaved(each) for each in zip(*laws, strict=True))
+    implicit = tuple(_interleaved(each) for each in zip(*parts, strict=True))
+    elements, dt = _elements(jobs, packed), _interleaved([np.array([t]) for t in sample_times])
+    references = [_padded(job.task.references, samples) for job in jobs]
+    start = _interleaved([full_start(job.task, job.numbers) for job in jobs])
+    limited = any(bool(np.any(np.isfinite(each[-1]))) for each in laws)
+    found = [(np.empty((samples, 2 * n)), np.empty((samples, len(laws[0][-1])))) for _ in jobs]
+    weakest = np.full(LANES, np.inf)
+    for rows in stretches(samples, substeps):
+        length = rows.stop - rows.start
+        states, torques, weak = integrate(
+            arm.dynamics, arm.tip, p, law, implicit, elements,
+            _interleaved([r[rows] for r in references]), first.numbers.law.interpolate, start, dt,
+            length, substeps, limited,
+        )  # fmt: skip
+        states, torques = states.reshape(length, -1, LANES), torques.reshape(length, -1, LANES)
+        start, weakest = states[-1].copy(), np.minimum(weakest, weak[0])
+        for k, (moved, torque) in enumerate(found):
+            moved[rows], torque[rows] = states[:, : 2 * n, k], torques[:, :, k]
+    return [
+        _trajectory(job, *one) if weak > WEAK_PIVOT else run(*job.parts, substeps)
+        for job, one, weak in zip(jobs, found, weakest[: len(jobs)], strict=True)
+    ]
+
+
+def _trajectory(job: Job, moved: np.ndarray, torque: np.ndarray) -> Trajectory:
+    """From [q, q'] (N' >= N, 2 n) and the drives' torques (N', joints) of a pass."""
+    N, n = len(job.task.time), job.model.arm.coordinates
+    q, v = np.ascontiguousarray(moved[:N, :n]), np.ascontiguousarray(moved[:N, n:])
+    return Trajectory(
+        job.model.arm, job.model.compiled, job.numbers.p, job.task.time, q, v, torque[:N]
     )
-    states = states.reshape(samples, -1, LANES)
-    torques = torques.reshape(samples, -1, LANES)
-    found = []
-    for k, job in enumerate(jobs):
-        if not weakest[0, k] > WEAK_PIVOT:
-            found.append(run(job.model, job.numbers, job.task, substeps))
-            continue
-        N = len(job.task.time)
-        mine, torque = states[:N, : 2 * n, k], np.ascontiguousarray(torques[:N, :, k])
-        q, v = np.ascontiguousarray(mine[:, :n]), np.ascontiguousarray(mine[:, n:])
-        found.append(
-            Trajectory(
-                job.model.arm, job.model.compiled, job.numbers.p, job.task.time, q, v, torque
-            )
-        )
-    return found
 
 
 def _elements(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> tuple[np.ndarray, ...]:

@@ -21,6 +21,9 @@ class Task:
     references: np.ndarray
     start: np.ndarray
     schedule: np.ndarray
+    before: np.ndarray | None = None
+    """(L, joints) where a virtual servo's joints were before the first sample, at the same steps,
+    beginning at rest; None: the motion begins with the first sample."""
 
     @property
     def sample_time(self) -> float:

@@ -9,9 +9,11 @@ import numpy as np
 
 from core.drives.law import DriveLaw
 from core.model import Model, Numbers
+from core.progress import heed, heeded
 from core.simulate.beam import bending, left_out
 from core.simulate.motion import Task, full_start
 from core.simulate.rosenbrock import implicit_parts, integrate
+from core.simulate.stretches import stretches
 from core.trajectory import Trajectory
 
 FEWEST_SUBSTEPS = 1
@@ -60,11 +62,15 @@ def run(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory
     dt = task.sample_time
     parts = implicit_parts(K, D, arrays, dt / substeps)
     references = np.ascontiguousarray(task.references, dtype=float)
-    elements = numbers.packed(n)
-    states, torque = integrate(
-        model.compiled.dynamics, model.compiled.tip, p, arrays, parts, elements.packed(),
-        references, law.interpolate, full_start(task, numbers), dt, substeps,
-    )  # fmt: skip
+    elements, start = numbers.packed(n), full_start(task, numbers)
+    states = np.empty((len(references), len(start)))
+    torque = np.empty((len(references), len(law.R)))
+    for rows in stretches(len(references), substeps):
+        states[rows], torque[rows] = integrate(
+            model.compiled.dynamics, model.compiled.tip, p, arrays, parts, elements.packed(),
+            references[rows], law.interpolate, start, dt, substeps,
+        )  # fmt: skip
+        start = states[rows.stop - 1].copy()
     return Trajectory(
         model.arm, model.compiled, p, task.time, states[:, :n], states[:, n : 2 * n], torque
     )
@@ -143,7 +149,7 @@ def _pair(
 
     if workers < 2:
         return coarser(), run(model, numbers, task, 2 * steps)
-    with ThreadPoolExecutor(1) as pool:
+    with ThreadPoolExecutor(1, initializer=heed, initargs=(heeded(),)) as pool:
         beside = pool.submit(coarser)
         fine = run(model, numbers, task, 2 * steps)
         return beside.result(), fine

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
 from core.results import MissingTorque, Outcome, RecordingComparison
 from flexgui import __version__
 from flexgui.export.diagnosis_report import diagnosis_block
+from flexgui.export.glance import glance, has_ladder
 from flexgui.export.glue import glued
 from flexgui.export.motion import Motion
+from flexgui.export.packed import packed_plotly
 from flexgui.export.plot import Plot, plot
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
@@ -34,6 +35,13 @@ from flexgui.views.valley import valley
 from flexgui.views.variants import variants
 from flexgui.views.which_fit import told_apart
 
+LARGEST = 4_000_000
+"""Bytes: a mail takes such a report, and a browser opens it at once."""
+LEFT_OUT = (
+    "The motion in 3-D would make this report larger than 4 MB. The page saves it as a file of its "
+    "own: Export, 3-D playback."
+)
+
 OPEN = 3
 """So many recordings are open; the others open with a click, which keeps the page quick."""
 
@@ -51,11 +59,19 @@ class RecordingBlock:
 
 def report_html(outcome: Outcome, scenario_text: str, motion: Motion | None = None) -> str:
     """The whole page as text."""
+    text = _rendered(outcome, scenario_text, motion)
+    if motion is None or len(text) <= LARGEST:
+        return text
+    return _rendered(outcome, scenario_text, replace(motion, player=Markup(""), note=LEFT_OUT))
+
+
+def _rendered(outcome: Outcome, scenario_text: str, motion: Motion | None) -> str:
     return (
         _environment()
         .get_template("report.html.j2")
         .render(
-            plotly_js=Markup(get_plotlyjs()),
+            plotly=packed_plotly(),
+            glance=glance(outcome, scenario_text),
             version=__version__,
             scenario_text=scenario_text,
             motion=motion,
@@ -92,7 +108,8 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "sentences": _sentences(outcome),
         "valley": plot(valley(outcome.fits)),
         "fit_table": fit_table(shown, before) if shown else None,
-        "fit_bars": plot(fit_bars(shown)),
+        # Without a ladder they are the figure of the first page.
+        "fit_bars": plot(fit_bars(shown)) if has_ladder(outcome) else None,
         "variants": variants(outcome),
         "recordings": _recordings(shown, before),
         "missing": _missing(shown),

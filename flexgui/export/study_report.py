@@ -8,14 +8,13 @@ from functools import cache
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
 from core.errors import InputError
 from core.montecarlo.summary import Summary
 from core.scenario.write import scenario_toml
 from flexgui import __version__
 from flexgui.export.folder import swap_in, workroom
+from flexgui.export.packed import packed_plotly
 from flexgui.export.plot import Plot, plot
 from flexgui.export.strict_json import dumps
 from flexgui.export.study_tables import study_frames
@@ -100,7 +99,7 @@ def study_html(summary: Summary) -> str:
     """The whole page as text."""
     template = _environment().get_template("study.html.j2")
     return template.render(
-        plotly_js=Markup(get_plotlyjs()),
+        plotly=packed_plotly(),
         version=__version__,
         title=summary.title,
         findings=summary.findings,

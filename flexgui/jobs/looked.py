@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
 
+from core.effects.over_speed import OverSpeed
 from core.progress import Progress
 from core.results import Diagnosis, LadderStep, Outcome, RankedEffect
 
@@ -32,8 +33,19 @@ class Looked:
     """Titles of effects of which no size was tried yet."""
     diagnosis: Diagnosis | None = None
     """Once it is complete."""
+    laws: tuple[tuple[OverSpeed, ...], ...] = ()
+    """For each compared recording, of the first of the ranking; empty where it is no such law."""
+    laws_of: str = ""
+    """Id of that effect."""
     outcome: Outcome | None = None
     """Of the identification that went with it, where there was one."""
+
+
+def refitted_only(found: Looked) -> Looked:
+    """Without what is only estimated before refitting: a guess is to rest on what was shown."""
+    return replace(
+        found, ranking=tuple(r for r in found.ranking if r.refit_drop_percent is not None)
+    )
 
 
 class Teller(Progress, Protocol):

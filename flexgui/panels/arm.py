@@ -12,6 +12,7 @@ from flexgui.panels.arm_sliders import ArmSliders
 from flexgui.panels.lines import Lines
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
+from flexgui.panels.theme import THEMES
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.tour_card import holds_way_on
@@ -44,7 +45,6 @@ class ArmPanel(Panel):
         self._title = Words(desk.gui)
         self._shown_equations: object = None
         self._shown_matrices: object = None
-        self._is_dark = False
         first = desk.gui.add_folder(None)
         widgets.slider(
             desk, "SNR [dB]", (0, NO_NOISE_DB, 1), self._snr, self._put_snr,
@@ -64,18 +64,15 @@ class ArmPanel(Panel):
         self._modes = Words(desk.gui)
         with desk.gui.add_folder("More about the arm", expand_by_default=False):
             more = desk.gui.add_folder(None)
-            widgets.switch(desk, "Dark page", lambda: self._is_dark, self._dark)
+            widgets.choice(
+                desk, "Page colours", THEMES, lambda: desk.theme.chosen, desk.theme.choose,
+                "This browser keeps it.",
+            )  # fmt: skip
         self._sliders = ArmSliders(desk, first, more)
         with desk.gui.add_folder("Equations of this model", expand_by_default=False):
             self._equations = Words(desk.gui)
         with desk.gui.add_folder("Matrices E0, E1, A, B", expand_by_default=False):
             self._matrices = Words(desk.gui)
-
-    def _dark(self, dark: bool) -> None:
-        self._is_dark = dark
-        self.desk.gui.configure_theme(dark_mode=dark, show_share_button=False, show_logo=False)
-        for tell in self.desk.darkened:
-            tell(dark)
 
     def _mode(self) -> str:
         mode = self.desk.session.live.mode
@@ -95,8 +92,8 @@ class ArmPanel(Panel):
     def build_plots(self) -> None:
         gui = self.desk.gui
         self._about = Words(gui, paragraph(ABOUT, "soft"))
-        self._step = Lines(gui, HEIGHT, "Step")
-        self._response = Lines(gui, HEIGHT, "Gain")
+        self._step = Lines(self.desk, HEIGHT, "Step")
+        self._response = Lines(self.desk, HEIGHT, "Gain")
         self._poles = Plot(gui, 0.46, "Poles")
 
     def refresh(self) -> None:

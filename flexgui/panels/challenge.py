@@ -12,6 +12,7 @@ from flexgui.panels.desk import Desk
 from flexgui.panels.guess import GuessFields
 from flexgui.panels.late_click import let_typing_arrive
 from flexgui.panels.words import Words, joined, paragraph
+from flexgui.session.board import plain_name
 from flexgui.session.challenging import NONE_TITLE, Challenge, Revealed, ToolSaid
 from flexgui.session.effects import titled
 from flexgui.session.judging import Judged
@@ -37,6 +38,10 @@ FIRST = (
 TOO_EARLY = "You used the tool before guessing: your line on the board gets a *."
 STANDS = "Your guess is recorded. Use the tool now, or reveal."
 AGAIN = "A changed guess is marked on the board with a °"
+NAME_IT = (
+    "What is your name, or a nickname? The class's board lists your guess under it, without one as "
+    "somebody's."
+)
 NO_SECOND = "no second effect"
 TOP = -1.0
 """Order of what stands above all else in the panel; viser counts from 0."""
@@ -70,13 +75,12 @@ class ChallengeControls:
             GuessFields(desk, "And", NO_SECOND),
         )
         self._name: Any = gui.add_text(
-            "Your name", "", hint="On the class's board; may stay empty.",
+            "Your name", "", hint="On the class's board; a nickname is enough.",
             disabled=desk.read_only,
         )  # fmt: skip
+        self._nameless = Words(gui)
         self._commit = widgets.button(desk, "Commit to this guess", self._guessed, prominent=True)
-        self._reveal = widgets.button(
-            desk, "Reveal", lambda: desk.session.reveal(desk.services), prominent=True
-        )
+        self._reveal = widgets.button(desk, "Reveal", self._revealed, prominent=True)
         self._change = widgets.button(
             desk, "Change my guess (it will be noted)", desk.session.change_guess
         )
@@ -97,6 +101,12 @@ class ChallengeControls:
         guesses = tuple(one for one in found if one is not None)
         if len(guesses) == len(found):
             desk.session.guess(guesses, desk.services, str(self._name.value))
+
+    def _revealed(self) -> None:
+        session = self._desk.session
+        if self._name.visible and str(self._name.value).strip():
+            session.nickname = plain_name(str(self._name.value))
+        session.reveal(self._desk.services)
 
     def refresh(self) -> None:
         """Shows what can be done next."""
@@ -124,7 +134,9 @@ class ChallengeControls:
         self._drawn = known
         self._fields[0].show(asks)
         self._fields[1].show(asks and known is not None and known.count > 1)
-        self._name.visible = self._commit.visible = asks
+        nameless = stands and not self._desk.session.nickname
+        self._nameless.show(paragraph(NAME_IT, "soft") if asks or nameless else "")
+        self._name.visible, self._commit.visible = asks or nameless, asks
         self._reveal.visible = self._change.visible = stands
 
     def _said(self, known: Challenge) -> Markup:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-from core.results import RecordingComparison
+import numpy as np
+
+from core.results import ChannelComparison, RecordingComparison
 from flexgui.panels import widgets
 from flexgui.panels.failing import Failing
 from flexgui.panels.panel import Panel
@@ -15,7 +18,7 @@ from flexgui.views.fit_table import ROLES, fit_table, in_unit
 from flexgui.views.html import html_table
 from flexgui.views.live_comparison import live_comparison
 from flexgui.views.live_fit import live_fit
-from flexgui.views.names import channel_symbol
+from flexgui.views.names import channel_symbol, output_title
 from flexgui.views.numbers import format_percent
 from flexgui.views.pooled import VALIDATE
 from flexgui.views.summary import FIT_IS
@@ -23,8 +26,8 @@ from flexgui.views.table import Row, Table
 from flexgui.views.which_fit import which_fit
 
 NONE = "nothing to compare yet"
-ALL = "all fitted outputs"
-HEIGHT, HEIGHT_PER_OUTPUT = 500.0, 200.0
+ALL, WORST = "all fitted outputs", "the one that fails most"
+HEIGHT, HEIGHT_PER_OUTPUT = 440.0, 200.0
 """px of the signals: the name of each axis needs its room."""
 
 EMPTY = (
@@ -50,10 +53,10 @@ class ComparePanel(Panel):
         self._next = widgets.button(
             desk, "Next: diagnose", lambda: session.show("Diagnose"), prominent=True
         )
-        self._shown_output = ALL
+        self._shown_output = WORST
         self._choice = widgets.choice(desk, "Recording", (NONE,), self._name, self._chosen)
         self._output = widgets.choice(
-            desk, "Output", (ALL,), lambda: self._shown_output, self._picked
+            desk, "Output", (WORST,), lambda: self._shown_output, self._picked
         )
         self._sweep = widgets.button(desk, "Show the validation", self._validation)
         self._failing = Failing(desk)
@@ -93,12 +96,12 @@ class ComparePanel(Panel):
             self._table.show("")
             self._failing.refresh(None, self.refresh)
             return
-        outputs = (ALL, *(c.channel for c in current.channels))
-        self._shown_output = self._shown_output if self._shown_output in outputs else ALL
+        outputs = (WORST, ALL, *(c.channel for c in current.channels))
+        self._shown_output = self._shown_output if self._shown_output in outputs else WORST
         _offer(self._output, outputs, self._shown_output)
         signals = self._failing.refresh(current, self.refresh)
-        self._about.show(paragraph(_title(current), "lead") if signals else "")
         shown = self._channels(current)
+        self._about.show(paragraph(_title(current, shown), "lead") if signals else "")
         figure = live_comparison(current, shown) if signals else None
         self._signals.show(figure, self._cursor(), max(HEIGHT, HEIGHT_PER_OUTPUT * len(shown)))
         self._bars.show(live_fit(self._comparisons) if signals else None)
@@ -113,6 +116,9 @@ class ComparePanel(Panel):
 
     def _channels(self, current: RecordingComparison) -> tuple[str, ...]:
         fitted = tuple(c.channel for c in current.channels if c.fitted)
+        if self._shown_output == WORST:
+            failing = self.desk.session.failing
+            return (worst_output(current, {} if failing is None else failing.floors),)
         return fitted if self._shown_output == ALL else (self._shown_output,)
 
     def _cursor(self) -> float | None:
@@ -149,8 +155,28 @@ def _offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:
         dropdown.value = value
 
 
-def _title(c: RecordingComparison) -> str:
-    return f"Recording {c.recording}, {ROLES.get(c.role, c.role)}, fit of {c.fit_label}"
+def worst_output(c: RecordingComparison, floors: Mapping[str, float]) -> str:
+    """The output whose error is largest in its noise floor; in its own spread where none is
+    known."""
+
+    def error(k: ChannelComparison) -> float:
+        unit = floors.get(k.channel) or float(np.std(k.measured[k.counted])) or 1.0
+        counts = k.counted & np.isfinite(k.residual)
+        return (
+            float(np.sqrt(np.mean(np.square(k.residual[counts])))) / unit if counts.any() else 0.0
+        )
+
+    known = [k for k in c.channels if k.fitted and k.counted.any()] or list(c.channels)
+    return max(known, key=error).channel
+
+
+def _title(c: RecordingComparison, shown: Sequence[str]) -> str:
+    which = f": {output_title(*_named(c, shown[0]))}" if len(shown) == 1 else ""
+    return f"Recording {c.recording}, {ROLES.get(c.role, c.role)}, fit of {c.fit_label}{which}"
+
+
+def _named(c: RecordingComparison, channel: str) -> tuple[str, str]:
+    return channel, next(k.unit for k in c.channels if k.channel == channel)
 
 
 def _quality(c: RecordingComparison) -> list[str]:

@@ -16,6 +16,7 @@ from flexgui.panels.columns import ColumnChoice
 from flexgui.panels.one_recording import OneRecording
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
+from flexgui.panels.uploads import upload_hint
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.demo import scenario_choices
@@ -24,7 +25,6 @@ from flexgui.views.html import html_table
 from flexgui.views.preview import preview
 from flexgui.views.table import Column, Row, Table
 
-MEGA = 1e6
 NONE = "no recordings yet"
 EMPTY = (
     "Simulate experiments or upload a recording: its references and measurements appear here, "
@@ -61,11 +61,9 @@ class DataPanel(Panel):
 
     def _own_controls(self) -> None:
         desk, gui = self.desk, self.desk.gui
-        limit = desk.services.upload_limit_bytes / MEGA
         self._upload = gui.add_upload_button(
             "Upload a recording or a scenario",
-            hint=f"CSV, CSV.gz, Parquet or MAT; or a scenario (TOML, or its zip). "
-            f"At most {limit:.0f} MB.",
+            hint=upload_hint(desk.services),
             disabled=desk.read_only,
             color="gray",
         )

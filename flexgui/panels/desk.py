@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import viser
 
+from flexgui.panels.theme import Theme
 from flexgui.session import Services, Session
 
 
@@ -22,8 +23,10 @@ class Desk:
     syncs: list[Callable[[], None]] = field(default_factory=list)
     """Called when the session changed: each brings one input up to date."""
 
-    darkened: list[Callable[[bool], None]] = field(default_factory=list)
-    """Called when the person turns the page dark or light."""
+    theme: Theme = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "theme", Theme(self.client))
 
     @property
     def gui(self) -> viser.GuiApi:

@@ -11,13 +11,14 @@ from core.diagnose.verdict import MISSING
 from core.effects import catalogue
 from core.results import Estimate
 from core.workbench import base_model
-from flexgui.jobs.looked import Looked
+from flexgui.jobs.looked import Looked, refitted_only
 from flexgui.panels import widgets
 from flexgui.panels.at_work import AtWork
 from flexgui.panels.busy import Busy
 from flexgui.panels.candidates import Candidates, inviting
 from flexgui.panels.challenge import ChallengeControls
 from flexgui.panels.grown import Grown
+from flexgui.panels.moment import Moment
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
@@ -28,6 +29,7 @@ from flexgui.session.look import Look, ladder_steps
 from flexgui.session.own_ranked import own_place
 from flexgui.session.run import RUNNING
 from flexgui.session.tour_card import holds_way_on
+from flexgui.views.doubt import doubt
 from flexgui.views.headline import AS_GIVEN, BIASED, COMPLETE
 from flexgui.views.ladder import ladder
 from flexgui.views.live_prediction import live_prediction
@@ -44,6 +46,8 @@ AGAINST = (
 )
 FIND, ADD, UNDO, GO_ON = "find", "add", "undo", "go on"
 BARS = 6
+LADDER = 240.0
+"""px: ladder and the picture below it are seen together on a usual screen."""
 EMPTY = (
     "Press Find what is missing: the error of the model appears here as a ladder above the "
     "noise floor, and below it a ranking of the possible effects, which grows while they are tried."
@@ -74,6 +78,7 @@ class DiagnosePanel(Panel):
     def build_controls(self) -> None:
         desk, session = self.desk, self.desk.session
         self._busy = Busy(desk, "diagnose", "hide")
+        self._refitted: tuple[Looked, Looked] | None = None
         self._find = widgets.button(
             desk, "Find what is missing", lambda: session.diagnose(desk.services), prominent=True
         )
@@ -93,7 +98,9 @@ class DiagnosePanel(Panel):
         gui = self.desk.gui
         self._at_work = AtWork(self.desk)
         self._about = Words(gui)
-        self._ladder, self._ranking = Plot(gui, 0.48), Plot(gui, 0.54)
+        self._ladder = Plot(gui, 0.45)
+        self._moment = Moment(self.desk)
+        self._ranking = Plot(gui, 0.54)
         self._of: Any = gui.add_dropdown("Predicted by", (BEST,), visible=False)
         self._of.on_update(lambda _: self._show_residual())
         self._residual = Plot(gui, 0.72)
@@ -102,7 +109,7 @@ class DiagnosePanel(Panel):
     def refresh(self) -> None:
         session = self.desk.session
         look = session.look
-        found = None if look is None else look.found
+        found = self._listed(None if look is None else look.found)
         run_is_ours = session.run.kind == "diagnose" and session.run.phase == RUNNING
         self._busy.refresh(self._sentence)
         self._find.visible = not self._busy.running
@@ -126,6 +133,15 @@ class DiagnosePanel(Panel):
         self._at_work.refresh()
         self._about.show(paragraph(EMPTY, "soft") if found is None else "")
         self._show_plots(found)
+
+    def _listed(self, found: Looked | None) -> Looked | None:
+        """In a challenge only what refits have shown; the same object as long as nothing changes,
+        since what is shown already is not drawn again."""
+        if found is None or self.desk.session.challenge is None:
+            return found
+        if self._refitted is None or self._refitted[0] is not found:
+            self._refitted = (found, refitted_only(found))
+        return self._refitted[1]
 
     def _way_on(self) -> str:
         """The one button that invites; the tour's card may hold it instead."""
@@ -200,13 +216,14 @@ class DiagnosePanel(Panel):
     def _show_plots(self, found: Looked | None) -> None:
         if found is not self._drawn:
             self._drawn = found
-            self._ladder.show_whole(ladder(ladder_steps(self.desk.session.shown_looks)), 260)
+            self._ladder.show_whole(ladder(ladder_steps(self.desk.session.shown_looks)), LADDER)
             self._ranking.show_whole(ranking(found.ranking[:BARS]) if found else None, 290)
             pictured = [r.title for r in found.ranking if r.predicted] if found else []
             options = (BEST, *pictured)
             if self._of.options != options:
                 self._of.options = options
             self._of.visible = bool(pictured)
+        self._moment.refresh()
         self._show_residual()
 
     def _show_residual(self) -> None:
@@ -234,6 +251,7 @@ class DiagnosePanel(Panel):
         look = self.desk.session.look
         if look is not None and look.found is not None:
             self._residual.move_cursor(self._cursor(look.found))
+        self._moment.move_cursor()
 
 
 def _values(looks: Sequence[Look], first_fit: Sequence[Estimate]) -> Markup:
@@ -243,15 +261,19 @@ def _values(looks: Sequence[Look], first_fit: Sequence[Estimate]) -> Markup:
         return Markup("")
     own = base_model(looks[-1].scenario).effect_parameters
     standing = sorted(told[-1].parameters, key=lambda e: e.name not in own)
-    text = Markup("Current model: {}. {}").format(_equations(standing), COMPLETE)
+    doubtful = doubt(looks[-1].error)
+    line = Markup("Current model: {}. {}").format(
+        _equations(standing), "" if doubtful else COMPLETE
+    )
+    text = joined(paragraph(line), paragraph(doubtful, "alarm") if doubtful else "")
     first = [e for e in first_fit if e.name not in own and not e.recording]
     if len(told) == 1 or not first:
-        return paragraph(text)
+        return text
     found = looks[0].diagnosis
     biased = found is not None and found.verdict == MISSING
     said = f"{BIASED[0].upper()}{BIASED[1:]}" if biased else AS_GIVEN
     before = Markup("{}: {}.").format(said, _equations(first))
-    return joined(paragraph(text), paragraph(before, "soft"))
+    return joined(text, paragraph(before, "soft"))
 
 
 def _equations(estimates: Sequence[Estimate]) -> Markup:
@@ -268,7 +290,11 @@ def _verdict(look: Look | None) -> Markup:
         return Markup("")
     found = look.diagnosis
     first, *more = found.words or ("",)
-    body = joined(paragraph(HEADS.get(found.verdict, found.verdict), "lead"), paragraph(first))
+    doubtful = doubt(look.error)
+    body = joined(
+        paragraph(HEADS.get(found.verdict, found.verdict), "lead"), paragraph(first),
+        paragraph(doubtful, "alarm") if doubtful else "",
+    )  # fmt: skip
     if more:
         rest = joined(*(paragraph(text) for text in more))
         body += Markup("<details><summary>Details</summary>{}</details>").format(rest)

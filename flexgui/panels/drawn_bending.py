@@ -33,4 +33,6 @@ def legend(session: Session) -> str:
     factor = exaggeration(session)
     bends = motion.arm.coordinates > motion.arm.joints
     bending = f"Bending drawn ×{factor:g}." if factor > 1.0 else "Bending drawn as it is."
-    return " ".join((*arms, *((bending,) if bends else ())))
+    larger = motion.ghost is not None and session.cursor.error > 1.0
+    error = (f"Error drawn ×{session.cursor.error:g}.",) if larger else ()
+    return " ".join((*arms, *((bending,) if bends else ()), *error))

@@ -33,7 +33,7 @@ class ErrorsInScene:
     def _paint(self, stage: Stage, found: WhereItFails | None) -> None:
         cursor, joints = self._desk.session.cursor, stage.body.arm.joints
         along = None if found is None else found.now.get(cursor.recording)
-        worst = 1.0 if found is None else max([one.worst for one in found.now.values()], default=1)
+        worst = 1.0 if found is None else self._desk.session.worst_error
         colours = error_paint({} if along is None else along.at(cursor.time), joints, worst)
         key = (colours, stage.anchor("base"))
         if key != self._painted:

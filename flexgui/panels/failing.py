@@ -139,4 +139,5 @@ def cell_label(cell: WorstCell) -> str:
     times = format_number(cell.ratio, 2, keep_zeros=True)
     output = output_title(cell.channel, cell.unit)
     short = output.replace("joint angle", "angle").replace("tip position", "tip")
+    short = short.replace("deflection of the link", "deflection")
     return f"recording {cell.recording}: {short}, {place(cell)}, {times} ×"

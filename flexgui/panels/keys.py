@@ -1,21 +1,20 @@
-"""Arrow keys on a slider move the slider only; viser would turn the view with them as well."""
+"""What the browser does by itself: keys, names for those who hear the page, figures to copy."""
 
 from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
 
 import viser
 from viser import _messages
 
-SCRIPT = """(() => {
-  if (window.fxKeys) return;
-  window.fxKeys = true;
-  document.body.addEventListener("keydown", event => {
-    if (event.key.startsWith("Arrow") && event.target.closest('[role="slider"]'))
-      event.stopPropagation();
-  });
-})();"""
-"""The slider has heard the key before the body; viser's camera listens on the document."""
+
+@cache
+def _script() -> str:
+    folder = Path(__file__).parent / "browser"
+    return "\n".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.js")))
 
 
-def keep_view_still(client: viser.ClientHandle) -> None:
-    """For this browser; each picture that is drawn for nothing also delays the next one."""
-    client._websock_connection.queue_message(_messages.RunJavascriptMessage(SCRIPT))
+def help_hands(client: viser.ClientHandle) -> None:
+    """For this browser; a second time it does nothing."""
+    client._websock_connection.queue_message(_messages.RunJavascriptMessage(_script()))

@@ -27,20 +27,29 @@ PHONE = 576.0
 """px: viser puts all panels into one sheet, up to here."""
 LINE, LINE_HEIGHT, LINE_MARGIN = 600.0, 204.0, 10.0
 """px of the time-line over the 3-D picture; it shrinks with it."""
-LEAST_LINE, NARROW_LINE, NARROW_LINE_HEIGHT = 260.0, 480.0, 222.0
+LEAST_LINE, NARROW_LINE, NARROW_LINE_HEIGHT = 260.0, 480.0, 240.0
 """A narrow one needs more lines for its words."""
 
-STORED_AS = "flexgui-window"
+STORED_AS, THEME_KEPT_AS = "flexgui-window", "flexgui-theme"
+"""In the browser's storage: what it measures, and the theme that was chosen."""
 SCRIPT = f"""(() => {{
   const canvas = document.querySelector("canvas[data-engine]");
-  const sizes = [innerWidth, innerHeight, canvas ? canvas.clientWidth : 0];
-  try {{ localStorage.setItem("viser-user:{STORED_AS}", sizes.join(" ")); }} catch (error) {{}}
+  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+  const noted = [innerWidth, innerHeight, canvas ? canvas.clientWidth : 0, dark ? "dark" : "light"];
+  try {{
+    const theme = localStorage.getItem("viser-user:{THEME_KEPT_AS}");
+    if (theme === "dark" || theme === "light") noted.push(theme);
+    localStorage.setItem("viser-user:{STORED_AS}", noted.join(" "));
+  }} catch (error) {{}}
 }})();"""
 PATIENCE, CALM = 0.5, 0.3
 """s for an answer, and from the first change of a size to the question."""
+LATER, LONG = 1.0, 4.0
+"""s until a browser that was too busy for its first answer is asked again, and for that one: a page
+that takes a phone for a wide window would hide the arm."""
 NOTICED = 0.005
 """Share by which the picture's shape changes when it counts."""
-_SIZES = re.compile(r"(\d{2,5}) (\d{2,5}) (\d{1,5})", re.ASCII)
+_TOLD = re.compile(r"(\d{2,5}) (\d{2,5}) (\d{1,5})(?: (light|dark)(?: (light|dark))?)?", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -50,6 +59,9 @@ class Window:
     width: float = 1600.0
     height: float = 900.0
     picture: float = 0.0
+    system_dark: bool = False
+    theme: str = ""
+    """ "light" or "dark" where one was chosen in this browser before."""
 
     @property
     def phone(self) -> bool:
@@ -68,8 +80,11 @@ class Widths:
 
 def window_of(text: str | None) -> Window | None:
     """Of what the browser wrote down; None where that makes no sense."""
-    found = _SIZES.fullmatch(text or "")
-    return None if found is None else Window(*(float(part) for part in found.groups()))
+    found = _TOLD.fullmatch(text or "")
+    if found is None:
+        return None
+    width, height, picture, system, theme = found.groups()
+    return Window(float(width), float(height), float(picture), system == "dark", theme or "")
 
 
 def widths(window: Window) -> Widths:
@@ -103,9 +118,9 @@ class Room:
         self._client = client
         self._takers: list[Take] = []
         self._lock, self._telling = threading.Lock(), threading.RLock()
-        self._waits, self._closed = False, False
+        self._waits, self._closed, self._answered = False, False, False
         self._shape = client.camera.aspect
-        self.window = Window()
+        self.window = self._reported = Window()
         # Meanwhile the page is built.
         self._first = threading.Thread(target=self._ask, name="window", daemon=True)
         self._first.start()
@@ -118,6 +133,8 @@ class Room:
         self.window = replace(self.window, picture=0.0)
         self._takers += takers
         self._tell()
+        if not self._answered:
+            self._soon(LATER, LONG)
 
     def close(self) -> None:
         """Asks and tells nothing more: what would take it will be removed."""
@@ -133,32 +150,40 @@ class Room:
             if self._waits or self._closed:
                 return
             self._waits = True
-        timer = threading.Timer(CALM, self._again)
+        self._soon(CALM, PATIENCE)
+
+    def _soon(self, seconds: float, patience: float) -> None:
+        timer = threading.Timer(seconds, self._again, [patience])
         timer.daemon = True
         timer.start()
 
-    def _again(self) -> None:
+    def _again(self, patience: float = PATIENCE) -> None:
         with self._lock:
             self._waits = False
             if self._closed:
                 return
         self._shape = self._client.camera.aspect
-        before = self.window
-        self._ask()
-        if self.window != before and not self._closed:
+        late = not self._answered
+        self._ask(patience)
+        if late:  # measured beside panels that still have the widths of a wide window
+            self.window = replace(self.window, picture=0.0)
+        # An answer that came too late for the beginning counts too.
+        if self.window != self._reported and not self._closed:
             self._tell()
 
-    def _ask(self) -> None:
+    def _ask(self, patience: float = PATIENCE) -> None:
         connection = self._client._websock_connection
         connection.queue_message(_messages.RunJavascriptMessage(SCRIPT))
         try:
-            told = window_of(self._client.local_storage.get_item(STORED_AS, PATIENCE))
+            told = window_of(self._client.local_storage.get_item(STORED_AS, patience))
         except (RuntimeError, TimeoutError) as error:
             log.debug("Client %d does not report its size: %s", self._client.client_id, error)
             return
+        self._answered = told is not None
         self.window = told or self.window
 
     def _tell(self) -> None:
+        self._reported = self.window
         shares = widths(self.window)
         with self._telling:
             for take in self._takers:

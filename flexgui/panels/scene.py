@@ -11,7 +11,7 @@ from core.arm.arm import Arm
 from flexgui.panels.desk import Desk
 from flexgui.panels.drawn_bending import exaggeration, plays
 from flexgui.panels.errors_in_scene import ErrorsInScene
-from flexgui.panels.keys import keep_view_still
+from flexgui.panels.keys import help_hands
 from flexgui.panels.room import Widths, Window, aspect
 from flexgui.session import Topic
 from flexgui.session.crew import CREW
@@ -27,6 +27,10 @@ further away."""
 
 DOWN = 1.2
 """Of the arm's reach: on a phone the panels lie over the lower part of the arm's picture."""
+
+SETTLING = 5.0
+"""s after the camera was put, in which the browser may still report where it was before: what looks
+like a turn by hand is none."""
 
 TURNED = 1e-3
 """Of the reach: a camera further from its place was moved by a person."""
@@ -58,16 +62,20 @@ class Scene:
         self._stage: Stage | None = None
         self._shown: object = None
         self._written: object = None
+        self._apart = 0.0
+        """How many times too far from the model the measured arm's path is drawn."""
         self._errors = ErrorsInScene(desk)
         self._reach = 1.0
         self._window = Window()
+        self._aimed = 0.0
+        """When that was, by the monotonic clock."""
         self._eye = np.zeros(3)
         """Where the camera was put, (3,) m."""
         self._lock = threading.RLock()
         self._closed = threading.Event()
         self._swings = False
-        desk.darkened.append(self.set_dark)
-        keep_view_still(desk.client)
+        desk.theme.followers.append(self.set_dark)
+        help_hands(desk.client)
 
     def draw(self, topics: frozenset[Topic]) -> None:
         """Shows what the session says now."""
@@ -100,6 +108,7 @@ class Scene:
     def _made(self, view: LiveModel) -> Stage:
         if self._stage is None:
             self._stage = Stage(self._desk.client, view.model.arm, view.numbers.p, view.q)
+            self._stage.set_dark(self._desk.theme.dark)
             self._aim(self._stage)
         return self._stage
 
@@ -107,7 +116,9 @@ class Scene:
         """The whole arm stays in sight in a picture of another shape."""
         with self._lock:
             before, self._window = self._window, window
-            if self._stage is not None and aspect(before) != aspect(window) and self._is_aimed():
+            if self._stage is None or aspect(before) == aspect(window):
+                return
+            if self._is_aimed() or time.monotonic() - self._aimed < SETTLING:
                 self._aim(self._stage)
 
     def _is_aimed(self) -> bool:
@@ -117,7 +128,7 @@ class Scene:
 
     def _aim(self, stage: Stage) -> None:
         """Looks at the whole arm; what a person turns stays so until another arm comes."""
-        self._reach = stage.body.reach
+        self._reach, self._aimed = stage.body.reach, time.monotonic()
         camera, phone = self._desk.client.camera, self._window.phone
         eye = stage.view(min(aspect(self._window), ASPECT))
         # On a phone the panels cover the lower part: the arm goes up, the aim down.
@@ -141,12 +152,15 @@ class Scene:
         self._reshape(stage, view.model.arm, view.numbers.p, view.q)
 
     def _show_recording(self, stage: Stage, motion: Playback) -> None:
+        cursor = self._desk.session.cursor
         if self._shown is not motion:
-            self._shown = motion
+            self._shown, self._apart = motion, 0.0
             self._reshape(stage, motion.arm, motion.motion.p, motion.motion.q[0])
-            stage.show_paths(motion.motion.q, motion.ghost)
-        k = motion.frame(self._desk.session.cursor.time)
-        stage.show_both(motion.motion.q[k], None if motion.ghost is None else motion.ghost[k])
+        if self._apart != cursor.error:
+            self._apart = cursor.error
+            stage.show_paths(motion.motion.q, motion.apart(cursor.error))
+        k, ghost = motion.frame(cursor.time), motion.apart(cursor.error)
+        stage.show_both(motion.motion.q[k], None if ghost is None else ghost[k])
 
     def set_dark(self, dark: bool) -> None:
         """The floor suits the page's ground."""

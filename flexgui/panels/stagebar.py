@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
+from flexgui.panels.curtain import PURPOSE
 from flexgui.panels.desk import Desk
 from flexgui.panels.style import FOLLOWER, STYLE, bar_style
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.state import STAGES
 
+PURPOSE_LINE = Markup("<p class='purpose'>{}</p>").format(PURPOSE)
 BAR = Markup("<span class='fx-bar'></span>")
 
 
@@ -17,6 +19,7 @@ class StageBar:
 
     def __init__(self, desk: Desk) -> None:
         self._desk = desk
+        Words(desk.gui, PURPOSE_LINE)
         self._mark = Words(desk.gui, self._style())
         self._buttons = desk.gui.add_button_group("Stage", STAGES)
         if not desk.read_only:

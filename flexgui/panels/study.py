@@ -15,6 +15,7 @@ from core.montecarlo.work import parts
 from core.scenario.schema import Scenario
 from core.sentences import listed
 from flexgui.panels import widgets
+from flexgui.panels.confirm import Confirm
 from flexgui.panels.panel import Panel
 from flexgui.panels.study_results import StudyResults
 from flexgui.panels.words import Words, joined, paragraph
@@ -34,6 +35,10 @@ START, GO_ON = "Start the study", "Go on with the study"
 
 MORE = "More runs or other parts continue from the present results; nothing is computed twice."
 OPEN = "Open the paper's arm and experiments"
+REPLACES = (
+    "This replaces your recordings, the identification and the diagnosis by the paper's arm. "
+    "Export first what you want to keep. Replace them?"
+)
 
 
 class StudyPanel(Panel):
@@ -51,9 +56,10 @@ class StudyPanel(Panel):
             desk, START, lambda: session.start_study(desk.services), prominent=True
         )
         self._stop = widgets.button(desk, "Stop", session.stop_study)
-        self._open = widgets.button(
-            desk, OPEN, lambda: session.choose(DEMO, desk.services), prominent=True
-        )
+        self._open = Confirm(
+            desk, OPEN, REPLACES, lambda: session.choose(DEMO, desk.services), self._has_work,
+            "Replace my work", "Keep my work",
+        )  # fmt: skip
         self._results.build_choice()
         self._save = widgets.button(
             desk, "Save the results (zip)", self._export,
@@ -95,7 +101,7 @@ class StudyPanel(Panel):
         session, state = self.desk.session, self.desk.session.study
         refusal = "" if state.busy else session.study_refusal
         open_to_choose, follows = not (refusal or state.busy), self.desk.read_only
-        self._open.visible = bool(refusal)
+        self._open.show(bool(refusal))
         self._start.visible = open_to_choose and not self._finished(state)
         self._start.disabled = follows
         self._start.label = GO_ON if state.done and self._begun(state) else START
@@ -111,6 +117,12 @@ class StudyPanel(Panel):
         self._state.show(paragraph(refusal, "bad") if refusal else lead)
         self._said.show(self._about(state, open_to_choose))
         self._results.refresh()
+
+    def _has_work(self) -> bool:
+        """Whether opening another scenario would lose something that a person made."""
+        session = self.desk.session
+        brought = any(spec.file is not None for spec in session.scenario.recordings)
+        return brought or session.outcome is not None or bool(session.looks)
 
     def _begun(self, state: StudyState) -> bool:
         """Whether it is the scenario's own study, whatever has been chosen of it since."""

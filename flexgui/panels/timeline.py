@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from markupsafe import Markup
+
 from flexgui.panels import widgets
 from flexgui.panels.desk import Desk
 from flexgui.panels.drawn_bending import legend, plays
 from flexgui.panels.errors_in_scene import COLOURED
 from flexgui.panels.room import LINE_MARGIN, Widths, Window
 from flexgui.panels.words import Words, joined, paragraph
-from flexgui.views.error_now import words
+from flexgui.views.error_now import words as error_words
 
-SPEEDS = {"×0.1": 0.1, "×0.25": 0.25, "×0.5": 0.5, "×1": 1.0, "×2": 2.0}
+SPEEDS = {f"speed ×{speed:g}": speed for speed in (0.1, 0.25, 0.5, 1.0, 2.0)}
+ERRORS = {f"error ×{times:g}": times for times in (1.0, 5.0, 20.0, 100.0)}
+"""How many times larger the distance of the measured arm from the model is drawn: two arms that lie
+on each other are seen apart."""
+ROW = Markup("<span class='fx-line'></span>")
+"""A mark for the style sheet: the inputs below stand beside one another."""
 STEP = 0.02
 """s, one frame."""
 
@@ -23,18 +32,23 @@ class TimeLine:
         gui = desk.gui
         self._panel = gui.add_panel()
         with self._panel.add_tab("Time-line"):
-            self._about = Words(gui)
+            self._about = Words(gui, ROW)
             self._seek = widgets.slider(
                 desk, "Time [s]", (0.0, 10.0, 0.01), lambda: session.cursor.time, self._to
             )
             self._buttons = gui.add_button_group("Move", ("◀ step", "Play", "Pause", "step ▶"))
-            self._speeds = gui.add_button_group("Speed", tuple(SPEEDS))
+            widgets.choice(
+                desk, "Speed", tuple(SPEEDS), lambda: _named(SPEEDS, session.cursor.speed),
+                lambda v: session.set_cursor(speed=SPEEDS[v]),
+            )  # fmt: skip
+            widgets.choice(
+                desk, "Error drawn", tuple(ERRORS), lambda: _named(ERRORS, session.cursor.error),
+                lambda v: session.set_cursor(error=ERRORS[v]),
+                "Draws the measured arm farther from the model.",
+            )  # fmt: skip
         self._size = (0.0, 0.0)
         if not desk.read_only:
             self._buttons.on_click(lambda _: self._pressed(str(self._buttons.value)))
-            self._speeds.on_click(
-                lambda _: session.set_cursor(speed=SPEEDS.get(str(self._speeds.value), 1.0))
-            )
 
     def fit(self, window: Window, shares: Widths) -> None:
         """Into the picture of the arm; where a person has put it, it stays."""
@@ -51,12 +65,12 @@ class TimeLine:
         session = self._desk.session
         motion, cursor = session.playback, session.cursor
         if motion is not None and not plays(session):
-            self._about.show(
-                paragraph("Here the sliders set the posture; recordings play from Data on.", "soft")
-            )
+            words = "Here the sliders set the posture; recordings play from Data on."
+            self._about.show(ROW + paragraph(words, "soft"))
             return
         if motion is None:
-            self._about.show(paragraph("Here a recording will play, once there is one.", "soft"))
+            words = "Here a recording will play, once there is one."
+            self._about.show(ROW + paragraph(words, "soft"))
             return
         who = "identified model" if motion.fitted else "model as stated"
         pace = "" if cursor.speed == 1.0 else f", speed ×{cursor.speed:g}"
@@ -65,7 +79,8 @@ class TimeLine:
             f"{pace}{self._error()}"
         )
         what = legend(session)
-        self._about.show(joined(paragraph(now), paragraph(what, "soft")) if what else now)
+        soft = paragraph(what, "soft") if what else ""
+        self._about.show(joined(ROW, paragraph(now), soft))
         if self._seek.max != motion.seconds:
             self._seek.max = motion.seconds
         shown = round(min(cursor.time, motion.seconds), 2)
@@ -77,7 +92,7 @@ class TimeLine:
         session = self._desk.session
         found = session.failing if session.stage in COLOURED else None
         along = None if found is None else found.now.get(session.cursor.recording)
-        return f"; {words(along.at(session.cursor.time))}" if along is not None else ""
+        return f"; {error_words(along.at(session.cursor.time))}" if along is not None else ""
 
     def _to(self, time: float) -> None:
         self._desk.session.set_cursor(time=time, playing=False)
@@ -99,3 +114,8 @@ class TimeLine:
 
     def close(self) -> None:
         """Nothing to end: the session's player moves the cursor."""
+
+
+def _named(options: Mapping[str, float], value: float) -> str:
+    """The option nearest to a value."""
+    return min(options, key=lambda name: abs(options[name] - value))

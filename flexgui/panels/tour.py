@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from flexgui.panels import widgets
 from flexgui.panels.desk import Desk
+from flexgui.panels.uploads import upload_hint
 from flexgui.panels.words import Words
 from flexgui.session.demo import HIDDEN, is_of_tour
 from flexgui.session.tour_card import (
@@ -22,15 +23,19 @@ from flexgui.session.tour_card import (
     due_stage,
 )
 
-CARD = Markup("<div class='tour'><p class='lead'>{}</p><p>{}</p></div>")
+CARD = Markup("<div class='tour {}'><p class='lead'>{}</p><p>{}</p></div>")
 QUIET = Markup("""<style>
 div:has(> .fx > .fx-tour) { height: 0; overflow: hidden; }
 div:has(> .fx > .fx-tour) + div { display: flex; justify-content: flex-end; padding: 0;
   margin-bottom: -.5em; }
-div:has(> .fx > .fx-tour) + div button { width: auto; height: 1.5em; padding: 0 .9em;
-  background: none !important; color: var(--mantine-color-dimmed); font-size: .8em; }
+div:has(> .fx > .fx-tour) + div button { width: auto; padding: 0 .9em;
+  border: none !important; background: none !important; font-size: .8em;
+  color: var(--mantine-color-dimmed) !important; text-decoration: underline; }
 </style><span class='fx-tour'></span>""")
 """A small word on the right: it is always there, and invites nobody."""
+
+OPEN_MINE = "Open my recordings"
+"""Beside the tour's offer: who has own files need not walk through somebody else's."""
 
 AGAIN, LEAVE, REFUSE = "Tour", "Leave the tour", "Skip tour"
 
@@ -42,6 +47,8 @@ class Tour:
         self._desk = desk
         self._card = Words(desk.gui)
         self._go: Any = widgets.button(desk, BEGIN, self._pressed, prominent=True)
+        self._mine: Any = None
+        self._place = desk.gui.add_folder(None)
         self._mark = Words(desk.gui, QUIET)
         self._quiet: Any = widgets.button(desk, AGAIN, self._left_or_back)
 
@@ -69,9 +76,29 @@ class Tour:
             session.go_on_tour(OFFERED)
             session.show(FIRST_STAGE)
 
+    def _offer_own(self, offers: bool) -> None:
+        """viser shows an upload button whatever is said of its visibility: it comes and goes."""
+        desk = self._desk
+        if not offers and self._mine is not None:
+            self._mine.remove()
+            self._mine = None
+        elif offers and self._mine is None:
+            with self._place:
+                self._mine = desk.gui.add_upload_button(
+                    OPEN_MINE, hint=upload_hint(desk.services), color="gray"
+                )
+            self._mine.on_upload(self._brought)
+
+    def _brought(self, event: Any) -> None:
+        file, session = event.target.value, self._desk.session
+        session.show("Data")
+        session.upload(file.name, file.content, self._desk.services)
+
     def refresh(self) -> None:
         """Shows the card of the moment."""
         shown = self._shown()
+        offers = shown is not None and shown.button == BEGIN
+        self._offer_own(offers)
         self._go.visible = shown is not None and bool(shown.button)
         ends = shown is not None and shown.button == END
         self._quiet.visible = not (self._desk.read_only or ends)
@@ -80,8 +107,8 @@ class Tour:
             self._card.show("")
             self._quiet.label = AGAIN
             return
-        self._card.show(CARD.format(shown.title, shown.text))
+        self._card.show(CARD.format("pair" if offers else "", shown.title, shown.text))
         self._go.label = shown.button or BEGIN
         # Where earlier work is offered, to restore it is the next thing to do.
         self._go.color = "gray" if self._desk.session.earlier is not None else "blue"
-        self._quiet.label = REFUSE if shown.button == BEGIN else LEAVE
+        self._quiet.label = REFUSE if offers else LEAVE

@@ -18,6 +18,7 @@ from typing import Any, Generic, TypeVar
 import viser
 
 from core.errors import InputError
+from flexgui.panels.curtain import lift
 from flexgui.places import without_places
 from flexgui.server.arrivals import store_key, stored_key
 from flexgui.server.binding import is_loopback, own_name, port_of
@@ -174,6 +175,7 @@ class PageServer(Generic[S]):
                 self._show(visit)
         except InputError as error:
             client.gui.add_markdown(without_places(str(error)))
+            lift(client)
         if visit.gone:
             self._forget(visit)
 
@@ -199,6 +201,7 @@ class PageServer(Generic[S]):
         if self.demo is not None:
             self.demo.add_button(visit)
         if visit.session is None:
+            lift(visit.client)
             return None
         read_only = visit.role == FOLLOWER
         return self._settings.build_page(visit.client, visit.session, self.services, read_only)

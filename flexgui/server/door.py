@@ -19,6 +19,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from flexgui.server.entry import Attempts, Word, same
+from flexgui.server.front import behind_curtain
 from flexgui.server.limits import Limits
 from flexgui.server.lost import ALIVE
 from flexgui.server.origins import hosts_of
@@ -186,9 +187,9 @@ class Door:
 
 @cache
 def client_page(zipped: bool) -> Response:
-    """viser's client, which is one file."""
+    """viser's client, which is one file, behind our curtain."""
     path = Path(viser.__file__).parent / "client" / "build" / "index.html"
-    page = path.read_bytes().replace(b"<title>Viser</title>", f"<title>{TITLE}</title>".encode())
+    page = behind_curtain(path.read_bytes(), TITLE)
     headers = Headers()
     if zipped:
         page = gzip.compress(page)

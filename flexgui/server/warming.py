@@ -6,12 +6,12 @@ import contextlib
 import gc
 import logging
 import threading
-from weakref import WeakKeyDictionary
 
 import viser
 
 from core.errors import InputError
 from flexgui.jobs import JobPool
+from flexgui.panels.curtain import BUILDING, tell
 from flexgui.server.greeting import Say
 
 PREPARING = "Preparing for this machine, once: up to a minute."
@@ -30,9 +30,6 @@ class Warming:
         self._pool, self._log, self._say = pool, log, say
         self._compiled = threading.Event()
         self._compiled.set()
-        self._notes: WeakKeyDictionary[viser.ClientHandle, viser.GuiMarkdownHandle] = (
-            WeakKeyDictionary()
-        )
 
     def start(self) -> threading.Thread:
         """Returns at once."""
@@ -43,9 +40,7 @@ class Warming:
     def receive(self, client: viser.ClientHandle) -> None:
         """Tells a browser that its page will take a while, where it will."""
         if not self._compiled.is_set():
-            client.gui.main_panel.dock_right()
-            text = f"**{PREPARING}** The page comes by itself."
-            self._notes[client] = client.gui.add_markdown(text)
+            tell(client, f"{PREPARING} The page comes by itself.")
 
     def wait(self) -> None:
         """A page that compiles at the same time would do the same work once more."""
@@ -53,9 +48,7 @@ class Warming:
 
     def admit(self, client: viser.ClientHandle) -> None:
         """Its page is being built."""
-        note = self._notes.pop(client, None)
-        if note is not None:
-            note.remove()
+        tell(client, BUILDING)
 
     def _run(self) -> None:
         try:

@@ -115,6 +115,9 @@ class Challenging(Uploading, ABC):
         def told(event: Event) -> None:
             if isinstance(event, Finished):
                 self._hidden(Challenge(seed, level, event.result[1]), event.result[0], services)
+                # It starts identified: everybody begins at the same question.
+                if self.challenge is not None:
+                    self.identify(services, lambda: self._ask_tool(services))
 
         return self._submit(services, "hide", task, told)
 
@@ -218,9 +221,16 @@ class Challenging(Uploading, ABC):
             self.challenge = replace(known, revealed=found)
         services.board.put(known.seed, known.level, self.key, self._entry(known, found))
         self.tell(Topic.CHALLENGE)
-        if not asked and not self.busy:
-            self.diagnose(services)
+        self._ask_tool(services)
         return True
+
+    def _ask_tool(self, services: Services) -> None:
+        """Once the truth is known, where nobody has asked it yet and nothing else is computed."""
+        known = self.challenge
+        if known is None or known.revealed is None or known.revealed.asked:
+            return
+        if not (self.busy or self.tool_asked):
+            self.diagnose(services)
 
     def _entry(self, known: Challenge, found: Revealed) -> Entry:
         judgement = found.judgement

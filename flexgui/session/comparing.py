@@ -30,6 +30,7 @@ class Comparing(Running, ABC):
         self.pending: Look | None = None
         """What the worker looks at now."""
         self._failing: WhereItFails | None = None
+        self._scale: tuple[object, float] = (None, 1.0)
 
     @property
     def shown_looks(self) -> tuple[Look, ...]:
@@ -70,6 +71,20 @@ class Comparing(Running, ABC):
             known = where_it_fails(shown, floors) if shown else None
             self._failing = known
         return known
+
+    @property
+    def worst_error(self) -> float:
+        """What the darkest colour of the arm stands for, in floors: the worst error of the way's
+        first look, so that an arm whose error is gone is seen to have lost its colour."""
+        first = next(iter(self.shown_looks), None)
+        shown = first.comparisons if first is not None and first.comparisons else self.comparisons
+        if self._scale[0] is not shown:
+            failing = self.failing
+            if shown is not self.comparisons or failing is None:
+                failing = where_it_fails(shown, self.floors) if shown else None
+            traces = () if failing is None else tuple(failing.now.values())
+            self._scale = (shown, max([one.worst for one in traces], default=1.0))
+        return self._scale[1]
 
     def _before(self, look: Look) -> tuple[Look, ...]:
         """The steps that stay before this one: all, those to the same model, or none."""

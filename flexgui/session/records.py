@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import core.results
+from core.effects.over_speed import OverSpeed
 from core.errors import InputError
 from core.scenario.schema import Scenario
 from core.scenario.write import scenario_toml
@@ -27,7 +28,7 @@ _RECORDS: dict[str, type] = {
     each.__name__: each
     for each in (
         *(getattr(core.results, name) for name in core.results.__all__),
-        Looked, Look, Challenge, Revealed, Guess, Judged, Judgement,
+        OverSpeed, Looked, Look, Challenge, Revealed, Guess, Judged, Judgement,
     )
 }  # fmt: skip
 """What may stand in a file; anything else in one is damage."""

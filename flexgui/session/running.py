@@ -12,6 +12,7 @@ from core.results import Outcome
 from core.scenario.schema import Scenario
 from core.scenario.write import scenario_toml
 from flexgui.jobs import Event, Finished, Job, Stopped, Task
+from flexgui.jobs.events import Ended
 from flexgui.jobs.tasks.export import export
 from flexgui.jobs.tasks.identify import identify
 from flexgui.session.edit import edited, put
@@ -30,14 +31,20 @@ class Running(Playing, ABC):
         self.job: Job | None = None
         self._run_number = 0
 
-    def identify(self, services: Services) -> bool:
-        """Runs the scenario in the pool."""
+    def identify(self, services: Services, then: Callable[[], object] | None = None) -> bool:
+        """Runs the scenario in the pool; `then` follows however it ends."""
         scenario = self.scenario
         # What is missing is looked for at a stage of its own.
         plain = edited(scenario, put(("diagnose",), None))
         arguments = {"scenario_toml": scenario_toml(plain), "folder": str(self.folder)}
         task = Task.of(identify, "The identification", **arguments)
-        return self._submit(services, "identify", task, lambda e: self._identified(e, scenario))
+
+        def told(event: Event) -> None:
+            self._identified(event, scenario)
+            if then is not None and isinstance(event, Ended):
+                then()
+
+        return self._submit(services, "identify", task, told)
 
     def _identified(self, event: Event, scenario: Scenario) -> None:
         found = getattr(event, "result", None)

@@ -32,6 +32,8 @@ class Cursor:
     """s from the recording's first sample."""
     playing: bool = False
     speed: float = 1.0
+    error: float = 1.0
+    """How many times farther from the model the measured arm is drawn."""
 
 
 @dataclass(frozen=True)

@@ -38,9 +38,9 @@ TRIED = (
     "error each would explain. Open What is it? to read about one."
 )
 OFFER = Card(
-    "Find what a model lacks",
-    "In four steps: look, compare, diagnose, add. The arm of the tour has an effect that its model "
-    "does not know. It opens recordings of its own.",
+    "Two ways to begin",
+    "The tour: look, compare, diagnose, add, with recordings of an arm that has an effect which "
+    "its model does not know. Or your own recordings: CSV, Parquet or MAT files.",
     BEGIN,
 )
 AT_ARM = Card(LOOK, "This is the arm. Press Next: take measurements to see what was recorded.")

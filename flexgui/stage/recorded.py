@@ -51,6 +51,12 @@ class Playback:
         """How much larger the bending is drawn where nobody has chosen."""
         return fitting_factor(self.arm, self.motion.p, self.motion.q)
 
+    def apart(self, times: float) -> np.ndarray | None:
+        """(K, n) the measured postures, so many times farther from the model's."""
+        if self.ghost is None or times == 1.0:
+            return self.ghost
+        return self.motion.q + times * (self.ghost - self.motion.q)
+
     def frame(self, time: float) -> int:
         """The frame at a time in s, clipped."""
         found = int(np.searchsorted(self.motion.time, time + 1e-9, side="right")) - 1

@@ -36,10 +36,10 @@ class Chart:
     """series, scales, axes"""
 
 
-def chart(figure: Figure) -> Chart:
+def chart(figure: Figure, dark: bool = False) -> Chart:
     """Of a figure whose lines share their x; dots lie on some of these x, each on one of its own.
 
-    What is below the least of a logarithmic axis runs along it.
+    What is below the least of a logarithmic axis runs along it. `dark`: for a dark ground.
     """
     traces, layout = figure["data"], figure["layout"]
     x = max((np.asarray(t["x"], dtype=float) for t in traces), key=len)
@@ -51,7 +51,7 @@ def chart(figure: Figure) -> Chart:
             {"label": axes["x"]["title"]["text"]}, *(_series(trace) for trace in traces)
         ),
         "scales": {key: _scale(axis) for key, axis in axes.items()},
-        "axes": tuple(_axis(key, axis) for key, axis in axes.items()),
+        "axes": tuple(_axis(key, axis, dark) for key, axis in axes.items()),
     }  # fmt: skip
     return Chart((x, *columns), look)
 
@@ -93,14 +93,14 @@ def _scale(axis: Figure) -> dict[str, Any]:
     return {"time": False, "distr": 3 if axis.get("type") == "log" else 1}
 
 
-def _axis(key: str, axis: Figure) -> dict[str, Any]:
+def _axis(key: str, axis: Figure, dark: bool) -> dict[str, Any]:
     return {
         "label": axis["title"]["text"],
         "labelSize": LABEL_ROOM,
         "labelFont": LABELS,
         "size": ROOM[key],
         "font": TICKS,
-        "stroke": colours.TEXT,
+        "stroke": colours.TEXT_ON_DARK if dark else colours.TEXT,
         "grid": {"stroke": FAINT if axis.get("type") == "log" else colours.GRID, "width": 1},
         "ticks": {"stroke": colours.AXIS, "width": 1, "size": 4},
     }

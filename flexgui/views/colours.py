@@ -7,16 +7,24 @@ MODEL = "#d9730d"
 RESIDUAL = "#c44a8f"
 MISSING = "#c44a8f"
 """What the model lacks is the residual again, seen as a torque."""
+BACKWARDS = "#6f62c9"
+"""The same while the joint moves backwards."""
 ADDED = "#1f9470"
 """An effect that was added."""
 START = "#7d858f"
 """Where the search began, and whatever is only context."""
 BOUND = "#d64545"
 
+JOINTS = ("#2a93a8", "#a06cd5", "#b58a00")
+JOINT_DASHES = ("solid", "dash", "dot")
+"""A joint, and what is measured or predicted at it, wherever several stand in one figure; told
+apart by the dash where colours are not seen."""
+
 SERIES = ("#3d7fd1", "#1f9470", "#a06cd5", "#b58a00", "#2a93a8", "#d64545", "#7d858f", "#c44a8f")
 """For several alike things (outputs, fits) that have no meaning of their own."""
 
-TEXT = "#7d858f"
+TEXT, TEXT_ON_DARK = "#565e68", "#b3bbc4"
+"""Of axes and legends: contrast of 6 on white, of 8 on a page's dark ground (WCAG asks for 4.5)."""
 GRID = "rgba(128,136,146,0.22)"
 AXIS = "rgba(128,136,146,0.65)"
 CLEAR = "rgba(0,0,0,0)"
@@ -34,6 +42,12 @@ def faded(colour: str, alpha: float) -> str:
     """The colour '#rrggbb' as 'rgba(...)' with an opacity between 0 and 1."""
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     return f"rgba({red},{green},{blue},{alpha:g})"
+
+
+def joint(index: int) -> dict[str, str]:
+    """The line of the index-th joint, from 0."""
+    place = index % len(JOINTS)
+    return {"color": JOINTS[place], "dash": JOINT_DASHES[place]}
 
 
 def series(index: int) -> str:

@@ -82,7 +82,7 @@ def picture(seen: Glimpse) -> Markup:
     told = Markup(
         "<p class='soft'><span class='key' style='background:{}'></span>residual"
         "<span class='key' style='background:{}'></span>"
-        "prediction of the effect: {} in recording {}, {:.2g} s</p>"
+        "prediction of the effect: {} in recording {}, {:.2g}\N{NO-BREAK SPACE}s</p>"
     )
     return frame.format(WIDTH, HEIGHT, middle, colours.GRID, lines) + told.format(
         colours.RESIDUAL, colours.ADDED, channel_symbol(seen.channel), seen.recording, seen.seconds

@@ -30,6 +30,15 @@ SOURCES = {
 ROOM = 1.6
 """Times the highest bar: the axis ends there, with room for the bar's number."""
 
+BAND = 0.5
+"""Times the floor, where the band of the floor ends on the axis."""
+
+FALL = 1.1
+"""An error that falls by less than this factor gets no arrow: the bars say it."""
+
+LEAVES, ARRIVES = 0.32, 0.72
+"""Of the way from one step to the next: beside the bars, where the arrow hides no number."""
+
 MANY = 300.0
 """Times the floor, from which the axis names decades only."""
 
@@ -42,21 +51,53 @@ def ladder(steps: Sequence[LadderStep]) -> go.Figure | None:
     estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
     validation = [validation_ratio(step.errors) for step in steps]
     figure = go.Figure()
-    figure.add_trace(_bars(labels, estimation, "estimation recordings", colours.MODEL, steps))
+    figure.add_trace(_bars(labels, estimation, "estimation recordings", "", steps))
     if any(np.isfinite(v) for v in validation):
-        figure.add_trace(_bars(labels, validation, "validation recordings", colours.ADDED, steps))
-    figure.add_hline(y=1.0, line={"color": colours.AXIS, "width": 2})
+        figure.add_trace(_bars(labels, validation, "validation recordings", "/", steps))
+    _add_band(figure)
+    _add_falls(figure, estimation)
     highest = max([v for v in (*estimation, *validation) if np.isfinite(v)], default=1.0)
     figure.update_yaxes(
         type="log", title_text="error [× noise floor]", **_ticks(ROOM * highest),
-        range=[np.log10(0.8), np.log10(ROOM * max(highest, 1.5))],
+        range=[np.log10(BAND), np.log10(ROOM * max(highest, 1.5))],
     )  # fmt: skip
-    figure.update_xaxes(type="category", automargin=True)
+    figure.update_xaxes(type="category", automargin=True, range=[-0.5, len(labels) - 0.5])
     text = (
         "Root mean square error over all outputs, each in multiples of its noise floor "
-        f"({LEFT_BY_ALL}). At 1, the line, nothing remains to be explained."
+        f"({LEFT_BY_ALL}). In the band, at 1 and below, nothing remains to be explained."
     )
     return styled(figure, 340, text, barmode="group", bargap=0.45, bargroupgap=0.08)
+
+
+def _add_band(figure: go.Figure) -> None:
+    """The noise floor: where a complete model ends."""
+    figure.add_hrect(
+        y0=BAND, y1=1.0, fillcolor=colours.faded(colours.ADDED, 0.22), line_width=0, layer="below"
+    )
+    figure.add_hline(y=1.0, line={"color": colours.ADDED, "width": 2})
+    figure.add_annotation(
+        text="noise floor", x=0.0, xref="paper", xanchor="left", xshift=4, showarrow=False,
+        y=float(np.log10(np.sqrt(BAND))), font={"size": 11},
+    )  # fmt: skip
+
+
+def _add_falls(figure: go.Figure, errors: Sequence[float]) -> None:
+    """An arrow from each step to the next where the error falls, with the factor."""
+    for k, (before, after) in enumerate(zip(errors[:-1], errors[1:], strict=True)):
+        if not (np.isfinite(before) and np.isfinite(after) and after * FALL < before):
+            continue
+        times = format_number(before / after, 2, keep_zeros=True)
+        end = float(np.log10(max(after, 1.0)))
+        figure.add_annotation(
+            x=k + ARRIVES, y=end, ax=k + LEAVES, ay=float(np.log10(before)), xref="x", yref="y",
+            axref="x", ayref="y", showarrow=True, arrowhead=2, arrowsize=1.2, arrowwidth=2,
+            arrowcolor=colours.ADDED, text="",
+        )  # fmt: skip
+        figure.add_annotation(
+            x=k + 0.5 * (ARRIVES + LEAVES), y=0.5 * (end + float(np.log10(before))),
+            text=f"<b>÷ {times}</b>", showarrow=False, xanchor="left", xshift=8, yshift=8,
+            font={"size": 14},
+        )  # fmt: skip
 
 
 def _ticks(end: float) -> dict[str, list[float] | list[str]]:
@@ -67,7 +108,7 @@ def _ticks(end: float) -> dict[str, list[float] | list[str]]:
 
 
 def _bars(
-    labels: Sequence[str], values: Sequence[float], name: str, colour: str,
+    labels: Sequence[str], values: Sequence[float], name: str, hatch: str,
     steps: Sequence[LadderStep],
 ) -> go.Bar:  # fmt: skip
     known = [v if np.isfinite(v) else None for v in values]
@@ -77,7 +118,10 @@ def _bars(
         y=[None if v is None else max(v - 1.0, 0.0) for v in known],
         base=1.0,
         name=name,
-        marker={"color": colour},
+        marker={
+            "color": colours.faded(colours.RESIDUAL, 0.55) if hatch else colours.RESIDUAL,
+            "pattern": {"shape": hatch, "fillmode": "overlay", "fgcolor": colours.RESIDUAL},
+        },
         text=["" if v is None else f"{format_number(v, 2, keep_zeros=True)} ×" for v in known],
         textposition="outside",
         cliponaxis=False,

@@ -16,7 +16,9 @@ from flexgui.views.names import channel_symbol
 from flexgui.views.units import ShownUnit, shown_unit
 
 POINTS = 500
-SIGNAL = 0.62
+TICKS = (5, 3)
+"""Numbers on the axes of a signal and of its error, at most: more overlap in a low row."""
+SIGNAL = 0.58
 """Share of an output's room that its signal takes; the residual has the rest."""
 
 
@@ -42,11 +44,11 @@ def _rows(channel: ChannelComparison, k: int, count: int, layout: Figure) -> lis
     top = 1.0 - k * room
     middle = top - SIGNAL * (room - gap)
     places = (([middle, top], signal.label(symbol)),
-              ([top - room + gap, middle - gap], small.label(f"Δ{symbol}")))  # fmt: skip
+              ([top - room + gap, middle - gap], small.label(f"{symbol} error")))  # fmt: skip
     for row, (domain, label) in enumerate(places):
         number = 2 * k + row + 1
         layout[f"yaxis{number if number > 1 else ''}"] = axis(label) | {
-            "anchor": "x", "domain": domain,
+            "anchor": "x", "domain": domain, "nticks": TICKS[row],
         }  # fmt: skip
     first, second = 2 * k + 1, 2 * k + 2
     return [

@@ -16,6 +16,8 @@ from flexgui.views.residual_over import DIRECTIONS
 from flexgui.views.units import ShownUnit, shown_unit
 
 POINTS = 600
+ROOM = 0.06
+"""Of the span of a cloud, above and below it."""
 
 
 def missing_curve(torques: Sequence[MissingTorque]) -> Figure:
@@ -39,23 +41,33 @@ def missing_curve(torques: Sequence[MissingTorque]) -> Figure:
 
 
 def missing_cloud(
-    torques: Sequence[MissingTorque], laws: Sequence[OverSpeed] = (), effect: str = ""
+    torques: Sequence[MissingTorque],
+    laws: Sequence[OverSpeed] = (),
+    effect: str = "",
+    scale: Sequence[MissingTorque] = (),
 ) -> Figure:
     """A row per joint over its own velocity, both directions in their colours; in it what the
-    drive would spend on an effect with these laws."""
+    drive would spend on an effect with these laws. The axes are those of `scale`, so that what an
+    effect has explained is seen to be gone."""
+    scaled = {one.joint: one for one in scale}
     layout = _frame(torques, 0.17)
     data = []
     for k, one in enumerate(torques):
         keep = np.flatnonzero(one.counted & np.isfinite(one.missing) & np.isfinite(one.velocity))
         keep = keep[:: max(1, -(-keep.size // POINTS))]
-        unit = shown_unit(one.missing[keep], one.unit)
+        before = scaled.get(one.joint, one)
+        unit = shown_unit(before.missing[before.counted], one.unit)
         speed = shown_unit(one.velocity[keep], one.velocity_unit)
         number = _number(k)
         layout[f"yaxis{number}"] |= axis(unit.label(_what(one))) | {"anchor": f"x{number}"}
+        if scale:
+            layout[f"yaxis{number}"]["range"] = _span(before, unit)
         layout[f"xaxis{number}"] = axis(speed.label(f"velocity of joint {one.joint}")) | {
             "anchor": f"y{number}"
         }
-        for sign, (name, colour) in zip((1.0, -1.0), DIRECTIONS, strict=True):
+        for sign, symbol, (name, colour) in zip(
+            (1.0, -1.0), ("circle", "x-thin-open"), DIRECTIONS, strict=True
+        ):
             some = keep[sign * one.velocity[keep] >= 0.0]
             data.append(
                 {
@@ -63,13 +75,23 @@ def missing_cloud(
                     "x": short(one.velocity[some] * speed.factor),
                     "y": short(one.missing[some] * unit.factor),
                     "xaxis": f"x{number}", "yaxis": f"y{number}", "showlegend": k == 0,
-                    "marker": {"color": colours.faded(colour, 0.55), "size": 4},
+                    "marker": {"color": colours.faded(colour, 0.6), "size": 4, "symbol": symbol},
                     "hovertemplate": f"%{{x:.3g}} {speed.name}, %{{y:.4g}} {unit.name}"
                     "<extra></extra>",
                 }
             )  # fmt: skip
         data += [_law(law, unit, speed, k, effect) for law in laws if law.joint == one.joint]
     return {"data": data, "layout": layout}
+
+
+def _span(one: MissingTorque, unit: ShownUnit) -> list[float]:
+    """The axis of a cloud, with a little room."""
+    seen = one.missing[one.counted & np.isfinite(one.missing)] * unit.factor
+    if not seen.size:
+        return [-1.0, 1.0]
+    low, high = float(seen.min()), float(seen.max())
+    room = ROOM * (high - low) or 1.0
+    return [low - room, high + room]
 
 
 def _law(law: OverSpeed, unit: ShownUnit, speed: ShownUnit, k: int, effect: str) -> Figure:

@@ -40,18 +40,24 @@ def live_prediction(
         }  # fmt: skip
         data.append(_line(time, residual[:, k], "residual", colours.RESIDUAL, 1.0, number))
         if predicted is not None:
-            data.append(_line(time, predicted[:, k], effect, colours.ADDED, 1.5, number))
+            data.append(_line(time, predicted[:, k], effect, colours.ADDED, 1.6, number, "dash"))
     layout["shapes"] = [_band(k) for k in range(count)]
     return {"data": data, "layout": layout}
 
 
 def _line(
-    x: np.ndarray, y: np.ndarray, name: str, colour: str, width: float, number: str
+    x: np.ndarray,
+    y: np.ndarray,
+    name: str,
+    colour: str,
+    width: float,
+    number: str,
+    dash: str = "solid",
 ) -> Figure:
     return {
         "type": "scatter", "mode": "lines", "x": short(x), "y": short(y), "name": name,
         "xaxis": "x", "yaxis": f"y{number}", "legendgroup": name, "showlegend": number == "",
-        "line": {"color": colour, "width": width},
+        "line": {"color": colour, "width": width, "dash": dash},
         "hovertemplate": f"{name} %{{y:.3g}} × noise floor<extra></extra>",
     }  # fmt: skip
 

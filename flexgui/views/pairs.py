@@ -41,7 +41,7 @@ def pair_lines(
             "mode": "lines",
             "name": f"{reference_symbol(reference)} → {channel_symbol(output.name)}",
             "line": {
-                "color": colours.series(i),
+                "color": colours.joint(i)["color"],
                 "width": 1.8,
                 "dash": DASHES[j % len(DASHES)],
             },

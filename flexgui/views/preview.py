@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -14,7 +15,7 @@ from flexgui.views.decimate import trace
 from flexgui.views.layout import axis, frame
 from flexgui.views.live import Figure, short
 from flexgui.views.names import channel_symbol
-from flexgui.views.units import shown_unit
+from flexgui.views.units import ShownUnit, shown_unit
 
 POINTS = 600
 """A panel is about as many pixels wide."""
@@ -23,7 +24,9 @@ ROWS = 5
 ORDER = ("dtheta#_ref", "theta#_ref", "i#_ref", "u#", "i#", "theta#", "z#", "deflection#", "ydot#")
 LAST = ("y#",)
 """Follow from others in most recordings."""
-MEASURED_LINES = (colours.MEASURED, colours.ADDED, "#a06cd5")
+FLAT = 0.35
+"""Share of an axis: where signals move by less than that of what all of them span, each is drawn
+as its change from the start."""
 
 
 def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
@@ -39,17 +42,36 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
     room, gap = 1.0 / max(len(kinds), 1), 0.05
     data: list[Figure] = []
     for row, names in enumerate(kinds):
-        values = np.concatenate([recording[name] for name in names])
+        starts = _starts(recording, names)
+        values = np.concatenate([recording[n] - s for n, s in zip(names, starts, strict=True)])
         unit = shown_unit(values, _unit(names[0], slides))
         number = "" if row == 0 else str(row + 1)
         top = 1.0 - row * room
-        label = unit.label(", ".join(_symbol(name) for name in names))
+        change = "Δ" if any(starts) else ""
+        label = unit.label(", ".join(change + _symbol(name) for name in names))
         layout[f"yaxis{number}"] = axis(label) | {
             "anchor": "x", "domain": [max(top - room + gap, 0.0), top],
         }  # fmt: skip
-        data += [_line(recording, n, k, unit.factor, number) for k, n in enumerate(names)]
+        data += [
+            _line(recording, n, start, unit, number) for n, start in zip(names, starts, strict=True)
+        ]
     layout["shapes"] = masked(recording, kinds)
+    seen: set[str] = set()
+    for line in data:  # each joint once
+        line["showlegend"] = line["name"] not in seen
+        seen.add(line["name"])
     return {"data": data, "layout": layout}
+
+
+def _starts(recording: Recording, names: Sequence[str]) -> list[float]:
+    """What each signal is drawn as a change from; zeros where the signals themselves are seen."""
+    known = [values[np.isfinite(values)] for values in (recording[name] for name in names)]
+    if not all(values.size for values in known):
+        return [0.0] * len(names)
+    whole = np.concatenate([*known, [0.0]])
+    span, moved = float(np.ptp(whole)), max(float(np.ptp(values)) for values in known)
+    flat = 0.0 < moved < FLAT * span
+    return [float(values[0]) if flat else 0.0 for values in known]
 
 
 def _kinds(recording: Recording) -> list[list[str]]:
@@ -74,16 +96,26 @@ def _symbol(name: str) -> str:
     return channel_symbol(name.removesuffix("_ref")) + ("*" if name.endswith("_ref") else "")
 
 
-def _line(recording: Recording, name: str, k: int, factor: float, number: str) -> Figure:
-    x, y = trace(recording.time, recording[name] * factor, POINTS)
-    reference = name.endswith("_ref")
-    colour = colours.START if reference and k == 0 else MEASURED_LINES[k % len(MEASURED_LINES)]
+def _line(recording: Recording, name: str, start: float, unit: ShownUnit, number: str) -> Figure:
+    """In the colour and the dash of its joint."""
+    x, y = trace(recording.time, (recording[name] - start) * unit.factor, POINTS)
+    number_of = int(re.sub(r"\D", "", name) or 1) - 1
+    look = colours.joint(number_of)
+    if joint_of(name) is None:
+        look["color"] = colours.MEASURED
+    said = f"{'Δ' if start else ''}{_symbol(name)}"
     return {
         "type": "scatter", "mode": "lines", "x": short(x), "y": short(y),
-        "name": _symbol(name), "xaxis": "x", "yaxis": f"y{number}", "showlegend": False,
-        "line": {"color": colour, "width": 1.2},
-        "hovertemplate": f"{_symbol(name)} %{{y:.4g}}<extra></extra>",
+        "name": _group(name), "legendgroup": _group(name), "xaxis": "x",
+        "yaxis": f"y{number}", "line": {"width": 1.3, **look},
+        "hovertemplate": f"{said} %{{y:.4g}} {unit.name}<extra></extra>",
     }  # fmt: skip
+
+
+def _group(name: str) -> str:
+    """What the legend calls it: signals of one joint are shown and hidden together."""
+    joint = joint_of(name)
+    return f"tip {_symbol(name)}" if joint is None else f"joint {joint + 1}"
 
 
 def masked(recording: Recording, kinds: Sequence[Sequence[str]]) -> list[dict[str, Any]]:

@@ -17,6 +17,9 @@ from flexgui.views.numbers import format_number, format_value
 from flexgui.views.table import Column, Row, Table
 from flexgui.views.units import shown_unit
 
+PALE = colours.faded(colours.ADDED, 0.5)
+"""Of effects that were not added."""
+
 SHOWN = 10
 """Bars in the figure; those below explain next to nothing as a rule."""
 
@@ -61,7 +64,7 @@ def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> go.F
 
 
 def _colour(ranked: RankedEffect, accepted: str | None) -> str:
-    return colours.ADDED if ranked.effect == accepted else colours.MODEL
+    return colours.ADDED if ranked.effect == accepted or accepted is None else PALE
 
 
 def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -> Table:

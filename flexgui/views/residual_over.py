@@ -16,7 +16,7 @@ from flexgui.views.units import ShownUnit, shown_unit
 
 HEIGHT_PER_ROW, HEIGHT_OF_FRAME = 230, 100
 
-DIRECTIONS = (("forwards", colours.MODEL), ("backwards", colours.MEASURED))
+DIRECTIONS = (("forwards", colours.RESIDUAL), ("backwards", colours.BACKWARDS))
 
 
 def residual_over(found: Sequence[ErrorOver]) -> go.Figure | None:

@@ -9,9 +9,11 @@ import pytest
 
 from core.arm.presets import presets
 from core.diagnose.floor import Floor, noise_of
+from core.diagnose.sensor_noise import is_command
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.effects import effect
+from core.identify.predictor import motion_of
 from core.identify.prepared import Processing, prepare
 from core.model import Model
 from core.recording.recording import LoggerFilter, Recording
@@ -199,8 +201,7 @@ def servo_truth(processing: Processing) -> float:
     def missing(seed: int) -> np.ndarray:
         e = prepare(model, driven(seed), [sensor("torque")], processing)
         numbers = model.numbers()
-        motion = simulate_within(model, numbers, e.task).trajectory
-        return e.predicted(motion, numbers, {}) - e.measured
+        return e.predicted(motion_of(e, numbers, {}, 1), numbers, {}) - e.measured
 
     quiet = missing(0)
     return float(np.sqrt(np.mean([np.mean((missing(k) - quiet) ** 2) for k in range(1, 9)])))
@@ -259,3 +260,15 @@ def test_an_effect_that_is_missing_stands_far_above_the_floor(kind, cutoff):
 
 FAR_ABOVE = 10.0
 """Times the floor."""
+
+
+def test_what_a_drive_was_told_to_hold_has_no_noise() -> None:
+    """The jumps of a command are no noise; what a converter reads is, however coarse."""
+    rng = np.random.default_rng(5)
+    levels = np.repeat(rng.choice([-1.0, 0.0, 1.0], 40), 25)
+    uneven = np.repeat(rng.standard_normal(40), 25)
+    coarse = np.round(8.0 * np.sin(np.arange(1000) / 160.0) + 0.1 * rng.standard_normal(1000))
+    assert is_command(levels) and is_command(uneven)
+    assert not is_command(coarse)
+    assert not is_command(uneven + 1e-3 * rng.standard_normal(1000))
+    assert not is_command(np.zeros(1000))

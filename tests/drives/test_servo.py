@@ -86,3 +86,26 @@ def test_a_drive_that_sees_the_links_cannot_be_replayed() -> None:
     servo = FollowingServo(build_drive("state_feedback", options), 60.0, (4.0, 1.0))
     with pytest.raises(InputError, match="state_feedback"):
         servo.law(PAPER, np.ones(18), {})
+
+
+RESPONSE_STEP = 1e-3
+RESPONSE_HZ = 20.0
+SERVO = FollowingServo(Torque(), RESPONSE_HZ, (1.0,))
+
+WAVE_EXACT = 1e-3
+"""Of the amplitude: straight lines between samples lie (w dt)^2 / 12 beside a sine."""
+
+
+def test_the_response_lets_a_constant_through_from_the_first_sample() -> None:
+    constant = np.full((50, 2), 3.0)
+    assert SERVO.response(constant, RESPONSE_STEP) == pytest.approx(constant, rel=1e-12)
+
+
+@pytest.mark.parametrize("hz", [1.0, 10.0, 40.0])
+def test_the_response_to_a_sine_is_that_of_the_double_pole(hz: float) -> None:
+    t, w, s = np.arange(4000) * RESPONSE_STEP, 2.0 * np.pi * RESPONSE_HZ, 2j * np.pi * hz
+    gain = (2.0 * w * s + w * w) / (s + w) ** 2
+    found = SERVO.response(np.sin(2.0 * np.pi * hz * t)[:, None], RESPONSE_STEP)[:, 0]
+    expected = np.imag(gain * np.exp(s * t))
+    late = t > 2.0  # the start, at rest, has died away
+    assert np.abs(found - expected)[late].max() < WAVE_EXACT * max(1.0, (hz / 10.0) ** 2)

@@ -35,11 +35,16 @@ BAND = ZeroPhaseLowPass(cutoff_hz=10.0)
 AGREES = 0.05
 """Of the friction's rms inside the band: a servo of finite stiffness gives way to it a little."""
 
+STIFF_HZ = 1e5
+"""A servo that lets the whole torque of a sample through."""
+
 EDGE = 100
 """Samples at both ends, where the filter has none beyond."""
 
 
-def rig(arm, *effects: str, values: dict[str, float] | None = None) -> Prepared:  # type: ignore[no-untyped-def]
+def rig(  # type: ignore[no-untyped-def]
+    arm, *effects: str, values: dict[str, float] | None = None, hz: float = HZ
+) -> Prepared:
     """The arm with effects, its joints led along smooth swings; no torque was recorded."""
     inertia = (0.35, 0.0095) if arm is BENCH else (SLIDE.segments[0].mass,)
     bare = Model(arm, Torque(), "nonlinear")
@@ -49,7 +54,7 @@ def rig(arm, *effects: str, values: dict[str, float] | None = None) -> Prepared:
     for k in range(arm.joints):
         channels[f"theta{k + 1}"] = 0.3 * np.sin((3.0 + k) * t) * np.sin(0.5 * t)
         channels[f"u{k + 1}"] = np.zeros_like(t)
-    servo = FollowingServo(model.drive, HZ, inertia)
+    servo = FollowingServo(model.drive, hz, inertia)
     steered = model.steered_by(servo)
     return prepare(steered, Recording("r", t, channels), [sensor("torque")], Processing())
 
@@ -108,8 +113,8 @@ def test_only_what_moves_the_arm_limits_the_steps() -> None:
 def test_a_loss_that_depends_on_the_torque_itself_is_solved_for() -> None:
     """u = M q'' + l u where the joint is driven, so u = M q'' / (1 - l)."""
     share = 0.25
-    losing = rig(SLIDE, "load_friction", values={"ld1": share, "lb1": 0.0})
-    plain, found = predicted(rig(SLIDE)).torque[:, 0], predicted(losing)
+    losing = rig(SLIDE, "load_friction", values={"ld1": share, "lb1": 0.0}, hz=STIFF_HZ)
+    plain, found = predicted(rig(SLIDE, hz=STIFF_HZ)).torque[:, 0], predicted(losing)
     driven = (plain * found.v[:, 0] > 0.0) & (np.abs(found.v[:, 0]) > 0.02)
     driven[:EDGE] = driven[-EDGE:] = False
     assert driven.sum() > EDGE

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.identify.evolution import FAILED, evolve, first_population
-from core.progress import Silent
+from core.progress import Silent, StoppedError
 from core.results import Generation
 from tests.identify.helpers import EI, LPV, PAIR, clean, estimate, fit
 
@@ -116,3 +116,26 @@ def test_the_first_population_fills_the_box(members, size, seed):
     found = first_population(lower, upper, members, np.random.default_rng(seed))
     assert found.shape == (members, size)
     assert np.all((found >= lower) & (found <= upper))
+
+
+def test_a_stop_within_a_generation_keeps_the_best_of_those_before() -> None:
+    calls = []
+
+    def costs(points: np.ndarray) -> np.ndarray:
+        calls.append(len(points))
+        if len(calls) > 3:
+            raise StoppedError
+        return np.sum((points - 0.3) ** 2, axis=1)
+
+    lower, upper = np.zeros(2), np.ones(2)
+    found = evolve(costs, lower, upper, 10, 100, 1, lambda _: len(calls) > 3)
+    assert found.stopped and found.generations
+    assert found.cost == pytest.approx(np.sum((found.vector - 0.3) ** 2))
+
+
+def test_a_stop_before_any_cost_is_known_has_no_best() -> None:
+    def costs(points: np.ndarray) -> np.ndarray:
+        raise StoppedError
+
+    with pytest.raises(StoppedError):
+        evolve(costs, np.zeros(2), np.ones(2), 10, 100, 1, lambda _: True)

@@ -182,7 +182,8 @@ def test_a_typed_formula_is_fitted_and_ranked_and_a_hostile_one_refused(
 
 @pytest.mark.parametrize("moment", ["at once", "first look", "ranking"])
 def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) -> None:
-    few(session)
+    """On whole recordings with every effect: with few of both it ends before the click arrives."""
+    assert session.choose("something hidden", None)  # type: ignore[arg-type]
     press(page, "Diagnose")
     press(page, "Find what is missing")
     come: dict[str, Callable[[], bool]] = {

@@ -64,8 +64,13 @@ def test_the_picture_of_a_phone_is_its_whole_window() -> None:
 
 def test_what_a_browser_wrote_down_is_read() -> None:
     assert window_of("1280 720 420") == Window(1280.0, 720.0, 420.0)
+    assert window_of("1280 720 420 dark") == Window(1280.0, 720.0, 420.0, system_dark=True)
+    chosen = Window(1280.0, 720.0, 420.0, system_dark=True, theme="light")
+    assert window_of("1280 720 420 dark light") == chosen
 
 
-@pytest.mark.parametrize("text", [None, "", "1280", "1e9 720 0", "nan 720 0", "1280 720 -5"])
+@pytest.mark.parametrize(
+    "text", [None, "", "1280", "1e9 720 0", "nan 720 0", "1280 720 -5", "1 2 3 blue"]
+)
 def test_anything_else_is_not(text: str | None) -> None:
     assert window_of(text) is None

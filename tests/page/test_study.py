@@ -10,10 +10,14 @@ from typing import Any
 import pytest
 
 from core.scenario.read import read_scenario
+from flexgui.panels.study import OPEN
 from flexgui.session import Session
+from flexgui.session.look import Look
 from flexgui.session.uploads import fetch_files
 from tests.page.helpers import enter, plots, press, sees
+from tests.page.test_diagnose import few
 from tests.paper_study.helpers import short
+from tests.session.helpers import until
 
 pytestmark = pytest.mark.long
 
@@ -58,3 +62,18 @@ def test_a_scenario_that_cannot_be_studied_says_what_to_do(page: Any, session: S
     assert not page.get_by_role("button", name="Start the study").is_visible()
     press(page, "Open the paper's arm and experiments")
     sees(page, "10 cases; 5 runs at 7 working points")
+
+
+def test_work_is_replaced_only_after_a_question(page: Any, session: Session) -> None:
+    few(session)
+    session.looks = (Look(session.scenario),)
+    before = session.scenario
+    press(page, "Study")
+    press(page, OPEN)
+    sees(page, "Replace them?")
+    press(page, "Keep my work")
+    page.get_by_text("Replace them?").wait_for(state="detached")
+    assert session.scenario == before
+    press(page, OPEN)
+    press(page, "Replace my work")
+    until(lambda: session.scenario != before)

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import core.warm
+from flexgui.panels.curtain import BUILDING
 from flexgui.server import warming
 from flexgui.server.warming import PREPARING, READY, Warming
 
@@ -17,23 +18,13 @@ PATIENCE = 10.0
 """s, far more than a thread needs to start."""
 
 
-class Note:
-    removed = False
-
-    def remove(self) -> None:
-        self.removed = True
-
-
 class Client:
     def __init__(self) -> None:
         self.said: list[str] = []
-        self.note = Note()
-        panel = SimpleNamespace(dock_right=lambda: None)
-        self.gui = SimpleNamespace(main_panel=panel, add_markdown=self._write)
+        self._websock_connection = SimpleNamespace(queue_message=self._take)
 
-    def _write(self, text: str) -> Note:
-        self.said.append(text)
-        return self.note
+    def _take(self, message: Any) -> None:
+        self.said.append(message.source)
 
 
 class Pool:
@@ -75,7 +66,7 @@ def test_a_fresh_machine_is_told_in_the_terminal_and_on_the_page(
     end.set()
     one.wait()
     one.admit(client)
-    assert client.note.removed
+    assert BUILDING in client.said[-1]
     assert pool.started.wait(PATIENCE)
     assert said == [PREPARING, READY]
 
@@ -90,7 +81,7 @@ def test_a_warm_machine_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     one.wait()
     one.admit(client)
     assert pool.started.is_set()
-    assert (said, client.said) == ([], [])
+    assert said == [] and not any(PREPARING in text for text in client.said)
 
 
 def test_a_compilation_that_fails_keeps_nobody_waiting(monkeypatch: pytest.MonkeyPatch) -> None:

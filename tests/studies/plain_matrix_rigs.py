@@ -20,7 +20,7 @@ from core.scenario.schema import Scenario
 from core.sensors import sensor
 from core.simulate.experiment import make_task
 from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate, simulate_fixed
+from core.simulate.nonlinear import simulate_fixed, simulate_within
 from core.trajectory import Trajectory
 from core.workbench import base_model
 
@@ -44,6 +44,9 @@ STEPS_HZ = 4000.0
 
 SKETCHED = 4
 """Recordings on which effects are sized and weighed against stand-ins: more only tell more."""
+
+EXACT = 1e-7
+"""m (rad): the quietest sensor's noise, 2e-6, over the square root of a thousand samples."""
 
 DIGITS = 6
 """Significant digits in the stated geometry, masses and gains."""
@@ -134,8 +137,9 @@ class Rig:
         return simulate_fixed(machine, machine.numbers(), self.task(machine, i), 2 * steps)
 
     def exactly(self, machine: Model, i: int) -> Trajectory:
-        """The motion of recording i with a controlled error."""
-        return simulate(machine, machine.numbers(), self.task(machine, i)).trajectory
+        """The motion of recording i, exact beside the noise even of the mean of its samples."""
+        task = self.task(machine, i)
+        return simulate_within(machine, machine.numbers(), task, EXACT).trajectory
 
     def recording(self, machine: Model, i: int, motion: Trajectory) -> Recording:
         """What the rig would write without noise and steps."""

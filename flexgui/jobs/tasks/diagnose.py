@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from core.diagnose.start import Begun
     from core.identify.setup import Setup
     from core.recording.recording import Recording
-    from core.results import LadderStep, Outcome, RankedEffect
+    from core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
     from core.scenario.data_folder import Within
     from core.scenario.schema import IdentifySpec
     from flexgui.jobs.looked import Looked, Teller
@@ -124,6 +124,8 @@ class FirstLook:
         self._progress = progress
         self._whole = begin_on(asked.setup, asked.spec, asked.recordings, asked.options, progress)
         self._checked = False
+        self._shown: tuple[RecordingComparison, ...] = ()
+        self._best: object = None
         self.begun = replace(self._whole, validation=None)  # they have their look here
         self.seen = _seen(_as_given(self.begun), self.begun)
         self.tell()
@@ -131,6 +133,7 @@ class FirstLook:
     def tell(self, **found: Any) -> None:
         """With what is new."""
         self.seen = replace(self.seen, **found)
+        self._add_laws()
         self._progress.partial(LOOKED, self.seen)
 
     def check(self) -> None:
@@ -143,7 +146,21 @@ class FirstLook:
         self._checked = True
         self.tell(step=_as_given(self._whole))
         if not self._progress.stopped():
-            self._progress.partial(COMPARED, compared(self._whole))
+            self._shown = compared(self._whole)
+            self._progress.partial(COMPARED, self._shown)
+
+    def _add_laws(self) -> None:
+        """Of the first of the list, anew where that or its sizes have changed."""
+        from flexgui.jobs.laws import laws_of
+
+        first = next(iter(self.seen.ranking), None)
+        if first is None or not self._shown:
+            return
+        best = (first.effect, tuple(e.value for e in first.parameters))
+        if best != self._best:
+            self._best = best
+            laws = laws_of(self.begun.base.hypothesis.model, self._shown, first)
+            self.seen = replace(self.seen, laws=laws, laws_of=first.effect)
 
 
 def _as_given(begun: Begun) -> LadderStep:

@@ -1,0 +1,200 @@
+"""An arm whose joints are led along a recorded motion: the joints are given, the rest is simulated.
+
+A virtual servo takes the joints along the encoders' signals, whatever the arm is. So the joints
+need no simulation: they move as the encoders say, and only what bends or twists beyond them is
+integrated, along a cubic spline through the encoders' places. The servo's stiffness, which grows as
+a joint's inertia shrinks, does not enter, and the steps need only resolve what the arm does by
+itself. Its response is a filter of the missing torque (core.identify.prepared).
+
+The torque follows from M q'' - f = u, averaged over the two samples around each with the weight of
+a triangle: a second difference is that average of an acceleration, and the mean of two neighbours
+that of a torque that is held between samples. Both are exact, also where a torque jumps. With j
+the joints, e the other coordinates and f averaged by its own curvature,
+
+    M_ee a_e = f_e - M_ej a_j,    u = M_jj a_j + M_je a_e - f_j.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, types
+from scipy.interpolate import CubicSpline
+
+from core.arm.signatures import DYNAMICS, OPTIONS, TIP, matrix, vector
+from core.arm.slots import HUB_INERTIA, slot
+from core.drives.law import static_law
+from core.drives.servo import FollowingServo, acceleration, bend
+from core.model import Model, Numbers
+from core.simulate.elements import ELEMENTS, push, see
+from core.simulate.many import Job
+from core.simulate.motion import Task
+from core.simulate.small import factor_positive, substitute_positive
+from core.trajectory import Trajectory
+
+HEAVY = 1e6
+"""Times the arm's inertia at a joint: what the joints are given while the rest is simulated, so
+that the arm moves them by a millionth of what it would."""
+
+DRIFT_HZ = 5.0
+"""Takes back what the integrated acceleration drifts from the prescribed motion; slow, since there
+is next to nothing to take back, and no step has to resolve it."""
+
+
+def is_prescribed(model: Model, numbers: Numbers) -> bool:
+    """Whether the joints' motion is known before anything is simulated.
+
+    A drive that has a limit or states of its own answers the servo, and a force with a state, or
+    one that depends on the drive's torque, is known only while it is simulated.
+    """
+    if not isinstance(model.steering, FollowingServo) or model.level != "nonlinear":
+        return False
+    law = numbers.law
+    known = not any(e.law.states or e.law.loaded for e in numbers.elements)
+    return known and not law.states and not np.any(np.isfinite(law.limit))
+
+
+def is_given(model: Model, numbers: Numbers) -> bool:
+    """Whether nothing is left to simulate: an arm that has no coordinate but its joints."""
+    return is_prescribed(model, numbers) and model.arm.coordinates == model.arm.joints
+
+
+class Led(NamedTuple):
+    """A prescribed motion of the joints: places, speeds and accelerations (L + N, joints), of which
+    the first L = `lead` samples lie before the recording."""
+
+    place: np.ndarray
+    speed: np.ndarray
+    acceleration: np.ndarray
+    lead: int
+
+
+def joint_motion(model: Model, task: Task) -> Led:
+    """Along a spline through what the encoders say; with the time before the recording where it
+    begins at rest and nothing is known of what the arm does at the first sample."""
+    joints, n = model.arm.joints, model.arm.coordinates
+    place = task.references[:, -2 * joints : -joints]
+    known = np.any(task.start[joints:n]) or np.any(task.start[n + joints : 2 * n])
+    lead = 0 if task.before is None or known else len(task.before)
+    whole = np.vstack([task.before, place]) if lead and task.before is not None else place
+    if not np.isfinite(whole).all():  # a simulation that goes astray is told as such
+        nothing = np.full_like(whole, np.nan)
+        return Led(nothing, nothing, nothing, lead)
+    spline = CubicSpline(np.arange(len(whole)) * task.sample_time, whole, bc_type="natural")
+    return Led(whole, spline(spline.x, 1), spline(spline.x, 2), lead)
+
+
+def given_motion(model: Model, numbers: Numbers, task: Task) -> Trajectory:
+    """The motion and torque of an arm that has no coordinate but its joints."""
+    motion = joint_motion(model, task)
+    return _with_torque(model, numbers, task, motion.place, motion.speed, motion.lead)
+
+
+def prescribed_job(model: Model, numbers: Numbers, task: Task) -> Job:
+    """The simulation of what the joints take along; its result has the joints' torque."""
+    joints, n = model.arm.joints, model.arm.coordinates
+    motion = joint_motion(model, task)
+    inertia = HEAVY * np.diag(joint_servo(model).inertia)
+    w = 2.0 * np.pi * DRIFT_HZ
+    P, V = np.zeros((joints, n)), np.zeros((joints, n))
+    P[:, :joints], V[:, :joints] = w * w * inertia, 2.0 * w * inertia
+    R = np.hstack([P[:, :joints], V[:, :joints], inertia])
+    p = numbers.p.copy()
+    p[[slot(k, HUB_INERTIA) for k in range(joints)]] += np.diag(inertia)
+    start = task.start.copy()
+    start[:joints], start[n : n + joints] = motion.place[0], motion.speed[0]
+    led = replace(
+        task, time=np.arange(len(motion.place)) * task.sample_time, start=start,
+        references=np.hstack(motion[:3]), before=None,
+    )  # fmt: skip
+    law = static_law(R, P, V, interpolate=True)
+    finish = _finished(model, numbers, task, motion)
+    return Job(model, numbers._replace(p=p, law=law), led, finish)
+
+
+def _finished(
+    model: Model, numbers: Numbers, task: Task, motion: Led
+) -> Callable[[Trajectory], Trajectory]:
+    """Puts the joints' own motion and torque into what was simulated."""
+
+    def finish(simulated: Trajectory) -> Trajectory:
+        joints = motion.place.shape[1]
+        q, v = simulated.q.copy(), simulated.v.copy()
+        q[:, :joints], v[:, :joints] = motion.place, motion.speed
+        return _with_torque(model, numbers, task, q, v, motion.lead)
+
+    return finish
+
+
+def _with_torque(
+    model: Model, numbers: Numbers, task: Task, q: np.ndarray, v: np.ndarray, lead: int
+) -> Trajectory:
+    """Of q, v (L + N, n), the recorded part with the joints' torque."""
+    joints, compiled = model.arm.joints, model.compiled
+    q, v = np.ascontiguousarray(q), np.ascontiguousarray(v)
+    a = np.ascontiguousarray(acceleration(q[:, :joints], task.sample_time))
+    packed = numbers.packed(model.arm.coordinates).packed()
+    M, f = _equations(compiled.dynamics, compiled.tip, q, v, numbers.p, packed)
+    torque = _joint_torque(M, np.ascontiguousarray(f + bend(f)), a)
+    q, v, torque = (np.ascontiguousarray(x[lead:]) for x in (q, v, torque))
+    return Trajectory(model.arm, compiled, numbers.p, task.time, q, v, torque)
+
+
+def joint_servo(model: Model) -> FollowingServo:
+    """What leads the joints."""
+    assert isinstance(model.steering, FollowingServo)
+    return model.steering
+
+
+cube = types.float64[:, :, ::1]
+
+
+@njit(types.Tuple((cube, matrix))(DYNAMICS, TIP, matrix, matrix, vector, ELEMENTS), **OPTIONS)
+def _equations(dynamics, tip, q, v, p, given):  # type: ignore[no-untyped-def]
+    """M (N, n, n) and f (N, n) with the elements' forces, along q, v (N, n)."""
+    N, n = q.shape
+    elements = (
+        given[0], given[1], given[2], given[3], given[4].copy(), given[5].copy(), given[6],
+        given[7], given[8],
+    )  # fmt: skip
+    K = given[4].shape[0]
+    x, xd, z, J, out = np.empty(K), np.empty(K), np.empty(2), np.empty((2, n)), np.empty(3 * K)
+    w, dw = np.zeros(0), np.zeros(0)
+    M, f = np.empty((N, n, n)), np.empty((N, n))
+    for t in range(N):
+        dynamics(q[t], v[t], p, M[t], f[t])
+        if K > 0:
+            see(tip, elements, q[t], v[t], p, x, xd, z, J)
+            push(elements, x, xd, w, out, f[t], dw)
+    return M, f
+
+
+@njit(matrix(cube, matrix, matrix), **OPTIONS)
+def _joint_torque(M, f, a):  # type: ignore[no-untyped-def]
+    """u (N, nj) from M (N, n, n), averaged f (N, n) and the joints' accelerations a (N, nj)."""
+    N, n = f.shape
+    nj = a.shape[1]
+    ne = n - nj
+    Me, ae = np.empty((ne, ne)), np.empty(ne)
+    torque = np.empty((N, nj))
+    for t in range(N):
+        for i in range(ne):
+            ae[i] = f[t, nj + i]
+            for j in range(nj):
+                ae[i] -= M[t, nj + i, j] * a[t, j]
+            for j in range(ne):
+                Me[i, j] = M[t, nj + i, nj + j]
+        if ne > 0:
+            factor_positive(Me)
+            substitute_positive(Me, ae)
+        for i in range(nj):
+            total = -f[t, i]
+            for j in range(nj):
+                total += M[t, i, j] * a[t, j]
+            for j in range(ne):
+                total += M[t, i, nj + j] * ae[j]
+            torque[t, i] = total
+    return torque

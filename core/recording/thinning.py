@@ -1,0 +1,166 @@
+"""Recordings with fewer samples for a search: every so many instants, nothing folded down.
+
+What is measured passes a symmetric low-pass before instants are left out, so that noise and
+vibration above the new band do not return as something slower, and the noise of a sample falls
+as it would by averaging. What a drive holds between samples stays exactly that: an instant is only
+left out where no reference steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from scipy import signal
+
+from core.recording.recording import Recording
+
+STOP_DB = 80.0
+"""dB by which the low-pass takes down what would be folded: below 13 bit of what is measured."""
+
+PASS, STOP = 0.2, 0.8
+"""Of the new rate: up to where nothing changes, and from where the low-pass stops; what lies
+between half of the rate and STOP is folded to above PASS only."""
+
+HELD = 0.5
+"""Of the samples: a reference that changes at no more of them is held, the others run."""
+
+
+@cache
+def low_pass(factor: int) -> np.ndarray:
+    """(2 n + 1,) weights of the symmetric low-pass before one instant of `factor` is kept."""
+    nyquist = 0.5 * factor  # of the samples, in units of the new rate
+    count, beta = signal.kaiserord(STOP_DB, (STOP - PASS) / nyquist)
+    count |= 1
+    middle = 0.5 * (PASS + STOP) / nyquist
+    return np.asarray(signal.firwin(count, middle, window=("kaiser", beta)))
+
+
+def sentence(factor: int, dt: float) -> str:
+    """The low-pass in words; dt in s is that of the samples before."""
+    rate = 1.0 / (factor * dt)
+    return (
+        f"a symmetric FIR low-pass of {len(low_pass(factor))} samples (Kaiser window, nothing "
+        f"changed below {PASS * rate:.3g} Hz, {STOP_DB:g} dB down above {STOP * rate:.3g} Hz)"
+    )
+
+
+def factors(recording: Recording, references: Iterable[str], most: int) -> list[int]:
+    """By which a recording may be thinned, ascending, up to `most`; one is always among them.
+
+    No held reference steps between two kept instants, and samples of a sensor that is slower than
+    the kept instants lie on them.
+    """
+    chosen = set(references)
+    held = [x for name, x in recording.channels.items() if name in chosen and _is_held(x)]
+    grid = [np.flatnonzero(np.diff(x) != 0.0) + 1 for x in held]
+    sparse = [np.flatnonzero(np.isfinite(x)) for x in recording.channels.values()]
+    sparse = [at for at in sparse if 0 < len(at) < len(recording.time)]
+    step = int(np.gcd.reduce(np.concatenate([[0], *grid]).astype(np.int64)))
+    most = min(most, len(recording.time) - 1)
+    fitting = [h for h in range(1, most + 1) if step % h == 0]
+    return [h for h in fitting if h == 1 or all(_fits(at, h) for at in sparse)]
+
+
+def _is_held(x: np.ndarray) -> bool:
+    """A constant is held as well."""
+    return bool(np.count_nonzero(np.diff(x)) <= HELD * len(x))
+
+
+def _fits(at: np.ndarray, factor: int) -> bool:
+    """Whether samples at these instants are dense enough for the low-pass, or all are kept."""
+    return 2 * _stride(at) <= factor or not np.any(at % factor)
+
+
+def _stride(at: np.ndarray) -> int:
+    return int(np.median(np.diff(at))) if len(at) > 1 else 1
+
+
+def thinned(recording: Recording, factor: int, references: Iterable[str]) -> Recording:
+    """Every factor-th instant of a recording, one of `factors`; itself at a factor of one.
+
+    References keep their mean over each stretch between two instants, which is what they are where
+    they are held; everything else is as the low-pass leaves it. A sample counts where all samples
+    that it is made of count, and is empty where one of a slower sensor is missing.
+    """
+    if factor == 1:
+        return recording
+    chosen, N = set(references), len(recording.time)
+    channels, counted = {}, {}
+    for name, x in recording.channels.items():
+        at = np.flatnonzero(np.isfinite(x))
+        if name in chosen:
+            channels[name] = _held(x, factor)
+        elif len(at) < N and not np.any(at % factor):
+            channels[name] = x[::factor].copy()
+        else:
+            channels[name] = _smooth(x, factor)
+    for name, mask in recording.counted.items():
+        at = np.flatnonzero(np.isfinite(recording[name]))
+        picked = len(at) < N and not np.any(at % factor)
+        counted[name] = mask[::factor].copy() if picked else _whole(mask, factor)
+    return replace(recording, time=recording.time[::factor], channels=channels, counted=counted)
+
+
+def _held(x: np.ndarray, factor: int) -> np.ndarray:
+    """The mean of x (N,) from each kept instant to before the next."""
+    starts = np.arange(0, len(x), factor)
+    sums = np.add.reduceat(x, starts)
+    means = sums / np.diff(np.append(starts, len(x)))
+    # What is held is not touched by the rounding of a mean.
+    same = np.maximum.reduceat(x, starts) == np.minimum.reduceat(x, starts)
+    return np.where(same, x[starts], means)
+
+
+def _smooth(x: np.ndarray, factor: int) -> np.ndarray:
+    """x (N,) through the low-pass at the kept instants, continued point-symmetrically beyond its
+    ends; a slower sensor's samples stand for those between them."""
+    weights = low_pass(factor)
+    half = len(weights) // 2
+    there = np.isfinite(x)
+    if there.all():
+        ends = min(half, len(x) - 1)
+        whole = np.pad(x, ends, mode="reflect", reflect_type="odd")
+        whole = np.pad(whole, half - ends, mode="edge")
+        return _at_instants(whole, weights, factor)
+    stride = _stride(np.flatnonzero(there))
+    sums = _at_instants(np.pad(np.where(there, x, 0.0), half), weights, factor)
+    shares = _at_instants(np.pad(there.astype(float), half), weights, factor)
+    present = _at_instants(np.pad(there.astype(float), half), np.ones(len(weights)), factor)
+    complete = present > len(weights) // stride - 0.5
+    return np.where(complete, sums / np.where(complete, shares, 1.0), np.nan)
+
+
+def _whole(mask: np.ndarray, factor: int) -> np.ndarray:
+    """(ceil(N / factor),): whether all samples under the low-pass count."""
+    width = len(low_pass(factor))
+    missing = np.pad((~mask).astype(float), width // 2)
+    return np.asarray(_at_instants(missing, np.ones(width), factor) < 0.5)
+
+
+def _at_instants(padded: np.ndarray, weights: np.ndarray, factor: int) -> np.ndarray:
+    """The sums of a window's samples times the (symmetric) weights, at every factor-th instant."""
+    every = signal.upfirdn(weights, padded)[len(weights) - 1 : len(padded)]
+    return np.asarray(every[::factor])
+
+
+def first_part(recording: Recording, most: int) -> Recording:
+    """The first `most` samples: a motion can be simulated from where it began."""
+    if most >= len(recording.time):
+        return recording
+    part = slice(0, most)
+    return replace(
+        recording,
+        time=recording.time[part],
+        channels={name: x[part] for name, x in recording.channels.items()},
+        counted={name: x[part] for name, x in recording.counted.items()},
+    )
+
+
+def largest_factor(recording: Recording, references: Iterable[str], longest: float) -> int:
+    """By which a recording may be thinned at most so that its sample time is `longest` (s) at
+    most."""
+    most = int(longest / recording.sample_time * (1.0 + 1e-9))
+    return factors(recording, references, most)[-1] if most > 1 else 1

@@ -1,0 +1,115 @@
+// What viser's client does not do by itself: names for those who hear the page, keys for the
+// time-line. Runs once per browser window.
+(() => {
+  if (window.fxPage) return;
+  window.fxPage = true;
+
+  // Keys: space plays and pauses, arrows step, wherever no field or button has the focus.
+  const BUSY = 'input, textarea, select, button, a, summary, [role="slider"], [role="tab"], '
+    + '[role="combobox"], [role="option"], [contenteditable="true"]';
+  const press = name => {
+    const found = [...document.querySelectorAll("button")]
+      .find(b => b.innerText.trim() === name && b.offsetParent && !b.disabled);
+    if (found) found.click();
+    return Boolean(found);
+  };
+  let plays = false;
+  document.addEventListener("click", event => {
+    const text = event.target.closest?.("button")?.innerText.trim();
+    if (text === "Play") plays = true;
+    if (text === "Pause" || text === "◀ step" || text === "step ▶") plays = false;
+  }, true);
+  const KEYS = {
+    " ": () => press(plays ? "Pause" : "Play"),
+    ArrowLeft: () => press("◀ step"),
+    ArrowRight: () => press("step ▶"),
+  };
+  document.addEventListener("keydown", event => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    // A slider's own arrows would turn viser's camera as well.
+    if (event.key.startsWith("Arrow") && event.target.closest?.('[role="slider"]')) return;
+    if (event.target.closest?.(BUSY) || document.querySelector('[role="dialog"]')) return;
+    if (KEYS[event.key] && KEYS[event.key]()) {
+      event.preventDefault();
+      event.stopPropagation();
+    }
+  }, true);
+  document.body.addEventListener("keydown", event => {
+    if (event.key.startsWith("Arrow") && event.target.closest('[role="slider"]'))
+      event.stopPropagation();
+  });
+
+  // Names: viser's sliders, their boxes and its icons have none.
+  const labelOf = id => id && document.querySelector(`label[for="${CSS.escape(id)}"]`)?.innerText;
+  const name = (element, text) => {
+    if (element && text && element.getAttribute("aria-label") !== text)
+      element.setAttribute("aria-label", text);
+  };
+  const nameAll = () => {
+    for (const slider of document.querySelectorAll(".mantine-Slider-root")) {
+      const text = labelOf(slider.id);
+      name(slider.querySelector('[role="slider"]'), text);
+      name(slider.parentElement.querySelector("input.mantine-NumberInput-input"), text);
+    }
+    for (const input of document.querySelectorAll("input:not([type=hidden])")) {
+      if (input.labels?.length || input.getAttribute("aria-label")) continue;
+      const row = input.closest("div:has(> div label)") ?? input.closest("div:has(label)");
+      name(input, row?.querySelector("label")?.innerText || "value");
+    }
+    for (const button of document.querySelectorAll("button")) {
+      if (button.innerText.trim() || button.getAttribute("aria-label")) continue;
+      const close = button.className.includes("CloseButton") || button.closest(".mantine-Notification-root");
+      name(button, close ? "Close" : button.title || "Settings of the view");
+    }
+    // The page draws plainly there by itself; nobody in a class can change the machine.
+    for (const note of document.querySelectorAll(".mantine-Notification-root"))
+      if (note.innerText.startsWith("Software WebGL")) note.querySelector("button")?.click();
+    for (const shown of document.querySelectorAll("canvas[data-engine]")) {
+      shown.setAttribute("role", "img");
+      name(shown, "The arm in 3-D; the time-line and the tables say the same in numbers.");
+    }
+    // What scrolls can be reached and scrolled by keys.
+    for (const area of document.querySelectorAll(
+      ".mantine-ScrollArea-viewport, .fx .formula, .fx .scroll"))
+      if (!area.hasAttribute("tabindex") && (area.scrollHeight > area.clientHeight
+          || area.scrollWidth > area.clientWidth)) area.tabIndex = 0;
+  };
+  // On a phone all panels lie in one sheet below the arm: a row of links leads to each of them.
+  const phone = matchMedia("(max-width: 576px)");
+  const sheet = () => document.querySelector('.mantine-Paper-root[style*="position: fixed"]');
+  const heading = text => [...(sheet()?.querySelectorAll("*") ?? [])].find(
+    e => !e.children.length && e.textContent.trim() === text && !e.closest("button, .fx, svg"));
+  const goTo = text => {
+    const title = heading(text);
+    if (!title) return;
+    const row = title.closest('[role="button"]') ?? title.parentElement;
+    const next = row.nextElementSibling ?? row.parentElement.nextElementSibling;
+    if (!next || !next.checkVisibility() || next.getBoundingClientRect().height < 20) title.click();
+    setTimeout(() => title.scrollIntoView({block: "start"}), 350);
+  };
+  const links = () => {
+    const there = document.getElementById("fx-links");
+    if (!phone.matches || !sheet()) return there?.remove();
+    if (there) return;
+    const row = document.createElement("nav");
+    row.id = "fx-links";
+    row.setAttribute("aria-label", "Parts of the page");
+    for (const [text, act] of [
+      ["Stages", () => sheet().querySelector(".fx-bar")?.closest(".fx").parentElement.parentElement
+        .scrollIntoView({block: "start"})],
+      ["Plots", () => goTo("Plots")], ["Time-line", () => goTo("Time-line")],
+    ]) {
+      const link = document.createElement("button");
+      link.textContent = text;
+      link.onclick = act;
+      row.append(link);
+    }
+    document.body.append(row);
+  };
+  let asked = 0;
+  const soon = () => {
+    if (!asked) asked = setTimeout(() => { asked = 0; nameAll(); links(); }, 200);
+  };
+  new MutationObserver(soon).observe(document.body, {childList: true, subtree: true});
+  soon();
+})();

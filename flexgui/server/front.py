@@ -1,0 +1,90 @@
+"""The page before its first message: viser's client behind a curtain that says what is coming.
+
+viser's own client shows an empty panel, its scene tree and an empty picture until the server has
+built the page. The curtain covers these, in the colours of the system's theme or of the one that
+was chosen, and is lifted by `flexgui.panels.curtain`.
+"""
+
+from __future__ import annotations
+
+import html
+
+from flexgui.panels.curtain import BUILDING, PURPOSE
+from flexgui.panels.room import THEME_KEPT_AS
+
+CONNECTING = "Loading the page …"
+
+LONGEST = 150_000
+"""ms after which the curtain goes in any case: longer than a first start compiles."""
+SOON = 4_000
+"""ms that the first picture may take once the page says that it is drawn."""
+
+CURTAIN = f"""
+<style>
+#fx-curtain {{ position: fixed; inset: 0; z-index: 9000; display: flex; flex-direction: column;
+  align-items: center; justify-content: center; gap: .6rem; padding: 1rem; text-align: center;
+  font: 1rem/1.4 system-ui, sans-serif; background: #fff; color: #1c2127;
+  transition: opacity .25s; }}
+#fx-curtain h1 {{ margin: 0; font-size: 2.2rem; }} #fx-curtain p {{ margin: 0; }}
+#fx-curtain .purpose {{ font-size: 1.2rem; }} #fx-curtain .state {{ color: #59616b; }}
+#fx-curtain .bar {{ width: min(20rem, 70vw); height: 6px; border-radius: 3px; overflow: hidden;
+  background: #dde2e7; margin-top: .6rem; }}
+#fx-curtain .bar i {{ display: block; height: 100%; width: 8%; background: #1971c2;
+  transition: width .6s;
+  background-size: 200% 100%; animation: fx-going 1.6s linear infinite; background-image:
+  linear-gradient(90deg, #1971c2 0 40%, #74b4e8 50%, #1971c2 60%); }}
+@keyframes fx-going {{
+  from {{ background-position: 100% 0; }} to {{ background-position: -100% 0; }} }}
+@media (prefers-reduced-motion: reduce) {{ #fx-curtain .bar i {{ animation: none; }} }}
+#fx-curtain.dark {{ background: #141414; color: #eceff2; }}
+#fx-curtain.dark .state {{ color: #b3bbc4; }} #fx-curtain.dark .bar {{ background: #3a4149; }}
+</style>
+<div id="fx-curtain" role="status" aria-live="polite"><h1>FlexGUI</h1>
+<p class="purpose">{html.escape(PURPOSE)}</p><p class="state">{CONNECTING}</p>
+<div class="bar"><i></i></div></div>
+<script>(() => {{
+  const curtain = document.getElementById("fx-curtain"), began = Date.now();
+  let chosen = null;
+  try {{ chosen = localStorage.getItem("viser-user:{THEME_KEPT_AS}"); }} catch (error) {{}}
+  const dark = chosen === "dark"
+    || (chosen !== "light" && matchMedia("(prefers-color-scheme: dark)").matches);
+  curtain.classList.toggle("dark", dark);
+  const state = curtain.querySelector(".state"), bar = curtain.querySelector("i");
+  // How far it is follows from what stands in the page behind the curtain.
+  const steps = [
+    ["canvas", 30, "{BUILDING}"], [".fx-bar", 65, ""], [".uplot, .js-plotly-plot", 90, ""],
+  ];
+  let said = "";
+  const look = setInterval(() => {{
+    for (const [what, share, text] of steps) if (document.querySelector(what)) {{
+      bar.style.width = share + "%";
+      if (text && !said) state.textContent = text;
+    }}
+    if (Date.now() - began > {LONGEST}) away();
+  }}, 100);
+  const away = () => {{
+    clearInterval(look);
+    curtain.style.opacity = 0;
+    setTimeout(() => curtain.remove(), 250);
+  }};
+  window.fxTell = text => {{ said = state.textContent = text; }};
+  window.fxLift = () => {{
+    window.fxLift = null;
+    const since = Date.now();
+    const wait = setInterval(() => {{
+      const drawn = !document.querySelector(".fx-bar")
+        || document.querySelector(".u-over, .js-plotly-plot .main-svg, .fx .tour");
+      if (!drawn && Date.now() - since < {SOON}) return;
+      clearInterval(wait);
+      bar.style.width = "100%";
+      requestAnimationFrame(() => requestAnimationFrame(away));
+    }}, 50);
+  }};
+}})();</script>
+"""
+
+
+def behind_curtain(page: bytes, title: str) -> bytes:
+    """viser's client with our title, and the curtain as the first thing of its body."""
+    page = page.replace(b"<title>Viser</title>", f"<title>{title}</title>".encode())
+    return page.replace(b"<body>", b"<body>" + CURTAIN.encode(), 1)

@@ -1,0 +1,86 @@
+"""The one picture of a diagnosis, and the ladder above it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.effects.over_speed import OverSpeed
+from core.results import LadderStep, MissingTorque
+from flexgui.views.ladder import BAND, ladder
+from flexgui.views.moment import moment_cloud, moment_residual, rms, said_of_cloud, worst_channel
+
+SPEED = np.sin(np.linspace(0.0, 20.0, 200))
+
+
+def torque(joint: int, size: float) -> MissingTorque:
+    """Of dry friction."""
+    time = np.linspace(0.0, 1.0, 200)
+    counted = np.ones(200, dtype=bool)
+    return MissingTorque(joint, "N m", time, SPEED, "rad/s", size * np.sign(SPEED), SPEED, counted)
+
+
+def law(joint: int, size: float) -> OverSpeed:
+    speed = np.linspace(-1.0, 1.0, 5)
+    return OverSpeed(joint, speed, -size * np.sign(speed), line=True)
+
+
+def test_what_an_effect_has_explained_is_gone_on_the_same_axes() -> None:
+    first = (torque(1, 2.0), torque(2, 0.5))
+    before = moment_cloud(first, (law(1, 2.0), law(2, 0.5)), "Coulomb friction", first)
+    after = moment_cloud((torque(1, 0.01), torque(2, 0.01)), (), "", first)
+    for axis in ("yaxis", "yaxis2"):
+        assert before["layout"][axis]["range"] == after["layout"][axis]["range"]
+    assert max(after["layout"]["yaxis"]["range"]) > 2.0
+    assert before["layout"]["meta"]["morph"] and after["layout"]["meta"]["morph"]
+    # The law lies on the dots: the drive delivers what the effect takes.
+    line = next(t for t in before["data"] if t["name"] == "Coulomb friction")
+    assert np.asarray(line["y"]).max() == pytest.approx(2.0)
+    domains = [before["layout"][axis]["domain"] for axis in ("xaxis", "xaxis2")]
+    assert domains[0][1] < domains[1][0]
+
+
+def test_the_dots_of_before_and_after_belong_to_the_same_samples() -> None:
+    """Or the page could not move each to its new place."""
+    first, left = (torque(1, 2.0),), (torque(1, 0.01),)
+    a, b = moment_cloud(first, (), "", first), moment_cloud(left, (), "", first)
+    for was, now in zip(a["data"], b["data"], strict=True):
+        assert was["name"] == now["name"]
+        assert np.array_equal(was["x"], now["x"])
+
+
+def test_the_figure_says_what_it_was_and_what_is_left() -> None:
+    assert said_of_cloud((torque(1, 2.0),), (torque(1, 2.0),)) == "joint 1: 2 N m"
+    assert said_of_cloud((torque(1, 0.1),), (torque(1, 2.0),)) == "joint 1: 2 → 0.1 N m"
+    masked = replace(torque(1, 2.0), counted=np.zeros(200, dtype=bool))
+    assert rms(masked) == 0.0
+
+
+def test_the_residual_keeps_the_axis_of_the_first_look() -> None:
+    time = np.arange(100)
+    strong, weak = 20.0 * np.sin(time), 0.9 * np.cos(time)
+    before = moment_residual("z1", 0.01, strong, strong, "Coulomb friction", strong)
+    after = moment_residual("z1", 0.01, weak, None, "", strong)
+    assert before["layout"]["yaxis"]["range"] == after["layout"]["yaxis"]["range"]
+    assert before["layout"]["yaxis"]["range"][1] > 20.0
+    assert [t["name"] for t in before["data"]] == ["residual", "Coulomb friction"]
+    assert worst_channel(np.stack([weak, strong], axis=1)) == 1
+
+
+def test_the_ladder_falls_into_the_band_with_an_arrow_and_the_factor() -> None:
+    steps = [
+        LadderStep(None, "As given", (), (), None, 20.0**2),
+        LadderStep("coulomb_friction", "Coulomb friction", (), (), None, 0.8**2),
+        LadderStep("tip_payload", "Tip payload", (), (), None, 0.79**2),
+    ]
+    figure = ladder(steps)
+    assert figure is not None
+    texts = [a.text for a in figure.layout.annotations]
+    assert "<b>÷ 25</b>" in texts and "noise floor" in texts
+    arrows = [a for a in figure.layout.annotations if a.showarrow]
+    assert len(arrows) == 1, "none where nothing falls"
+    assert (arrows[0].ay, arrows[0].y) == pytest.approx((np.log10(20.0), 0.0))
+    band = next(s for s in figure.layout.shapes if s.type == "rect")
+    assert (band.y0, band.y1) == (BAND, 1.0)

@@ -1,0 +1,206 @@
+"""Long recordings: searched with few samples, refined with all, stopped at any moment."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.arm.build import ArmSpec, build_arm
+from core.drives import build_drive
+from core.errors import InputError
+from core.identify import polish, shortened
+from core.identify.fit import Fitted, identify
+from core.identify.predictor import Predictor
+from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.residuals import Residuals, channel_weights
+from core.identify.uncertainty import FEW_LAGS, cross_covariances
+from core.identify.unknowns import Unknowns, collect_unknowns
+from core.model import Model
+from core.progress import Progress, Silent, StoppedError, heeding
+from core.recording.recording import CameraPose, LoggerFilter, Recording
+from core.recording.spec import SimulateSpec
+from core.results import Generation
+from core.scenario.schema import IdentifySpec
+from core.sensors import sensor
+from core.simulate import stretches
+from core.simulate.experiment import NoiseLevels, simulate_recording
+from core.simulate.many import Job, run_many
+from core.simulate.nonlinear import run
+
+TRUTH = 1e9 * 0.05**4 / 12.0
+SPEC = IdentifySpec(parameters=("EI1", "EI2"), start={"EI1": 1.3 * TRUTH, "EI2": 0.7 * TRUTH})
+SAMPLES = 2_000
+
+SAME = 0.1
+"""Deviations within which two answers are the same."""
+
+SOON = 1.0
+"""s from the wish to stop until there is an answer."""
+
+
+class Told(Silent):
+    """Stops after a text that holds `word` has come `times` times."""
+
+    def __init__(self, word: str = "", times: int = 1) -> None:
+        self.word, self.left, self.texts = word, times, list[str]()
+        self.since: float | None = None
+
+    def advance(self, n: int = 1, text: str = "") -> None:
+        self.texts.append(text)
+        if self.word and self.word in text:
+            self.left -= 1
+            if not self.left:
+                self.since = time.process_time()
+
+    def generation(self, fit_label: str, generation: Generation) -> None:
+        """Say nothing."""
+
+    def stopped(self) -> bool:
+        return self.since is not None
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    arm = build_arm(ArmSpec.model_validate({"preset": "paper", "modes": 1}))
+    return Model(arm, build_drive("velocity_loop", {"gains": [60.0, 30.0]}), level="nonlinear")
+
+
+@pytest.fixture(scope="module")
+def recording(model: Model) -> Recording:
+    asked = SimulateSpec(
+        theta2=1.2, seconds=0.5e-3 * SAMPLES, sample_time=0.5e-3, seed=2, excitation="prbs",
+        level="nonlinear",
+    )  # fmt: skip
+    return simulate_recording(model, asked, "a", noise=NoiseLevels({"z": 3e-5, "encoder": 1e-5}))
+
+
+def _prepared(model: Model, recording: Recording) -> Prepared:
+    return prepare(model, recording, [sensor("z"), sensor("encoder")], Processing())
+
+
+def _identify(model: Model, recording: Recording, progress: Progress) -> Fitted:
+    unknowns = collect_unknowns(model, SPEC, [recording])
+    return identify("a", [_prepared(model, recording)], unknowns, SPEC, {}, progress)
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As if the recording were long."""
+    monkeypatch.setattr(shortened, "MOST_SAMPLES", SAMPLES // 4)
+    monkeypatch.setattr(shortened, "FEWEST_SAMPLES", SAMPLES // 8)
+
+
+@pytest.mark.usefixtures("few")
+def test_the_answer_is_from_all_samples(
+    model: Model, recording: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = Told()
+    found = _identify(model, recording, told)
+    monkeypatch.undo()
+    whole = _identify(model, recording, Silent())
+    deviations = np.array([e.std for e in whole.fit.estimates])
+    assert np.all(np.abs(found.vector - whole.vector) < SAME * deviations)
+    assert [e.std for e in found.fit.estimates] == pytest.approx(deviations, rel=0.02)
+    assert found.fit.residual_count == whole.fit.residual_count
+    assert any(text.startswith("first estimate: EI1 = ") for text in told.texts)
+    assert "of 2,000 samples" in found.notes[0] and not whole.notes
+
+
+@pytest.mark.usefixtures("few")
+@pytest.mark.parametrize("word", ["refining, cost", "with all samples"])
+def test_a_stop_leaves_what_was_found_by_then(
+    model: Model, recording: Recording, word: str
+) -> None:
+    told = Told(word)
+    found = _identify(model, recording, told)
+    assert told.since is not None
+    assert time.process_time() - told.since < SOON
+    assert found.fit.stopped
+    assert any("Stopped" in note for note in found.notes)
+    assert np.all(np.isfinite(found.vector)) and np.isfinite(found.fit.cost)
+
+
+@pytest.mark.usefixtures("few")
+def test_a_stop_before_any_estimate_says_so(model: Model, recording: Recording) -> None:
+    with pytest.raises(InputError, match="before there was a first estimate"):
+        _identify(model, recording, Told("searching with"))
+
+
+def test_stretches_change_nothing(
+    model: Model, recording: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    task = _prepared(model, recording).task
+    numbers = model.numbers()
+    jobs = [Job(model, numbers, task), Job(model, model.numbers({"EI1": 300.0}), task)]
+    alone, together = run(model, numbers, task, 2), run_many(jobs, 2)
+    monkeypatch.setattr(stretches, "STEPS", 501)
+    again = run(model, numbers, task, 2)
+    assert np.array_equal(alone.q, again.q) and np.array_equal(alone.torque, again.torque)
+    for a, b in zip(together, run_many(jobs, 2), strict=True):
+        assert np.array_equal(a.q, b.q) and np.array_equal(a.torque, b.torque)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_simulations_look_whether_they_are_wanted(
+    model: Model, recording: Recording, workers: int
+) -> None:
+    task = _prepared(model, recording).task
+    told = Told("x")
+    told.advance(text="x")
+    jobs = [Job(model, model.numbers(), task)] * 20
+    with heeding(told), pytest.raises(StoppedError):
+        run_many(jobs, 2, workers)
+    assert len(run_many(jobs[:1], 1)) == 1  # outside nobody listens
+
+
+def test_nothing_is_thinned_that_a_filter_or_a_delay_needs(
+    model: Model, recording: Recording
+) -> None:
+    unknowns = collect_unknowns(model, SPEC, [recording])
+
+    def longest(r: Recording) -> float:
+        return shortened._longest_sample_time([_prepared(model, r)], unknowns, {})
+
+    plain = longest(recording)
+    delayed = replace(recording, camera=CameraPose(delay=plain / 4.0))
+    assert longest(delayed) <= plain / 4.0
+    rate = 10.0 / plain
+    logged = replace(recording, logger_filters={"theta1": LoggerFilter(2.0 * np.pi * rate, 0.7)})
+    assert longest(logged) == pytest.approx(1.0 / (shortened.PER_PERIOD_BETWEEN * rate))
+
+
+def test_the_last_step_takes_the_error_of_few_steps_off(model: Model, recording: Recording) -> None:
+    """Against a descent whose simulations are all as fine as the tolerance needs, and finer."""
+    found = _identify(model, recording, Silent())
+    experiments = [_prepared(model, recording)]
+    predictor = Predictor(experiments, collect_unknowns(model, SPEC, [recording]))
+    predictor.predict(found.vector)
+    predictor.refine_steps(4)
+    exact = Residuals(predictor, channel_weights(experiments, {}))
+    slopes = exact.vector(exact.sensitivities(found.vector))
+    step = np.linalg.lstsq(slopes, exact(found.vector), rcond=None)[0]
+    deviations = np.array([e.std for e in found.fit.estimates])
+    assert np.all(np.abs(step) < SAME * deviations)
+
+
+def test_a_minimum_that_is_far_is_not_reached_by_one_step(
+    model: Model, recording: Recording
+) -> None:
+    unknowns: Unknowns = collect_unknowns(model, SPEC, [recording])
+    experiments = [_prepared(model, recording)]
+    residuals = Residuals(Predictor(experiments, unknowns), channel_weights(experiments, {}))
+    start = unknowns.parameters.vector()
+    residuals.predictor.coarsen(start)
+    slopes = residuals.sensitivities(start, central=False)
+    move, deviations = polish._step(residuals, start, slopes)
+    assert np.any(np.abs(move) > polish.NEAR * deviations)
+
+
+def test_many_lags_by_transform_are_those_by_products() -> None:
+    r = np.random.default_rng(3).standard_normal((500, 3)).cumsum(axis=0)
+    few, many = cross_covariances(r, FEW_LAGS), cross_covariances(r, 200)
+    assert many[: FEW_LAGS + 1] == pytest.approx(few, rel=1e-10, abs=1e-9 * np.abs(few).max())
+    assert many[200] == pytest.approx(r[:300].T @ r[200:] / 500, abs=1e-9 * np.abs(few).max())

@@ -1,0 +1,149 @@
+"""Joints that a virtual servo leads are prescribed; only what bends beyond them is simulated."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from core.arm.presets import presets
+from core.drives.servo import FollowingServo
+from core.drives.torque import Torque
+from core.effects import effect
+from core.identify.predictor import Predictor, job_of
+from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prescribed import is_prescribed, joint_motion
+from core.identify.unknowns import Unknowns
+from core.model import Model
+from core.recording.recording import Recording
+from core.sensors import sensor
+from core.simulate.many import run_many
+
+BENCH = presets()["two_stage_bench"]
+INERTIA = (0.35, 0.0095)
+STEP, SAMPLES = 1e-3, 800
+STIFF_HZ = 1e5
+"""A servo that takes the joints along whatever they weigh."""
+
+SIZES, RATES = np.array([0.15, 0.1]), np.array([4.0, 5.0])
+"""rad, rad/s: of the joints' swings, which begin without an acceleration."""
+
+FOLLOWS = 5e-4
+"""Of the bending's size, against an independent integrator of high order: second differences at
+1 ms miss that of the acceleration's changes, and the start is half a sample late."""
+
+ONE_STEP = 1e-3
+"""Of the torque's rms: what one step per sample leaves beside sixteen."""
+
+
+def led(*effects: str, values: dict[str, float] | None = None, hz: float = STIFF_HZ) -> Prepared:
+    """The bench with its joints led along smooth swings, its applied torque recorded as zero."""
+    bare = Model(BENCH, Torque(), "nonlinear")
+    model = bare.with_effects([effect(kind) for kind in effects], values)
+    t = np.arange(SAMPLES) * STEP
+    channels = {}
+    for k in range(BENCH.joints):
+        channels[f"theta{k + 1}"] = SIZES[k] * (1.0 - np.cos(RATES[k] * t)) ** 2
+        channels[f"u{k + 1}"] = np.zeros_like(t)
+    steered = model.steered_by(FollowingServo(model.drive, hz, INERTIA))
+    return prepare(steered, Recording("r", t, channels), [sensor("torque")], Processing())
+
+
+def motion(e: Prepared, steps: int = 16):  # type: ignore[no-untyped-def]
+    found = Predictor([e], Unknowns(()), {}, steps=steps).trajectories([(np.zeros(0), [0])])
+    return found[0][0][0]
+
+
+def test_what_bends_is_what_an_independent_integrator_finds() -> None:
+    e = led()
+    arm, p = e.model.arm, e.model.numbers().p
+    n, nj = arm.coordinates, arm.joints
+    dynamics, t = e.model.compiled.dynamics, e.task.time
+
+    def joints(at: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        w, c, s = RATES, np.cos(RATES * at), np.sin(RATES * at)
+        speed, a = 2.0 * (1.0 - c) * w * s, 2.0 * w * w * (s * s + (1.0 - c) * c)
+        return SIZES * (1.0 - c) ** 2, SIZES * speed, SIZES * a
+
+    def rate(at: float, y: np.ndarray) -> np.ndarray:
+        place, speed, a = joints(at)
+        q, v = np.concatenate([place, y[: n - nj]]), np.concatenate([speed, y[n - nj :]])
+        M, f = np.empty((n, n)), np.empty(n)
+        dynamics(q, v, p, M, f)
+        return np.concatenate([y[n - nj :], np.linalg.solve(M[nj:, nj:], f[nj:] - M[nj:, :nj] @ a)])
+
+    exact = solve_ivp(
+        rate, (0.0, t[-1]), np.zeros(2 * (n - nj)), "Radau", t, rtol=1e-8, atol=1e-11
+    ).y[: n - nj].T  # fmt: skip
+    found = motion(e).q[:, nj:]
+    assert np.abs(found[:-2] - exact[:-2]).max() < FOLLOWS * np.abs(exact).max()
+
+
+def test_the_torque_balances_the_equations_of_motion() -> None:
+    """M q'' - f with q'' by differences of the speeds found, at the joints and beyond."""
+    e = led()
+    found, n = motion(e), e.model.arm.coordinates
+    a = np.gradient(found.v, STEP, axis=0)
+    M, f = np.empty((n, n)), np.empty(n)
+    needed = np.empty((SAMPLES, BENCH.joints))
+    for k in range(SAMPLES):
+        e.model.compiled.dynamics(found.q[k], found.v[k], found.p, M, f)
+        needed[k] = (M @ a[k] - f)[: BENCH.joints]
+    inner = slice(50, -50)
+    apart = np.abs(found.torque - needed)[inner].max(axis=0)
+    assert np.all(apart < 0.02 * np.abs(needed[inner]).max(axis=0))
+
+
+@pytest.mark.parametrize(
+    ("kind", "values"),
+    [("joint_elasticity", {"c1": 1e-3, "c2": 2e-3}), ("tip_payload", {"mp": 0.05})],
+)
+def test_one_step_per_sample_is_enough(kind: str, values: dict[str, float]) -> None:
+    e = led(kind, values=values, hz=60.0)
+    coarse, fine = motion(e, 1).torque, motion(e, 16).torque
+    rms = np.sqrt(np.mean((coarse - fine) ** 2, axis=0) / np.mean(fine**2, axis=0))
+    assert np.all(rms < ONE_STEP)
+
+
+def test_the_joints_go_where_the_servo_leads_them_whatever_rubs() -> None:
+    e = led("viscous_friction", values={"fv1": 5.0, "fv2": 1.0}, hz=60.0)
+    place, speed, _, lead = joint_motion(e.model, e.task)
+    found = motion(e)
+    assert np.array_equal(found.joint_positions, place[lead:])
+    assert np.array_equal(found.v[:, : BENCH.joints], speed[lead:])
+
+
+def test_a_drive_with_a_limit_is_simulated_with_its_servo() -> None:
+    e = led()
+    numbers = e.model.numbers()
+    limited = numbers._replace(law=numbers.law.__class__(**{
+        **numbers.law.__dict__, "limit": np.array([1.0, 1.0])
+    }))  # fmt: skip
+    assert is_prescribed(e.model, numbers) and not is_prescribed(e.model, limited)
+    assert job_of(e.model, limited, e.task).finish is None
+
+
+@pytest.mark.parametrize("hz", [20.0, 120.0])
+def test_what_a_flexible_arm_lacks_hardly_depends_on_the_servo(hz: float) -> None:
+    """Slow motion: the missing torque, all of it here, passes servos of any frequency."""
+    slow, stiff = motion(led(hz=hz)), motion(led())
+    inner = slice(100, -100)
+    for k in range(BENCH.joints):
+        apart = slow.torque[inner, k] - stiff.torque[inner, k]
+        assert np.sqrt(np.mean(apart**2)) < 0.05 * np.sqrt(np.mean(stiff.torque[inner, k] ** 2))
+
+
+def test_jobs_of_all_parameters_share_their_lanes() -> None:
+    e = led()
+    one = job_of(e.model, e.model.numbers(), e.task)
+    other = job_of(e.model, e.model.numbers({"EI1": 2.0}), e.task)
+    together = run_many([one, other], 2)
+    for job, found in zip((one, other), together, strict=True):
+        alone = run_many([job], 2)[0]
+        assert np.abs(found.torque - alone.torque).max() < 1e-8 * np.abs(alone.torque).max()
+
+
+def test_an_encoder_with_a_hole_gives_no_numbers_and_no_traceback() -> None:
+    e = led()
+    e.task.references[400, -2 * BENCH.joints] = np.nan
+    assert np.isnan(motion(e).torque).all()

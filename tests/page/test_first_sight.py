@@ -1,0 +1,72 @@
+"""What a first visitor meets: two ways to begin, the system's theme, and keys for the time-line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flexgui.panels.curtain import PURPOSE
+from flexgui.panels.theme import DARK
+from flexgui.server.front import behind_curtain
+from flexgui.session import Session
+from tests.page.conftest import PATIENCE, Desktop
+from tests.page.helpers import FIRST, press, sees
+from tests.session.helpers import until
+
+SCHEME = "document.documentElement.dataset.mantineColorScheme === '{}'"
+
+
+def test_the_tour_and_the_own_recordings_stand_side_by_side(page: Any) -> None:
+    sees(page, PURPOSE)
+    boxes = [
+        page.get_by_role("button", name=name).bounding_box()
+        for name in ("Begin the tour", "Open my recordings")
+    ]
+    assert boxes[0]["y"] == boxes[1]["y"]
+    assert boxes[0]["x"] + boxes[0]["width"] < boxes[1]["x"]
+
+
+def test_the_systems_theme_is_followed_and_a_choice_is_kept(
+    desktop: Desktop, chromium: Any, session: Session
+) -> None:
+    context = chromium.new_context(color_scheme="dark")
+    context.set_default_timeout(PATIENCE)
+    shown = context.new_page()
+    shown.goto(desktop.address)
+    shown.wait_for_function(FIRST)
+    shown.wait_for_function(SCHEME.format("dark"))
+    desktop.pages[-1].desk.theme.choose("light")
+    shown.wait_for_function(SCHEME.format("light"))
+    shown.reload()
+    shown.wait_for_function(FIRST)
+    shown.wait_for_function(SCHEME.format("light"))
+    assert desktop.pages[-1].desk.theme.chosen == "light" != DARK
+    context.close()
+
+
+def test_space_plays_and_arrows_step(page: Any, session: Session) -> None:
+    press(page, "Data")
+    until(lambda: session.playback is not None)
+    page.evaluate("document.activeElement.blur()")
+    page.keyboard.press(" ")
+    until(lambda: session.cursor.playing and session.cursor.time > 0.0)
+    page.keyboard.press(" ")
+    until(lambda: not session.cursor.playing)
+    stands = session.cursor.time
+    page.keyboard.press("ArrowRight")
+    until(lambda: session.cursor.time > stands)
+    page.keyboard.press("ArrowLeft")
+    until(lambda: session.cursor.time <= stands)
+
+
+def test_every_slider_and_icon_has_a_name(page: Any) -> None:
+    page.wait_for_function(
+        """() => [...document.querySelectorAll('[role=slider], button, input[inputmode]')]
+          .every(e => e.getAttribute('aria-label') || e.innerText?.trim() || e.labels?.length)"""
+    )
+
+
+def test_the_curtain_is_the_first_thing_of_the_body() -> None:
+    made = behind_curtain(b"<html><title>Viser</title><body><div id='root'></div>", "FlexGUI")
+    text = made.decode()
+    assert "<title>FlexGUI</title>" in text
+    assert text.index("fx-curtain") < text.index("id='root'") and PURPOSE in text

@@ -1,0 +1,120 @@
+"""Every stage at four sizes of window, light and dark: nothing cut off or overlapping, no error in
+the console, no serious fault of accessibility; screenshots to be looked at in FLEXGUI_SHOTS."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+import viser
+
+from flexgui.jobs import JobPool
+from flexgui.server.plotly_script import send_plotly
+from flexgui.session import Session
+from flexgui.session.state import STAGES
+from tests.page.conftest import Desktop, Offered
+from tests.page.helpers import press
+from tests.page.test_diagnose import few
+from tests.session.helpers import until
+
+pytestmark = pytest.mark.long
+
+SIZES = ((1600, 900), (1280, 720), (2560, 1440), (390, 844))
+THEMES = ("light", "dark")
+SETTLED = 2500
+"""ms after which a stage stands, on a machine that draws without a graphics card."""
+FOUND = 900.0
+"""s for an identification and a diagnosis of two short recordings on a busy machine."""
+
+BOXES = (Path(__file__).parent / "boxes.js").read_text(encoding="utf-8")
+AXE = Path(__file__).parents[2] / ".venv" / "axe.min.js"
+"""axe-core of the npm registry, put there by `make axe`; without it this part is left out."""
+RULES = "axe.run(document, {runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa']})"
+GRAVE = ("serious", "critical")
+READY = "document.querySelector('.fx-bar') !== null"
+
+
+class Served(Desktop):
+    """Draws with the same Plotly as the server does."""
+
+    def _connected(self, client: viser.ClientHandle) -> None:
+        send_plotly(client)
+        super()._connected(client)
+
+
+@pytest.fixture(scope="module")
+def walked(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
+    """One session with recordings, a fit, and an effect that was found."""
+    folder = tmp_path_factory.mktemp("walk")
+    with JobPool(2) as pool:
+        desk = Served(Offered(pool))
+        (folder / "own").mkdir()
+        session = desk.session = Session("walk", folder / "own")
+        few(session)
+        finish(session, session.identify(desk.services))
+        finish(session, session.diagnose(desk.services))
+        yield desk
+        for page in desk.pages:
+            page.close()
+        desk.server.stop()
+        session.close()
+
+
+def finish(session: Session, begun: bool) -> None:
+    assert begun
+    end = time.monotonic() + FOUND
+    while session.busy:
+        assert time.monotonic() < end
+        time.sleep(0.2)
+
+
+@pytest.mark.parametrize("theme", THEMES)
+@pytest.mark.parametrize("size", SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
+def test_every_stage_can_be_shown(
+    walked: Served, chromium: Any, size: tuple[int, int], theme: str, tmp_path: Path
+) -> None:
+    context = chromium.new_context(
+        viewport={"width": size[0], "height": size[1]}, color_scheme=theme
+    )
+    context.set_default_timeout(60_000)
+    page, errors = context.new_page(), []
+    page.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(walked.address)
+    page.wait_for_function(READY)
+    shots = Path(os.environ.get("FLEXGUI_SHOTS", tmp_path))
+    faults: dict[str, Any] = {}
+    for stage in STAGES:
+        press(page, stage)
+        until(partial(shows, walked.session, stage))
+        page.wait_for_timeout(SETTLED)
+        page.screenshot(path=shots / f"{size[0]}_{theme}_{stage}.png")
+        found = page.evaluate(BOXES)
+        found += accessibility(page)
+        if found:
+            faults[stage] = found
+    context.close()
+    assert not errors
+    assert not faults, "\n".join(f"{stage}: {each}" for stage, f in faults.items() for each in f)
+
+
+def shows(session: Session | None, stage: str) -> bool:
+    return session is not None and session.stage == stage
+
+
+def accessibility(page: Any) -> list[list[str]]:
+    """Serious and critical faults that axe-core finds; none where it is not there."""
+    if not AXE.exists():
+        return []
+    page.evaluate(AXE.read_text(encoding="utf-8"))
+    return [
+        [fault["id"], node["html"][:120], (node["any"] or [{}])[0].get("message", "")]
+        for fault in page.evaluate(RULES)["violations"]
+        if fault["impact"] in GRAVE
+        for node in fault["nodes"][:4]
+    ]
