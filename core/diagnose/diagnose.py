@@ -32,7 +32,7 @@ from core.diagnose.refit import Refit, converged, fit, precise, settled
 from core.diagnose.screen import Screen, screen
 from core.diagnose.start import Begun, begin
 from core.diagnose.steps import Validated, ladder_step, validated
-from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
+from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains, within_noise
 from core.diagnose.words import Told, say
 from core.effects import with_included
 from core.effects.effect import Effect
@@ -242,7 +242,7 @@ def _climb(state: _State, options: Options, progress: Progress, listen: Listener
             state.steps.append(_step(state, added, added.title))
         above = remains(state.data.experiments, state.refit.errors).above
         full = len(state.found) >= options.max_effects
-        within = state.refit.cost <= state.data.count
+        within = within_noise(state.data, state.refit.cost)
         if progress.stopped() or within or (full and not above):
             return False
 

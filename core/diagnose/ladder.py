@@ -24,7 +24,7 @@ from core.diagnose.refit import Refit, converged, refit_with, whitened
 from core.diagnose.reshape import reshaped
 from core.diagnose.screen import Screen, Screened, screen
 from core.diagnose.sets import FoundSet, best_set
-from core.diagnose.verdict import ABOVE
+from core.diagnose.verdict import ABOVE, within_noise
 from core.effects import catalogue
 from core.effects.effect import Effect, Rig
 from core.effects.sizes import typical
@@ -159,8 +159,8 @@ def _refitted(
         effects = [*present, s.effect]
         return started(data, before.hypothesis, effects, s.values, seen.slopes, s.scanned, stopped)
 
-    if before.cost <= data.count:
-        return  # within the floor nothing can be missing, whatever is explained below it
+    if within_noise(data, before.cost):
+        return  # nothing can be missing, whatever is explained below the floor
     chosen = promising(seen, data.count)
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
         runners = list(pool.map(look, chosen))
