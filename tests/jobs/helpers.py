@@ -13,7 +13,7 @@ import numpy as np
 from core.errors import InputError
 from core.progress import Progress
 from core.results import Generation
-from flexgui.jobs import Event, Task
+from flexgui.jobs import Event, PoolSettings, Task
 
 E = TypeVar("E", bound=Event)
 
@@ -22,6 +22,10 @@ PATIENCE = 60.0
 
 STEP = 0.005
 """s, of one step."""
+
+EVEN = PoolSettings(niceness=0)
+"""As everybody has it, but no step back behind other programs: where those keep every core busy, a
+worker of a pool as it is by default gets a twentieth of one."""
 
 MANY = 4000
 """Steps that last until the test stops them (20 s)."""

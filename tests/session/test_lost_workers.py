@@ -12,10 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.jobs import JobPool, PoolSettings, inputs
+from flexgui.jobs import JobPool, inputs
 from flexgui.session import Session
 from flexgui.session.edit import put
 from flexgui.session.study_state import DONE
+from tests.jobs.helpers import EVEN
 from tests.paper_study.helpers import short
 from tests.session.conftest import Offered
 from tests.session.helpers import good_csv, small, until
@@ -33,13 +34,13 @@ Try = Callable[[Session, Offered], bool]
 
 @pytest.fixture(scope="module")
 def offered() -> Iterator[Offered]:
-    with JobPool(1, PoolSettings(silence=SILENCE)) as pool:
+    with JobPool(1, replace(EVEN, silence=SILENCE)) as pool:
         yield Offered(pool)
 
 
 @pytest.fixture(scope="module")
 def readers() -> Iterator[JobPool]:
-    with JobPool(1, replace(inputs.SETTINGS, silence=SILENCE)) as pool:
+    with JobPool(1, replace(inputs.SETTINGS, silence=SILENCE, niceness=0)) as pool:
         yield pool
 
 
