@@ -21,7 +21,7 @@ help:
 	@echo "make study   the paper's Monte Carlo study with tables, figures and baselines; goes on where it stopped"
 	@echo "make test    ruff, mypy and the tests"
 	@echo "make long    the studies that take minutes: many seeds, whole recordings of real rigs"
-	@echo "make load    thirty sessions for three minutes, and the delay of a slider"
+	@echo "make load    thirty and sixty browsers for two minutes, 300 that come and go: delays, memory, leftovers"
 	@echo "make fuzz    1,500 damaged recordings, scenarios, archives and command lines (SEED=... for others)"
 	@echo "make bench   how fast and how exact it is on this machine"
 	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
@@ -57,10 +57,10 @@ test: lint chromium
 	@$(BIN)/python -m pytest $(SHARED)
 
 long: $(VENV)/.installed-test axe
-	@$(BIN)/python -m pytest $(SHARED) -m long --ignore tests/server
+	@$(BIN)/python -m pytest $(SHARED) -m long --ignore tests/server/test_latency.py
 
 load: $(VENV)/.installed-test
-	@$(BIN)/python -m pytest -m long -s tests/server
+	@$(BIN)/python -m tests.server.load
 
 fuzz: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.fuzz.run --seed $(SEED)
