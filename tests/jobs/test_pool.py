@@ -128,7 +128,9 @@ def test_time_left_is_of_the_right_size(pool):
     job = pool.submit("s", task(count, steps=200), heard)
     assert eventually(lambda: job.stage != "" and sum(e.n for e in heard.of(Advanced)) > 50)
     told: list[tuple[float, float]] = []
-    while sum(e.n for e in heard.of(Advanced)) < 150 and (left := job.remaining_seconds) is not None:
+    while (
+        sum(e.n for e in heard.of(Advanced)) < 150 and (left := job.remaining_seconds) is not None
+    ):
         told.append((left, time.monotonic()))
         time.sleep(0.02)
     heard.wait_for(Finished)

@@ -45,7 +45,8 @@ def few(session: Session) -> None:
 def bars(page: Any) -> list[str]:
     """The numbers on the error ladder."""
     script = """() => JSON.stringify([...document.querySelectorAll('.js-plotly-plot')].filter(
-      p => p.data.some(t => t.name === 'estimation recordings')).map(p => p.data[0].text)[0] ?? [])"""
+      p => p.data.some(t => t.name === 'estimation recordings'))
+      .map(p => p.data[0].text)[0] ?? [])"""
     return list(json.loads(page.evaluate(script)))
 
 

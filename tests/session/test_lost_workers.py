@@ -144,6 +144,23 @@ def test_a_lost_reader_costs_one_upload(
     assert session.upload("own.csv", content, offered), session.message
 
 
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_lost_worker_costs_one_long_simulation(
+    session: Session, readers: JobPool, number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(inputs, "_pool", cache(lambda: readers))
+    assert session.change(put(("recordings", 0, "simulate", "seconds"), 31.0))
+    assert session.wait_idle(WARM)
+    session.recording = session._recording_key = None
+    lose_worker(readers, number)
+    session.refresh_playback()
+    assert session.wait_idle(WARM) and session.recording is None
+    assert session.message.bad and "Recording" in session.message.text
+    session.refresh_playback()
+    assert session.wait_idle(WARM)
+    assert session.recording is not None and len(session.recording.time) == 31_000
+
+
 def lose_worker(pool: JobPool, number: int) -> None:
     """It stands still before it gets the job; then it is killed, or not."""
     pool.start()
