@@ -105,7 +105,7 @@ def of_crowd(members: list[Member], looks: Looks, server: Served) -> list[Line]:
     asked = ASKED.get(people, float("inf"))
     found = []
     for kind in (THETA2, EPSILON):
-        answers = 1e3 * np.array([s for m in members for s in m.answers[kind]])
+        answers = 1e3 * np.array([s for m in members for s in m.answers[kind]] or [np.inf])
         p50, p95, most = np.percentile(answers, [50, 95, 100])
         said = f"p50 {p50:.0f}, p95 {p95:.0f}, most {most:.0f} ms"
         found.append(Line(f"{people}: moves of {kind}", said, f"p95 <= {asked:g} ms", p95 <= asked))

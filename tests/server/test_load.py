@@ -18,7 +18,8 @@ from tests.server.load import (
 )
 from tests.server.served import served
 
-FEW, SECONDS = 3, 2.0
+FEW, SECONDS = 3, 12.0
+"""Long enough for a look at the memory in each quarter of it."""
 
 
 def test_a_few_are_answered_and_kept_apart(tmp_path: Path) -> None:

@@ -168,6 +168,20 @@ def test_results_are_there_again(
     made.close()
 
 
+def test_a_verdict_is_kept_while_the_last_fit_goes_on(
+    session: Session, work: KeptWork, found: Session
+) -> None:
+    session.scenario, session.pending = found.scenario, found.looks[-1]
+    session.tell(Topic.DIAGNOSIS)
+    written = (session.folder / RESULTS).stat().st_mtime_ns
+    session.tell(Topic.DIAGNOSIS)
+    assert (session.folder / RESULTS).stat().st_mtime_ns == written, "once"
+    dead(session)
+    made = revived(work)
+    assert same(made.looks, (found.looks[-1],)) and made.pending is None
+    made.close()
+
+
 def test_what_was_shown_was_written_before(session: Session, work: KeptWork) -> None:
     """Whoever hears of a change could be the last to do so."""
     copies: list[tuple[Any, Path]] = []
