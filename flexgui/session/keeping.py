@@ -13,7 +13,7 @@ from typing import Any
 from core.errors import InputError
 from core.files import replacing
 from core.scenario.schema import Scenario
-from flexgui.kept_files import OWNER, RESULTS, WORK, earlier_folder, is_kept, kept_at
+from flexgui.kept_files import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept, kept_at
 from flexgui.session.look import Look
 from flexgui.session.records import packed, unpacked
 from flexgui.session.state import Cursor
@@ -121,7 +121,7 @@ class Keeping(Studying, ABC):
 
     def _exchange(self, earlier: Path) -> None:
         """Two renames: whenever this is interrupted, the earlier work lies in one of its places."""
-        fresh = self.folder.with_name(f"{self.folder.name}-fresh")
+        fresh = self.folder.with_name(f"{self.folder.name}{FRESH}")
         owner = {p.name: p.read_bytes() for p in self.folder.glob(OWNER)}
         shutil.rmtree(fresh, ignore_errors=True)
         self.folder.rename(fresh)
