@@ -168,7 +168,7 @@ class NewsEvent(asyncio.Event):
         """As on the loop, where it is called there."""
         self._value = True
         if asyncio._get_running_loop() is not None:
-            for waiter in self._waiters:  # type: ignore[attr-defined]
+            for waiter in self._waiters:
                 if not waiter.done():
                     waiter.set_result(True)
 
