@@ -10,6 +10,8 @@ SCENARIO ?= scenarios/paper_glocal.toml
 OUT ?= reports/$(basename $(notdir $(SCENARIO)))
 STUDY ?= studies/$(basename $(notdir $(SCENARIO)))
 SEED ?= 1
+# TRIES=--quick leaves out the tries that take minutes.
+TRIES ?=
 # Each process takes its half of the tests in their order, then some of the other's: what the tests
 # of a file share is made once.
 SHARED := -n 2 --dist worksteal
@@ -21,8 +23,9 @@ help:
 	@echo "make study   the paper's Monte Carlo study with tables, figures and baselines; goes on where it stopped"
 	@echo "make test    ruff, mypy and the tests"
 	@echo "make long    the studies that take minutes: many seeds, whole recordings of real rigs"
-	@echo "make load    thirty sessions for three minutes, and the delay of a slider"
-	@echo "make fuzz    1,500 damaged recordings, scenarios, archives and command lines (SEED=... for others)"
+	@echo "make load    thirty and sixty browsers for two minutes, 300 that come and go: delays, memory, leftovers"
+	@echo "make fuzz    1,500 damaged recordings, scenarios, archives and command lines (SEED=... for others),"
+	@echo "             then a table of all that was once open or fragile, tried again (TRIES=--quick)"
 	@echo "make bench   how fast and how exact it is on this machine"
 	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
 	@echo "make matrix  480 plain scenarios of random rigs, some hours; goes on where it stopped"
@@ -57,13 +60,14 @@ test: lint chromium
 	@$(BIN)/python -m pytest $(SHARED)
 
 long: $(VENV)/.installed-test axe
-	@$(BIN)/python -m pytest $(SHARED) -m long --ignore tests/server
+	@$(BIN)/python -m pytest $(SHARED) -m long --ignore tests/server/test_latency.py
 
 load: $(VENV)/.installed-test
-	@$(BIN)/python -m pytest -m long -s tests/server
+	@$(BIN)/python -m tests.server.load
 
 fuzz: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.fuzz.run --seed $(SEED)
+	@$(BIN)/python -m tests.fuzz.tries $(TRIES)
 
 lint: $(VENV)/.installed-test
 	@$(BIN)/ruff check .

@@ -11,6 +11,9 @@ WORK, RESULTS = ".work.npz", ".results.npz"
 OWNER = ".server"
 """Holds the process that uses the folder."""
 
+FRESH = "-fresh"
+"""Ends the name of a folder whose work a person has just replaced by earlier work."""
+
 
 def is_kept(folder: Path) -> bool:
     """Whether there is work in a session's folder."""

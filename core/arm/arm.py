@@ -36,7 +36,8 @@ class Arm(BaseModel):
     @property
     def coordinates(self) -> int:
         """n, the length of q."""
-        return len(self.coordinate_names)
+        base = 2 if self.base_compliance is not None else 0
+        return self.joints + sum(self.modes) + sum(self.elastic) + base
 
     @property
     def elastic(self) -> tuple[bool, ...]:

@@ -20,7 +20,7 @@ import viser
 from core.errors import InputError
 from flexgui.panels.curtain import lift
 from flexgui.places import without_places
-from flexgui.server.arrivals import store_key, stored_key
+from flexgui.server.arrivals import Asking, store_key
 from flexgui.server.binding import is_loopback, own_name, port_of
 from flexgui.server.demo import Demo
 from flexgui.server.door import Door
@@ -87,6 +87,8 @@ class PageServer(Generic[S]):
         self.services = replace(settings.services, demo=self.demo)
         self._visits: dict[int, Visit[S]] = {}
         self._doormen = ThreadPoolExecutor(DOORMEN, thread_name_prefix="flexgui-door")
+        limits = settings.limits
+        self._asking = Asking(limits.key_wait, limits.key_wait_longer, limits.asked_longer)
         self._ending = threading.Event()
         self._reports = Reports(self.log)
         origins = (*loopback_origins(self.port), *settings.origins)
@@ -165,7 +167,7 @@ class PageServer(Generic[S]):
     def _arrive(self, visit: Visit[S]) -> None:
         client = visit.client
         self._settings.welcome(client)
-        key = stored_key(client, self.limits.key_wait)
+        key, visit.answered = self._asking.key_of(client)
         try:
             if self.demo is not None:
                 self._arrive_in_demo(self.demo, visit, key)
@@ -194,7 +196,8 @@ class PageServer(Generic[S]):
     def _show(self, visit: Visit[S]) -> None:
         visit.show(lambda: self._build(visit))
         session = visit.session
-        if session is not None and visit.role != FOLLOWER:
+        # A key that a silent browser may have is not written over: a reload finds its work.
+        if session is not None and visit.role != FOLLOWER and visit.answered:
             store_key(visit.client, session.key)
 
     def _build(self, visit: Visit[S]) -> Any:

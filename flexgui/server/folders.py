@@ -29,6 +29,18 @@ def _remove_left_behind(parent: Path) -> None:
             shutil.rmtree(path, ignore_errors=True)
 
 
+def born(process: int) -> str:
+    """When a process began, in the system's own ticks; "" where there is none, or none is told.
+
+    A number is given again after a restart: another program with it is not the server that had it.
+    """
+    try:
+        after_name = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return ""
+    return "" if after_name[0] in "ZX" else after_name[19]
+
+
 def alive(process: int) -> bool:
     """Whether there is such a process (POSIX)."""
     try:

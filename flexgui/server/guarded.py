@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import functools
 import io
@@ -9,9 +10,12 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
+import numpy.typing
 import viser
+import viser._assignable_props_api
 import websockets.asyncio.server as websocket_server
 from viser import _messages, infra
 
@@ -55,6 +59,7 @@ def guarded_viser(
     for kind in NEVER:
         inside.unregister_handler(kind)
     _report_errors(server, reports)
+    let_threads_send(server)
     return server
 
 
@@ -149,6 +154,49 @@ def _report_errors(server: viser.ViserServer, reports: Reports) -> None:
                 reports(error, server._connected_clients.get(client_id))
 
         connection._handle_incoming_message = careful  # type: ignore[method-assign]
+
+
+class NewsEvent(asyncio.Event):
+    """Wakes only who waits on its own event loop; elsewhere it is a flag.
+
+    viser sets it from whatever thread sends, and then once more on the loop. `asyncio.Event` goes
+    through its list of waiters each time; where the loop changes that list in this moment, the
+    thread's drawing ended in "deque mutated during iteration", and was lost.
+    """
+
+    def set(self) -> None:
+        """As on the loop, where it is called there."""
+        self._value = True
+        if asyncio._get_running_loop() is not None:
+            for waiter in self._waiters:
+                if not waiter.done():
+                    waiter.set_result(True)
+
+
+def let_threads_send(server: viser.ViserServer) -> None:
+    """To all browsers together, and to each one that comes."""
+    server._websock_server.get_message_buffer().message_event.__class__ = NewsEvent
+
+    @server._websock_server.on_client_connect
+    def _(connection: infra.WebsockClientConnection) -> None:
+        connection.get_message_buffer().message_event.__class__ = NewsEvent
+
+
+class KindsOfArrays:
+    """`numpy.typing.NDArray`, with each kind made once: viser makes four of them anew for every
+    property that is set, which took a fourteenth of an answer to a slider."""
+
+    def __init__(self) -> None:
+        self._known: dict[Any, Any] = {}
+
+    def __getitem__(self, kind: Any) -> Any:
+        found = self._known.get(kind)
+        if found is None:
+            found = self._known[kind] = numpy.typing.NDArray[kind]
+        return found
+
+
+viser._assignable_props_api.npt = SimpleNamespace(NDArray=KindsOfArrays())  # type: ignore[assignment]
 
 
 class _NoHandshakes(logging.Filter):

@@ -9,8 +9,8 @@ import shutil
 import time
 from pathlib import Path
 
-from flexgui.kept_files import OWNER, earlier_folder, is_kept, kept_at, remove_half_written
-from flexgui.server.folders import alive
+from flexgui.kept_files import FRESH, OWNER, earlier_folder, is_kept, kept_at, remove_half_written
+from flexgui.server.folders import alive, born
 from flexgui.server.limits import MEGA
 from flexgui.server.state import private
 
@@ -41,7 +41,7 @@ class KeptWork:
             folder.rename(earlier_folder(folder))
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(mode=0o700)
-        (folder / OWNER).write_text(str(os.getpid()))
+        (folder / OWNER).write_text(f"{os.getpid()} {born(os.getpid())}")
         return folder
 
     def end(self, folder: Path) -> None:
@@ -55,6 +55,9 @@ class KeptWork:
         return self.root / hashlib.sha256(key.encode()).hexdigest()[:32]
 
     def _prune(self) -> None:
+        for folder in self.root.glob(f"*{FRESH}"):
+            if not _used(folder):
+                shutil.rmtree(folder, ignore_errors=True)
         unused = [p for p in self.root.iterdir() if p.is_dir() and not _used(p)]
         whole = sorted((p for p in unused if is_kept(p)), key=kept_at, reverse=True)
         room, now = MOST_BYTES, time.time()
@@ -72,7 +75,10 @@ class KeptWork:
 def _used(folder: Path) -> bool:
     """By a server that runs."""
     try:
-        process = int((folder / OWNER).read_text())
+        number, _, began = (folder / OWNER).read_text().partition(" ")
+        process = int(number)
     except (OSError, ValueError):
         return False
-    return os.name != "posix" or alive(process)
+    if os.name != "posix":  # elsewhere asking a process for life may end it
+        return True
+    return alive(process) and (not began or born(process) == began)

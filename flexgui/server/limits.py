@@ -39,6 +39,10 @@ class Limits:
     """After which a session that nobody uses may be given up early for a newcomer."""
     key_wait: float = 6.0
     """For a browser to say which session is its own."""
+    key_wait_longer: float = 30.0
+    """And then once more, for as many browsers as `asked_longer`: where the machine is busy with
+    other work, a page that was taken for a new one would not offer what was done before."""
+    asked_longer: int = 4
     wrong_codes: int = 10
     """Wrong codes and tickets per minute and address, before it is told to wait."""
     ports: int = 20

@@ -29,6 +29,8 @@ class Visit(Generic[S]):
         self.session: S | None = None
         self.counted = False
         """Whether the store counts this visit as the session's browser."""
+        self.answered = False
+        """Whether its browser has said which session is its own, if any."""
         self.allowed: set[str] = set()
         """Widgets that a follower may use."""
         self.lock = threading.RLock()

@@ -13,7 +13,8 @@ from typing import Any
 from core.errors import InputError
 from core.files import replacing
 from core.scenario.schema import Scenario
-from flexgui.kept_files import OWNER, RESULTS, WORK, earlier_folder, is_kept, kept_at
+from flexgui.kept_files import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept, kept_at
+from flexgui.session.look import Look
 from flexgui.session.records import packed, unpacked
 from flexgui.session.state import Cursor
 from flexgui.session.studying import Studying
@@ -52,6 +53,7 @@ class Keeping(Studying, ABC):
         """What the person is offered."""
         self._keeps = False
         self._written: tuple[Any, ...] = ((), ())
+        self._judged: tuple[Look, tuple[Look, ...]] | None = None
 
     @abstractmethod
     def begin_with(self, scenario: Scenario) -> None: ...
@@ -119,7 +121,7 @@ class Keeping(Studying, ABC):
 
     def _exchange(self, earlier: Path) -> None:
         """Two renames: whenever this is interrupted, the earlier work lies in one of its places."""
-        fresh = self.folder.with_name(f"{self.folder.name}-fresh")
+        fresh = self.folder.with_name(f"{self.folder.name}{FRESH}")
         owner = {p.name: p.read_bytes() for p in self.folder.glob(OWNER)}
         shutil.rmtree(fresh, ignore_errors=True)
         self.folder.rename(fresh)
@@ -148,7 +150,16 @@ class Keeping(Studying, ABC):
         return (self.scenario, self.challenge, self.aside, self._own, tried)
 
     def _found(self) -> tuple[Any, ...]:
-        return (self.outcome, self.outcome_of, self.looks)
+        return (self.outcome, self.outcome_of, self._judged_looks())
+
+    def _judged_looks(self) -> tuple[Look, ...]:
+        """Those that are over, and the one whose verdict is shown while its last fit goes on."""
+        look = self.pending
+        if look is None or look.diagnosis is None:
+            return self.looks
+        if self._judged is None or self._judged[0] is not look:
+            self._judged = (look, self.shown_looks)
+        return self._judged[1]
 
     def _in_words(self) -> dict[str, Any]:
         return {

@@ -75,7 +75,7 @@ class Session(Keeping):
         self.refresh_live()
         self.refresh_playback()
 
-    def wait_idle(self, timeout: float = 10.0) -> bool:
+    def wait_idle(self, timeout: float = 60.0) -> bool:
         """Whether the session's own threads are at rest; for tests and scripts."""
         return self._live_worker.wait_idle(timeout) and self._motion_worker.wait_idle(timeout)
 

@@ -34,7 +34,7 @@ LAST_DIGITS = 1e-14
 SLOPE = 1e-5
 """Relative; central differences with a step of 1e-6 leave about 1e-9."""
 SLOWEST = 5.0
-"""s: a thousand times what a formula takes, for a busy machine."""
+"""s of a processor: a thousand times what a formula takes."""
 LONGEST_SENTENCE = 400
 
 

@@ -107,7 +107,7 @@ def test_the_longest_formulas_are_read_derived_and_printed_quickly() -> None:
     rng = random.Random(7)
     for _ in range(15):
         text = _largest(rng, 60, 0)
-        start = time.perf_counter()
+        start = time.thread_time()
         try:
             expression = parse_formula(text, NAMES)
         except InputError:
@@ -115,7 +115,7 @@ def test_the_longest_formulas_are_read_derived_and_printed_quickly() -> None:
         for symbol in NAMES.values():
             sp.diff(expression, symbol)
         sp.lambdify(list(NAMES.values()), expression, cse=True)
-        assert time.perf_counter() - start < SLOWEST, text
+        assert time.thread_time() - start < SLOWEST, text
 
 
 def _largest(rng: random.Random, nodes: int, calls: int) -> str:

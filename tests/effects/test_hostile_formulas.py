@@ -28,9 +28,9 @@ def test_a_thousand_hostile_formulas_are_refused_and_none_is_evaluated(tmp_path:
     took = []
     with guarded() as ran:
         for text in texts:
-            start = time.perf_counter()
+            start = time.thread_time()
             sentence(text)
-            took.append(time.perf_counter() - start)
+            took.append(time.thread_time() - start)
     assert len(took) == HOSTILE
     assert max(took) < SLOWEST
     assert sum(took) < SLOWEST

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from flexgui.jobs import JobPool, PoolSettings
-from tests.jobs.helpers import eventually
+from tests.jobs.helpers import EVEN, eventually
 
 LIGHT = PoolSettings(queued_per_session=60, grace=1.0, calm=0.0, warm_up=None, niceness=0)
 """Workers that load nothing, and that are not waited for long."""
@@ -21,7 +21,6 @@ def pool() -> Iterator[JobPool]:
 
 @pytest.fixture(scope="module")
 def warm_pool() -> Iterator[JobPool]:
-    settings = PoolSettings(niceness=0)
-    with JobPool(1, settings) as pool:
-        assert eventually(lambda: pool.workers_ready == 1, settings.start_limit)
+    with JobPool(1, EVEN) as pool:
+        assert eventually(lambda: pool.workers_ready == 1, EVEN.start_limit)
         yield pool

@@ -6,6 +6,7 @@ import os
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from core.errors import InputError
 from core.progress import Progress
 from core.results import Generation
-from flexgui.jobs import Event, Task
+from flexgui.jobs import Event, PoolSettings, Task, inputs
 
 E = TypeVar("E", bound=Event)
 
@@ -22,6 +23,10 @@ PATIENCE = 60.0
 
 STEP = 0.005
 """s, of one step."""
+
+EVEN = PoolSettings(niceness=0)
+"""As everybody has it, but no step back behind other programs: where those keep every core busy, a
+worker of a pool as it is by default gets a twentieth of one."""
 
 MANY = 4000
 """Steps that last until the test stops them (20 s)."""
@@ -86,6 +91,14 @@ def never_warm() -> None:
 
 def never_there() -> None:
     os._exit(4)
+
+
+def warm_readers() -> None:
+    """The worker that reads files is ready before anybody waits for it, and as nice as everybody:
+    loading what it reads with takes it half a minute on a machine that is busy with other work."""
+    inputs.SETTINGS = replace(inputs.SETTINGS, niceness=0)
+    inputs._pool().start()
+    assert eventually(lambda: inputs._pool().workers_ready > 0, inputs.SETTINGS.start_limit)
 
 
 class Listener:

@@ -127,11 +127,18 @@ def test_time_left_is_of_the_right_size(pool):
     heard = Listener()
     job = pool.submit("s", task(count, steps=200), heard)
     assert eventually(lambda: job.stage != "" and sum(e.n for e in heard.of(Advanced)) > 50)
-    left, since = job.remaining_seconds, time.monotonic()
+    told: list[tuple[float, float]] = []
+    while (
+        sum(e.n for e in heard.of(Advanced)) < 150 and (left := job.remaining_seconds) is not None
+    ):
+        told.append((left, time.monotonic()))
+        time.sleep(0.02)
     heard.wait_for(Finished)
-    assert left is not None
-    # A machine at work is not steady: half or double is still a help to who waits.
-    assert 0.3 < left / (time.monotonic() - since) < 3.0
+    assert told
+    end = heard.times[-1]
+    # A machine at work is not steady: half or double is still a help to who waits, and one moment
+    # of many may be further off.
+    assert 0.3 < np.median([left / (end - when) for left, when in told]) < 3.0
     assert job.remaining_seconds is None
 
 

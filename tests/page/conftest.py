@@ -14,6 +14,7 @@ from flexgui.jobs import JobPool
 from flexgui.page import Page, build_page
 from flexgui.session import Session
 from flexgui.session.board import Board
+from tests.jobs.helpers import EVEN, warm_readers
 from tests.page.helpers import FIRST
 
 UPLOAD_LIMIT = 1_000_000
@@ -60,7 +61,8 @@ class Desktop:
 
 @pytest.fixture(scope="session")
 def desktop(chromium: Any) -> Iterator[Desktop]:
-    with JobPool(1) as pool:
+    warm_readers()
+    with JobPool(1, EVEN) as pool:
         made = Desktop(Offered(pool))
         yield made
         made.server.stop()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
+from tests.session.helpers import until
 
 PLOTS = """() => JSON.stringify([
   [...document.querySelectorAll('.js-plotly-plot')].map(p => p.data.map(t => [t.name, t.x, t.y])),
@@ -15,9 +17,26 @@ FIRST = """document.querySelectorAll('.uplot').length >= 2
 """The plots of the first stage stand."""
 
 
+LOOK = 300
+"""ms between two looks at plots: what is drawn is drawn anew within a quarter of a second."""
+
+
 def plots(page: Any) -> str:
     """All that the plots show."""
     return str(page.evaluate(PLOTS))
+
+
+def still(page: Any) -> str:
+    """All that the plots show, once they stand still: they come one after the other."""
+    found = [""]
+
+    def stands() -> bool:
+        before, found[0] = found[0], plots(page)
+        page.wait_for_timeout(LOOK)
+        return found[0] == before and [] not in json.loads(found[0])
+
+    until(stands)
+    return found[0]
 
 
 def enter(page: Any, label: str, value: str) -> None:

@@ -10,7 +10,7 @@ from core.scenario.read import read_scenario
 from flexgui.session import Session
 from flexgui.session.demo import READY_MADE
 from tests.page.conftest import Desktop
-from tests.page.helpers import FIRST, PLOTS, enter, plots, press, sees
+from tests.page.helpers import FIRST, PLOTS, enter, plots, press, sees, still
 from tests.session.helpers import until
 
 SLIDERS = {"θ2 [deg]": "100", "ε [GPa]": "2", "d [mm]": "60", "SNR [dB]": "35"}
@@ -43,6 +43,7 @@ def moved(page: Any, desktop: Desktop, label: str, value: str, arm_too: bool = T
 def test_each_slider_changes_the_plots_and_the_arm(
     page: Any, desktop: Desktop, session: Session
 ) -> None:
+    still(page)
     for label, value in SLIDERS.items():
         moved(page, desktop, label, value, arm_too=label != "SNR [dB]")
     page.get_by_text("More about the arm", exact=True).click()
@@ -53,15 +54,15 @@ def test_each_slider_changes_the_plots_and_the_arm(
 
 
 def test_exaggeration_bends_the_drawn_arm_only(page: Any, desktop: Desktop) -> None:
-    before, arm = plots(page), beams(desktop)
+    before, arm = still(page), beams(desktop)
     enter(page, "Exaggerate", "50")
     until(lambda: not np.array_equal(beams(desktop), arm))
-    assert plots(page) == before
+    assert still(page) == before
 
 
 def test_an_arrow_key_moves_the_slider_and_not_the_view(page: Any, desktop: Desktop) -> None:
     label = page.get_by_text("θ2 [deg]", exact=True).first.get_attribute("for")
-    before, camera = plots(page), desktop.pages[-1].desk.client.camera.position.copy()
+    before, camera = still(page), desktop.pages[-1].desk.client.camera.position.copy()
     page.locator(f'[id="{label}"]').get_by_role("slider").focus()
     page.keyboard.press("ArrowRight", delay=200)
     until(lambda: plots(page) != before)
@@ -122,6 +123,7 @@ def test_a_controller_with_rows_of_gains_has_no_slider_of_them(
     page.reload()
     page.wait_for_function(FIRST)
     page.get_by_text("EI2 [N m²]", exact=True).first.wait_for()
+    still(page)
     moved(page, desktop, "θ2 [deg]", "100")
     page.get_by_text("More about the arm", exact=True).click()
     page.get_by_text("m2 [kg]", exact=True).first.wait_for()

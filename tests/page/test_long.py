@@ -19,6 +19,7 @@ from flexgui.session.look import ladder_steps
 from flexgui.session.uploads import fetch_files
 from tests.page.helpers import press, sees
 from tests.page.test_diagnose import HEADLESS, answer, bars, headless
+from tests.session.helpers import until
 from tests.workbench.test_real_rigs import SCENARIOS, data_folder
 
 pytestmark = pytest.mark.long
@@ -48,11 +49,9 @@ def walk(page: Any, session: Session, right: str) -> None:
     first, second = ladder_steps(session.looks)
     assert np.sqrt(second.cost_per_sample) == pytest.approx(expected, rel=HEADLESS)
     assert second.cost_per_sample < 0.5 * first.cost_per_sample
-    page.wait_for_timeout(1000)
-    assert len(bars(page)) == 2
+    until(lambda: len(bars(page)) == 2)
     press(page, "Undo the last step")
-    page.wait_for_timeout(1000)
-    assert len(bars(page)) == 1 and not present(session.scenario)
+    until(lambda: len(bars(page)) == 1 and not present(session.scenario))
     assert ladder_steps(session.looks) == (first,)
 
 

@@ -36,7 +36,8 @@ def test_from_the_button_to_the_tables(page: Any, session: Session, tmp_path: Pa
     press(page, "Start the study")
     sees(page, "Estimates at SNR ∞")
     page.get_by_text(re.compile("of 400 cases, about")).first.wait_for()
-    assert session.study.busy and "here, SNR ∞" in plots(page)
+    assert session.study.busy
+    until(lambda: "here, SNR ∞" in plots(page))
     press(page, "Stop")
     page.get_by_text(re.compile(r"Stopped: \d+ of 400 cases")).first.wait_for()
     found = session.study.done

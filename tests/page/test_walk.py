@@ -17,6 +17,7 @@ from flexgui.jobs import JobPool
 from flexgui.server.plotly_script import send_plotly
 from flexgui.session import Session
 from flexgui.session.state import STAGES
+from tests.jobs.helpers import EVEN
 from tests.page.conftest import Desktop, Offered
 from tests.page.helpers import press
 from tests.page.test_diagnose import few
@@ -51,7 +52,7 @@ class Served(Desktop):
 def walked(chromium: Any, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
     """One session with recordings, a fit, and an effect that was found."""
     folder = tmp_path_factory.mktemp("walk")
-    with JobPool(2) as pool:
+    with JobPool(2, EVEN) as pool:
         desk = Served(Offered(pool))
         (folder / "own").mkdir()
         session = desk.session = Session("walk", folder / "own")

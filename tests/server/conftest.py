@@ -16,7 +16,7 @@ from flexgui.server.limits import Limits
 from flexgui.server.services import Services
 from tests.server.helpers import Browser, FakeClock, Pages, Shown, Thing, no_jobs
 
-SMALL = Limits(upload_bytes=100_000, session_bytes=150_000, key_wait=1.0)
+SMALL = Limits(upload_bytes=100_000, session_bytes=150_000, key_wait=1.0, key_wait_longer=1.0)
 
 
 @dataclass

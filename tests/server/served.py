@@ -76,10 +76,14 @@ class Served:
 
 
 @contextlib.contextmanager
-def served(folder: Path, *options: str) -> Iterator[Served]:
-    """A server on a free port of this machine; ended as Ctrl-C ends it."""
+def served(folder: Path, *options: str, nice: bool = False) -> Iterator[Served]:
+    """A server on a free port of this machine; ended as Ctrl-C ends it.
+
+    `nice`: its workers step back behind other programs, as they do for everybody.
+    """
     said, complained = folder / "stdout.txt", folder / "stderr.txt"
-    command = [sys.executable, "-m", "flexgui", "serve", "--no-browser", "--port", "0", *options]
+    program = "flexgui" if nice else "tests.server.even"
+    command = [sys.executable, "-m", program, "serve", "--no-browser", "--port", "0", *options]
     with said.open("w") as out, complained.open("w") as err:
         process = subprocess.Popen(
             command, cwd=ROOT, stdout=out, stderr=err, text=True,

@@ -55,7 +55,7 @@ comes in one piece with theirs and is drawn with the same frame."""
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    with served(tmp_path_factory.mktemp("latency")) as found:
+    with served(tmp_path_factory.mktemp("latency"), nice=True) as found:
         yield found
 
 

@@ -1,86 +1,45 @@
-"""Thirty browsers at once, each moving its sliders, while identifications run.
-
-`FLEXGUI_LOAD_SECONDS` (180) says for how long. Times and memory are printed (`pytest -s`), not
-asserted: they are the machine's as much as the program's.
-"""
+"""The measurement of `make load` itself, with a few browsers."""
 
 from __future__ import annotations
 
 import asyncio
-import os
-import time
-from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
-import pytest
 
-from tests.server.crowd import Member
-from tests.server.served import Served, served
+from tests.server.load import (
+    Left,
+    Looks,
+    crowd_at_work,
+    left,
+    memory_over_time,
+    of_crowd,
+    of_visits,
+)
+from tests.server.served import served
 
-pytestmark = pytest.mark.long
-
-SESSIONS, JOBS = 30, 4
-SECONDS = float(os.environ.get("FLEXGUI_LOAD_SECONDS", "180"))
-PER_SECOND = 5.0
-LOOK = 10.0
-"""s between two looks at the memory."""
-WARM = 30.0
-"""s for all pages to be built and all jobs to run before the measurement begins."""
-LAST_ANSWERS = 5.0
-"""s after the last move."""
+FEW, SECONDS = 3, 12.0
+"""Long enough for a look at the memory in each quarter of it."""
 
 
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
-    with served(tmp_path_factory.mktemp("load"), "--workers", str(JOBS)) as found:
-        yield found
+def test_a_few_are_answered_and_kept_apart(tmp_path: Path) -> None:
+    with served(tmp_path, "--workers", "1") as server:
+        members, looks = asyncio.run(crowd_at_work(server, FEW, SECONDS, jobs=1))
+        lines = {line.what: line for line in of_crowd(members, looks, server)}
+        assert left(server, tmp_path).folders == FEW, "they were just there"
+    assert lines["3: last moves shown"].good and lines["3: others' moves shown"].good
+    assert lines["3: errors logged"].good
+    assert sum(len(a) for m in members for a in m.answers.values()) > 0
 
 
-async def crowd_at_work(server: Served) -> tuple[list[Member], list[tuple[float, float, float]]]:
-    """The members after their work, and the memory: (s, MB of the server, MB of the workers)."""
-    empty = server.memory
-    print(f"\nwithout a page: server {empty[0]:.0f} MB, workers {empty[1]:.0f} MB")
-    members = [Member(k, SESSIONS, server.port) for k in range(SESSIONS)]
-    await asyncio.gather(*(member.arrive(WARM) for member in members))
-    for member in members[:JOBS]:
-        await member.identify()
-    await asyncio.gather(*(member.working(WARM) for member in members[:JOBS]))
-    begin = time.monotonic()
-    memory = [(0.0, *server.memory)]
-    moving = [
-        asyncio.create_task(
-            member.move(SECONDS, 1.0 / PER_SECOND, member.number / SESSIONS / PER_SECOND)
-        )
-        for member in members
-    ]
-    while time.monotonic() - begin < SECONDS:
-        await asyncio.sleep(min(LOOK, SECONDS))
-        memory.append((time.monotonic() - begin, *server.memory))
-    await asyncio.gather(*moving)
-    await asyncio.sleep(LAST_ANSWERS)
-    for member in members[:JOBS]:
-        await member.working(WARM)  # still
-    for member in members:
-        await member.leave()
-    return members, memory
+def test_what_grows_is_said() -> None:
+    same = [Left(50, 40, 0, 400.0)] * 3
+    assert all(line.good for line in of_visits(same, 100))
+    more = [*same, Left(51, 43, 2, 460.0)]
+    assert not any(line.good for line in of_visits(more, 100))
 
 
-def told(name: str, seconds: list[float]) -> str:
-    found = np.percentile(np.array(seconds) * 1e3, [50, 95, 99, 100])
-    return f"{name}: {len(seconds)}, p50 {found[0]:.0f}, p95 {found[1]:.0f}, " + (
-        f"p99 {found[2]:.0f}, most {found[3]:.0f} ms"
-    )
-
-
-def test_a_class_of_thirty_is_answered_and_kept_apart(server: Served) -> None:
-    members, memory = asyncio.run(crowd_at_work(server))
-    print(f"\n{SESSIONS} sessions, {JOBS} identifications, {SECONDS:g} s, load {os.getloadavg()}")
-    print(told("moves of θ2", [s for m in members for s in m.answers["θ2 [deg]"]]))
-    print(told("moves of ε", [s for m in members for s in m.answers["ε [GPa]"]]))
-    print("superseded by a newer move:", sum(m.superseded for m in members))
-    for seconds, own, workers in memory:
-        print(f"{seconds:5.0f} s: server {own:.0f} MB, workers {workers:.0f} MB")
-    assert [m.foreign for m in members] == [[] for _ in members]
-    assert [m.last_shown for m in members] == [m.last_moved for m in members]
-    assert server.alive
-    assert "Traceback" not in server.log and "ERROR" not in server.log, server.log
+def test_memory_that_climbs_is_not_flat() -> None:
+    seconds = np.linspace(0.0, 120.0, 25)
+    assert memory_over_time("it", Looks(seconds, 400.0 + 0.1 * seconds)).good
+    assert not memory_over_time("it", Looks(seconds, 400.0 + seconds)).good

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import stat
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -55,6 +56,38 @@ def test_a_browser_that_keeps_nothing_still_gets_a_page(make_place: MakePlace) -
     place = make_place(replace(SMALL, key_wait=0.2))
     with Browser(place.server, answers=False) as browser:
         assert place.page(browser)
+
+
+def test_a_browser_that_answers_late_finds_its_session(make_place: MakePlace) -> None:
+    place = make_place(replace(SMALL, key_wait=0.2, key_wait_longer=30.0))
+    storage: dict[str, str] = {}
+    with Browser(place.server, storage=storage) as browser:
+        before = place.page(browser).session
+        browser.until(lambda: storage, "the key")
+    with Browser(place.server, storage=storage) as late:
+        time.sleep(1.0)  # it hears nothing
+        assert place.page(late).session is before
+
+
+def test_the_key_of_a_browser_that_does_not_answer_is_not_written_over(
+    make_place: MakePlace,
+) -> None:
+    place = make_place(replace(SMALL, key_wait=0.1, key_wait_longer=0.1))
+    storage = {"flexgui-session": "k" * 32}
+    with Browser(place.server, storage=storage, answers=False) as browser:
+        place.page(browser)
+        browser.listen(SILENCE)
+    assert storage == {"flexgui-session": "k" * 32}
+
+
+def test_few_silent_browsers_are_waited_for_and_nobody_else_waits(make_place: MakePlace) -> None:
+    place = make_place(replace(SMALL, key_wait=0.1, key_wait_longer=60.0, asked_longer=2))
+    with contextlib.ExitStack() as silent:
+        for _ in range(8):
+            silent.enter_context(Browser(place.server, answers=False))
+        with Browser(place.server) as browser:
+            assert place.page(browser)
+        wait_for(lambda: len(place.pages.all) == 7)
 
 
 def test_nobody_else_can_read_a_session_folder(place: Place) -> None:

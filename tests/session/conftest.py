@@ -11,6 +11,7 @@ import pytest
 from flexgui.jobs import JobPool
 from flexgui.session import Session
 from flexgui.session.board import Board
+from tests.jobs.helpers import EVEN, warm_readers
 
 UPLOAD_LIMIT = 1_000_000
 """bytes; small, so that a file that is too large is quick to make."""
@@ -31,7 +32,8 @@ class Offered:
 
 @pytest.fixture(scope="session")
 def services() -> Iterator[Offered]:
-    with JobPool(1) as pool:
+    warm_readers()
+    with JobPool(1, EVEN) as pool:
         yield Offered(pool)
 
 

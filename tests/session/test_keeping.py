@@ -17,7 +17,7 @@ import flexgui.server.kept as kept_work
 from core.errors import InputError
 from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
-from flexgui.kept_files import OWNER, RESULTS, WORK, earlier_folder, is_kept
+from flexgui.kept_files import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
 from flexgui.server.kept import KeptWork
 from flexgui.session import Session, Topic
 from flexgui.session.challenging import Challenge, Guess
@@ -168,6 +168,20 @@ def test_results_are_there_again(
     made.close()
 
 
+def test_a_verdict_is_kept_while_the_last_fit_goes_on(
+    session: Session, work: KeptWork, found: Session
+) -> None:
+    session.scenario, session.pending = found.scenario, found.looks[-1]
+    session.tell(Topic.DIAGNOSIS)
+    written = (session.folder / RESULTS).stat().st_mtime_ns
+    session.tell(Topic.DIAGNOSIS)
+    assert (session.folder / RESULTS).stat().st_mtime_ns == written, "once"
+    dead(session)
+    made = revived(work)
+    assert same(made.looks, (found.looks[-1],)) and made.pending is None
+    made.close()
+
+
 def test_what_was_shown_was_written_before(session: Session, work: KeptWork) -> None:
     """Whoever hears of a change could be the last to do so."""
     copies: list[tuple[Any, Path]] = []
@@ -275,3 +289,21 @@ def test_what_was_half_written_goes_when_the_server_starts(work: KeptWork) -> No
     dead(session)
     KeptWork(work.root)
     assert {p.name for p in session.folder.iterdir()} == {WORK, OWNER, "th1.csv"}
+
+
+def test_a_number_that_another_process_has_by_now_is_no_owner(
+    session: Session, work: KeptWork
+) -> None:
+    assert session.change(put(("identify", "population"), 17))
+    assert not KeptWork(work.root).knows(KEY), "this process has it"
+    (session.folder / OWNER).write_text(f"{os.getpid()} 1")
+    assert KeptWork(work.root).knows(KEY), "a process of that number, but a younger one"
+
+
+def test_what_was_replaced_goes_when_the_server_starts(session: Session, work: KeptWork) -> None:
+    assert session.change(put(("identify", "population"), 17))
+    dead(session)
+    replaced = session.folder.with_name(f"{session.folder.name}{FRESH}")
+    shutil.copytree(session.folder, replaced)
+    KeptWork(work.root)
+    assert not replaced.exists() and is_kept(session.folder)

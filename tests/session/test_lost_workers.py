@@ -12,10 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.jobs import JobPool, PoolSettings, inputs
+from flexgui.jobs import JobPool, inputs
 from flexgui.session import Session
 from flexgui.session.edit import put
 from flexgui.session.study_state import DONE
+from tests.jobs.helpers import EVEN
 from tests.paper_study.helpers import short
 from tests.session.conftest import Offered
 from tests.session.helpers import good_csv, small, until
@@ -33,13 +34,13 @@ Try = Callable[[Session, Offered], bool]
 
 @pytest.fixture(scope="module")
 def offered() -> Iterator[Offered]:
-    with JobPool(1, PoolSettings(silence=SILENCE)) as pool:
+    with JobPool(1, replace(EVEN, silence=SILENCE)) as pool:
         yield Offered(pool)
 
 
 @pytest.fixture(scope="module")
 def readers() -> Iterator[JobPool]:
-    with JobPool(1, replace(inputs.SETTINGS, silence=SILENCE)) as pool:
+    with JobPool(1, replace(inputs.SETTINGS, silence=SILENCE, niceness=0)) as pool:
         yield pool
 
 
@@ -141,6 +142,23 @@ def test_a_lost_reader_costs_one_upload(
     assert session.message.bad and "own.csv" in session.message.text
     assert {path.name for path in session.folder.iterdir()} == before
     assert session.upload("own.csv", content, offered), session.message
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_lost_worker_costs_one_long_simulation(
+    session: Session, readers: JobPool, number: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(inputs, "_pool", cache(lambda: readers))
+    assert session.change(put(("recordings", 0, "simulate", "seconds"), 31.0))
+    assert session.wait_idle(WARM)
+    session.recording = session._recording_key = None
+    lose_worker(readers, number)
+    session.refresh_playback()
+    assert session.wait_idle(WARM) and session.recording is None
+    assert session.message.bad and "Recording" in session.message.text
+    session.refresh_playback()
+    assert session.wait_idle(WARM)
+    assert session.recording is not None and len(session.recording.time) == 31_000
 
 
 def lose_worker(pool: JobPool, number: int) -> None:

@@ -13,6 +13,7 @@ from flexgui.jobs.events import Event, Started
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
 from flexgui.session.run import DONE
+from tests.jobs.helpers import EVEN
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 
@@ -41,7 +42,7 @@ def figures(ranking: tuple[RankedEffect, ...]) -> list[tuple[str, float, float |
 
 
 def test_all_end_in_fair_order_with_the_results_of_one_alone(tmp_path: Path) -> None:
-    with JobPool(2) as pool:
+    with JobPool(2, EVEN) as pool:
         services = Offered(pool)
         alone = made(tmp_path / "alone")
         assert alone.diagnose(services)

@@ -35,9 +35,9 @@ def test_frames_follow_the_cursor(loaded: Session) -> None:
 
 def test_playing_moves_the_cursor_and_pausing_stops_it(loaded: Session) -> None:
     loaded.set_cursor(playing=True)
-    until(lambda: loaded.cursor.time > 0.0, 5.0)
+    until(lambda: loaded.cursor.time > 0.0)
     loaded.set_cursor(playing=False)
-    until(lambda: not loaded._player._running, 5.0)
+    until(lambda: not loaded._player._running)
     stands = loaded.cursor.time
     assert loaded.cursor.time == stands
 

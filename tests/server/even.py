@@ -1,0 +1,16 @@
+"""`python -m tests.server.even serve …`: the command whose workers are not nice.
+
+A worker steps back behind everything else on the machine, so that the page answers first. Where
+other programs keep every core busy it gets a twentieth of one, and what a test waits for then
+depends on who else is at work.
+"""
+
+from __future__ import annotations
+
+from flexgui.cli import main
+from flexgui.jobs import inputs, settings
+
+if __name__ == "__main__":
+    for each in (settings.DEFAULT, inputs.SETTINGS):
+        object.__setattr__(each, "niceness", 0)
+    main()
