@@ -20,7 +20,7 @@ from core.drives.drive import Drive
 from core.drives.law import DriveLaw, static_law
 from core.errors import InputError
 from core.recording.recording import Recording
-from core.recording.velocity import ZeroPhaseLowPass, central_difference
+from core.recording.velocity import central_difference
 
 DEFAULT_HZ = 60.0
 """Reproduces the inverse-dynamics torque within a few per cent; 5 Hz would swallow it."""
@@ -111,8 +111,6 @@ class FollowingServo:
     hz: float
     inertia: tuple[float, ...]
     """Diagonal of M at the joints, kg m^2; fixed, so that it does not move with the estimates."""
-    smoothing: ZeroPhaseLowPass | None = None
-    """Filter of the motion that friction sees; None: the servo's own response."""
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         """The drive's own feedback acts on the measured joints; the servo on the difference."""
@@ -157,10 +155,7 @@ class FollowingServo:
     def seen_by_friction(self, place: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
         """Positions and speeds (N, joints) without the encoders' noise, which would turn the sign
         of a friction wherever a joint rests."""
-        if self.smoothing is None:
-            smooth = self.response(place, dt)
-        else:
-            smooth = self.smoothing.apply_complete(place, dt)
+        smooth = self.response(place, dt)
         return smooth, rates(smooth, dt)
 
     def motion(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray]:

@@ -97,7 +97,7 @@ def _servo(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]) ->
     posture = at_rest(start_joints(model, recordings[0]), n)[:n]
     inertia = np.diag(model.compiled.mass_matrix(posture, p))[: model.arm.joints]
     hz = spec.servo_hz or DEFAULT_HZ
-    return FollowingServo(model.drive, hz, tuple(float(x) for x in inertia), spec.filter)
+    return FollowingServo(model.drive, hz, tuple(float(x) for x in inertia))
 
 
 def _notes(

@@ -188,14 +188,14 @@ def driven(seed: int, cycles: int = 1, samples: int = 2000) -> Recording:
 
 
 def servo_floor(recording: Recording, processing: Processing, stated: dict[str, float]) -> Floor:
-    servo = FollowingServo(Torque(), 60.0, (MASS,), processing.filter)
+    servo = FollowingServo(Torque(), 60.0, (MASS,))
     model = Model(SLIDE, Torque()).steered_by(servo)
     return floors.floors(model, [recording], ("torque",), processing, stated)["u1"]
 
 
 def servo_truth(processing: Processing) -> float:
     """rms of what the missing torque is with the noise and not without, over some draws."""
-    servo = FollowingServo(Torque(), 60.0, (MASS,), processing.filter)
+    servo = FollowingServo(Torque(), 60.0, (MASS,))
     model = Model(SLIDE, Torque()).steered_by(servo)
 
     def missing(seed: int) -> np.ndarray:

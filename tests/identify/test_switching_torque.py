@@ -53,7 +53,7 @@ def recording(count: float, turned: float = 0.0) -> Recording:
 
 def prepared(count: float, turned: float = 0.0) -> Prepared:
     model = Model(LINK, Torque(), "nonlinear")
-    servo = FollowingServo(Torque(), 60.0, (0.29,), PROCESSING.filter)
+    servo = FollowingServo(Torque(), 60.0, (0.29,))
     return prepare(
         model.steered_by(servo), recording(count, turned), [sensor("torque")], PROCESSING
     )

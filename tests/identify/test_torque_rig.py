@@ -48,7 +48,7 @@ def recording(start: np.ndarray) -> Recording:
 def missing(cutoff: float | None) -> tuple[Prepared, np.ndarray]:
     """What is compared, and its error over the rms of what was measured, per channel."""
     one = None if cutoff is None else ZeroPhaseLowPass(cutoff_hz=cutoff)
-    servo = FollowingServo(Torque(), 60.0, INERTIA, one)
+    servo = FollowingServo(Torque(), 60.0, INERTIA)
     model = Model(BENCH, Torque(), "nonlinear").steered_by(servo)
     made = recording(at_rest(np.array([0.2, -0.4]), BENCH.coordinates))
     outputs = [sensor("torque"), sensor("deflection")]
