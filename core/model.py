@@ -89,8 +89,8 @@ class Model:
         sizes = typical(self.arm)
         found = {}
         for one in self.effects:
-            for knob in one.knobs(self.arm, self.drive, sizes):
-                item = knob.parameter
+            for quantity in one.parameters(self.arm, self.drive, sizes):
+                item = quantity.parameter
                 value = self.effect_values.get(item.name, item.value)
                 lower, upper = min(item.lower, value), max(item.upper, value)
                 found[item.name] = replace(item, value=value, lower=lower, upper=upper)
@@ -100,7 +100,7 @@ class Model:
         """What a parameter belongs to: the id of an effect, 'drive', 'arm', or else 'sensor'."""
         sizes = typical(self.arm)
         for one in reversed(self.effects):
-            if any(k.parameter.name == name for k in one.knobs(self.arm, self.drive, sizes)):
+            if any(k.parameter.name == name for k in one.parameters(self.arm, self.drive, sizes)):
                 return one.kind
         if any(item.name == name for item in self.drive.parameters(self.arm)):
             return "drive"
@@ -187,12 +187,12 @@ class Model:
         self, one: Effect, bare: Model, given: Mapping[str, float], sizes: Sizes, part: bool
     ) -> Model:
         arm = one.changed_arm(self.arm, given)
-        knobs = one.knobs(arm, self.drive, sizes)
-        names = [knob.parameter.name for knob in knobs]
+        quantities = one.parameters(arm, self.drive, sizes)
+        names = [quantity.parameter.name for quantity in quantities]
         some = one.apart and any(name in given for name in names)
-        plain = {k.parameter.name: k.neutral if some else k.parameter.value for k in knobs}
+        plain = {k.parameter.name: k.neutral if some else k.parameter.value for k in quantities}
         starts = {name: given.get(name, value) for name, value in plain.items()}
-        neutral = {k.parameter.name: k.neutral for k in knobs if not k.secondary}
+        neutral = {k.parameter.name: k.neutral for k in quantities if not k.secondary}
         if names and not part and all(starts[name] == value for name, value in neutral.items()):
             return self
         return replace(

@@ -32,7 +32,7 @@ _HOME = {
     "core.arm.segment": "Segment",
     "core.drives.drive": "Drive",
     "core.drives.law": "DriveLaw static_law",
-    "core.effects.effect": "Effect Knob",
+    "core.effects.effect": "Effect EffectParameter",
     "core.errors": "InputError",
     "core.excitation.excitation": "Excitation",
     "core.parameters": "Parameter",
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from core.drives.law import DriveLaw as DriveLaw
     from core.drives.law import static_law as static_law
     from core.effects.effect import Effect as Effect
-    from core.effects.effect import Knob as Knob
+    from core.effects.effect import EffectParameter as EffectParameter
     from core.errors import InputError as InputError
     from core.excitation.excitation import Excitation as Excitation
     from core.parameters import Parameter as Parameter

@@ -36,8 +36,8 @@ from core.recording.velocity import ZeroPhaseLowPass
 from core.scenario.schema import (
     CompareSpec,
     DiagnoseSpec,
+    EffectParameterSpec,
     IdentifySpec,
-    KnobSpec,
     ModelSpec,
     OwnSpec,
     PriorSpec,
@@ -52,7 +52,7 @@ FILE = "docs/scenario.md"
 
 SECTIONS: tuple[tuple[str, type[BaseModel], str], ...] = (
     ("`[model]`", ModelSpec, ""),
-    ("a parameter of an effect", KnobSpec, "`fc1 = {{ start = 1.0, vary = true }}`"),
+    ("a parameter of an effect", EffectParameterSpec, "`fc1 = {{ start = 1.0, vary = true }}`"),
     ("`[[model.own]]`", OwnSpec, ""),
     ("`[sensors]`", SensorsSpec, ""),
     ("`[[recordings]]`", RecordingSpec, ""),
@@ -216,14 +216,14 @@ def _effects() -> Iterable[str]:
             yield f"$${one.formula}$$\n"
         grown = one.changed_arm(arm, {})
         drive = drive_classes()["velocity_loop"].model_validate({"gains": (60.0, 30.0)})
-        knobs = one.knobs(grown, drive, typical(grown))
+        quantities = one.parameters(grown, drive, typical(grown))
         rows = [
             (
                 f"`{k.parameter.name}`", k.parameter.title, k.parameter.unit or "1",
                 _number(k.parameter.value), _number(k.neutral),
                 f"{_number(k.parameter.lower)} … {_number(k.parameter.upper)}",
             )
-            for k in knobs
+            for k in quantities
         ]  # fmt: skip
         if rows:
             yield _table(("Parameter", "What", "Unit", "Size", "Neutral", "Bounds"), rows)

@@ -219,7 +219,7 @@ def unseen(data: Data, effects: Sequence[Effect]) -> dict[str, float]:
     return {
         knob.parameter.name: knob.neutral
         for one in effects
-        for knob in one.knobs(data.bare.arm, data.bare.drive, data.sizes)
+        for knob in one.parameters(data.bare.arm, data.bare.drive, data.sizes)
         if not one.shown(knob.parameter.name, data.rig)
     }
 
@@ -228,7 +228,7 @@ def effect_unknowns(model: Model, sizes: Sizes | None, secondary: bool) -> tuple
     """The parameters of a model's effects as unknowns shared by all recordings."""
     found: dict[str, Unknown] = {}
     for one in model.effects:
-        for knob in one.knobs(model.arm, model.drive, sizes or typical(model.arm)):
+        for knob in one.parameters(model.arm, model.drive, sizes or typical(model.arm)):
             if secondary or not knob.secondary:
                 found[knob.parameter.name] = Unknown(knob.parameter)
     return tuple(found.values())
@@ -239,7 +239,7 @@ def names_of(one: Effect, model: Model, sizes: Sizes) -> tuple[str, ...]:
     return tuple(
         knob.parameter.name
         for part in with_included([one])
-        for knob in part.knobs(model.arm, model.drive, sizes)
+        for knob in part.parameters(model.arm, model.drive, sizes)
     )
 
 

@@ -45,7 +45,7 @@ class Rig:
 
 
 @dataclass(frozen=True)
-class Knob:
+class EffectParameter:
     """A parameter of an effect. `parameter.value` is a plausible size to begin with."""
 
     parameter: Parameter
@@ -97,7 +97,7 @@ class Effect(ABC):
         return True
 
     @abstractmethod
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         """Its parameters on the arm of `changed_arm`; none for an effect that is switched."""
 
     def changed_arm(self, arm: Arm, values: Values) -> Arm:

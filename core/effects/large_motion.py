@@ -2,7 +2,7 @@
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Rig
+from core.effects.effect import Effect, EffectParameter, Rig
 from core.effects.sizes import Sizes
 
 
@@ -24,5 +24,5 @@ class LargeMotion(Effect):
     def not_applicable(self, rig: Rig) -> str:
         return "" if rig.level == "lpv" else "The model is non-linear already."
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         return ()

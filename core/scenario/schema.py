@@ -91,7 +91,7 @@ def _std_as_prior(value: Any) -> Any:
     return {"std": value} if isinstance(value, int | float) else value
 
 
-def _start_as_knob(value: Any) -> Any:
+def _start_as_table(value: Any) -> Any:
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     return {"start": value} if plain else value
 
@@ -99,7 +99,7 @@ def _start_as_knob(value: Any) -> Any:
 Prior = Annotated[PriorSpec, BeforeValidator(_std_as_prior)]
 
 
-class KnobSpec(Settings):
+class EffectParameterSpec(Settings):
     """A parameter of an effect: where it starts, and whether it is estimated."""
 
     start: Real | None = None
@@ -114,7 +114,7 @@ class KnobSpec(Settings):
     """A table with std and value, or the std alone."""
 
     @model_validator(mode="after")
-    def _start_within_bounds(self) -> KnobSpec:
+    def _start_within_bounds(self) -> EffectParameterSpec:
         low, high = self.lower, self.upper
         if low is not None and high is not None and low >= high:
             raise ValueError(f"has the bounds [{low:g}, {high:g}]; the lower must be less.")
@@ -127,7 +127,7 @@ class KnobSpec(Settings):
         return self
 
 
-class OwnKnobSpec(KnobSpec):
+class OwnParameterSpec(EffectParameterSpec):
     """A parameter of an own effect, which nobody else can give a start or a unit."""
 
     start: Real
@@ -140,23 +140,23 @@ class EffectSpec(Settings):
     """One entry of `[model] effects`: its id and, beside it, what is said of its parameters."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, Annotated[KnobSpec, BeforeValidator(_start_as_knob)]] = Field(
-        init=False
-    )
+    __pydantic_extra__: dict[
+        str, Annotated[EffectParameterSpec, BeforeValidator(_start_as_table)]
+    ] = Field(init=False)
 
     id: Words
     """Of an effect in the catalogue; its parameters stand beside it, as a number (the start) or as
     a table."""
 
     @property
-    def parameters(self) -> dict[str, KnobSpec]:
+    def parameters(self) -> dict[str, EffectParameterSpec]:
         """What is said of each parameter, by its name."""
         return dict(self.__pydantic_extra__)
 
     @classmethod
     def known_settings(cls) -> list[str]:
         """What may stand in the table of a parameter; beside the id any name may."""
-        return list(KnobSpec.model_fields)
+        return list(EffectParameterSpec.model_fields)
 
 
 class OwnSpec(Settings):
@@ -166,7 +166,7 @@ class OwnSpec(Settings):
     """joint1, joint2, ... in N m (N on a slide), or tip1, tip2: a component in N."""
     formula: Words
     """Of the states theta1, dtheta1, delta1 (m), ddelta1, ... and the parameters."""
-    parameters: dict[str, Annotated[OwnKnobSpec, BeforeValidator(_start_as_knob)]] = Field(
+    parameters: dict[str, Annotated[OwnParameterSpec, BeforeValidator(_start_as_table)]] = Field(
         default_factory=dict
     )
     """Name -> a start, or a table."""

@@ -20,7 +20,7 @@ from core.results import Diagnosis
 from core.study.blind_run import kept
 from core.study.cases import Case
 from core.study.crossing import UnreachableError
-from core.study.hidden import LEVELS, Hidden, added, hidden, knobs_on
+from core.study.hidden import LEVELS, Hidden, added, hidden, parameters_on
 from core.study.outside import disturbed
 from core.study.rig import IDENTIFY, STDS, bare_model, exactly, noisy, readings, recording
 from core.study.sight import Sight
@@ -162,7 +162,7 @@ def _as_believed(h: Hidden) -> Model:
 
 
 def _names(kind: str, model: Model) -> tuple[str, ...]:
-    return tuple(k.parameter.name for k in knobs_on(effect(kind), model) if not k.secondary)
+    return tuple(k.parameter.name for k in parameters_on(effect(kind), model) if not k.secondary)
 
 
 def _single(case: Case) -> Made:

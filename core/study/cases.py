@@ -12,7 +12,7 @@ import numpy as np
 from core.effects import catalogue
 from core.effects.effect import Effect
 from core.recording.spec import SimulateSpec
-from core.study.hidden import LEVELS, knobs_on
+from core.study.hidden import LEVELS, parameters_on
 from core.study.noise import COLOURS
 from core.study.outside import OUTSIDE
 from core.study.rig import Experiment, bare_model, seen_by
@@ -82,7 +82,7 @@ def candidates() -> dict[str, Effect]:
 
 def sized(one: Effect) -> bool:
     """Whether the effect has a size at all."""
-    return bool(knobs_on(one, bare_model()))
+    return bool(parameters_on(one, bare_model()))
 
 
 def singles(effects: Sequence[str] = (), count: int = SEEDS) -> list[Case]:

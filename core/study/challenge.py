@@ -253,8 +253,10 @@ def truth_in_words(text: str) -> str:
     nominal = bare_model().parameters["EI"].value
     lines = [f"Challenge {truth['seed']} ({truth['level']}). Hidden:"]
     for one in model.effects:
-        knobs = one.knobs(model.arm, model.drive, typical(model.arm))
-        stated = [knob.parameter for knob in knobs if knob.parameter.name in values]
+        quantities = one.parameters(model.arm, model.drive, typical(model.arm))
+        stated = [
+            quantity.parameter for quantity in quantities if quantity.parameter.name in values
+        ]
         sizes = [_size(parameter, values[parameter.name]) for parameter in stated]
         lines.append(f"- {one.title} ({one.kind}){': ' if sizes else ''}{'; '.join(sizes)}.")
         if one.kind in shown:

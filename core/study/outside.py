@@ -10,7 +10,7 @@ import sympy as sp
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import joint_direction
 from core.effects.sizes import Sizes
 from core.forces.element import Element
@@ -110,7 +110,7 @@ class DraggingCable(Effect):
     def __init__(self, stiffness: Sequence[float], breaks: Sequence[float]) -> None:
         self.stiffness, self.breaks = tuple(stiffness), tuple(breaks)
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         return ()
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:

@@ -26,7 +26,7 @@ class OilBath(fg.Effect):
     dissipative = True
     acts_at = "joints"
 
-    def knobs(self, arm, drive, sizes):
+    def parameters(self, arm, drive, sizes):
         """One coefficient per joint, in N m s²/rad²."""
 
         def make(k):

@@ -46,7 +46,7 @@ class Board:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._classes: OrderedDict[tuple[int, str], _Class] = OrderedDict()
-        self._listeners: list[Callable[[], None]] = []
+        self._callbacks: list[Callable[[], None]] = []
 
     def committed(self, seed: int, level: str, key: str) -> None:
         """Somebody, by the session's key, has made a guess."""
@@ -82,12 +82,12 @@ class Board:
     def listen(self, told: Callable[[], None]) -> Callable[[], None]:
         """Calls `told` after each change, until what is returned is called."""
         with self._lock:
-            self._listeners.append(told)
+            self._callbacks.append(told)
 
         def end() -> None:
             with self._lock:
-                if told in self._listeners:
-                    self._listeners.remove(told)
+                if told in self._callbacks:
+                    self._callbacks.remove(told)
 
         return end
 
@@ -100,8 +100,8 @@ class Board:
 
     def _tell(self) -> None:
         with self._lock:
-            listeners = tuple(self._listeners)
-        for told in listeners:
+            callbacks = tuple(self._callbacks)
+        for told in callbacks:
             told()
 
 

@@ -93,7 +93,7 @@ class ReturnSpring(Effect):
     formula = r"\\tau = -k \\theta"
     acts_at = "joints"
 
-    def knobs(self, arm, drive, sizes):
+    def parameters(self, arm, drive, sizes):
         def make(k):
             return sized(f"ks{k + 1}", 1.0, "N m/rad", f"return spring {k + 1}", f"k_{k + 1}")
 

@@ -12,7 +12,7 @@ from core.recording.spec import SimulateSpec
 from core.simulate.nonlinear import run
 from core.study.cases import LEVELS_OF_MODEL, candidates, sized
 from core.study.crossing import CLOSE, UnreachableError, crossing
-from core.study.hidden import STRONG, hidden, knobs_on, known_before
+from core.study.hidden import STRONG, hidden, known_before, parameters_on
 from core.study.rig import CHANNELS, IDENTIFY, STDS, STEPS, Experiment, bare_model, readings
 from core.study.sight import Sight
 from tests.study.helpers import least_squares_rest
@@ -57,7 +57,7 @@ NEVER = 1e6
 
 def _from_neutral(kind: str, values: Mapping[str, float]) -> np.ndarray:
     """Distance of each size from neutral; of a limit, its inverse."""
-    sizes = [k for k in knobs_on(effect(kind), bare_model()) if not k.secondary]
+    sizes = [k for k in parameters_on(effect(kind), bare_model()) if not k.secondary]
     pairs = [(values[k.parameter.name], k.neutral) for k in sizes]
     return np.array([abs(x - zero) if zero < NEVER else 1.0 / x for x, zero in pairs])
 
