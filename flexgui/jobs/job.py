@@ -7,7 +7,7 @@ import time
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-from flexgui.jobs.courier import Address
+from flexgui.jobs.dispatcher import Address
 from flexgui.jobs.events import (
     Advanced,
     Ended,
@@ -120,14 +120,14 @@ class Job:
                 self._address.post(Resumed())
 
     def restart(self) -> Job:
-        """The same task for the same listener, as a new job at the end of the queue."""
+        """The same task for the same callback, as a new job at the end of the queue."""
         return self._pool.resubmit(self)
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Blocks until it is over (its listener may hear of it a moment later); for scripts."""
+        """Blocks until it is over (its callback may hear of it a moment later); for scripts."""
         return self._over.wait(timeout)
 
-    # What follows is for the pool and its slots; they hold the lock.
+    # What follows is for the pool and its supervisors; they hold the lock.
 
     def queued(self, place: int) -> None:
         if self.place != place:
@@ -156,9 +156,9 @@ class Job:
         self._over.set()
 
     def silence(self) -> None:
-        """The listener hears nothing more."""
+        """The callback hears nothing more."""
         self._address.close()
 
-    def listener_address(self) -> Address:
-        """A fresh door to the same listener."""
+    def callback_address(self) -> Address:
+        """A fresh queue to the same callback."""
         return self._address.renewed()

@@ -24,19 +24,19 @@ class Reporter:
 
     def stage(self, title: str, total: int | None = None) -> None:
         """A new stage begins."""
-        self._say(Stage(title, total))
+        self._report(Stage(title, total))
 
     def advance(self, n: int = 1, text: str = "") -> None:
         """`n` steps are done."""
-        self._say(Advanced(n, text))
+        self._report(Advanced(n, text))
 
     def generation(self, fit_label: str, generation: Generation) -> None:
         """One generation is done."""
-        self._say(NewGeneration(fit_label, generation))
+        self._report(NewGeneration(fit_label, generation))
 
     def partial(self, name: str, value: Any) -> None:
         """What the task has so far."""
-        self._say(Partial(name, value))
+        self._report(Partial(name, value))
 
     def stopped(self) -> bool:
         """Whether the task should end with the best it has."""
@@ -55,7 +55,7 @@ class Reporter:
         self._stop.set()
         self._run.set()
 
-    def _say(self, event: Stage | Advanced | NewGeneration | Partial) -> None:
+    def _report(self, event: Stage | Advanced | NewGeneration | Partial) -> None:
         self._mailbox.put(event)
         self._news.set()
         self._run.wait()
