@@ -2,7 +2,8 @@
 
 F is of dimension e_F in a base unit if, with e_a the exponent of each of its arguments,
 sum_a e_a a dF/da = e_F F everywhere. Exponents of parameters come from their units; those of
-numbers that are no parameters (a rounding speed, a stiffness of the arm) are unknown and solved for.
+numbers that are no parameters (a rounding speed, a stiffness of the arm) are unknown and solved
+for.
 """
 
 from __future__ import annotations

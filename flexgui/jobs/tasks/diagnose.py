@@ -146,7 +146,7 @@ class FirstLook:
         if self._checked or self._progress.stopped():
             return
         self._checked = True
-        self.tell(step=_as_given(self._whole))
+        self.report(step=_as_given(self._whole))
         if not self._progress.stopped():
             self._shown = compared(self._whole)
             self._progress.partial(COMPARED, self._shown)
