@@ -68,7 +68,7 @@ def _put_effects(model: Document, found: Diagnosis) -> None:
         if fresh["id"] in known:
             known.remove(fresh["id"])
         else:
-            entries.append({k: v for k, v in fresh.items() if not _said(entries, k)} | _id(fresh))
+            entries.append({k: v for k, v in fresh.items() if not _states(entries, k)} | _id(fresh))
     if not entries:
         del model["effects"]
 
@@ -77,7 +77,7 @@ def _id(entry: Document) -> Document:
     return {"id": entry["id"]}
 
 
-def _said(entries: list[Document], name: str) -> bool:
+def _states(entries: list[Document], name: str) -> bool:
     """Whether an entry speaks of that parameter: an effect may bring what another includes."""
     return name != "id" and any(name in entry for entry in entries)
 

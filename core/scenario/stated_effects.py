@@ -75,7 +75,7 @@ def with_effect_parameters(identify: IdentifySpec, model: Model, spec: ModelSpec
     stated = stated_effects(model, spec)
     if not stated:
         return identify
-    said, quantities = _said(stated), _parameters(model, stated)
+    said, quantities = _stated_parameters(stated), _parameters(model, stated)
     neutral = _left_neutral(stated, quantities)
     names, bounds, prior = list(identify.parameters), dict(identify.bounds), dict(identify.prior)
     for name, quantity in _all(quantities).items():
@@ -191,7 +191,7 @@ def _all(quantities: Mapping[str, Mapping[str, EffectParameter]]) -> dict[str, E
     return {name: quantity for mine in quantities.values() for name, quantity in mine.items()}
 
 
-def _said(stated: Sequence[Stated]) -> dict[str, EffectParameterSpec]:
+def _stated_parameters(stated: Sequence[Stated]) -> dict[str, EffectParameterSpec]:
     """What all effects together say of parameters; InputError where two say it."""
     said: dict[str, EffectParameterSpec] = {}
     for each in stated:
@@ -205,7 +205,7 @@ def _said(stated: Sequence[Stated]) -> dict[str, EffectParameterSpec]:
 def _starts(stated: Sequence[Stated]) -> dict[str, float]:
     return {
         name: quantity.start
-        for name, quantity in _said(stated).items()
+        for name, quantity in _stated_parameters(stated).items()
         if quantity.start is not None
     }
 

@@ -1,8 +1,8 @@
 """Hidden effects of a chosen size.
 
-Weak effects show half the noise, strong ones three times the noise (core.study.sight says what
-showing means); each joint or segment has a random share of the size, and a random sign where signs
-are free.
+Weak effects show half the noise, strong ones three times the noise; core.study.detectability says
+what showing means. Each joint or segment has a random share of the size, and a random sign where
+signs are free.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from core.effects.effect import Effect, EffectParameter
 from core.effects.sizes import Sizes, typical
 from core.model import Model
 from core.study.crossing import crossing
+from core.study.detectability import Detectability
 from core.study.rig import Experiment, seen_by
-from core.study.sight import Sight
 
 WEAK, STRONG = 0.5, 3.0
 """Noise rms per sample."""
@@ -141,19 +141,19 @@ def hidden(
 
     Unreachable where no size shows that.
     """
-    known, sight = known_before(one), Sight(bare, experiments)
-    sizes = sight.sizes
+    known, detectability = known_before(one), Detectability(bare, experiments)
+    sizes = detectability.sizes
     if not parameters_on(one, bare, sizes):
-        return Hidden(one.kind, bare, {}, sight.of(added(bare, [one], {}, sizes)), sizes)
+        return Hidden(one.kind, bare, {}, detectability.of(added(bare, [one], {}, sizes)), sizes)
     carriers = _directions(known, bare, sizes, rng)
-    if known and _is_carried(one, carriers, sight):
-        return _carried(one, carriers, sight, level, rng)
+    if known and _is_carried(one, carriers, detectability):
+        return _carried(one, carriers, detectability, level, rng)
     base = _with_known(bare, carriers, KNOWN, sizes)
-    sight = Sight(base, experiments) if known else sight
+    detectability = Detectability(base, experiments) if known else detectability
     towards = direction(one, base, sizes, rng)
 
     def shown(m: float) -> float:
-        return sight.of(added(base, [one], towards.values(m), sizes))
+        return detectability.of(added(base, [one], towards.values(m), sizes))
 
     m, found = crossing(shown, level)
     return Hidden(one.kind, base, towards.values(m), found, sizes)
@@ -184,27 +184,29 @@ KNOWN = 0.3
 """Of the plausible size: of what is known before, so that it does not drown what is sought."""
 
 
-def _is_carried(one: Effect, carriers: Sequence[Direction], sight: Sight) -> bool:
+def _is_carried(one: Effect, carriers: Sequence[Direction], detectability: Detectability) -> bool:
     """Whether the effect vanishes with what it includes: presliding has no force of its own."""
-    base = _with_known(sight.base, carriers, NEARLY, sight.sizes)
-    plausible = {k.parameter.name: k.parameter.value for k in parameters_on(one, base, sight.sizes)}
-    return sight.of(added(base, [one], plausible, sight.sizes)) < UNSEEN
+    base = _with_known(detectability.base, carriers, NEARLY, detectability.sizes)
+    plausible = {
+        k.parameter.name: k.parameter.value for k in parameters_on(one, base, detectability.sizes)
+    }
+    return detectability.of(added(base, [one], plausible, detectability.sizes)) < UNSEEN
 
 
 def _carried(
     one: Effect,
     carriers: Sequence[Direction],
-    sight: Sight,
+    detectability: Detectability,
     level: float,
     rng: np.random.Generator,
 ) -> Hidden:
     """Sized by what it includes; its own parameters lie anywhere on their grids."""
-    bare, sizes = sight.base, sight.sizes
+    bare, sizes = detectability.base, detectability.sizes
     values = {k.parameter.name: _shape(k, rng) for k in parameters_on(one, bare, sizes)}
 
     def shown(m: float) -> float:
         base = _with_known(bare, carriers, m, sizes)
-        own = Sight(base, sight.experiments)
+        own = Detectability(base, detectability.experiments)
         return own.of(added(base, [one], values, sizes))
 
     m, found = crossing(shown, level)
