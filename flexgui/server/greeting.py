@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable
 from urllib.parse import quote
 
-from flexgui.server.door import CODE, TEACHER
+from flexgui.server.access import CODE, TEACHER
 from flexgui.server.entry import Word
 from flexgui.server.qr import qr_text
 

@@ -1,4 +1,4 @@
-"""One visit per connection: which session it sees, in which role, and the page built for it."""
+"""The connection of one browser window: its session, its role, and the page built for it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Page(Protocol):
     def close(self) -> None: ...
 
 
-class Visit(Generic[S]):
+class BrowserConnection(Generic[S]):
     """Of one browser window; its page may be exchanged while it lasts."""
 
     def __init__(self, client: viser.ClientHandle, address: str = "") -> None:
@@ -28,7 +28,7 @@ class Visit(Generic[S]):
         self.role = OWN
         self.session: S | None = None
         self.counted = False
-        """Whether the store counts this visit as the session's browser."""
+        """Whether the store counts it as the session's browser."""
         self.allowed: set[str] = set()
         """Widgets that a follower may use."""
         self.lock = threading.RLock()
