@@ -33,7 +33,7 @@ from flexgui.views.table import Column, Row, Table
 from flexgui.views.units import shown_unit
 from flexgui.views.valley import valley
 from flexgui.views.variants import variants
-from flexgui.views.which_fit import told_apart
+from flexgui.views.which_fit import distinguishable
 
 LARGEST = 4_000_000
 """Bytes: a mail takes such a report, and a browser opens it at once."""
@@ -98,7 +98,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
     return {
         "title": outcome.title,
         "summary": summary(outcome),
-        "which_fit": told_apart(outcome),
+        "which_fit": distinguishable(outcome),
         "diagnosis": diagnosis_block(outcome),
         "parameters": standing_parameters(outcome) if outcome.fits else None,
         "parameters_as_given": given_parameters(outcome),

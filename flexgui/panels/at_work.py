@@ -7,7 +7,7 @@ from flexgui.panels.candidates import story
 from flexgui.panels.desk import Desk
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
-from flexgui.views.demonstration import demonstration, told
+from flexgui.views.demonstration import demonstration, demonstration_summary
 from flexgui.views.live_missing import missing_cloud
 
 TORQUE = (
@@ -49,7 +49,7 @@ class AtWork:
             self._drawn = None
             return
         self._words.show(said)
-        self._below.show(paragraph(told(shown), "soft"))
+        self._below.show(paragraph(demonstration_summary(shown), "soft"))
         if shown is not self._drawn:
             self._drawn = shown
             self._plot.show(demonstration(shown))

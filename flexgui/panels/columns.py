@@ -105,7 +105,9 @@ class ColumnChoice:
     def _put(self) -> bool:
         gain = float(self._gain.value)
         if not math.isfinite(gain) or gain == 0.0:
-            self._desk.session.say("The scale factor must not be zero; change it.", bad=True)
+            self._desk.session.show_message(
+                "The scale factor must not be zero; change it.", bad=True
+            )
             return False
         return self._desk.session.map_column(
             self._asked, str(self._column.value), gain,

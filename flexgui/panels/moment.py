@@ -17,10 +17,10 @@ from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.look import Look
 from flexgui.views.moment import (
     BESIDE,
+    cloud_caption,
     moment_cloud,
     moment_residual,
-    said_of_cloud,
-    said_of_residual,
+    residual_caption,
     worst_channel,
 )
 
@@ -118,7 +118,7 @@ class Moment:
         self._words.show(
             joined(
                 paragraph(lead, "lead"),
-                paragraph(f"{note}Rms of {said_of_cloud(torques, first)}.", "soft"),
+                paragraph(f"{note}Rms of {cloud_caption(torques, first)}.", "soft"),
             )
         )
 
@@ -143,7 +143,7 @@ class Moment:
         self._cloud.show(None)
         self._timed = True
         unit = next((e.unit for e in found.step.errors if e.channel == channel), "")
-        said = said_of_residual(channel, unit, found.residual[k][:, here], start.residual[i][:, j])
+        said = residual_caption(channel, unit, found.residual[k][:, here], start.residual[i][:, j])
         note = "" if one is None else f" {PREDICTED.format(one.title)}"
         self._words.show(
             joined(paragraph(RESIDUAL_OF.format(name), "lead"), paragraph(f"{said}.{note}", "soft"))

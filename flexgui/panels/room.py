@@ -132,7 +132,7 @@ class Room:
         # It was the whole window's: no panel stood there yet.
         self.window = replace(self.window, picture=0.0)
         self._takers += takers
-        self._tell()
+        self._report()
         if not self._answered:
             self._soon(LATER, LONG)
 
@@ -169,7 +169,7 @@ class Room:
             self.window = replace(self.window, picture=0.0)
         # An answer that came too late for the beginning counts too.
         if self.window != self._reported and not self._closed:
-            self._tell()
+            self._report()
 
     def _ask(self, patience: float = PATIENCE) -> None:
         connection = self._client._websock_connection
@@ -182,7 +182,7 @@ class Room:
         self._answered = told is not None
         self.window = told or self.window
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         self._reported = self.window
         shares = widths(self.window)
         with self._telling:

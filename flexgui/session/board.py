@@ -54,7 +54,7 @@ class Board:
             known = self._of(seed, level)
             if key not in known.entries and len(known.guessing) < MOST:
                 known.guessing.add(key)
-        self._tell()
+        self._notify()
 
     def put(self, seed: int, level: str, key: str, entry: Entry) -> None:
         """Somebody has seen the truth; a session stands there once."""
@@ -64,7 +64,7 @@ class Board:
             known.entries.setdefault(key, replace(entry, name=plain_name(entry.name)))
             while len(known.entries) > MOST:
                 known.entries.pop(next(iter(known.entries)))
-        self._tell()
+        self._notify()
 
     def entries(self, seed: int, level: str) -> tuple[Entry, ...]:
         """Who found all comes first, the quicker before the slower."""
@@ -79,15 +79,15 @@ class Board:
             known = self._classes.get((seed, level))
             return 0 if known is None else len(known.guessing)
 
-    def listen(self, told: Callable[[], None]) -> Callable[[], None]:
-        """Calls `told` after each change, until what is returned is called."""
+    def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Calls `callback` after each change, until what is returned is called."""
         with self._lock:
-            self._callbacks.append(told)
+            self._callbacks.append(callback)
 
         def end() -> None:
             with self._lock:
-                if told in self._callbacks:
-                    self._callbacks.remove(told)
+                if callback in self._callbacks:
+                    self._callbacks.remove(callback)
 
         return end
 
@@ -98,11 +98,11 @@ class Board:
             self._classes.popitem(last=False)
         return known
 
-    def _tell(self) -> None:
+    def _notify(self) -> None:
         with self._lock:
             callbacks = tuple(self._callbacks)
-        for told in callbacks:
-            told()
+        for callback in callbacks:
+            callback()
 
 
 def plain_name(text: str) -> str:

@@ -79,7 +79,7 @@ def _line(
     }  # fmt: skip
 
 
-def told(shown: Shown) -> Markup:
+def demonstration_summary(shown: Shown) -> Markup:
     """'With f_c1 = 1.2 N m: joint angle θ₁ in recording th3, where it changes most.'"""
     texts: list[Markup] = []
     for p in shown.sizes:
