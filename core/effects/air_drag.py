@@ -28,7 +28,7 @@ class AirDrag(Effect):
     """-c_d |z'| z' at the tip, in N; |z'| smoothed over EDGE."""
 
     kind = "air_drag"
-    room = "segments"
+    location = "segments"
     title = "Air drag at the tip"
     story = (
         "A plate or a sail at the tip must push the air aside: the force is against the motion "

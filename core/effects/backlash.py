@@ -54,7 +54,7 @@ class Backlash(Effect):
     """A dead zone in series with the contact's spring, on the twist of the joint."""
 
     kind = "backlash"
-    room = "joint"
+    location = "joint"
     title = "Backlash"
     story = (
         "Between the teeth of a gear there is play. When the motor turns round it first crosses "

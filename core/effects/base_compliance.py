@@ -31,7 +31,7 @@ class BaseCompliance(Effect):
     """
 
     kind = "base_compliance"
-    room = "segments"
+    location = "segments"
     title = "Soft base"
     story = (
         "The table on which the arm stands is no rock: when the arm starts, it pushes its base "

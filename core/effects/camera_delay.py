@@ -25,7 +25,7 @@ class CameraDelay(Effect):
     """Smooth in the delay, also at zero, so it needs no scan: a spline through the samples."""
 
     kind = "camera_delay"
-    room = "sensors"
+    location = "sensors"
     title = "Camera delay"
     story = (
         "A picture must be exposed, sent and searched for the target; the number arrives late, but "

@@ -17,7 +17,7 @@ class CameraMisalignment(Effect):
     """A rotation and a scale of the tip's place about the origin, where z itself is compared."""
 
     kind = "camera_misalignment"
-    room = "sensors"
+    location = "sensors"
     title = "Camera turned or wrongly scaled"
     story = (
         "The camera stands a little askew, or a pixel is not quite as large as was thought. All "

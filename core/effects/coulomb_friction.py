@@ -23,7 +23,7 @@ class CoulombFriction(Effect):
     """-f_c sign(theta') at every joint; at rest it holds against anything below f_c."""
 
     kind = "coulomb_friction"
-    room = "joint"
+    location = "joint"
     title = "Coulomb friction"
     story = (
         "Two dry surfaces rub: the friction has the same level at every speed and turns round "

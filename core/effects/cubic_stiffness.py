@@ -26,7 +26,7 @@ class CubicStiffness(Effect):
     """
 
     kind = "cubic_stiffness"
-    room = "segments"
+    location = "segments"
     title = "Cubic bending stiffness"
     story = (
         "Bent far, a beam resists more than in proportion: its ends pull on it, or it meets a "

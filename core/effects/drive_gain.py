@@ -20,7 +20,7 @@ class DriveGain(Effect):
     """Frees the drive's own parameters, whose names its parameters bear."""
 
     kind = "drive_gain"
-    room = "drive"
+    location = "drive"
     title = "Gain of the drive"
     story = (
         "A loop's gain is typed into a controller in its own units, and a motor's torque constant "

@@ -42,7 +42,7 @@ class DriveLag(Effect):
     """One time constant for all drives: they are of one make."""
 
     kind = "drive_lag"
-    room = "drive"
+    location = "drive"
     title = "Lag of the drive"
     story = (
         "A motor's current cannot jump: its winding holds it back, and the torque follows the "

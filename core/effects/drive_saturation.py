@@ -25,7 +25,7 @@ class DriveSaturation(Effect):
     """Cuts the torque of each drive, on top of the limits that are stated."""
 
     kind = "drive_saturation"
-    room = "drive"
+    location = "drive"
     title = "Limited torque"
     story = (
         "Every amplifier has a largest current and every motor a largest torque. Where the loop "

@@ -64,7 +64,7 @@ class Effect(ABC):
 
     kind: str = ""
     """The id that scenarios and results use."""
-    room: str = ""
+    location: str = ""
     """Where it sits: joint, drive, segments, motion or sensors."""
     title: str = ""
     story: str = ""

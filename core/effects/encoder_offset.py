@@ -22,7 +22,7 @@ class EncoderOffset(Effect):
     """
 
     kind = "encoder_offset"
-    room = "sensors"
+    location = "sensors"
     title = "Encoder offset"
     story = (
         "An encoder counts from wherever it was switched on; if its zero was set by eye, the "

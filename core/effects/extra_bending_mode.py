@@ -12,7 +12,7 @@ class ExtraBendingMode(Effect):
     """The next assumed shape x^(i+1) in every bending segment; switched, and may be repeated."""
 
     kind = "extra_bending_mode"
-    room = "segments"
+    location = "segments"
     title = "Extra bending mode"
     story = (
         "A beam can bend in endlessly many shapes; the model allows only a few per segment. "

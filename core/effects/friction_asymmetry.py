@@ -27,7 +27,7 @@ class FrictionAsymmetry(Effect):
     """
 
     kind = "friction_asymmetry"
-    room = "joint"
+    location = "joint"
     title = "Friction that depends on the direction"
     story = (
         "Screws, belts and gears often run easier one way than the other. What is the same in both "

@@ -21,7 +21,7 @@ class GravityTilt(Effect):
     """
 
     kind = "gravity_tilt"
-    room = "motion"
+    location = "motion"
     title = "Tilted base plate"
     story = (
         "The table is not level, so a little of gravity pulls along the plane of motion: 0.1 "

@@ -24,7 +24,7 @@ class JointElasticity(Effect):
     """Adds the twist of every joint to the coordinates of the arm."""
 
     kind = "joint_elasticity"
-    room = "joint"
+    location = "joint"
     title = "Elastic joint"
     story = (
         "A gear, a belt or a long shaft is a spring: the motor turns first, the arm follows and "

@@ -10,7 +10,7 @@ class LargeMotion(Effect):
     """The full equations (1) of the paper in place of their linearisation (6); switched."""
 
     kind = "large_motion"
-    room = "motion"
+    location = "motion"
     title = "Large motion"
     story = (
         "The linear model is right near one posture and for slow turning. In a large or fast "

@@ -15,7 +15,7 @@ class LinkMassError(Effect):
     """The mass of each segment, in kg."""
 
     kind = "link_mass_error"
-    room = "segments"
+    location = "segments"
     title = "Wrong link mass"
     story = (
         "The segments do not weigh what the data sheet says: screws, cables and paint add up, "

@@ -35,7 +35,7 @@ class LoadFriction(Effect):
     """
 
     kind = "load_friction"
-    room = "joint"
+    location = "joint"
     title = "Friction that grows with the load"
     story = (
         "Teeth that press on each other harder also rub harder, so a gear loses a share of the "

@@ -53,7 +53,7 @@ class OwnEffect(Effect):
     """What the formula sees: the target first (both components of the tip), then the others."""
     stated: ForceLaw
     own_parameters: tuple[EffectParameter, ...]
-    room: str = "own"
+    location: str = "own"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         return self.own_parameters

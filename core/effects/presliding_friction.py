@@ -20,7 +20,7 @@ class PreslidingFriction(Effect):
     """The way over which a joint's dry friction breaks away; its level is Coulomb's."""
 
     kind = "presliding_friction"
-    room = "joint"
+    location = "joint"
     title = "Presliding friction"
     story = (
         "Rough surfaces hold on to each other like two brushes: before a joint slips, the bristles "

@@ -11,7 +11,7 @@ class RotorInertia(Effect):
     """Frees the arm's own hub inertias, whose names its parameters bear."""
 
     kind = "rotor_inertia"
-    room = "joint"
+    location = "joint"
     title = "Rotor inertia"
     story = (
         "Inside the motor a rotor spins, through a gear many times faster than the joint, and its "

@@ -32,7 +32,7 @@ class SensorDelay(Effect):
     """
 
     kind = "sensor_delay"
-    room = "sensors"
+    location = "sensors"
     title = "Delay of one sensor against the others"
     story = (
         "Each sensor has its own electronics, and a bus asks them one after the other; the "

@@ -36,7 +36,7 @@ class SensorGain(Effect):
     """
 
     kind = "sensor_gain"
-    room = "sensors"
+    location = "sensors"
     title = "Wrong scale of a sensor"
     story = (
         "A strain gauge is glued by hand, its amplifier set by ear; a current is a voltage over "

@@ -25,7 +25,7 @@ class SensorLag(Effect):
     """
 
     kind = "sensor_lag"
-    room = "sensors"
+    location = "sensors"
     title = "Slow sensor"
     story = (
         "Amplifiers and cameras average over a little time. A first-order lag follows slow "

@@ -35,7 +35,7 @@ class StribeckFriction(Effect):
     """Only the bulge near standstill; the level is Coulomb's."""
 
     kind = "stribeck_friction"
-    room = "joint"
+    location = "joint"
     title = "Stribeck friction"
     story = (
         "A joint that barely moves squeezes out its grease, and metal touches metal: it takes more "

@@ -17,7 +17,7 @@ class StructuralDamping(Effect):
     """Kelvin-Voigt material: the bending damping is tau times the bending stiffness."""
 
     kind = "structural_damping"
-    room = "segments"
+    location = "segments"
     title = "Structural damping"
     story = (
         "Bending a beam back and forth warms it a little: the material resists the speed of "

@@ -23,7 +23,7 @@ class TipPayload(Effect):
     """A point mass at each free end, in kg."""
 
     kind = "tip_payload"
-    room = "segments"
+    location = "segments"
     title = "Tip payload"
     story = (
         "The arm carries something that the model does not contain: a gripper, a cable's plug, the "

@@ -23,7 +23,7 @@ class TorqueOffset(Effect):
     """One constant torque per joint, of either sign."""
 
     kind = "torque_offset"
-    room = "drive"
+    location = "drive"
     title = "Torque offset"
     story = (
         "An amplifier whose zero is a little off, or a cable that pulls, adds the same torque all "

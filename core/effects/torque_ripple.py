@@ -58,7 +58,7 @@ class TorqueRipple(Effect):
     """One wave per joint, as cosine and sine: their sizes enter linearly, the order does not."""
 
     kind = "torque_ripple"
-    room = "joint"
+    location = "joint"
     title = "Torque ripple"
     story = (
         "The magnets of a motor and the teeth of a gear catch a little at each of their positions, "

@@ -23,7 +23,7 @@ class ViscousFriction(Effect):
     """-f_v theta' at every joint."""
 
     kind = "viscous_friction"
-    room = "joint"
+    location = "joint"
     title = "Viscous joint friction"
     story = (
         "Grease and motor windings brake a joint the more, the faster it turns. The missing joint "

@@ -101,7 +101,7 @@ def pairs(effects: Sequence[str] = (), count: int = PAIRS) -> list[Case]:
     """Strong effects of different rooms, drawn once for all."""
     rng = np.random.default_rng(20)
     able = sorted(k for k, one in candidates().items() if sized(one))
-    rooms = {kind: catalogue()[kind].room for kind in able}
+    rooms = {kind: catalogue()[kind].location for kind in able}
     found: list[Case] = []
     while len(found) < count * len(COLOURS):
         a, b = sorted(rng.choice(able, 2, replace=False))

@@ -144,8 +144,8 @@ def _kinds(count: int, rng: np.random.Generator) -> list[str]:
     fitting = [kind for kind in able if parts[kind] <= count]
     chosen = [str(rng.choice(fitting))]
     if parts[chosen[0]] < count:
-        room = effect(chosen[0]).room
-        others = [k for k in fitting if parts[k] == 1 and effect(k).room != room]
+        room = effect(chosen[0]).location
+        others = [k for k in fitting if parts[k] == 1 and effect(k).location != room]
         chosen.append(str(rng.choice(others)))
     return chosen
 

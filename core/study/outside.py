@@ -107,7 +107,7 @@ class DraggingCable(Effect):
     """
 
     kind = "dragging_cable"
-    room = "joint"
+    location = "joint"
     title = "Dragging cable"
     edges = 2
 

@@ -19,7 +19,7 @@ class OilBath(fg.Effect):
     """-c θ' |θ'| at every joint: oil that is churned."""
 
     kind = "oil_bath"
-    room = "joint"
+    location = "joint"
     title = "Oil bath"
     story = "A gear that turns in oil is braked with the square of its speed."
     formula = r"\tau = -c \, \dot\theta |\dot\theta|"

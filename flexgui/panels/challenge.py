@@ -8,9 +8,9 @@ from markupsafe import Markup
 
 from core.study.challenge import LEVELS
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
 from flexgui.panels.guess import GuessFields
 from flexgui.panels.late_click import let_typing_arrive
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.board import plain_name
 from flexgui.session.challenging import NONE_TITLE, Challenge, Revealed, ToolAnswer
@@ -50,7 +50,7 @@ TOP = -1.0
 class ChallengeControls:
     """The guess on top of the panel while there is a challenge; how to begin one in a folder."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         gui = desk.gui
         let_typing_arrive(desk.client)

@@ -11,7 +11,7 @@ from core.effects.over_speed import OverSpeed
 from core.results import MissingTorque
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import inviting
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.look import Look
@@ -38,7 +38,7 @@ PREDICTED = "The line is what {} predicts of it."
 class Moment:
     """One sentence and one figure."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         self._words = Words(desk.gui)
         self._cloud = Plot(desk.gui, 0.55)

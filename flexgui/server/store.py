@@ -96,7 +96,7 @@ class SessionStore(Generic[S]):
         with self._lock:
             entry = self._entries.get(key or "")
             if entry is None:
-                over = self._make_room(address)
+                over = self._free_places(address)
                 entry = self._new(address, key if key is not None and self.knows(key) else None)
             entry.clients += 1
             entry.stopped, entry.pinned = False, entry.pinned or pinned
@@ -150,7 +150,7 @@ class SessionStore(Generic[S]):
     def _kept(self, entry: _Entry[S]) -> float:
         return self._limits.keep if entry.touched else self._limits.keep_untouched
 
-    def _make_room(self, address: str) -> S | None:
+    def _free_places(self, address: str) -> S | None:
         """The session that goes for a newcomer where all is full, or all of its address."""
         same = [e for e in self._entries.values() if address and e.address == address]
         if len(same) >= self._limits.sessions_per_address:

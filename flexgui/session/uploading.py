@@ -23,7 +23,7 @@ from flexgui.session.demonstrating import Demonstrating
 from flexgui.session.edit import Document, put, recording, thawed
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
-from flexgui.session.uploads import keep_upload, unpack, unpacking_room
+from flexgui.session.uploads import keep_upload, unpack, unpacking_folder
 
 ASKED = "{} has no column {}: assign one below under “Which column is which”."
 MORE = "{} has columns with other names: assign them below, or read the file as it is."
@@ -232,7 +232,7 @@ class Uploading(Demonstrating, ABC):
             try:
                 scenario = self._asked(unpack, path.name, limit=limit)
             finally:
-                shutil.rmtree(unpacking_room(path), ignore_errors=True)
+                shutil.rmtree(unpacking_folder(path), ignore_errors=True)
             path = self.folder / scenario
         if path.suffix.lower() == ".toml":
             with path.open(encoding="utf-8", errors="replace") as file:

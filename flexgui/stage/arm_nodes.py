@@ -47,7 +47,7 @@ class ArmNodes:
         self.ends = [self._frame(f"end{k + 1}", s) for k, s in enumerate(pose.ends)]
         self._add_tip(body)
         self.hubs = [self._hub(k, body) for k in range(len(self.joints))] if style.machine else []
-        self.reshape(body)
+        self.rebuild(body)
 
     def show(self, pose: Pose) -> None:
         """Moves everything to a pose."""
@@ -76,7 +76,7 @@ class ArmNodes:
             for beam in self.beams:
                 beam.opacity = opacity
 
-    def reshape(self, body: Body) -> None:
+    def rebuild(self, body: Body) -> None:
         """Sizes of the hubs for other sections."""
         for k, hub in enumerate(self.hubs):
             section, thickest = body.sections[k], body.sections[max(k - 1, 0)]

@@ -113,7 +113,7 @@ class Stage:
             self._dark = dark
             self._floor.set_dark(dark)
 
-    def reshape(self, arm: Arm, p: np.ndarray, q: np.ndarray | None = None) -> None:
+    def rebuild(self, arm: Arm, p: np.ndarray, q: np.ndarray | None = None) -> None:
         """Another arm or other numbers; nodes are made anew only for another kind of arm."""
         with self._lock, self._owner.atomic():
             posture = self._fitting(arm, q)
@@ -127,7 +127,7 @@ class Stage:
                 self.body = Body(arm, p)
                 self._q = posture
                 self._forget_motions_of(arm)
-                self.model.reshape(self.body)
+                self.model.rebuild(self.body)
                 self._show_all()
                 return
             self._root.remove()

@@ -87,7 +87,7 @@ class ReturnSpring(Effect):
     """-k theta at every joint."""
 
     kind = "return_spring"
-    room = "joint"
+    location = "joint"
     title = "Return spring"
     story = "A spring pulls a joint back. The missing torque is a line over the joint's place."
     formula = r"\\tau = -k \\theta"

@@ -12,7 +12,7 @@ from flexgui.session import Services, Session
 
 
 @dataclass(frozen=True)
-class Desk:
+class PageContext:
     """One browser's page: its client, its session, what the server offers."""
 
     client: viser.ClientHandle

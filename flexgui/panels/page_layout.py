@@ -111,7 +111,7 @@ def aspect(window: Window) -> float:
 Take = Callable[[Window, Widths], None]
 
 
-class Room:
+class PageLayout:
     """Asks one browser at the start, and again when its picture has changed its shape."""
 
     def __init__(self, client: viser.ClientHandle) -> None:
