@@ -30,9 +30,11 @@ LEVELS = ("lpv", "nonlinear")
 class Steering(Protocol):
     """What closes the loop: a drive, or a servo around one."""
 
-    def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw: ...
+    def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
+        """Its law on an arm with the numbers p and these parameter values."""
 
-    def signals(self, recording: Recording, arm: Arm) -> np.ndarray: ...
+    def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
+        """(N, nr): the references that a recording gives it."""
 
 
 class Numbers(NamedTuple):
@@ -71,10 +73,12 @@ class Model:
 
     @cached_property
     def compiled(self) -> CompiledArm:
+        """The arm's compiled equations."""
         return compile_arm(Structure.of(self.arm))
 
     @cached_property
     def arm_catalogue(self) -> ArmCatalogue:
+        """The arm's parameters."""
         return ArmCatalogue(self.arm)
 
     @cached_property
@@ -115,6 +119,7 @@ class Model:
 
     @property
     def active_steering(self) -> Steering:
+        """What moves the joints: a virtual servo where there is one, else the drive."""
         return self.steering if self.steering is not None else self.drive
 
     def arm_vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:
@@ -218,8 +223,10 @@ class Model:
         return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))
 
     def at_level(self, level: str) -> Model:
+        """The same at another level, 'lpv' or 'nonlinear'."""
         return replace(self, level=level)
 
     def steered_by(self, steering: Steering | None) -> Model:
+        """The same with another virtual servo; None: by its drive."""
         bare = None if self.bare is None else replace(self.bare, steering=steering)
         return replace(self, steering=steering, bare=bare)

@@ -72,18 +72,23 @@ class ParameterSet:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Names in the order of the vector."""
         return tuple(item.name for item in self.items)
 
     def vector(self) -> np.ndarray:
+        """(n,) values, each in its unit."""
         return np.array([item.value for item in self.items], dtype=float)
 
     def lower(self) -> np.ndarray:
+        """(n,) lower bounds, each in its unit."""
         return np.array([item.lower for item in self.items], dtype=float)
 
     def upper(self) -> np.ndarray:
+        """(n,) upper bounds, each in its unit."""
         return np.array([item.upper for item in self.items], dtype=float)
 
     def scales(self) -> np.ndarray:
+        """(n,) typical sizes, each in its unit."""
         return np.array([item.scale for item in self.items], dtype=float)
 
     def with_vector(self, vector: Sequence[float] | np.ndarray) -> ParameterSet:
@@ -93,4 +98,5 @@ class ParameterSet:
         return ParameterSet(tuple(replace(item, value=float(v)) for item, v in pairs))
 
     def values(self) -> Mapping[str, float]:
+        """Values by name."""
         return {item.name: item.value for item in self.items}

@@ -55,6 +55,7 @@ class Clock:
 
     @contextmanager
     def timed(self, what: str):  # type: ignore[no-untyped-def]
+        """Add what the block takes, in s, to the time of `what`."""
         start = time.perf_counter()
         yield
         self.seconds[what] = self.seconds.get(what, 0.0) + time.perf_counter() - start

@@ -83,6 +83,7 @@ class Data:
 
     @property
     def rig(self) -> Rig:
+        """What these recordings can show."""
         kinds = tuple(s.kind for s in self.experiments[0].outputs)
         servo = self.bare.steering is not None
         return Rig(self.bare.arm, self.bare.drive, self.bare.level, kinds, servo)
@@ -100,6 +101,7 @@ class Hypothesis:
 
     @property
     def limits(self) -> Limits:
+        """Bounds of the unknowns."""
         return limits_of(self.unknowns.parameters)
 
     @property
@@ -145,6 +147,7 @@ class Hypothesis:
         return dict(zip(self.unknowns.labels, (float(v) for v in self.vector), strict=True))
 
     def at(self, vector: np.ndarray) -> Hypothesis:
+        """The same hypothesis at another point of its unknowns."""
         return replace(self, vector=np.asarray(vector, dtype=float))
 
 

@@ -37,10 +37,12 @@ class Rig:
 
     @property
     def camera(self) -> bool:
+        """Whether an output of the camera is compared."""
         return any(kind in self.outputs for kind in ("z", "y", "ydot"))
 
     @property
     def bends(self) -> bool:
+        """Whether any segment bends."""
         return any(self.arm.modes)
 
 

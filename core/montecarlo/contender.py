@@ -44,6 +44,7 @@ class Physical(Contender):
 
     @property
     def parameters(self) -> int:  # type: ignore[override]
+        """Number of estimated parameters."""
         return len(self.values)
 
     def predict(self, recording: Recording) -> np.ndarray:
@@ -64,6 +65,7 @@ class BlackBox(Contender):
 
     @property
     def parameters(self) -> int:  # type: ignore[override]
+        """Number of estimated parameters."""
         return self.model.numbers
 
     def predict(self, recording: Recording) -> np.ndarray:

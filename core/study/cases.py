@@ -149,6 +149,7 @@ class Choice:
     levels: tuple[str, ...] = field(default=())
 
     def cases(self) -> list[Case]:
+        """The cases of these parts, levels and noises."""
         found: list[Case] = []
         for part in self.parts:
             make, planned = MAKERS[part]

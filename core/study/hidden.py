@@ -127,6 +127,7 @@ class Hidden:
 
     @property
     def truth(self) -> Model:
+        """The model with the effect in it."""
         return added(self.base, [effect(self.kind)], self.values, self.sizes)
 
 

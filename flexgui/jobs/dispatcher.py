@@ -75,6 +75,7 @@ class Dispatcher:
             thread.start()
 
     def call(self, address: Address) -> None:
+        """Empty a queue soon, on one of the threads."""
         self._calls.put(address)
 
     def close(self, timeout: float) -> None:

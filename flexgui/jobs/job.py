@@ -75,6 +75,7 @@ class Job:
 
     @property
     def over(self) -> bool:
+        """Whether it has ended, however it did."""
         return self.ending is not None
 
     @property
@@ -130,11 +131,13 @@ class Job:
     # What follows is for the pool and its supervisors; they hold the lock.
 
     def queued(self, place: int) -> None:
+        """Note its place in the queue, 1 is next."""
         if self.place != place:
             self.place = place
             self._address.post(Queued(place))
 
     def started(self) -> None:
+        """Note that a worker has begun it."""
         self.state, self.place = State.RUNNING, None
         self._pace = Pace()
         self._address.post(Started())
@@ -151,6 +154,7 @@ class Job:
         self._address.post(event)
 
     def end(self, event: Ended) -> None:
+        """Note how it ended, and wake who waits."""
         self.state, self.ending, self.place = _END_STATES[type(event)], event, None
         self._address.post(event)
         self._over.set()

@@ -19,12 +19,15 @@ class Pace:
         self._since: float | None = self._now()
 
     def advance(self, n: int) -> None:
+        """Note that `n` steps are done."""
         self._done += n
 
     def pause(self) -> None:
+        """Stop the clock."""
         self._worked, self._since = self._elapsed(), None
 
     def resume(self) -> None:
+        """Let the clock go on."""
         if self._since is None:
             self._since = self._now()
 

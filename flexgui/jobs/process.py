@@ -49,10 +49,12 @@ class WorkerProcess:
 
     @property
     def pid(self) -> int:
+        """Of the process; 0 before it has one."""
         return self._process.pid or 0
 
     @property
     def alive(self) -> bool:
+        """Whether the process runs."""
         return self._process.is_alive()
 
     @property

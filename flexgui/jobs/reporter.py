@@ -45,9 +45,11 @@ class Reporter:
         return self._stop.is_set()
 
     def pause(self) -> None:
+        """Hold the task at its next report."""
         self._run.clear()
 
     def resume(self) -> None:
+        """Let the task go on."""
         self._run.set()
 
     def stop(self) -> None:

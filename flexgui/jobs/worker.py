@@ -121,6 +121,7 @@ class Worker:
                 time.sleep(BEAT)
 
     def send(self, message: Any) -> None:
+        """Send one message at a time."""
         with self._sending:
             self._pipe.send(message)
 

@@ -42,6 +42,7 @@ class Busy:
 
     @property
     def running(self) -> bool:
+        """Whether a job of these kinds waits or runs."""
         run = self._desk.session.run
         return run.busy and run.kind in self._kinds
 

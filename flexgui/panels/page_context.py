@@ -30,4 +30,5 @@ class PageContext:
 
     @property
     def gui(self) -> viser.GuiApi:
+        """The widgets of this browser."""
         return self.client.gui

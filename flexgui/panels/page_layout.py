@@ -65,6 +65,7 @@ class Window:
 
     @property
     def phone(self) -> bool:
+        """Whether it is as narrow as a phone's."""
         return self.width <= PHONE
 
 

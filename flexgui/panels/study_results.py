@@ -29,11 +29,13 @@ class StudyResults:
         self._drawn: ShownSection | None = None
 
     def build_choice(self) -> None:
+        """Add the choice of a section."""
         self._choice = widgets.choice(
             self._desk, "Show", (NONE,), lambda: self._chosen or NONE, self._choose
         )
 
     def build_plots(self) -> None:
+        """Add the figures and tables of a section."""
         gui = self._desk.gui
         self._title = Words(gui)
         self._figures = [(Plot(gui, 0.6), Words(gui)) for _ in range(MOST_FIGURES)]

@@ -17,7 +17,8 @@ S = TypeVar("S", bound=Closable)
 class Page(Protocol):
     """What `build_page` returns."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Take its widgets and threads away."""
 
 
 class BrowserConnection(Generic[S]):
@@ -38,6 +39,7 @@ class BrowserConnection(Generic[S]):
 
     @property
     def gone(self) -> bool:
+        """Whether the browser has left."""
         return self._gone
 
     def show(self, build: Callable[[], Any]) -> None:

@@ -22,17 +22,21 @@ class Closable(Protocol):
     key: str
     folder: Path
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """End the session's threads and jobs."""
 
 
 class Kept(Protocol):
     """Where work is kept beyond the end of a session."""
 
-    def knows(self, key: str | None) -> bool: ...
+    def knows(self, key: str | None) -> bool:
+        """Whether there is earlier work of that key."""
 
-    def begin(self, key: str) -> Path: ...
+    def begin(self, key: str) -> Path:
+        """A fresh folder for the key."""
 
-    def end(self, folder: Path) -> None: ...
+    def end(self, folder: Path) -> None:
+        """The session of a folder is over."""
 
 
 S = TypeVar("S", bound=Closable)

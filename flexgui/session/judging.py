@@ -40,6 +40,7 @@ class Guess:
 
     @property
     def title(self) -> str:
+        """The effect's title."""
         one = catalogue().get(self.kind)
         return NONE_TITLE if one is None else one.title
 
@@ -95,6 +96,7 @@ class Judgement:
 
     @property
     def complete(self) -> bool:
+        """Whether all that was hidden was found, and nothing else named."""
         return self.found == len(self.hidden) and all(one.right for one in self.each)
 
     @property

@@ -44,6 +44,7 @@ class Playback:
 
     @property
     def arm(self) -> Arm:
+        """The arm that moves."""
         return self.motion.arm
 
     @cached_property
@@ -64,6 +65,7 @@ class Playback:
 
     @property
     def seconds(self) -> float:
+        """Length of the motion, s."""
         return float(self.motion.time[-1])
 
 

@@ -26,23 +26,40 @@ class Shown(Protocol):
     """One output of one recording with and without an effect."""
 
     @property
-    def title(self) -> str: ...
+    def title(self) -> str:
+        """Of the effect."""
+
     @property
-    def recording(self) -> str: ...
+    def recording(self) -> str:
+        """Name of the recording."""
+
     @property
-    def channel(self) -> str: ...
+    def channel(self) -> str:
+        """The output that changes most."""
+
     @property
-    def unit(self) -> str: ...
+    def unit(self) -> str:
+        """Of the channel."""
+
     @property
-    def time(self) -> np.ndarray: ...
+    def time(self) -> np.ndarray:
+        """(N,) s"""
+
     @property
-    def measured(self) -> np.ndarray: ...
+    def measured(self) -> np.ndarray:
+        """(N,) in the unit; NaN where there is no sample."""
+
     @property
-    def without(self) -> np.ndarray: ...
+    def without(self) -> np.ndarray:
+        """(N,) the model without the effect."""
+
     @property
-    def with_it(self) -> np.ndarray: ...
+    def with_it(self) -> np.ndarray:
+        """(N,) the model with it."""
+
     @property
-    def sizes(self) -> tuple[Parameter, ...]: ...
+    def sizes(self) -> tuple[Parameter, ...]:
+        """Its parameters at the values that were simulated."""
 
 
 def demonstration(shown: Shown) -> Figure:
