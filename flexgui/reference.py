@@ -47,6 +47,7 @@ from core.scenario.schema import (
 from core.sensors import sensors
 from core.sentences import first_sentence
 from core.written import format_number
+from flexgui.views.of_recording import recording_views
 
 FILE = "docs/scenario.md"
 
@@ -99,7 +100,7 @@ keys are refused, and the nearest known key is named. **–** means: must be giv
 def reference_text() -> str:
     """Write the whole reference as Markdown; the same on every machine."""
     parts = [HEAD, _top(), *_arm(), *_drives(), *_tables(), *_outputs(), *_excitations()]
-    return "\n".join([*parts, *_channels(), *_effects()])
+    return "\n".join([*parts, *_channels(), *_effects(), *_views()])
 
 
 def _top() -> str:
@@ -229,6 +230,13 @@ def _effects() -> Iterable[str]:
             yield _table(("Parameter", "What", "Unit", "Size", "Neutral", "Bounds"), rows)
         else:
             yield "No parameters: it is there or not.\n"
+
+
+def _views() -> Iterable[str]:
+    yield "## Views of a recording's error\n"
+    yield "*Compare* on the page offers them under *Show*, a script as `comparison.plot(id)`.\n"
+    rows = [(f"`{kind}`", one.title, one.about) for kind, one in recording_views().items()]
+    yield _table(("Id", "View", "What it shows"), rows)
 
 
 def _fields(model: type[BaseModel], words: Mapping[str, str]) -> str:

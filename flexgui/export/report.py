@@ -9,6 +9,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from core.diagnose.maps import error_maps
 from core.results import MissingTorque, Outcome, RecordingComparison
 from flexgui import __version__
 from flexgui.export.diagnosis_report import diagnosis_block
@@ -27,6 +28,8 @@ from flexgui.views.headline import beside, final_comparisons, given_comparisons,
 from flexgui.views.matrices import affine, matrices
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.numbers import format_number, with_unit
+from flexgui.views.of_recording import recording_views
+from flexgui.views.of_recording.view import Seen, believable_floors
 from flexgui.views.parameters import given_parameters, standing_parameters
 from flexgui.views.summary import summary
 from flexgui.views.table import Column, Row, Table
@@ -113,6 +116,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "variants": variants(outcome),
         "recordings": _recordings(shown, before),
         "missing": _missing(shown),
+        "views": _views(outcome, shown),
         "convergence": plot(convergence(outcome.fits)),
         "correlations": [p for fit in outcome.fits if (p := plot(correlation(fit)))],
         "equations": [(e.title, mathml(e.latex), e.note) for e in outcome.equations],
@@ -153,6 +157,20 @@ def _block(
         fitted=plot(comparison(recording, fitted, before)) if fitted else None,
         others=plot(comparison(recording, others, before)) if others else None,
     )
+
+
+def _views(
+    outcome: Outcome, comparisons: tuple[RecordingComparison, ...]
+) -> list[tuple[str, str, Plot]]:
+    """(title, about, figure) of the views that are meant for reports."""
+    chosen = [view for view in recording_views().values() if view.in_report]
+    if not chosen or not comparisons:
+        return []
+    stated = outcome.diagnosis.floors if outcome.diagnosis is not None else {}
+    maps = error_maps(comparisons, stated or believable_floors(comparisons))
+    seen = Seen(comparisons[0], comparisons, maps)
+    drawn = [(view.title, view.about, plot(view.draw(seen))) for view in chosen]
+    return [(title, about, figure) for title, about, figure in drawn if figure is not None]
 
 
 def _missing(comparisons: tuple[RecordingComparison, ...]) -> list[tuple[str, bool, Plot, Plot]]:
