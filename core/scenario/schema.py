@@ -34,6 +34,7 @@ from core.recording.spec import (
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import sensors
 from core.sentences import did_you_mean, listed, quoted
+from core.validation import gathered
 
 MOST_RECORDINGS = 500
 """Of a scenario: the longest campaigns of a rig have a tenth of that."""
@@ -65,13 +66,7 @@ class DriveSpec(Settings):
     @model_validator(mode="before")
     @classmethod
     def _gather_options(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
-        beside = {k: v for k, v in data.items() if k not in cls.model_fields}
-        known = {k: v for k, v in data.items() if k in cls.model_fields}
-        if not beside:
-            return known
-        return {**known, "options": {**known.get("options", {}), **beside}}
+        return gathered(data, lambda key: key not in cls.model_fields, "options")
 
     @model_serializer
     def _flat(self) -> dict[str, Any]:
@@ -210,12 +205,8 @@ class SensorsSpec(Settings):
     @model_validator(mode="before")
     @classmethod
     def _gather_further(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
         named = {one.noise for one in sensors().values()} - {"", *cls.model_fields}
-        found = {k: v for k, v in data.items() if k in named}
-        rest = {k: v for k, v in data.items() if k not in named}
-        return {**rest, "further": {**rest.get("further", {}), **found}} if found else rest
+        return gathered(data, lambda key: key in named, "further")
 
     @model_serializer(mode="wrap")
     def _flat(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:

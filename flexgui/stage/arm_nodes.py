@@ -16,7 +16,7 @@ HUB_HEIGHT = 1.35
 LEAST_HUB, HUB_SHARE = 0.035, 0.62
 """Radius: at least this share of the reach, and this one of the beam's thickness."""
 TIP_RADIUS = 0.018
-PEDESTAL_RADIUS, FOOT_RADIUS = 0.055, 0.10
+PEDESTAL_RADIUS = 0.055
 """All are shares of the reach."""
 
 

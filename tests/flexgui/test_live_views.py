@@ -20,7 +20,7 @@ from core.simulate.response import step_response
 from flexgui.views.figure_json import figure_json
 from flexgui.views.frequency_response import frequency_response
 from flexgui.views.live import Figure, short
-from flexgui.views.mode_table import mode_label, mode_table
+from flexgui.views.mode_table import mode_table
 from flexgui.views.names import channel_symbol
 from flexgui.views.poles import poles, window
 from flexgui.views.small import HEIGHT
@@ -133,7 +133,6 @@ def test_modes_are_told_with_frequency_and_damping() -> None:
     table = mode_table(modes)
     assert len(table.rows) == 4
     assert all(row.cells[2] == "0" for row in table.rows)
-    assert re.fullmatch(r"Mode 1: [\d.]+ Hz, damping 0", mode_label(modes[0], 1))
 
 
 def test_vectors_travel_as_plotly_itself_sends_them() -> None:
