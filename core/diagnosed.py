@@ -10,7 +10,7 @@ from core.identify.unknowns import MARK
 from core.results import Diagnosis
 from core.scenario.read import check_scenario
 from core.scenario.schema import Scenario
-from core.scenario.stated_model import base_model
+from core.scenario.stated_effects import base_model
 from core.scenario.write import document_toml
 
 NAME = "diagnosed.toml"

@@ -7,12 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.arm.arm import Arm
+from core.arm.build import build_arm
+from core.drives import build_drive
 from core.effects import catalogue, effect, with_included
 from core.effects.effect import Effect, EffectParameter
 from core.effects.own import own_effect, own_parameter
 from core.effects.sizes import typical
 from core.errors import InputError
-from core.model import Model
+from core.model import LEVELS, Model
 from core.scenario.schema import (
     DiagnoseSpec,
     EffectParameterSpec,
@@ -20,8 +23,22 @@ from core.scenario.schema import (
     IdentifySpec,
     ModelSpec,
     OwnSpec,
+    Scenario,
 )
 from core.sentences import did_you_mean, quoted
+
+
+def base_model(scenario: Scenario) -> Model:
+    """With the effects that the scenario states."""
+    return with_stated_effects(bare_model(scenario, build_arm(scenario.arm)), scenario.model)
+
+
+def bare_model(scenario: Scenario, arm: Arm) -> Model:
+    """Without them, on any arm; a level that is left open is that of the full equations."""
+    drive = build_drive(scenario.drive.kind, scenario.drive.options)
+    level = scenario.model.level
+    return Model(arm, drive, level if level in LEVELS else "nonlinear")
+
 
 WHERE = "[model] effects"
 

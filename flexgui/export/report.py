@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -11,13 +12,12 @@ from markupsafe import Markup
 
 from core.diagnose.maps import error_maps
 from core.results import MissingTorque, Outcome, RecordingComparison
+from core.written import shown_unit
 from flexgui import __version__
 from flexgui.export.diagnosis_report import diagnosis_block
 from flexgui.export.glance import glance, has_ladder
-from flexgui.export.glue import glued
 from flexgui.export.motion import Motion
-from flexgui.export.packed import packed_plotly
-from flexgui.export.plot import Plot, plot
+from flexgui.export.plot import Plot, packed_plotly, plot
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.correlation import correlation
@@ -33,10 +33,26 @@ from flexgui.views.of_recording.view import Seen, believable_floors
 from flexgui.views.parameters import given_parameters, standing_parameters
 from flexgui.views.summary import summary
 from flexgui.views.table import Column, Row, Table
-from flexgui.views.units import shown_unit
 from flexgui.views.valley import valley
 from flexgui.views.variants import variants
 from flexgui.views.which_fit import distinguishable
+
+_NUMBER = r"\d[\d.,]*\)?(?:~×~10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
+_NAME = r"[µmckMG]?(?:rad|deg|Pa|Hz|dB|N|m|g|s|V|A|W|J)[²³⁴]?"
+_UNIT = rf"(?:%|°|(?:1~?/~?)?{_NAME}(?:(?:~?/~?|~){_NAME})*)"
+_PATTERN = (
+    rf"(?:~=~)?[-−]?(?:{_NUMBER}(?:~±~\(?{_NUMBER})?(?:~{_UNIT}(?![\w²³⁴])|~×(?!\S))"
+    rf"|{_NUMBER}~±~{_NUMBER})"
+)
+_QUANTITY = re.compile(_PATTERN.replace("~", "[ \u00a0]"))
+"""~ stands for a space of either kind: some of them are glued already."""
+NO_BREAK = "\u00a0"
+
+
+def glued(text: str) -> str:
+    """The text, or Markup, with spaces inside its quantities that no line breaks at."""
+    return type(text)(_QUANTITY.sub(lambda found: found[0].replace(" ", NO_BREAK), text))
+
 
 LARGEST = 4_000_000
 """Bytes: a mail takes such a report, and a browser opens it at once."""

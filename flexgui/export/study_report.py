@@ -14,8 +14,7 @@ from core.montecarlo.summary import Summary
 from core.scenario.write import scenario_toml
 from flexgui import __version__
 from flexgui.export.folder import swap_in, work_folder
-from flexgui.export.packed import packed_plotly
-from flexgui.export.plot import Plot, plot
+from flexgui.export.plot import Plot, packed_plotly, plot
 from flexgui.export.strict_json import dumps
 from flexgui.export.study_tables import study_frames
 from flexgui.views.study.baselines import (

@@ -17,9 +17,9 @@ from flexgui.session.challenging import NONE_TITLE, Challenge, Revealed, ToolAns
 from flexgui.session.effects import titled
 from flexgui.session.judging import Judged
 from flexgui.views.board import board_table
+from flexgui.views.doubt import validation_words
 from flexgui.views.html import html_table
 from flexgui.views.ladder import validation_ratio
-from flexgui.views.validation_words import validation_words
 
 MOST = 99_999
 SEED = 30

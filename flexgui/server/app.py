@@ -21,9 +21,8 @@ from core.errors import InputError
 from flexgui.panels.curtain import lift
 from flexgui.places import without_places
 from flexgui.server.access import AccessHandler
-from flexgui.server.arrivals import store_key, stored_key
 from flexgui.server.binding import is_loopback, own_name, port_of
-from flexgui.server.browser_connection import BrowserConnection
+from flexgui.server.browser_connection import BrowserConnection, store_key, stored_key
 from flexgui.server.demo import Demo
 from flexgui.server.entry import Word, neighbours
 from flexgui.server.errors import Reports

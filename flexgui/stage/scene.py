@@ -10,13 +10,11 @@ import numpy as np
 from viser import FrameHandle, SceneNodeHandle
 
 from core.arm.arm import Arm
-from flexgui.stage.arm_nodes import GHOST, MODEL, ArmNodes
-from flexgui.stage.camera_nodes import CameraNodes
+from flexgui.stage.arm_nodes import GHOST, MODEL, ArmNodes, MarkNodes
+from flexgui.stage.camera_nodes import CameraNodes, PathNodes
 from flexgui.stage.floor import add_floor
 from flexgui.stage.look import ROOT, Owner, View, light, view_of
-from flexgui.stage.mark_nodes import MarkNodes
 from flexgui.stage.paint import Rgb
-from flexgui.stage.path_nodes import PathNodes
 from flexgui.stage.pose import LIFT, Body, Pose
 
 LEAST_EXAGGERATION, MOST_EXAGGERATION = 1.0, 50.0

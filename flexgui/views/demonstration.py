@@ -8,13 +8,13 @@ import numpy as np
 from markupsafe import Markup
 
 from core.parameters import Parameter
+from core.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.decimate import trace
 from flexgui.views.layout import axis, frame
 from flexgui.views.live import Figure, short
 from flexgui.views.names import channel_symbol, output_title, typeset
 from flexgui.views.numbers import format_number
-from flexgui.views.units import ShownUnit, shown_unit
 
 POINTS = 600
 
