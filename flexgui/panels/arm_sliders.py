@@ -122,8 +122,10 @@ class ArmSliders:
         widgets.slider(self._desk, label, shown, get, change, hint)
 
     def _gain(self, one: DriveSlider, k: int) -> float:
+        """0 where another drive, whose gains are rows, has come and the sliders are not yet rebuilt."""
         values = self._stated(one)
-        return float(values[k]) if k < len(values) else 0.0
+        value = values[k] if k < len(values) else 0.0
+        return float(value) if isinstance(value, int | float) else 0.0
 
     def _put_gain(self, one: DriveSlider, k: int, value: float) -> bool:
         values = self._stated(one)
