@@ -122,7 +122,7 @@ class ArmSliders:
         widgets.slider(self._desk, label, shown, get, change, hint)
 
     def _gain(self, one: DriveSlider, k: int) -> float:
-        """0 where another drive, whose gains are rows, has come and the sliders are not yet rebuilt."""
+        """0 where another drive, with rows of gains, has come and this is not rebuilt yet."""
         values = self._stated(one)
         value = values[k] if k < len(values) else 0.0
         return float(value) if isinstance(value, int | float) else 0.0
