@@ -30,7 +30,7 @@ help:
 	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
 	@echo "make matrix  480 plain scenarios of random rigs, some hours; goes on where it stopped"
 	@echo "make mujoco  the recordings of the independent engine in scenarios/mujoco, where they are missing"
-	@echo "make lint    ruff and mypy only"
+	@echo "make lint    ruff, mypy, dead code and duplicates only"
 	@echo "make format  let ruff put the code in order"
 	@echo "make clean   remove what was made, the virtual environment too"
 
@@ -73,6 +73,8 @@ lint: $(VENV)/.installed-test
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
+	@$(BIN)/python -m tests.habits.dead_code
+	@$(BIN)/python -m tests.habits.duplicates
 
 format: $(VENV)/.installed-test
 	@$(BIN)/ruff check --fix .

@@ -10,7 +10,7 @@ from core.identify.unknowns import MARK
 from core.results import Diagnosis
 from core.scenario.read import check_scenario
 from core.scenario.schema import Scenario
-from core.scenario.stated_model import base_model
+from core.scenario.stated_effects import base_model
 from core.scenario.write import document_toml
 
 NAME = "diagnosed.toml"
@@ -68,7 +68,7 @@ def _put_effects(model: Document, found: Diagnosis) -> None:
         if fresh["id"] in known:
             known.remove(fresh["id"])
         else:
-            entries.append({k: v for k, v in fresh.items() if not _said(entries, k)} | _id(fresh))
+            entries.append({k: v for k, v in fresh.items() if not _states(entries, k)} | _id(fresh))
     if not entries:
         del model["effects"]
 
@@ -77,7 +77,7 @@ def _id(entry: Document) -> Document:
     return {"id": entry["id"]}
 
 
-def _said(entries: list[Document], name: str) -> bool:
+def _states(entries: list[Document], name: str) -> bool:
     """Whether an entry speaks of that parameter: an effect may bring what another includes."""
     return name != "id" and any(name in entry for entry in entries)
 
@@ -100,16 +100,16 @@ def _put_values(
     starts = document["identify"].setdefault("start", {})
     bounds = document["identify"].get("bounds", {})
     for name, value in values.items():
-        knobs = _knobs_of(document["model"], name, origins.get(name, ""))
-        if knobs is None or name in starts:
+        table = _table_of(document["model"], name, origins.get(name, ""))
+        if table is None or name in starts:
             starts[name] = _clipped(value, *bounds.get(name, (None, None)))
-        if knobs is not None:
-            _start(knobs, name, value)
+        if table is not None:
+            _start(table, name, value)
     if not starts:
         del document["identify"]["start"]
 
 
-def _knobs_of(model: Document, name: str, origin: str) -> Document | None:
+def _table_of(model: Document, name: str, origin: str) -> Document | None:
     """The table that speaks of an effect's parameter; None where it belongs to no effect."""
     entries = model.get("effects", [])
     own = [each["parameters"] for each in model.get("own", ()) if name in each["parameters"]]
@@ -124,13 +124,13 @@ def _parts(kind: str) -> list[str]:
     return [one.kind for one in with_included([known[kind]])] if kind in known else []
 
 
-def _start(knobs: Document, name: str, value: float) -> None:
+def _start(table: Document, name: str, value: float) -> None:
     """Where a parameter that is estimated begins; one that the user holds stays."""
-    said = knobs.get(name, {})
-    knob = dict(said) if isinstance(said, dict) else {"start": said}
-    if knob.get("vary", True):
-        knob["start"] = _clipped(value, knob.get("lower"), knob.get("upper"))
-        knobs[name] = knob
+    said = table.get(name, {})
+    entry = dict(said) if isinstance(said, dict) else {"start": said}
+    if entry.get("vary", True):
+        entry["start"] = _clipped(value, entry.get("lower"), entry.get("upper"))
+        table[name] = entry
 
 
 def _clipped(value: float, lower: float | None, upper: float | None) -> float:
@@ -148,8 +148,8 @@ def _keep_priors(scenario: Scenario, document: Document) -> None:
     tables = [*document["model"].get("effects", ())]
     tables += [each["parameters"] for each in document["model"].get("own", ())]
     for table in tables:
-        for name, knob in table.items():
-            prior = knob.get("prior") if isinstance(knob, dict) else None
+        for name, entry in table.items():
+            prior = entry.get("prior") if isinstance(entry, dict) else None
             if prior and prior.get("value") is None and name in known:
                 prior["value"] = known[name].value
 

@@ -30,9 +30,11 @@ LEVELS = ("lpv", "nonlinear")
 class Steering(Protocol):
     """What closes the loop: a drive, or a servo around one."""
 
-    def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw: ...
+    def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
+        """Its law on an arm with the numbers p and these parameter values."""
 
-    def signals(self, recording: Recording, arm: Arm) -> np.ndarray: ...
+    def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
+        """(N, nr): the references that a recording gives it."""
 
 
 class Numbers(NamedTuple):
@@ -71,10 +73,12 @@ class Model:
 
     @cached_property
     def compiled(self) -> CompiledArm:
+        """The arm's compiled equations."""
         return compile_arm(Structure.of(self.arm))
 
     @cached_property
     def arm_catalogue(self) -> ArmCatalogue:
+        """The arm's parameters."""
         return ArmCatalogue(self.arm)
 
     @cached_property
@@ -89,8 +93,8 @@ class Model:
         sizes = typical(self.arm)
         found = {}
         for one in self.effects:
-            for knob in one.knobs(self.arm, self.drive, sizes):
-                item = knob.parameter
+            for quantity in one.parameters(self.arm, self.drive, sizes):
+                item = quantity.parameter
                 value = self.effect_values.get(item.name, item.value)
                 lower, upper = min(item.lower, value), max(item.upper, value)
                 found[item.name] = replace(item, value=value, lower=lower, upper=upper)
@@ -100,7 +104,7 @@ class Model:
         """What a parameter belongs to: the id of an effect, 'drive', 'arm', or else 'sensor'."""
         sizes = typical(self.arm)
         for one in reversed(self.effects):
-            if any(k.parameter.name == name for k in one.knobs(self.arm, self.drive, sizes)):
+            if any(k.parameter.name == name for k in one.parameters(self.arm, self.drive, sizes)):
                 return one.kind
         if any(item.name == name for item in self.drive.parameters(self.arm)):
             return "drive"
@@ -115,6 +119,7 @@ class Model:
 
     @property
     def active_steering(self) -> Steering:
+        """What moves the joints: a virtual servo where there is one, else the drive."""
         return self.steering if self.steering is not None else self.drive
 
     def arm_vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:
@@ -187,12 +192,12 @@ class Model:
         self, one: Effect, bare: Model, given: Mapping[str, float], sizes: Sizes, part: bool
     ) -> Model:
         arm = one.changed_arm(self.arm, given)
-        knobs = one.knobs(arm, self.drive, sizes)
-        names = [knob.parameter.name for knob in knobs]
+        quantities = one.parameters(arm, self.drive, sizes)
+        names = [quantity.parameter.name for quantity in quantities]
         some = one.apart and any(name in given for name in names)
-        plain = {k.parameter.name: k.neutral if some else k.parameter.value for k in knobs}
+        plain = {k.parameter.name: k.neutral if some else k.parameter.value for k in quantities}
         starts = {name: given.get(name, value) for name, value in plain.items()}
-        neutral = {k.parameter.name: k.neutral for k in knobs if not k.secondary}
+        neutral = {k.parameter.name: k.neutral for k in quantities if not k.secondary}
         if names and not part and all(starts[name] == value for name, value in neutral.items()):
             return self
         return replace(
@@ -218,8 +223,10 @@ class Model:
         return max(fewest, int(np.ceil(sample_time / longest - 1e-9)))
 
     def at_level(self, level: str) -> Model:
+        """The same at another level, 'lpv' or 'nonlinear'."""
         return replace(self, level=level)
 
     def steered_by(self, steering: Steering | None) -> Model:
+        """The same with another virtual servo; None: by its drive."""
         bare = None if self.bare is None else replace(self.bare, steering=steering)
         return replace(self, steering=steering, bare=bare)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -72,25 +72,25 @@ class ParameterSet:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Names in the order of the vector."""
         return tuple(item.name for item in self.items)
 
     def vector(self) -> np.ndarray:
+        """(n,) values, each in its unit."""
         return np.array([item.value for item in self.items], dtype=float)
 
     def lower(self) -> np.ndarray:
+        """(n,) lower bounds, each in its unit."""
         return np.array([item.lower for item in self.items], dtype=float)
 
     def upper(self) -> np.ndarray:
+        """(n,) upper bounds, each in its unit."""
         return np.array([item.upper for item in self.items], dtype=float)
 
     def scales(self) -> np.ndarray:
+        """(n,) typical sizes, each in its unit."""
         return np.array([item.scale for item in self.items], dtype=float)
 
-    def with_vector(self, vector: Sequence[float] | np.ndarray) -> ParameterSet:
-        """The same set with new values (p,), clipped into the bounds."""
-        clipped = np.clip(np.asarray(vector, dtype=float), self.lower(), self.upper())
-        pairs = zip(self.items, clipped, strict=True)
-        return ParameterSet(tuple(replace(item, value=float(v)) for item, v in pairs))
-
     def values(self) -> Mapping[str, float]:
+        """Values by name."""
         return {item.name: item.value for item in self.items}

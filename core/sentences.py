@@ -133,11 +133,11 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
 
 
 def _is(text: str) -> Callable[[Mapping[str, Any]], str]:
-    def say(error: Mapping[str, Any]) -> str:
+    def sentence(error: Mapping[str, Any]) -> str:
         limits = {k: _plain(v) for k, v in error.get("ctx", {}).items()}
         return f"is {quoted(error['input'])}; it must be {text.format(**limits)}."
 
-    return say
+    return sentence
 
 
 def _plain(value: Any) -> str:
@@ -157,7 +157,7 @@ def _missing(error: Mapping[str, Any]) -> str:
     return "is missing; add it."
 
 
-def _said(error: Mapping[str, Any]) -> str:
+def _own_sentence(error: Mapping[str, Any]) -> str:
     return str(error["ctx"]["error"])
 
 
@@ -167,7 +167,7 @@ def _other(error: Mapping[str, Any]) -> str:
 
 _PREDICATES: dict[str, Callable[[Mapping[str, Any]], str]] = {
     "missing": _missing,
-    "value_error": _said,
+    "value_error": _own_sentence,
     "too_short": _entries,
     "too_long": _entries,
     "greater_than": _is("greater than {gt}"),

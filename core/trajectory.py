@@ -33,6 +33,7 @@ class Trajectory:
 
     @property
     def joint_positions(self) -> np.ndarray:
+        """(N, joints), rad (m where a joint slides)."""
         return self.q[:, : self.arm.joints]
 
     def tip(self) -> tuple[np.ndarray, np.ndarray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -11,6 +11,21 @@ from core.errors import InputError
 from core.sentences import did_you_mean, one_line, predicate
 
 M = TypeVar("M", bound=BaseModel)
+
+
+def gathered(table: Any, beside: Callable[[str], bool], field: str) -> Any:
+    """A table of a file with the keys that belong into one field put there.
+
+    Args:
+        table: As the file states it; what is no table is left as it is.
+        beside: Whether a key belongs into the field.
+        field: Its name.
+    """
+    if not isinstance(table, dict):
+        return table
+    found = {k: v for k, v in table.items() if beside(k)}
+    rest = {k: v for k, v in table.items() if not beside(k)}
+    return {**rest, field: {**rest.get(field, {}), **found}} if found else rest
 
 
 def validated(

@@ -33,13 +33,13 @@ from core.results import Diagnosis, LinearModel, Outcome, RecordingComparison, V
 from core.scenario.data_folder import Folder
 from core.scenario.schema import CompareSpec, IdentifySpec, Scenario
 from core.scenario.stated_effects import (
+    bare_model,
     candidate_effects,
     fitting,
     with_effect_parameters,
     with_stated_effects,
 )
-from core.scenario.stated_model import bare_model
-from core.scenario.stated_model import base_model as base_model
+from core.scenario.stated_effects import base_model as base_model
 from core.simulate.descriptor import descriptor
 from core.simulate.equations import equations
 
@@ -55,6 +55,7 @@ class Clock:
 
     @contextmanager
     def timed(self, what: str):  # type: ignore[no-untyped-def]
+        """Add what the block takes, in s, to the time of `what`."""
         start = time.perf_counter()
         yield
         self.seconds[what] = self.seconds.get(what, 0.0) + time.perf_counter() - start

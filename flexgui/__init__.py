@@ -23,7 +23,7 @@ _HOME = {
     "flexgui.library.project": "Project load",
     "flexgui.library.results": "Comparison Diagnosis Identification Simulation StoppedError",
     "flexgui.library.linear": "LinearModel",
-    "flexgui.library.listening": "Update",
+    "flexgui.library.progress_callback": "Update",
     "flexgui.library.catalogues": (
         "drives effects excitations formula presets register sensors unregister"
     ),
@@ -32,7 +32,7 @@ _HOME = {
     "core.arm.segment": "Segment",
     "core.drives.drive": "Drive",
     "core.drives.law": "DriveLaw static_law",
-    "core.effects.effect": "Effect Knob",
+    "core.effects.effect": "Effect EffectParameter",
     "core.errors": "InputError",
     "core.excitation.excitation": "Excitation",
     "core.parameters": "Parameter",
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from core.drives.law import DriveLaw as DriveLaw
     from core.drives.law import static_law as static_law
     from core.effects.effect import Effect as Effect
-    from core.effects.effect import Knob as Knob
+    from core.effects.effect import EffectParameter as EffectParameter
     from core.errors import InputError as InputError
     from core.excitation.excitation import Excitation as Excitation
     from core.parameters import Parameter as Parameter
@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from flexgui.library.catalogues import sensors as sensors
     from flexgui.library.catalogues import unregister as unregister
     from flexgui.library.linear import LinearModel as LinearModel
-    from flexgui.library.listening import Update as Update
+    from flexgui.library.progress_callback import Update as Update
     from flexgui.library.project import Project as Project
     from flexgui.library.project import load as load
     from flexgui.library.results import Comparison as Comparison

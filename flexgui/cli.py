@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from flexgui import __version__, challenge, check, study
-from flexgui.plain_words import BAD_INPUT, INTERRUPTED, plain_words, say_error
+from flexgui.plain_words import BAD_INPUT, INTERRUPTED, plain_words, print_error
 
 if TYPE_CHECKING:
     from core.progress import Progress
@@ -41,7 +41,7 @@ def run(arguments: Sequence[str]) -> int:
         return INTERRUPTED
     except typer.TyperException as error:
         text = " ".join(error.format_message().split()).rstrip(".")
-        say_error(f"{text}; flexgui --help lists the commands.")
+        print_error(f"{text}; flexgui --help lists the commands.")
         return BAD_INPUT
     return code if isinstance(code, int) else 0
 
@@ -81,7 +81,7 @@ def export(
         from flexgui.export.run import export_scenario
         from flexgui.library.shipped import scenario_path
 
-        export_scenario(scenario_path(scenario), out, data, progress, _say_aside)
+        export_scenario(scenario_path(scenario), out, data, progress, _print_note)
 
 
 @app.command()
@@ -153,7 +153,7 @@ def bench(
     raise typer.Exit(code or 0)
 
 
-def _say_aside(text: str) -> None:
+def _print_note(text: str) -> None:
     typer.echo(f"flexgui: {text}", err=True)
 
 

@@ -9,12 +9,12 @@ import viser
 
 from core.plugins import classes_of
 from flexgui.panels.curtain import lift
-from flexgui.panels.desk import Desk
 from flexgui.panels.offer import Offer
+from flexgui.panels.page_context import PageContext
+from flexgui.panels.page_layout import CONTROLS, PLOTS, PageLayout, Widths, Window
 from flexgui.panels.painter import Painter
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import fresh_paper, paper_of
-from flexgui.panels.room import CONTROLS, PLOTS, Room, Widths, Window
 from flexgui.panels.scene import Scene
 from flexgui.panels.stagebar import StageBar
 from flexgui.panels.timeline import TimeLine
@@ -39,16 +39,16 @@ def build_page(
     """Builds everything from the session's state; a follower's page is `read_only`."""
     demo = getattr(services, "demo", None)
     follows = demo is not None and demo.role(client) == FOLLOWER
-    return Page(Desk(client, session, services, read_only or follows))
+    return Page(PageContext(client, session, services, read_only or follows))
 
 
 class Page:
     """Lives as long as the browser's connection."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self.desk = desk
         gui = desk.gui
-        self._room = Room(desk.client)
+        self._layout = PageLayout(desk.client)
         fresh_paper(gui)
         others = set(gui._gui_input_handle_from_uuid)
         gui.set_panel_label("FlexGUI")
@@ -68,7 +68,7 @@ class Page:
         self._left.set_width(PLOTS)
         self._scene = Scene(desk)
         self._timeline = TimeLine(desk)
-        self._room.begin(self.desk.theme.fit, self._fit, self._timeline.fit, self._scene.fit)
+        self._layout.begin(self.desk.theme.fit, self._fit, self._timeline.fit, self._scene.fit)
         if desk.read_only:
             grey(gui, others)
         self._painter = Painter(self._draw, self._settle, lambda: desk.session.wait_idle(0.0))
@@ -83,7 +83,7 @@ class Page:
     def close(self) -> None:
         """Stops drawing; the session lives on."""
         self._end()
-        self._room.close()
+        self._layout.close()
         self._painter.close()
         self._timeline.close()
         self._scene.close()

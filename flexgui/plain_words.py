@@ -54,7 +54,7 @@ def sentence_of(error: Exception) -> str:
     )
 
 
-def say_error(text: str) -> None:
+def print_error(text: str) -> None:
     """One line on stderr."""
     from core.sentences import brief
 
@@ -62,5 +62,5 @@ def say_error(text: str) -> None:
 
 
 def _end(text: str) -> None:
-    say_error(text)
+    print_error(text)
     raise typer.Exit(BAD_INPUT) from None

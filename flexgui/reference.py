@@ -36,8 +36,8 @@ from core.recording.velocity import ZeroPhaseLowPass
 from core.scenario.schema import (
     CompareSpec,
     DiagnoseSpec,
+    EffectParameterSpec,
     IdentifySpec,
-    KnobSpec,
     ModelSpec,
     OwnSpec,
     PriorSpec,
@@ -47,12 +47,13 @@ from core.scenario.schema import (
 from core.sensors import sensors
 from core.sentences import first_sentence
 from core.written import format_number
+from flexgui.views.of_recording import recording_views
 
 FILE = "docs/scenario.md"
 
 SECTIONS: tuple[tuple[str, type[BaseModel], str], ...] = (
     ("`[model]`", ModelSpec, ""),
-    ("a parameter of an effect", KnobSpec, "`fc1 = {{ start = 1.0, vary = true }}`"),
+    ("a parameter of an effect", EffectParameterSpec, "`fc1 = {{ start = 1.0, vary = true }}`"),
     ("`[[model.own]]`", OwnSpec, ""),
     ("`[sensors]`", SensorsSpec, ""),
     ("`[[recordings]]`", RecordingSpec, ""),
@@ -99,7 +100,7 @@ keys are refused, and the nearest known key is named. **–** means: must be giv
 def reference_text() -> str:
     """Write the whole reference as Markdown; the same on every machine."""
     parts = [HEAD, _top(), *_arm(), *_drives(), *_tables(), *_outputs(), *_excitations()]
-    return "\n".join([*parts, *_channels(), *_effects()])
+    return "\n".join([*parts, *_channels(), *_effects(), *_views()])
 
 
 def _top() -> str:
@@ -216,19 +217,26 @@ def _effects() -> Iterable[str]:
             yield f"$${one.formula}$$\n"
         grown = one.changed_arm(arm, {})
         drive = drive_classes()["velocity_loop"].model_validate({"gains": (60.0, 30.0)})
-        knobs = one.knobs(grown, drive, typical(grown))
+        quantities = one.parameters(grown, drive, typical(grown))
         rows = [
             (
                 f"`{k.parameter.name}`", k.parameter.title, k.parameter.unit or "1",
                 _number(k.parameter.value), _number(k.neutral),
                 f"{_number(k.parameter.lower)} … {_number(k.parameter.upper)}",
             )
-            for k in knobs
+            for k in quantities
         ]  # fmt: skip
         if rows:
             yield _table(("Parameter", "What", "Unit", "Size", "Neutral", "Bounds"), rows)
         else:
             yield "No parameters: it is there or not.\n"
+
+
+def _views() -> Iterable[str]:
+    yield "## Views of a recording's error\n"
+    yield "*Compare* on the page offers them under *Show*, a script as `comparison.plot(id)`.\n"
+    rows = [(f"`{kind}`", one.title, one.about) for kind, one in recording_views().items()]
+    yield _table(("Id", "View", "What it shows"), rows)
 
 
 def _fields(model: type[BaseModel], words: Mapping[str, str]) -> str:

@@ -63,14 +63,14 @@ def _go_on(
     check_writable(out)
     steps = study(settings, executor=executor, path=out / JOURNAL, only=only)
     say(f"{settings.scenario.title}: {settings.runs} runs; results arrive in {out / JOURNAL}")
-    told, whole = _Told(say), True
+    report, whole = _ProgressPrinter(say), True
     try:
         with closing(steps):
             for step in steps:
-                told(step)
+                report(step)
     except KeyboardInterrupt:
         whole = False
-    told.end()
+    report.end()
     _write(settings, out, say)
     if not whole:
         say("Stopped. The same command continues from here and repeats nothing that is finished.")
@@ -103,7 +103,7 @@ def _write(settings: StudySettings, out: Path, say: Say) -> None:
     say(f"\nThe report is in {out / REPORT}")
 
 
-class _Told:
+class _ProgressPrinter:
     """One line per finished case: how many, which, how long it may still take."""
 
     def __init__(self, say: Say) -> None:

@@ -27,10 +27,12 @@ class Arm(BaseModel):
 
     @property
     def joints(self) -> int:
+        """Number of joints, one per segment."""
         return len(self.segments)
 
     @property
     def modes(self) -> tuple[int, ...]:
+        """Bending modes of each segment; 0 is rigid."""
         return tuple(segment.modes for segment in self.segments)
 
     @property
@@ -46,6 +48,7 @@ class Arm(BaseModel):
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
+        """The coordinates q in their order: theta, v, twist, base."""
         joints = [f"theta{k + 1}" for k in range(self.joints)]
         modal = [f"v{k + 1}_{i + 1}" for k, n in enumerate(self.modes) for i in range(n)]
         twists = [f"twist{k + 1}" for k, elastic in enumerate(self.elastic) if elastic]

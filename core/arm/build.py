@@ -21,6 +21,7 @@ from core.arm.presets import presets
 from core.arm.segment import Segment
 from core.errors import InputError
 from core.sentences import did_you_mean, one_line, predicate
+from core.validation import gathered
 
 _SECTION = ("width", "young_modulus")
 
@@ -45,13 +46,7 @@ class ArmSpec(BaseModel):
     @classmethod
     def _gather_overrides(cls, data: Any) -> Any:
         """In the file the overrides stand in `[arm]` itself, beside `preset`."""
-        if not isinstance(data, dict):
-            return data
-        own = {k: v for k, v in data.items() if k not in Segment.model_fields}
-        given = {k: v for k, v in data.items() if k in Segment.model_fields}
-        if not given:
-            return own
-        return {**own, "overrides": {**own.get("overrides", {}), **given}}
+        return gathered(data, lambda key: key in Segment.model_fields, "overrides")
 
     @model_serializer(mode="wrap")
     def _flat(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:

@@ -77,8 +77,8 @@ def keep_kernels_here() -> None:
     """Points Numba's cache to a folder of this version, unless the user has chosen one."""
     from numba import config
 
-    from core.arm.sealed import seal_kernels
+    from core.arm.checksums import verify_kernels
 
-    seal_kernels()
+    verify_kernels()
     if not os.environ.get("NUMBA_CACHE_DIR"):
         config.CACHE_DIR = str(cache_folder() / f"kernels_{sources_key()}")

@@ -104,6 +104,7 @@ class ArmCatalogue:
 
     @property
     def parameters(self) -> dict[str, Parameter]:
+        """The arm's parameters by name, each with its unit."""
         return {name: entry.parameter for name, entry in self.entries.items()}
 
     def vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from core.arm.cache import keep_kernels_here, sources_key
-from core.arm.sealed import kept_module, module_file
+from core.arm.checksums import kept_module, module_file
 from core.arm.symbols import Structure
 
 keep_kernels_here()  # before the first module is compiled

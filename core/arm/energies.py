@@ -59,18 +59,6 @@ def damping_matrix(kinematics: Kinematics) -> sp.Matrix:
     return sp.hessian(dissipation(kinematics), kinematics.symbols.dq)
 
 
-def kinetic_terms(kinematics: Kinematics) -> list[tuple[str, sp.Expr]]:
-    """(what moves, its kinetic energy) per body, stated and not expanded, for display."""
-    s = kinematics.symbols
-    terms: list[tuple[str, sp.Expr]] = []
-    for k in range(kinematics.structure.segments):
-        length = s.slot(k, LENGTH)
-        speed = sp.Function(f"p{k + 1}")(s.x)
-        density = s.slot(k, MASS) / length
-        terms.append((f"segment {k + 1}", density / 2 * sp.Integral(speed**2, (s.x, 0, length))))
-    return terms
-
-
 def gravity_potential(kinematics: Kinematics) -> sp.Expr:
     """V_g = - sum of masses times g . p, integrated over each segment."""
     s = kinematics.symbols

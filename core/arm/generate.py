@@ -87,6 +87,7 @@ class ArmCode:
         self.n = kinematics.structure.coordinates
 
     def module(self) -> str:
+        """The text of the module that is compiled."""
         template = files("core.arm").joinpath("module_template.txt").read_text(encoding="utf-8")
         return (
             template.replace("@TABLES@", self._gauss_tables())

@@ -44,6 +44,7 @@ class Kinematics:
 
     @cached_property
     def symbols(self) -> Symbols:
+        """The symbols of this structure."""
         return Symbols(self.structure)
 
     @cached_property
@@ -85,6 +86,7 @@ class Kinematics:
         return (*base, self._along(segment, x, angle))
 
     def segment_tip(self, segment: int) -> Place:
+        """Place of a segment's end (from 0), m."""
         return self.point(segment, self.symbols.slot(segment, LENGTH))
 
     def tip(self) -> Place:

@@ -107,15 +107,18 @@ class StraightArm:
 
     @cached_property
     def mass(self) -> sp.Matrix:
+        """M (n, n) of the straight arm in symbols."""
         n = self.kinematics.structure.coordinates
         return sum((b * m for b, m in self.mass_terms.items()), sp.zeros(n, n))
 
     @cached_property
     def bending(self) -> sp.Matrix:
+        """Stiffness (n, n) of the straight arm in symbols."""
         return stiffness_matrix(self.kinematics)
 
     @cached_property
     def damping(self) -> sp.Matrix:
+        """Damping (n, n) of the straight arm in symbols."""
         return damping_matrix(self.kinematics)
 
     @cached_property

@@ -28,6 +28,7 @@ class Structure:
 
     @classmethod
     def of(cls, arm: Arm) -> Structure:
+        """The structure of an arm, without its numbers."""
         return cls(
             tuple(s.joint for s in arm.segments),
             arm.modes,
@@ -38,10 +39,12 @@ class Structure:
 
     @property
     def segments(self) -> int:
+        """Number of segments."""
         return len(self.joints)
 
     @property
     def coordinates(self) -> int:
+        """Number n of coordinates q."""
         return self.segments + sum(self.modes) + sum(self.elastic) + 2 * self.base
 
 
@@ -58,10 +61,12 @@ class Symbols:
 
     @cached_property
     def theta(self) -> tuple[sp.Symbol, ...]:
+        """Joint positions, rad (m where a joint slides)."""
         return tuple(sp.Symbol(f"theta{k + 1}", real=True) for k in range(self.structure.segments))
 
     @cached_property
     def modal(self) -> tuple[tuple[sp.Symbol, ...], ...]:
+        """Modal coordinates v of each segment."""
         return tuple(
             tuple(sp.Symbol(f"v{k + 1}_{i + 1}", real=True) for i in range(n))
             for k, n in enumerate(self.structure.modes)
@@ -84,6 +89,7 @@ class Symbols:
 
     @cached_property
     def q(self) -> tuple[sp.Symbol, ...]:
+        """All coordinates in their order."""
         modal = tuple(v for segment in self.modal for v in segment)
         return self.theta + modal + tuple(t for t in self.twist if t != 0) + self.base
 
@@ -94,6 +100,7 @@ class Symbols:
 
     @cached_property
     def dq(self) -> tuple[sp.Symbol, ...]:
+        """Their velocities."""
         return tuple(sp.Symbol(f"d{name}", real=True) for name in self.q)
 
     @cached_property
@@ -103,14 +110,17 @@ class Symbols:
         return tuple(sp.Symbol(name, real=True) for name in [*names, "g1", "g2", "kb"])
 
     def slot(self, segment: int, which: int) -> sp.Symbol:
+        """The symbol of a segment's number; `which` as in core.arm.slots."""
         return self.p[PER_SEGMENT * segment + which]
 
     @property
     def gravity(self) -> tuple[sp.Symbol, sp.Symbol]:
+        """Gravity in the plane, m/s²."""
         return self.p[-3], self.p[-2]
 
     @property
     def base_stiffness(self) -> sp.Symbol:
+        """Stiffness of the base, N/m."""
         return self.p[-1]
 
     @cached_property
@@ -135,4 +145,5 @@ class Symbols:
         return names
 
     def latex(self, expression: sp.Basic) -> str:
+        """An expression as a formula to read."""
         return str(sp.latex(expression, symbol_names=self.latex_names))

@@ -40,10 +40,10 @@ def geometric_misfits(found: Measured) -> tuple[Misfit, ...]:
     """The causes, one for each way to be wrong, that explain a camera which does not see what the
     encoders say; the plain ones first. Empty where the two agree, or where there is no camera."""
     data = _Data.of(found)
-    if data is None or data.misfit(data.values) <= data.room:
+    if data is None or data.misfit(data.values) <= data.tolerance:
         return ()
     before = data.misfit(data.values)
-    made = [(left, cause) for left, cause in _causes(data) if left <= data.room]
+    made = [(left, cause) for left, cause in _causes(data) if left <= data.tolerance]
     best: dict[tuple[object, ...], tuple[float, _Cause]] = {}
     for left, cause in sorted(made, key=lambda one: one[0]):
         if left * BETTER < before:
@@ -59,7 +59,7 @@ def geometric_misfits(found: Measured) -> tuple[Misfit, ...]:
 def agrees(found: Measured) -> bool:
     """Whether the camera sees what the encoders say, but for bending."""
     data = _Data.of(found)
-    return data is None or data.misfit(data.values) <= data.room
+    return data is None or data.misfit(data.values) <= data.tolerance
 
 
 def mended(found: Measured, one: Misfit) -> Measured:
@@ -108,7 +108,7 @@ class _Data:
         return cls(values, tuple(s.length for s in model.arm.segments))
 
     @property
-    def room(self) -> float:
+    def tolerance(self) -> float:
         """m, of bending."""
         return BENDING * sum(self.lengths)
 

@@ -63,6 +63,7 @@ class Relation:
 
     @property
     def key(self) -> tuple[str, tuple[str, ...]]:
+        """By which two relations are the same: output and inputs."""
         return self.output, self.inputs
 
 

@@ -21,7 +21,7 @@ from core.recording.load import load_unchecked
 from core.recording.spec import RecordingSpec
 from core.scenario.data_folder import Folder, resolve_file
 from core.scenario.schema import Scenario
-from core.scenario.stated_model import base_model
+from core.scenario.stated_effects import base_model
 
 FIRST = ("time_unit", "sample_time")
 """Faults of the clock, mended before the others are sought: every speed depends on it."""

@@ -12,7 +12,7 @@ from core.arm.arm import Arm
 from core.arm.compiled import is_compiled
 from core.arm.symbols import Structure
 from core.diagnose.data import Data, Hypothesis, coarser, hypothesis
-from core.effects.effect import Effect, Knob
+from core.effects.effect import Effect, EffectParameter
 from core.identify.unknowns import Unknown
 
 SLOPE_SHARE = 0.1
@@ -52,7 +52,7 @@ class Column(Trial):
 def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
     """What is simulated for one candidate."""
     arm = candidate.changed_arm(base.model.arm, {})
-    knobs = candidate.knobs(arm, base.model.drive, data.sizes)
+    knobs = candidate.parameters(arm, base.model.drive, data.sizes)
     if not knobs:
         return [Trial(candidate, "", {}, {"": 1.0}, True, True, ())]
     primary = [k for k in knobs if not k.secondary]
@@ -77,13 +77,13 @@ def must_compile(trial: Trial, arm: Arm) -> bool:
     return changed != Structure.of(arm) and not is_compiled(changed)
 
 
-def _sizes(knob: Knob) -> tuple[float, ...]:
+def _sizes(knob: EffectParameter) -> tuple[float, ...]:
     if knob.grid:
         return knob.grid
     return (knob.neutral + SLOPE_SHARE * (knob.parameter.value - knob.neutral),)
 
 
-def _shapes(secondary: Sequence[Knob]) -> list[tuple[tuple[str, float], ...]]:
+def _shapes(secondary: Sequence[EffectParameter]) -> list[tuple[tuple[str, float], ...]]:
     """Grids of secondary parameters, varied together by their place in the grid."""
     longest = max((len(k.grid) for k in secondary), default=0)
     if not longest:

@@ -83,6 +83,7 @@ class Data:
 
     @property
     def rig(self) -> Rig:
+        """What these recordings can show."""
         kinds = tuple(s.kind for s in self.experiments[0].outputs)
         servo = self.bare.steering is not None
         return Rig(self.bare.arm, self.bare.drive, self.bare.level, kinds, servo)
@@ -100,6 +101,7 @@ class Hypothesis:
 
     @property
     def limits(self) -> Limits:
+        """Bounds of the unknowns."""
         return limits_of(self.unknowns.parameters)
 
     @property
@@ -145,6 +147,7 @@ class Hypothesis:
         return dict(zip(self.unknowns.labels, (float(v) for v in self.vector), strict=True))
 
     def at(self, vector: np.ndarray) -> Hypothesis:
+        """The same hypothesis at another point of its unknowns."""
         return replace(self, vector=np.asarray(vector, dtype=float))
 
 
@@ -219,7 +222,7 @@ def unseen(data: Data, effects: Sequence[Effect]) -> dict[str, float]:
     return {
         knob.parameter.name: knob.neutral
         for one in effects
-        for knob in one.knobs(data.bare.arm, data.bare.drive, data.sizes)
+        for knob in one.parameters(data.bare.arm, data.bare.drive, data.sizes)
         if not one.shown(knob.parameter.name, data.rig)
     }
 
@@ -228,7 +231,7 @@ def effect_unknowns(model: Model, sizes: Sizes | None, secondary: bool) -> tuple
     """The parameters of a model's effects as unknowns shared by all recordings."""
     found: dict[str, Unknown] = {}
     for one in model.effects:
-        for knob in one.knobs(model.arm, model.drive, sizes or typical(model.arm)):
+        for knob in one.parameters(model.arm, model.drive, sizes or typical(model.arm)):
             if secondary or not knob.secondary:
                 found[knob.parameter.name] = Unknown(knob.parameter)
     return tuple(found.values())
@@ -239,7 +242,7 @@ def names_of(one: Effect, model: Model, sizes: Sizes) -> tuple[str, ...]:
     return tuple(
         knob.parameter.name
         for part in with_included([one])
-        for knob in part.knobs(model.arm, model.drive, sizes)
+        for knob in part.parameters(model.arm, model.drive, sizes)
     )
 
 

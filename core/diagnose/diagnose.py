@@ -403,7 +403,7 @@ def _settings(state: _State) -> list[dict[str, object]]:
         if one.kind in have and not one.repeats:
             continue
         entry: dict[str, object] = {"id": one.kind}
-        for knob in one.knobs(model.arm, model.drive, state.data.sizes):
+        for knob in one.parameters(model.arm, model.drive, state.data.sizes):
             name = knob.parameter.name
             if not one.shown(name, state.data.rig):
                 continue

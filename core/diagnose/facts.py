@@ -39,7 +39,7 @@ def titles_in_catalogue(model: Model) -> dict[str, str]:
     found: dict[str, str] = {}
     for one in catalogue().values():
         arm = one.changed_arm(model.arm, {})
-        for knob in one.knobs(arm, model.drive, typical(arm)):
+        for knob in one.parameters(arm, model.drive, typical(arm)):
             found[knob.parameter.name] = knob.parameter.title or knob.parameter.name
     return found
 
@@ -71,7 +71,7 @@ def origins(refit: Refit, data: Data) -> dict[str, str]:
     found |= {p.name: "drive" for p in model.drive.parameters(model.arm)}
     for one in model.effects:
         found |= dict.fromkeys(
-            (k.parameter.name for k in one.knobs(model.arm, model.drive, data.sizes)), one.kind
+            (k.parameter.name for k in one.parameters(model.arm, model.drive, data.sizes)), one.kind
         )
     names = {u.parameter.name for u in refit.hypothesis.unknowns.items}
     return {name: found.get(name, "sensor") for name in sorted(names)}

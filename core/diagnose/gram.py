@@ -29,6 +29,7 @@ class Gram:
 
     @property
     def total(self) -> np.ndarray:
+        """The Gram matrix of all recordings together."""
         return np.asarray(self.parts.sum(axis=0))
 
     def without(self, i: int) -> Gram:

@@ -96,7 +96,7 @@ def not_applicable(data: Data, only: Sequence[str] = ()) -> dict[str, str]:
 def _against(one: Effect, rig: Rig, data: Data) -> str:
     """Why an effect is not offered; empty where it is."""
     arm = one.changed_arm(rig.arm, {})
-    own = {k.parameter.name for k in one.knobs(arm, rig.drive, data.sizes)}
+    own = {k.parameter.name for k in one.parameters(arm, rig.drive, data.sizes)}
     free = own & {u.parameter.name for u in data.nuisance}
     estimated = f"{', '.join(sorted(free))} is already estimated." if free else ""
     return one.not_applicable(rig) or estimated
@@ -326,7 +326,7 @@ def at_bounds(after: Refit, data: Data) -> list[tuple[str, str]]:
     knobs = {
         k.parameter.name: (one.kind, k.neutral)
         for one in h.model.effects
-        for k in one.knobs(h.model.arm, h.model.drive, typical(h.model.arm))
+        for k in one.parameters(h.model.arm, h.model.drive, typical(h.model.arm))
         if not k.secondary
     }
     at = dict(zip(h.unknowns.labels, h.vector, strict=True))

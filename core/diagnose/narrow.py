@@ -63,7 +63,7 @@ def narrowed(
 def _grids(data: Data, effects: Sequence[Effect]) -> dict[str, tuple[float, ...]]:
     """parameter -> the sizes that the screen tries, in order."""
     arm = data.bare.with_effects(effects).arm
-    knobs = [k for one in effects for k in one.knobs(arm, data.bare.drive, data.sizes)]
+    knobs = [k for one in effects for k in one.parameters(arm, data.bare.drive, data.sizes)]
     return {k.parameter.name: tuple(sorted(k.grid)) for k in knobs}
 
 

@@ -41,10 +41,12 @@ class Refit:
 
     @property
     def cost(self) -> float:
+        """Weighted sum of squares where the descent ended."""
         return self.descended.cost
 
     @property
     def errors(self) -> tuple[np.ndarray, ...]:
+        """Weighted residuals of each recording."""
         return self.descended.blocks
 
 

@@ -17,7 +17,7 @@ from core.diagnose.missing_torque import Pushed, pushed
 from core.diagnose.refit import Refit, fit
 from core.diagnose.shapes import place
 from core.diagnose.torque_shape import Sized, best_shapes
-from core.effects.effect import Effect, Knob
+from core.effects.effect import Effect, EffectParameter
 
 Stopped = Callable[[], bool]
 
@@ -31,7 +31,7 @@ ITERATIONS = 6
 def reshaped(data: Data, found: Refit, effect: Effect, stopped: Stopped) -> Refit:
     """The same model from the best shape at each joint, where that leaves less."""
     model, best = found.hypothesis.model, found
-    knobs = effect.knobs(model.arm, model.drive, data.sizes)
+    knobs = effect.parameters(model.arm, model.drive, data.sizes)
     for shape in [k for k in knobs if k.secondary and k.finely and place(k.parameter.name)]:
         at = place(shape.parameter.name)
         sizes = [k for k in knobs if not k.secondary and place(k.parameter.name) == at]
@@ -43,7 +43,11 @@ def reshaped(data: Data, found: Refit, effect: Effect, stopped: Stopped) -> Refi
 
 
 def _starts(
-    data: Data, h: Hypothesis, effect: Effect, sizes: Sequence[Knob], shape: Knob
+    data: Data,
+    h: Hypothesis,
+    effect: Effect,
+    sizes: Sequence[EffectParameter],
+    shape: EffectParameter,
 ) -> list[Hypothesis]:
     without = _without(data, h, sizes, shape)
     motions = _pushed(without, data)
@@ -53,7 +57,9 @@ def _starts(
     return [again(data, h, values, finer=1) for values in best_shapes(tried, motions, RACED)]
 
 
-def _without(data: Data, h: Hypothesis, sizes: Sequence[Knob], shape: Knob) -> Hypothesis:
+def _without(
+    data: Data, h: Hypothesis, sizes: Sequence[EffectParameter], shape: EffectParameter
+) -> Hypothesis:
     """The model with the sizes at neutral; these and their shape are no unknowns."""
     held = {k.parameter.name for k in (*sizes, shape)}
     neutral = {k.parameter.name: k.neutral for k in sizes}

@@ -11,7 +11,7 @@ import sympy as sp
 
 from core.diagnose.missing_torque import SLOW, Pushed
 from core.diagnose.shapes import place
-from core.effects.effect import Effect, Knob
+from core.effects.effect import Effect, EffectParameter
 from core.forces.element import Element
 from core.forces.law import ForceLaw
 from core.model import Model
@@ -24,8 +24,8 @@ class Sized:
     effect: Effect
     model: Model
     values: Mapping[str, float]
-    sizes: tuple[Knob, ...]
-    shape: Knob
+    sizes: tuple[EffectParameter, ...]
+    shape: EffectParameter
 
     @property
     def joint(self) -> int:
@@ -36,7 +36,7 @@ class Sized:
     def _p(self) -> np.ndarray:
         return self.model.numbers().p
 
-    def element(self, size: Knob, shape: float) -> Element | None:
+    def element(self, size: EffectParameter, shape: float) -> Element | None:
         """The law of that joint with one size; None where it has a memory of its own."""
         alone = {k.parameter.name: k.neutral for k in self.sizes}
         alone |= {size.parameter.name: size.parameter.value, self.shape.parameter.name: shape}

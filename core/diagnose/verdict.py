@@ -43,6 +43,7 @@ class Remains:
 
     @property
     def above(self) -> bool:
+        """Whether the residual exceeds the noise floor."""
         return self.rms > ABOVE or any(x > ABOVE_IN_ONE for x in self.by_channel.values())
 
 

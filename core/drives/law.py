@@ -33,10 +33,12 @@ class DriveLaw:
 
     @property
     def states(self) -> int:
+        """Number of the drive's own states."""
         return int(self.Fs.shape[0])
 
     @property
     def references(self) -> int:
+        """Number of references."""
         return int(self.R.shape[1])
 
     @property

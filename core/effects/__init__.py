@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from core.effects.effect import Effect, Knob, Rig
+from core.effects.effect import Effect, EffectParameter, Rig
 from core.plugins import discover
 
-__all__ = ["Effect", "Knob", "Rig", "catalogue", "effect", "with_included"]
+__all__ = ["Effect", "EffectParameter", "Rig", "catalogue", "effect", "with_included"]
 
 
 def catalogue() -> dict[str, Effect]:

@@ -5,7 +5,7 @@ import sympy as sp
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import sized
 from core.effects.sizes import Sizes
 from core.forces.element import Element
@@ -28,7 +28,7 @@ class AirDrag(Effect):
     """-c_d |z'| z' at the tip, in N; |z'| smoothed over EDGE."""
 
     kind = "air_drag"
-    room = "segments"
+    location = "segments"
     title = "Air drag at the tip"
     story = (
         "A plate or a sail at the tip must push the air aside: the force is against the motion "
@@ -40,7 +40,7 @@ class AirDrag(Effect):
     dissipative = True
     acts_at = "tip"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         reach = sum(s.length for s in arm.segments)
         start = SHARE * float(sizes.torque.max()) / (reach * sizes.tip_speed**2)
         return (sized("cd", start, "N s²/m²", "drag of the tip", "c_d"),)

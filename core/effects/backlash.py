@@ -7,9 +7,9 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.arm.slots import TWIST_STIFFNESS, slot
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.elastic_joints import with_twisting_joints
-from core.effects.joint_load import LEAST, hub_knobs, joint_load
+from core.effects.joint_load import LEAST, hub_parameters, joint_load
 from core.effects.per_joint import each_joint
 from core.effects.positive import positive
 from core.effects.sizes import Sizes
@@ -41,7 +41,7 @@ SMALLEST, LARGEST = 1e-4, 1.0
 """Of the joint's travel."""
 
 PLACEHOLDER = 1e-3
-"""rad: makes the structure; the size itself comes with the knobs."""
+"""rad: makes the structure; the size itself comes with the parameters."""
 
 
 def _contact_compliance(arm: Arm, k: int) -> float:
@@ -54,7 +54,7 @@ class Backlash(Effect):
     """A dead zone in series with the contact's spring, on the twist of the joint."""
 
     kind = "backlash"
-    room = "joint"
+    location = "joint"
     title = "Backlash"
     story = (
         "Between the teeth of a gear there is play. When the motor turns round it first crosses "
@@ -77,8 +77,8 @@ class Backlash(Effect):
             lambda k, size: _contact_compliance(arm, k),
         )
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             travel = float(sizes.travel[k])
             return positive(
                 f"bl{k + 1}",
@@ -92,7 +92,7 @@ class Backlash(Effect):
             )
 
         own = [s.hub_inertia for s in arm.segments]
-        return each_joint(arm, make) + hub_knobs(arm, neutral=own, least=LEAST, secondary=True)
+        return each_joint(arm, make) + hub_parameters(arm, neutral=own, least=LEAST, secondary=True)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         found = []

@@ -4,7 +4,7 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.sizes import Sizes
 from core.parameters import Parameter
 
@@ -31,7 +31,7 @@ class BaseCompliance(Effect):
     """
 
     kind = "base_compliance"
-    room = "segments"
+    location = "segments"
     title = "Soft base"
     story = (
         "The table on which the arm stands is no rock: when the arm starts, it pushes its base "
@@ -47,12 +47,12 @@ class BaseCompliance(Effect):
         stated = rig.arm.base_compliance is not None
         return "The arm stands on an elastic base already." if stated else ""
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         start = compliance(arm, START_HZ)
         parameter = Parameter(
             "cb", start, "m/N", start / RANGE, start * RANGE, "c_b", "base compliance", scale=start
         )
-        return (Knob(parameter, 0.0, tuple(compliance(arm, hz) for hz in GRID_HZ)),)
+        return (EffectParameter(parameter, 0.0, tuple(compliance(arm, hz) for hz in GRID_HZ)),)
 
     def changed_arm(self, arm: Arm, values: Values) -> Arm:
         size = values.get("cb", compliance(arm, START_HZ))

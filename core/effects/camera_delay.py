@@ -5,7 +5,7 @@ from scipy.interpolate import CubicSpline
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_joint import sized
 from core.effects.sizes import Sizes
 
@@ -25,7 +25,7 @@ class CameraDelay(Effect):
     """Smooth in the delay, also at zero, so it needs no scan: a spline through the samples."""
 
     kind = "camera_delay"
-    room = "sensors"
+    location = "sensors"
     title = "Camera delay"
     story = (
         "A picture must be exposed, sent and searched for the target; the number arrives late, but "
@@ -39,7 +39,7 @@ class CameraDelay(Effect):
     def not_applicable(self, rig: Rig) -> str:
         return no_camera(rig)
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         start = START * sizes.sample_time
         return (sized("td", start, "s", "delay of the camera", "t_d", largest=LONGEST / START),)
 

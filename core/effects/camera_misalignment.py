@@ -5,7 +5,7 @@ import numpy as np
 from core.arm.arm import Arm
 from core.drives.drive import Drive
 from core.effects.camera_delay import no_camera
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_joint import sized
 from core.effects.sizes import Sizes
 
@@ -17,7 +17,7 @@ class CameraMisalignment(Effect):
     """A rotation and a scale of the tip's place about the origin, where z itself is compared."""
 
     kind = "camera_misalignment"
-    room = "sensors"
+    location = "sensors"
     title = "Camera turned or wrongly scaled"
     story = (
         "The camera stands a little askew, or a pixel is not quite as large as was thought. All "
@@ -33,7 +33,7 @@ class CameraMisalignment(Effect):
             return no_camera(rig)
         return "The places of the tip (z) are not compared, and angles made of them hide it."
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         most = LARGEST / START
         turn, scale = "rotation of the camera", "error of the camera's scale"
         return (

@@ -7,7 +7,7 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.bristle import bristle_law, bristles
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import each_joint, sized
 from core.effects.sizes import Sizes
 from core.forces.element import Element
@@ -23,7 +23,7 @@ class CoulombFriction(Effect):
     """-f_c sign(theta') at every joint; at rest it holds against anything below f_c."""
 
     kind = "coulomb_friction"
-    room = "joint"
+    location = "joint"
     title = "Coulomb friction"
     story = (
         "Two dry surfaces rub: the friction has the same level at every speed and turns round "
@@ -39,8 +39,8 @@ class CoulombFriction(Effect):
     longest_step = 1.25e-4
     acts_at = "joints"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             unit = joint(arm.segments[k].joint).effort_unit
             title = f"Coulomb friction of joint {k + 1}"
             return sized(

@@ -5,7 +5,7 @@ import sympy as sp
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_joint import sized
 from core.effects.per_segment import bending, each_bending, unbent
 from core.effects.sizes import Sizes, deflection_rows
@@ -26,7 +26,7 @@ class CubicStiffness(Effect):
     """
 
     kind = "cubic_stiffness"
-    room = "segments"
+    location = "segments"
     title = "Cubic bending stiffness"
     story = (
         "Bent far, a beam resists more than in proportion: its ends pull on it, or it meets a "
@@ -39,8 +39,8 @@ class CubicStiffness(Effect):
     def not_applicable(self, rig: Rig) -> str:
         return unbent(rig)
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             s = arm.segments[k]
             stiffness = 3.0 * s.bending_stiffness / s.length**3
             start = SHARE * stiffness / float(sizes.deflection[k]) ** 2

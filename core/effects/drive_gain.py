@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Rig
+from core.effects.effect import Effect, EffectParameter, Rig
 from core.effects.sizes import Sizes
 
 SHARE = 0.1
@@ -17,10 +17,10 @@ any error away."""
 
 
 class DriveGain(Effect):
-    """Frees the drive's own parameters, whose names the knobs bear."""
+    """Frees the drive's own parameters, whose names its parameters bear."""
 
     kind = "drive_gain"
-    room = "drive"
+    location = "drive"
     title = "Gain of the drive"
     story = (
         "A loop's gain is typed into a controller in its own units, and a motor's torque constant "
@@ -35,18 +35,18 @@ class DriveGain(Effect):
     acts_at = "drive"
 
     def not_applicable(self, rig: Rig) -> str:
-        if self.knobs_of_drive(rig.drive, rig.arm):
+        if self.parameters_of_drive(rig.drive, rig.arm):
             return ""
         return "The drive has neither a gain nor a torque constant that could differ."
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        return self.knobs_of_drive(drive, arm)
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        return self.parameters_of_drive(drive, arm)
 
     @staticmethod
-    def knobs_of_drive(drive: Drive, arm: Arm) -> tuple[Knob, ...]:
+    def parameters_of_drive(drive: Drive, arm: Arm) -> tuple[EffectParameter, ...]:
         """One per parameter of the drive; a gain that is stated as zero is switched off."""
         return tuple(
-            Knob(
+            EffectParameter(
                 replace(
                     item,
                     value=(1.0 + SHARE) * item.value,

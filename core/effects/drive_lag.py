@@ -7,7 +7,7 @@ import numpy as np
 from core.arm.arm import Arm
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.positive import positive
 from core.effects.replayed import torque_is_replayed
 from core.effects.sizes import Sizes
@@ -42,7 +42,7 @@ class DriveLag(Effect):
     """One time constant for all drives: they are of one make."""
 
     kind = "drive_lag"
-    room = "drive"
+    location = "drive"
     title = "Lag of the drive"
     story = (
         "A motor's current cannot jump: its winding holds it back, and the torque follows the "
@@ -62,7 +62,7 @@ class DriveLag(Effect):
             )
         return ""
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         title, symbol = "time constant of the drives", "T_{l}"
         return (positive("tl", GRID[2], "s", title, symbol, lower=1e-5, upper=0.3, grid=GRID),)
 

@@ -8,7 +8,7 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_joint import each_joint
 from core.effects.positive import positive
 from core.effects.replayed import torque_is_replayed
@@ -25,7 +25,7 @@ class DriveSaturation(Effect):
     """Cuts the torque of each drive, on top of the limits that are stated."""
 
     kind = "drive_saturation"
-    room = "drive"
+    location = "drive"
     title = "Limited torque"
     story = (
         "Every amplifier has a largest current and every motor a largest torque. Where the loop "
@@ -44,8 +44,8 @@ class DriveSaturation(Effect):
             )
         return ""
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             peak = float(sizes.peak_torque[k])
             return positive(
                 f"ul{k + 1}",

@@ -37,15 +37,17 @@ class Rig:
 
     @property
     def camera(self) -> bool:
+        """Whether an output of the camera is compared."""
         return any(kind in self.outputs for kind in ("z", "y", "ydot"))
 
     @property
     def bends(self) -> bool:
+        """Whether any segment bends."""
         return any(self.arm.modes)
 
 
 @dataclass(frozen=True)
-class Knob:
+class EffectParameter:
     """A parameter of an effect. `parameter.value` is a plausible size to begin with."""
 
     parameter: Parameter
@@ -64,7 +66,7 @@ class Effect(ABC):
 
     kind: str = ""
     """The id that scenarios and results use."""
-    room: str = ""
+    location: str = ""
     """Where it sits: joint, drive, segments, motion or sensors."""
     title: str = ""
     story: str = ""
@@ -97,7 +99,7 @@ class Effect(ABC):
         return True
 
     @abstractmethod
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         """Its parameters on the arm of `changed_arm`; none for an effect that is switched."""
 
     def changed_arm(self, arm: Arm, values: Values) -> Arm:

@@ -6,7 +6,7 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.arm.slots import arm_vector
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_joint import sized
 from core.effects.sizes import Sizes
 
@@ -22,7 +22,7 @@ class EncoderOffset(Effect):
     """
 
     kind = "encoder_offset"
-    room = "sensors"
+    location = "sensors"
     title = "Encoder offset"
     story = (
         "An encoder counts from wherever it was switched on; if its zero was set by eye, the "
@@ -44,8 +44,8 @@ class EncoderOffset(Effect):
             )
         return ""
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             unit = joint(arm.segments[k].joint).coordinate_unit
             title = f"encoder offset of joint {k + 1}"
             return sized(

@@ -3,7 +3,7 @@
 from core.arm.arm import Arm
 from core.arm.segment import MAX_MODES
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_segment import unbent
 from core.effects.sizes import Sizes
 
@@ -12,7 +12,7 @@ class ExtraBendingMode(Effect):
     """The next assumed shape x^(i+1) in every bending segment; switched, and may be repeated."""
 
     kind = "extra_bending_mode"
-    room = "segments"
+    location = "segments"
     title = "Extra bending mode"
     story = (
         "A beam can bend in endlessly many shapes; the model allows only a few per segment. "
@@ -30,7 +30,7 @@ class ExtraBendingMode(Effect):
         most = f"Every bending segment has {MAX_MODES} modes already."
         return unbent(rig) or (most if full else "")
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         return ()
 
     def changed_arm(self, arm: Arm, values: Values) -> Arm:

@@ -6,7 +6,7 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import each_joint, joint_elements, sized
 from core.effects.sizes import Sizes
 from core.forces.element import Element
@@ -27,7 +27,7 @@ class FrictionAsymmetry(Effect):
     """
 
     kind = "friction_asymmetry"
-    room = "joint"
+    location = "joint"
     title = "Friction that depends on the direction"
     story = (
         "Screws, belts and gears often run easier one way than the other. What is the same in both "
@@ -40,8 +40,8 @@ class FrictionAsymmetry(Effect):
     longest_step = 2.5e-4
     acts_at = "joints"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             kind = joint(arm.segments[k].joint)
             unit = f"{kind.effort_unit} s/{kind.coordinate_unit}"
             start = SHARE * float(sizes.torque[k] / sizes.speed[k])

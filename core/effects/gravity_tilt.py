@@ -2,8 +2,8 @@
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob
-from core.effects.per_segment import arm_knob
+from core.effects.effect import Effect, EffectParameter
+from core.effects.per_segment import arm_parameter
 from core.effects.sizes import Sizes
 
 START = 0.1
@@ -21,7 +21,7 @@ class GravityTilt(Effect):
     """
 
     kind = "gravity_tilt"
-    room = "motion"
+    location = "motion"
     title = "Tilted base plate"
     story = (
         "The table is not level, so a little of gravity pulls along the plane of motion: 0.1 "
@@ -32,11 +32,11 @@ class GravityTilt(Effect):
     formula = r"V \leftarrow V - \int g^{\mathsf T} p \, \mathrm{d}m, \qquad g = (g_1, g_2)"
     acts_at = "base"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(i: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(i: int) -> EffectParameter:
             own = arm.gravity[i]
             low, high = own - LARGEST, own + LARGEST
             title = f"gravity component {i + 1}"
-            return arm_knob(f"g{i + 1}", own, START, "m/s²", title, low, high)
+            return arm_parameter(f"g{i + 1}", own, START, "m/s²", title, low, high)
 
         return make(0), make(1)

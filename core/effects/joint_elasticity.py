@@ -3,9 +3,9 @@
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.elastic_joints import with_twisting_joints
-from core.effects.joint_load import LEAST, hub_knobs
+from core.effects.joint_load import LEAST, hub_parameters
 from core.effects.per_joint import each_joint
 from core.effects.positive import positive
 from core.effects.sizes import Sizes
@@ -17,14 +17,14 @@ SMALLEST, LARGEST = 1e-6, 0.3
 """rad (m) at the largest torque."""
 
 PLACEHOLDER = 1e-4
-"""rad/(N m): makes the structure; the size itself comes with the knobs."""
+"""rad/(N m): makes the structure; the size itself comes with the parameters."""
 
 
 class JointElasticity(Effect):
     """Adds the twist of every joint to the coordinates of the arm."""
 
     kind = "joint_elasticity"
-    room = "joint"
+    location = "joint"
     title = "Elastic joint"
     story = (
         "A gear, a belt or a long shaft is a spring: the motor turns first, the arm follows and "
@@ -43,8 +43,8 @@ class JointElasticity(Effect):
         sizes = {k: values.get(f"c{k + 1}", PLACEHOLDER) for k in range(arm.joints)}
         return with_twisting_joints(arm, sizes, lambda k, size: size)
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             kind, peak = joint(arm.segments[k].joint), float(sizes.peak_torque[k])
             grid = [twist / peak for twist in TWISTS]
             return positive(
@@ -59,4 +59,4 @@ class JointElasticity(Effect):
             )
 
         own = [s.hub_inertia for s in arm.segments]
-        return each_joint(arm, make) + hub_knobs(arm, neutral=own, least=LEAST, secondary=True)
+        return each_joint(arm, make) + hub_parameters(arm, neutral=own, least=LEAST, secondary=True)

@@ -8,7 +8,7 @@ import sympy as sp
 
 from core.arm.arm import Arm
 from core.arm.joints import joint
-from core.effects.effect import Knob
+from core.effects.effect import EffectParameter
 from core.effects.positive import positive
 
 SHARE = 0.05
@@ -33,12 +33,12 @@ def joint_load(arm: Arm, k: int) -> float:
     return total
 
 
-def hub_knobs(
+def hub_parameters(
     arm: Arm, *, neutral: Sequence[float], least: float = 0.0, secondary: bool = False
-) -> tuple[Knob, ...]:
+) -> tuple[EffectParameter, ...]:
     """The hub inertia Jh of every joint, at least `least` times what the joint moves."""
 
-    def make(k: int) -> Knob:
+    def make(k: int) -> EffectParameter:
         load, own = joint_load(arm, k), arm.segments[k].hub_inertia
         return positive(
             f"Jh{k + 1}",

@@ -2,7 +2,7 @@
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Rig
+from core.effects.effect import Effect, EffectParameter, Rig
 from core.effects.sizes import Sizes
 
 
@@ -10,7 +10,7 @@ class LargeMotion(Effect):
     """The full equations (1) of the paper in place of their linearisation (6); switched."""
 
     kind = "large_motion"
-    room = "motion"
+    location = "motion"
     title = "Large motion"
     story = (
         "The linear model is right near one posture and for slow turning. In a large or fast "
@@ -24,5 +24,5 @@ class LargeMotion(Effect):
     def not_applicable(self, rig: Rig) -> str:
         return "" if rig.level == "lpv" else "The model is non-linear already."
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         return ()

@@ -2,8 +2,8 @@
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob
-from core.effects.per_segment import arm_knob
+from core.effects.effect import Effect, EffectParameter
+from core.effects.per_segment import arm_parameter
 from core.effects.sizes import Sizes
 
 START = 0.1
@@ -15,7 +15,7 @@ class LinkMassError(Effect):
     """The mass of each segment, in kg."""
 
     kind = "link_mass_error"
-    room = "segments"
+    location = "segments"
     title = "Wrong link mass"
     story = (
         "The segments do not weigh what the data sheet says: screws, cables and paint add up, "
@@ -27,11 +27,11 @@ class LinkMassError(Effect):
     linear = True
     acts_at = "segments"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             own = arm.segments[k].mass
             low, high = (1.0 - BELIEVED) * own, (1.0 + BELIEVED) * own
             title = f"mass of segment {k + 1}"
-            return arm_knob(f"m{k + 1}", own, START * own, "kg", title, low, high)
+            return arm_parameter(f"m{k + 1}", own, START * own, "kg", title, low, high)
 
         return tuple(make(k) for k in range(arm.joints))

@@ -6,7 +6,7 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.drives.drive import Drive
 from core.effects.bristle import bristle_force, way
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import each_joint, joint_direction
 from core.effects.positive import positive
 from core.effects.sizes import Sizes
@@ -35,7 +35,7 @@ class LoadFriction(Effect):
     """
 
     kind = "load_friction"
-    room = "joint"
+    location = "joint"
     title = "Friction that grows with the load"
     story = (
         "Teeth that press on each other harder also rub harder, so a gear loses a share of the "
@@ -53,8 +53,8 @@ class LoadFriction(Effect):
     longest_step = 1.25e-4
     acts_at = "joints"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def share(letter: str, while_: str, k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def share(letter: str, while_: str, k: int) -> EffectParameter:
             title = f"share of the torque that joint {k + 1} loses while it {while_}"
             symbol = rf"l_{{{letter}{k + 1}}}"
             return positive(f"l{letter}{k + 1}", START, "", title, symbol, lower=0.0, upper=MOST)

@@ -13,7 +13,7 @@ import sympy as sp
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.formula import FUNCTIONS, LONGEST_NAME, parse_formula
 from core.effects.per_joint import joint_direction
 from core.effects.per_segment import bending
@@ -52,17 +52,17 @@ class OwnEffect(Effect):
     ports: tuple[str, ...]
     """What the formula sees: the target first (both components of the tip), then the others."""
     stated: ForceLaw
-    own_knobs: tuple[Knob, ...]
-    room: str = "own"
+    own_parameters: tuple[EffectParameter, ...]
+    location: str = "own"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        return self.own_knobs
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        return self.own_parameters
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         at_tip = self.ports[0] in TIP_PORTS
         others = self.ports[len(TIP_PORTS) :] if at_tip else self.ports
         directions = tuple(_direction(arm, p, port) for port in others)
-        numbers = tuple(values[knob.parameter.name] for knob in self.own_knobs)
+        numbers = tuple(values[quantity.parameter.name] for quantity in self.own_parameters)
         return (Element(self.stated, directions, numbers, at_tip),)
 
 
@@ -119,8 +119,10 @@ def own_effect(
     law = _law(expression, port, names)
     _check_finite(law, parameters, f"{where} formula")
     sizes = _sizes(law, names, f"{where} formula")
-    knobs = tuple(
-        Knob(item, 0.0) if item.name in sizes else Knob(item, item.value, secondary=True)
+    quantities = tuple(
+        EffectParameter(item, 0.0)
+        if item.name in sizes
+        else EffectParameter(item, item.value, secondary=True)
         for item in parameters
     )
     at_tip = port in TIP_PORTS
@@ -134,7 +136,7 @@ def own_effect(
         target=target,
         ports=tuple(x.name for x in law.x),
         stated=law,
-        own_knobs=knobs,
+        own_parameters=quantities,
     )
 
 

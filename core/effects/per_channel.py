@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from core.arm.arm import Arm
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.replayed import torque_is_replayed
 from core.effects.sizes import typical
 
@@ -24,8 +24,10 @@ CALLED = {"encoder": "encoder", "deflection": "gauge", "torque": "the measured t
 MOST_JOINTS = 9
 
 
-def each_channel(letter: str, arm: Arm, make: Callable[[str, str, str], Knob]) -> tuple[Knob, ...]:
-    """One knob per channel, `make(name, words for the channel, symbol)`."""
+def each_channel(
+    letter: str, arm: Arm, make: Callable[[str, str, str], EffectParameter]
+) -> tuple[EffectParameter, ...]:
+    """One parameter per channel, `make(name, words for the channel, symbol)`."""
     found = []
     for kind, own in LETTERS.items():
         for k in range(arm.joints):
@@ -58,7 +60,7 @@ def compared_in(letter: str, name: str, rig: Rig) -> bool:
 
 def nothing_to_see(effect: Effect, letter: str, rig: Rig) -> str:
     """The sentence for a rig on which no channel of these is compared; empty where one is."""
-    knobs = effect.knobs(rig.arm, rig.drive, typical(rig.arm))
-    if any(compared_in(letter, knob.parameter.name, rig) for knob in knobs):
+    quantities = effect.parameters(rig.arm, rig.drive, typical(rig.arm))
+    if any(compared_in(letter, quantity.parameter.name, rig) for quantity in quantities):
         return ""
     return "No encoder, strain gauge or measured torque is compared; the camera has its own effect."

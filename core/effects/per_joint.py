@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from core.arm.arm import Arm
-from core.effects.effect import Knob, Values
+from core.effects.effect import EffectParameter, Values
 from core.forces.element import Element
 from core.forces.law import ForceLaw
 from core.parameters import Parameter
@@ -40,17 +40,17 @@ def sized(
     neutral: float = 0.0,
     grid: Sequence[float] = (),
     secondary: bool = False,
-) -> Knob:
-    """A knob with bounds that grow with its start; the sign is fixed unless `signed`.
+) -> EffectParameter:
+    """A parameter with bounds that grow with its start; the sign is fixed unless `signed`.
 
     `largest` times the start is the upper bound.
     """
     upper = largest * abs(start)
     lower = -upper if signed else 0.0
     parameter = Parameter(name, start, unit, lower, upper, symbol, title, scale=abs(start))
-    return Knob(parameter, neutral, tuple(grid), secondary)
+    return EffectParameter(parameter, neutral, tuple(grid), secondary)
 
 
-def each_joint(arm: Arm, make: Callable[[int], Knob]) -> tuple[Knob, ...]:
-    """One knob per joint, `make(k)` with k from 0."""
+def each_joint(arm: Arm, make: Callable[[int], EffectParameter]) -> tuple[EffectParameter, ...]:
+    """One parameter per joint, `make(k)` with k from 0."""
     return tuple(make(k) for k in range(arm.joints))

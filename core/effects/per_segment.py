@@ -8,7 +8,7 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.arm.catalogue import symbol
-from core.effects.effect import Knob, Rig
+from core.effects.effect import EffectParameter, Rig
 from core.parameters import Parameter
 
 CLAMPED = 1.8751**2
@@ -20,8 +20,8 @@ def bending(arm: Arm) -> tuple[int, ...]:
     return tuple(k for k, modes in enumerate(arm.modes) if modes)
 
 
-def each_bending(arm: Arm, make: Callable[[int], Knob]) -> tuple[Knob, ...]:
-    """One knob per bending segment, `make(k)` with k from 0."""
+def each_bending(arm: Arm, make: Callable[[int], EffectParameter]) -> tuple[EffectParameter, ...]:
+    """One parameter per bending segment, `make(k)` with k from 0."""
     return tuple(make(k) for k in bending(arm))
 
 
@@ -36,13 +36,13 @@ def clamped_frequency(arm: Arm, k: int) -> float:
     return float(CLAMPED * np.sqrt(s.bending_stiffness / (s.mass * s.length**3)))
 
 
-def arm_knob(
+def arm_parameter(
     name: str, own: float, step: float, unit: str, title: str, lower: float, upper: float
-) -> Knob:
-    """A knob that is a parameter of the arm: neutral at the arm's own value.
+) -> EffectParameter:
+    """A parameter of the arm: neutral at the arm's own value.
 
     It begins one `step` beside it. The name is the one in core.arm.catalogue, which writes it.
     """
     sign = symbol(name)
     parameter = Parameter(name, own + step, unit, lower, upper, sign, title, scale=abs(step))
-    return Knob(parameter, neutral=own)
+    return EffectParameter(parameter, neutral=own)

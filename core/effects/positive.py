@@ -1,10 +1,10 @@
-"""Knobs that must stay above zero: times, compliances, limits."""
+"""Parameters that must stay above zero: times, compliances, limits."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from core.effects.effect import Knob
+from core.effects.effect import EffectParameter
 from core.parameters import Parameter
 
 
@@ -21,7 +21,7 @@ def positive(
     grid: Sequence[float] = (),
     secondary: bool = False,
     finely: Sequence[float] = (),
-) -> Knob:
-    """A knob with both bounds stated; the neutral value may lie outside them."""
+) -> EffectParameter:
+    """A parameter with both bounds stated; the neutral value may lie outside them."""
     parameter = Parameter(name, start, unit, lower, upper, symbol, title, scale=start)
-    return Knob(parameter, neutral, tuple(grid), secondary, tuple(finely))
+    return EffectParameter(parameter, neutral, tuple(grid), secondary, tuple(finely))

@@ -4,7 +4,7 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.bristle import WAY
-from core.effects.effect import Effect, Knob
+from core.effects.effect import Effect, EffectParameter
 from core.effects.per_joint import each_joint
 from core.effects.positive import positive
 from core.effects.sizes import Sizes
@@ -20,7 +20,7 @@ class PreslidingFriction(Effect):
     """The way over which a joint's dry friction breaks away; its level is Coulomb's."""
 
     kind = "presliding_friction"
-    room = "joint"
+    location = "joint"
     title = "Presliding friction"
     story = (
         "Rough surfaces hold on to each other like two brushes: before a joint slips, the bristles "
@@ -38,8 +38,8 @@ class PreslidingFriction(Effect):
     longest_step = 1.25e-4
     acts_at = "joints"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             travel = float(sizes.travel[k])
             return positive(
                 f"{WAY}{k + 1}",

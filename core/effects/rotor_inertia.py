@@ -2,16 +2,16 @@
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob
-from core.effects.joint_load import hub_knobs
+from core.effects.effect import Effect, EffectParameter
+from core.effects.joint_load import hub_parameters
 from core.effects.sizes import Sizes
 
 
 class RotorInertia(Effect):
-    """Frees the arm's own hub inertias, whose names the knobs bear."""
+    """Frees the arm's own hub inertias, whose names its parameters bear."""
 
     kind = "rotor_inertia"
-    room = "joint"
+    location = "joint"
     title = "Rotor inertia"
     story = (
         "Inside the motor a rotor spins, through a gear many times faster than the joint, and its "
@@ -23,5 +23,5 @@ class RotorInertia(Effect):
     linear = True
     acts_at = "joints"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        return hub_knobs(arm, neutral=[s.hub_inertia for s in arm.segments])
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        return hub_parameters(arm, neutral=[s.hub_inertia for s in arm.segments])

@@ -7,7 +7,7 @@ from scipy.interpolate import CubicSpline
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_channel import (
     columns_of,
     compared_in,
@@ -32,7 +32,7 @@ class SensorDelay(Effect):
     """
 
     kind = "sensor_delay"
-    room = "sensors"
+    location = "sensors"
     title = "Delay of one sensor against the others"
     story = (
         "Each sensor has its own electronics, and a bus asks them one after the other; the "
@@ -53,10 +53,10 @@ class SensorDelay(Effect):
     def shown(self, name: str, rig: Rig) -> bool:
         return compared_in(NAME, name, rig)
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         start = START * sizes.sample_time
 
-        def make(name: str, channel: str, symbol: str) -> Knob:
+        def make(name: str, channel: str, symbol: str) -> EffectParameter:
             title, most = f"delay of {channel}", LONGEST / START
             return sized(name, start, "s", title, symbol, signed=True, largest=most)
 

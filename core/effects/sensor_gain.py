@@ -6,7 +6,7 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_channel import (
     columns_of,
     compared_in,
@@ -36,7 +36,7 @@ class SensorGain(Effect):
     """
 
     kind = "sensor_gain"
-    room = "sensors"
+    location = "sensors"
     title = "Wrong scale of a sensor"
     story = (
         "A strain gauge is glued by hand, its amplifier set by ear; a current is a voltage over "
@@ -57,8 +57,8 @@ class SensorGain(Effect):
     def shown(self, name: str, rig: Rig) -> bool:
         return compared_in(NAME, name, rig)
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(name: str, channel: str, symbol: str) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(name: str, channel: str, symbol: str) -> EffectParameter:
             title = f"error of the scale of {channel}"
             return positive(name, START, "", title, symbol, lower=LEAST, upper=MOST)
 

@@ -6,7 +6,7 @@ from scipy.signal import lfilter
 from core.arm.arm import Arm
 from core.drives.drive import Drive
 from core.effects.camera_delay import CAMERA
-from core.effects.effect import Effect, Knob, Rig, Values
+from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_joint import sized
 from core.effects.sizes import Sizes
 
@@ -25,7 +25,7 @@ class SensorLag(Effect):
     """
 
     kind = "sensor_lag"
-    room = "sensors"
+    location = "sensors"
     title = "Slow sensor"
     story = (
         "Amplifiers and cameras average over a little time. A first-order lag follows slow "
@@ -42,7 +42,7 @@ class SensorLag(Effect):
             return ""
         return "Neither a camera's nor a strain gauge's output is compared."
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         start = START * sizes.sample_time
         return (sized("ts", start, "s", "lag of the sensor", "t_s", largest=LONGEST / START),)
 

@@ -7,7 +7,7 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.bristle import bristle_law, bristles
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import each_joint, sized
 from core.effects.positive import positive
 from core.effects.sizes import Sizes
@@ -35,7 +35,7 @@ class StribeckFriction(Effect):
     """Only the bulge near standstill; the level is Coulomb's."""
 
     kind = "stribeck_friction"
-    room = "joint"
+    location = "joint"
     title = "Stribeck friction"
     story = (
         "A joint that barely moves squeezes out its grease, and metal touches metal: it takes more "
@@ -52,14 +52,14 @@ class StribeckFriction(Effect):
     longest_step = 1.25e-4
     acts_at = "joints"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def extra(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def extra(k: int) -> EffectParameter:
             unit = joint(arm.segments[k].joint).effort_unit
             title = f"extra friction of joint {k + 1} at standstill"
             start = SHARE * float(sizes.torque[k])
             return sized(f"fb{k + 1}", start, unit, title, rf"f_{{b{k + 1}}}", largest=LARGEST)
 
-        def width(k: int) -> Knob:
+        def width(k: int) -> EffectParameter:
             coordinate = joint(arm.segments[k].joint).coordinate_unit
             narrowest = NARROWEST[coordinate]
             grid = [max(share * float(sizes.speed[k]), narrowest) for share in SPEEDS]

@@ -2,8 +2,8 @@
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Rig
-from core.effects.per_segment import arm_knob, clamped_frequency, each_bending, unbent
+from core.effects.effect import Effect, EffectParameter, Rig
+from core.effects.per_segment import arm_parameter, clamped_frequency, each_bending, unbent
 from core.effects.sizes import Sizes
 
 RATIO = 0.02
@@ -17,7 +17,7 @@ class StructuralDamping(Effect):
     """Kelvin-Voigt material: the bending damping is tau times the bending stiffness."""
 
     kind = "structural_damping"
-    room = "segments"
+    location = "segments"
     title = "Structural damping"
     story = (
         "Bending a beam back and forth warms it a little: the material resists the speed of "
@@ -33,11 +33,11 @@ class StructuralDamping(Effect):
     def not_applicable(self, rig: Rig) -> str:
         return unbent(rig)
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             own = arm.segments[k].damping_time
             step = 2.0 * RATIO / clamped_frequency(arm, k)
             title = f"damping time of segment {k + 1}"
-            return arm_knob(f"tau{k + 1}", own, step, "s", title, 0.0, own + LARGEST * step)
+            return arm_parameter(f"tau{k + 1}", own, step, "s", title, 0.0, own + LARGEST * step)
 
         return each_bending(arm, make)

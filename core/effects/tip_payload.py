@@ -2,8 +2,8 @@
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob
-from core.effects.per_segment import arm_knob
+from core.effects.effect import Effect, EffectParameter
+from core.effects.per_segment import arm_parameter
 from core.effects.sizes import Sizes
 
 SHARE = 0.1
@@ -23,7 +23,7 @@ class TipPayload(Effect):
     """A point mass at each free end, in kg."""
 
     kind = "tip_payload"
-    room = "segments"
+    location = "segments"
     title = "Tip payload"
     story = (
         "The arm carries something that the model does not contain: a gripper, a cable's plug, the "
@@ -35,11 +35,11 @@ class TipPayload(Effect):
     linear = True
     acts_at = "tip"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             s = arm.segments[k]
             title = f"mass at the tip of {k + 1}"
             most = s.tip_mass + LARGEST * s.mass
-            return arm_knob(f"mt{k + 1}", s.tip_mass, SHARE * s.mass, "kg", title, 0.0, most)
+            return arm_parameter(f"mt{k + 1}", s.tip_mass, SHARE * s.mass, "kg", title, 0.0, most)
 
         return tuple(make(k) for k in free_ends(arm))

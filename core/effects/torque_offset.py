@@ -6,7 +6,7 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import each_joint, joint_elements, sized
 from core.effects.sizes import Sizes
 from core.forces.element import Element
@@ -23,7 +23,7 @@ class TorqueOffset(Effect):
     """One constant torque per joint, of either sign."""
 
     kind = "torque_offset"
-    room = "drive"
+    location = "drive"
     title = "Torque offset"
     story = (
         "An amplifier whose zero is a little off, or a cable that pulls, adds the same torque all "
@@ -34,8 +34,8 @@ class TorqueOffset(Effect):
     formula = r"\tau = t_o"
     acts_at = "drive"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             unit = joint(arm.segments[k].joint).effort_unit
             start = SHARE * float(sizes.torque[k])
             title = f"torque offset of joint {k + 1}"

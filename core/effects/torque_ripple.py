@@ -6,7 +6,7 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import each_joint, joint_elements, sized
 from core.effects.positive import positive
 from core.effects.sizes import Sizes
@@ -58,7 +58,7 @@ class TorqueRipple(Effect):
     """One wave per joint, as cosine and sine: their sizes enter linearly, the order does not."""
 
     kind = "torque_ripple"
-    room = "joint"
+    location = "joint"
     title = "Torque ripple"
     story = (
         "The magnets of a motor and the teeth of a gear catch a little at each of their positions, "
@@ -69,15 +69,15 @@ class TorqueRipple(Effect):
     formula = r"\tau = r_a \cos(n_r \theta) + r_b \sin(n_r \theta)"
     acts_at = "joints"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def part(letter: str, wave: str, k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def part(letter: str, wave: str, k: int) -> EffectParameter:
             unit = joint(arm.segments[k].joint).effort_unit
             start = SHARE * float(sizes.torque[k])
             title = f"{wave} part of the torque ripple of joint {k + 1}"
             name = f"r{letter}{k + 1}"
             return sized(name, start, unit, title, rf"r_{{{letter}{k + 1}}}", signed=True)
 
-        def order(k: int) -> Knob:
+        def order(k: int) -> EffectParameter:
             unit = joint(arm.segments[k].joint).coordinate_unit
             grid = visible_orders(ORDERS[unit], float(sizes.travel[k]))
             title = f"order of the torque ripple of joint {k + 1}"

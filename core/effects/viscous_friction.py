@@ -6,7 +6,7 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import each_joint, joint_elements, sized
 from core.effects.sizes import Sizes
 from core.forces.element import Element
@@ -23,7 +23,7 @@ class ViscousFriction(Effect):
     """-f_v theta' at every joint."""
 
     kind = "viscous_friction"
-    room = "joint"
+    location = "joint"
     title = "Viscous joint friction"
     story = (
         "Grease and motor windings brake a joint the more, the faster it turns. The missing joint "
@@ -34,8 +34,8 @@ class ViscousFriction(Effect):
     dissipative = True
     acts_at = "joints"
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
-        def make(k: int) -> Knob:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
+        def make(k: int) -> EffectParameter:
             kind = joint(arm.segments[k].joint)
             unit = f"{kind.effort_unit} s/{kind.coordinate_unit}"
             start = SHARE * float(sizes.torque[k] / sizes.speed[k])

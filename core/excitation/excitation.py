@@ -26,4 +26,5 @@ class Excitation(BaseModel):
         raise NotImplementedError
 
     def hold_samples(self, dt: float) -> int:
+        """Samples per hold at a sample time dt in s; one at least."""
         return max(int(round(self.hold / dt)), 1)

@@ -54,9 +54,11 @@ class ElementArrays:
 
     @property
     def state_count(self) -> int:
+        """States of all elements together."""
         return int(self.states[-1])
 
     def packed(self) -> tuple[np.ndarray, ...]:
+        """The arrays in the order in which compiled code takes them."""
         return (
             self.addresses, self.ports, self.states, self.parameters, self.directions,
             self.values, self.tips, self.bristles, self.loads,

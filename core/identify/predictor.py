@@ -104,6 +104,7 @@ class Predictor:
         return any(e.model.level == "nonlinear" for e in self.experiments)
 
     def values(self, experiment: Prepared, vector: np.ndarray) -> dict[str, float]:
+        """Parameters of one recording by name, those that are held too."""
         own = self.unknowns.values_for(experiment.recording.name, vector)
         return {**self.fixed, **own}
 

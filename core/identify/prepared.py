@@ -44,6 +44,7 @@ class Processing:
 
     @property
     def nothing(self) -> bool:
+        """Whether measurement and model stay as they are."""
         return self.filter is None and self.output_filter is None and self.decimate == 1
 
 
@@ -69,6 +70,7 @@ class Prepared:
 
     @property
     def time(self) -> np.ndarray:
+        """Instants of the compared samples, s."""
         return self.task.time[:: self.processing.decimate]
 
     def task_at(self, values: Mapping[str, float]) -> Task:

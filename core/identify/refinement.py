@@ -62,9 +62,11 @@ class Prior:
         return np.exp(self.misfit(vectors) / self.count)
 
     def rows(self, vector: np.ndarray, level: float) -> np.ndarray:
+        """Residuals of the prior, weighted like those of the data."""
         return level * (vector[self.at] - self.mean) / self.std
 
     def jacobian(self, level: float) -> np.ndarray:
+        """Their slopes by the unknowns (rows, unknowns)."""
         out = np.zeros((len(self.at), self.size))
         out[np.arange(len(self.at)), self.at] = level / self.std
         return out

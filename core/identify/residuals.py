@@ -62,14 +62,17 @@ class Residuals:
 
     @property
     def experiments(self) -> Sequence[Prepared]:
+        """The recordings that are compared."""
         return self.predictor.experiments
 
     @property
     def unknowns(self) -> Unknowns:
+        """What is estimated."""
         return self.predictor.unknowns
 
     @cached_property
     def scales(self) -> np.ndarray:
+        """Typical size of each unknown, in its unit."""
         return self.unknowns.parameters.scales()
 
     def blocks(self, vector: np.ndarray) -> list[np.ndarray]:
@@ -113,6 +116,7 @@ class Residuals:
 
     @property
     def count(self) -> int:
+        """Number of samples that count, all channels together."""
         return int(sum(e.counted.sum() for e in self.experiments))
 
     def sensitivities(

@@ -36,6 +36,7 @@ class Unknown:
 
     @property
     def label(self) -> str:
+        """Its parameter's name, with the recording where it belongs to one."""
         own = f"{MARK}{self.recording}" if self.recording is not None else ""
         return self.parameter.name + own
 
@@ -51,10 +52,12 @@ class Unknowns:
 
     @property
     def labels(self) -> tuple[str, ...]:
+        """The labels in the order of the vector."""
         return tuple(item.label for item in self.items)
 
     @property
     def parameters(self) -> ParameterSet:
+        """The unknowns as parameters named by their labels."""
         return ParameterSet(tuple(replace(item.parameter, name=item.label) for item in self.items))
 
     def values_for(self, recording: str, vector: np.ndarray) -> dict[str, float]:

@@ -30,6 +30,7 @@ class Agreement:
 
     @property
     def within(self) -> bool:
+        """Whether the two agree within one deviation."""
         return abs(self.ours - self.paper) <= self.deviation
 
 

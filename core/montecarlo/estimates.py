@@ -65,9 +65,11 @@ class EstimateTable:
 
     @property
     def locals(self) -> tuple[EstimateRow, ...]:
+        """The rows of the local fits."""
         return tuple(r for r in self.rows if r.label not in (LOCAL_MEAN, GLOCAL))
 
     def row(self, label: str) -> EstimateRow:
+        """The row of that label."""
         return next(r for r in self.rows if r.label == label)
 
 

@@ -50,10 +50,12 @@ class Interpolated:
 
     @property
     def order(self) -> int:
+        """Number of states."""
         return self.A.shape[1]
 
     @property
     def degree(self) -> int:
+        """Degree of the polynomials in cos(theta2)."""
         return len(self.A) - 1
 
     def at(self, theta2: float) -> StateSpace:

@@ -66,6 +66,7 @@ class PredictedDeviation:
 
     @property
     def ratio(self) -> float:
+        """Found deviation over predicted one."""
         return self.found / self.predicted
 
 

@@ -82,6 +82,7 @@ class Rig:
         return [self.recording(e.simulate, e.name) for e in self.settings.experiments if e.simulate]
 
     def prepared(self, recording: Recording, model: Model | None = None) -> Prepared:
+        """A recording ready to be compared with the paper's output."""
         return prepare(model or self.model, recording, [sensor("ydot")], Processing())
 
     def predict(

@@ -31,6 +31,7 @@ class BiasSource:
 
     @property
     def glocal_rms(self) -> float:
+        """Root mean square of the glocal estimates' bias."""
         return float(np.sqrt(np.mean(self.glocal**2)))
 
 

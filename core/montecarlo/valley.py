@@ -44,10 +44,12 @@ class Explained:
 
     @property
     def ratio(self) -> float:
+        """Found spread over expected one."""
         return self.found / self.expected
 
     @property
     def good(self) -> bool:
+        """Whether the valley explains the spread."""
         return abs(self.ratio - 1.0) <= WITHIN
 
 

@@ -24,6 +24,7 @@ class ChannelKind:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """The channels of this family."""
         if not self.numbers:
             return (self.pattern,)
         return tuple(self.pattern.replace("#", number) for number in self.numbers)

@@ -19,9 +19,11 @@ MEGA = 1e6
 class Watching(Protocol):
     """What it needs of whoever waits: see `core.progress.Progress`."""
 
-    def advance(self, n: int = 1, text: str = "") -> None: ...
+    def advance(self, n: int = 1, text: str = "") -> None:
+        """`n` steps are done; `text` says of what."""
 
-    def stopped(self) -> bool: ...
+    def stopped(self) -> bool:
+        """Whether reading should end."""
 
 
 class Reading:

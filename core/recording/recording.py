@@ -60,6 +60,7 @@ class Recording:
         return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
 
     def has(self, *channels: str) -> bool:
+        """Whether all of these channels are there."""
         return all(name in self.channels for name in channels)
 
     def __getitem__(self, channel: str) -> np.ndarray:

@@ -33,6 +33,7 @@ class Group:
 
     @property
     def rows(self) -> int:
+        """Number of samples."""
         return len(next(iter(self.columns.values()), ()))
 
     def listed(self) -> Listed:

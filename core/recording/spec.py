@@ -56,6 +56,7 @@ class ColumnSpec(Settings):
 
     @property
     def factor(self) -> float:
+        """What a column is multiplied by: gain and sign."""
         return self.gain * self.sign
 
 
@@ -76,6 +77,7 @@ class CameraSpec(Settings):
     """s"""
 
     def pose(self) -> CameraPose:
+        """The camera's pose, scale and delay."""
         return CameraPose(self.origin, self.angle, self.scale, self.delay)
 
 
@@ -88,6 +90,7 @@ class LoggerFilterSpec(Settings):
     """Damping ratio, 1"""
 
     def filter(self) -> LoggerFilter:
+        """The filter that the rig applied."""
         return LoggerFilter(self.frequency, self.damping)
 
 

@@ -47,6 +47,7 @@ class Table:
 
     @property
     def rows(self) -> int:
+        """Number of rows."""
         return len(next(iter(self.columns.values()), ()))
 
     def row(self, index: int) -> str:

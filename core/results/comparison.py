@@ -25,10 +25,12 @@ class ChannelComparison:
 
     @property
     def residual(self) -> np.ndarray:
+        """(N,) measured minus modelled, in the channel's unit."""
         return self.measured - self.model
 
     @property
     def rms(self) -> float:
+        """Root mean square of the residual where it counts; NaN where nothing does."""
         r = self.residual[self.counted]
         return float(np.sqrt(np.mean(r * r))) if r.size else float("nan")
 

@@ -34,6 +34,7 @@ from core.recording.spec import (
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import sensors
 from core.sentences import did_you_mean, listed, quoted
+from core.validation import gathered
 
 MOST_RECORDINGS = 500
 """Of a scenario: the longest campaigns of a rig have a tenth of that."""
@@ -65,13 +66,7 @@ class DriveSpec(Settings):
     @model_validator(mode="before")
     @classmethod
     def _gather_options(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
-        beside = {k: v for k, v in data.items() if k not in cls.model_fields}
-        known = {k: v for k, v in data.items() if k in cls.model_fields}
-        if not beside:
-            return known
-        return {**known, "options": {**known.get("options", {}), **beside}}
+        return gathered(data, lambda key: key not in cls.model_fields, "options")
 
     @model_serializer
     def _flat(self) -> dict[str, Any]:
@@ -91,7 +86,7 @@ def _std_as_prior(value: Any) -> Any:
     return {"std": value} if isinstance(value, int | float) else value
 
 
-def _start_as_knob(value: Any) -> Any:
+def _start_as_table(value: Any) -> Any:
     plain = isinstance(value, int | float) and not isinstance(value, bool)
     return {"start": value} if plain else value
 
@@ -99,7 +94,7 @@ def _start_as_knob(value: Any) -> Any:
 Prior = Annotated[PriorSpec, BeforeValidator(_std_as_prior)]
 
 
-class KnobSpec(Settings):
+class EffectParameterSpec(Settings):
     """A parameter of an effect: where it starts, and whether it is estimated."""
 
     start: Real | None = None
@@ -114,7 +109,7 @@ class KnobSpec(Settings):
     """A table with std and value, or the std alone."""
 
     @model_validator(mode="after")
-    def _start_within_bounds(self) -> KnobSpec:
+    def _start_within_bounds(self) -> EffectParameterSpec:
         low, high = self.lower, self.upper
         if low is not None and high is not None and low >= high:
             raise ValueError(f"has the bounds [{low:g}, {high:g}]; the lower must be less.")
@@ -127,7 +122,7 @@ class KnobSpec(Settings):
         return self
 
 
-class OwnKnobSpec(KnobSpec):
+class OwnParameterSpec(EffectParameterSpec):
     """A parameter of an own effect, which nobody else can give a start or a unit."""
 
     start: Real
@@ -140,23 +135,23 @@ class EffectSpec(Settings):
     """One entry of `[model] effects`: its id and, beside it, what is said of its parameters."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, Annotated[KnobSpec, BeforeValidator(_start_as_knob)]] = Field(
-        init=False
-    )
+    __pydantic_extra__: dict[
+        str, Annotated[EffectParameterSpec, BeforeValidator(_start_as_table)]
+    ] = Field(init=False)
 
     id: Words
     """Of an effect in the catalogue; its parameters stand beside it, as a number (the start) or as
     a table."""
 
     @property
-    def parameters(self) -> dict[str, KnobSpec]:
+    def parameters(self) -> dict[str, EffectParameterSpec]:
         """What is said of each parameter, by its name."""
         return dict(self.__pydantic_extra__)
 
     @classmethod
     def known_settings(cls) -> list[str]:
         """What may stand in the table of a parameter; beside the id any name may."""
-        return list(KnobSpec.model_fields)
+        return list(EffectParameterSpec.model_fields)
 
 
 class OwnSpec(Settings):
@@ -166,7 +161,7 @@ class OwnSpec(Settings):
     """joint1, joint2, ... in N m (N on a slide), or tip1, tip2: a component in N."""
     formula: Words
     """Of the states theta1, dtheta1, delta1 (m), ddelta1, ... and the parameters."""
-    parameters: dict[str, Annotated[OwnKnobSpec, BeforeValidator(_start_as_knob)]] = Field(
+    parameters: dict[str, Annotated[OwnParameterSpec, BeforeValidator(_start_as_table)]] = Field(
         default_factory=dict
     )
     """Name -> a start, or a table."""
@@ -210,12 +205,8 @@ class SensorsSpec(Settings):
     @model_validator(mode="before")
     @classmethod
     def _gather_further(cls, data: Any) -> Any:
-        if not isinstance(data, dict):
-            return data
         named = {one.noise for one in sensors().values()} - {"", *cls.model_fields}
-        found = {k: v for k, v in data.items() if k in named}
-        rest = {k: v for k, v in data.items() if k not in named}
-        return {**rest, "further": {**rest.get("further", {}), **found}} if found else rest
+        return gathered(data, lambda key: key in named, "further")
 
     @model_serializer(mode="wrap")
     def _flat(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:

@@ -7,21 +7,38 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.arm.arm import Arm
+from core.arm.build import build_arm
+from core.drives import build_drive
 from core.effects import catalogue, effect, with_included
-from core.effects.effect import Effect, Knob
+from core.effects.effect import Effect, EffectParameter
 from core.effects.own import own_effect, own_parameter
 from core.effects.sizes import typical
 from core.errors import InputError
-from core.model import Model
+from core.model import LEVELS, Model
 from core.scenario.schema import (
     DiagnoseSpec,
+    EffectParameterSpec,
     EffectSpec,
     IdentifySpec,
-    KnobSpec,
     ModelSpec,
     OwnSpec,
+    Scenario,
 )
 from core.sentences import did_you_mean, quoted
+
+
+def base_model(scenario: Scenario) -> Model:
+    """With the effects that the scenario states."""
+    return with_stated_effects(bare_model(scenario, build_arm(scenario.arm)), scenario.model)
+
+
+def bare_model(scenario: Scenario, arm: Arm) -> Model:
+    """Without them, on any arm; a level that is left open is that of the full equations."""
+    drive = build_drive(scenario.drive.kind, scenario.drive.options)
+    level = scenario.model.level
+    return Model(arm, drive, level if level in LEVELS else "nonlinear")
+
 
 WHERE = "[model] effects"
 
@@ -31,7 +48,7 @@ class Stated:
     """An effect with what a scenario says of its parameters."""
 
     effect: Effect
-    knobs: Mapping[str, KnobSpec]
+    parameters: Mapping[str, EffectParameterSpec]
     where: str
 
 
@@ -40,9 +57,9 @@ def with_stated_effects(model: Model, spec: ModelSpec) -> Model:
     stated = stated_effects(model, spec)
     if not stated:
         return model
-    knobs, starts = _knobs(model, stated), _starts(stated)
-    _check_values(stated, starts, knobs)
-    _check_present(stated, starts, knobs)
+    quantities, starts = _parameters(model, stated), _starts(stated)
+    _check_values(stated, starts, quantities)
+    _check_present(stated, starts, quantities)
     return model.with_effects([each.effect for each in stated], starts)
 
 
@@ -60,10 +77,13 @@ def with_hidden_effects(
         where = f"Recording {recording}: hidden.{kind}"
         if kind not in known:
             raise InputError(f"{where} is not known; {did_you_mean(kind, known)}")
-        sizes = {name: KnobSpec(start=_number(v, f"{where}.{name}")) for name, v in table.items()}
+        sizes = {
+            name: EffectParameterSpec(start=_number(v, f"{where}.{name}"))
+            for name, v in table.items()
+        }
         stated.append(Stated(known[kind], sizes, where))
     values = _starts(stated)
-    _check_values(stated, values, _knobs(bare, stated))
+    _check_values(stated, values, _parameters(bare, stated))
     return bare.with_effects([each.effect for each in stated], values)
 
 
@@ -72,18 +92,18 @@ def with_effect_parameters(identify: IdentifySpec, model: Model, spec: ModelSpec
     stated = stated_effects(model, spec)
     if not stated:
         return identify
-    said, knobs = _said(stated), _knobs(model, stated)
-    neutral = _left_neutral(stated, knobs)
+    said, quantities = _stated_parameters(stated), _parameters(model, stated)
+    neutral = _left_neutral(stated, quantities)
     names, bounds, prior = list(identify.parameters), dict(identify.bounds), dict(identify.prior)
-    for name, knob in _all(knobs).items():
-        own = said.get(name, KnobSpec())
+    for name, quantity in _all(quantities).items():
+        own = said.get(name, EffectParameterSpec())
         if not own.vary or name not in model.parameters or name in neutral:
             continue
         if name not in (*names, *identify.per_recording):
             names.append(name)
         if own.lower is not None or own.upper is not None:
-            low = knob.parameter.lower if own.lower is None else own.lower
-            high = knob.parameter.upper if own.upper is None else own.upper
+            low = quantity.parameter.lower if own.lower is None else own.lower
+            high = quantity.parameter.upper if own.upper is None else own.upper
             bounds.setdefault(name, (low, high))
         if own.prior is not None:
             prior.setdefault(name, own.prior)
@@ -92,11 +112,13 @@ def with_effect_parameters(identify: IdentifySpec, model: Model, spec: ModelSpec
 
 
 def _left_neutral(
-    stated: Sequence[Stated], knobs: Mapping[str, Mapping[str, Knob]]
+    stated: Sequence[Stated], quantities: Mapping[str, Mapping[str, EffectParameter]]
 ) -> frozenset[str]:
     """Parameters of effects about separate things of which only others are stated."""
-    some = [each for each in stated if each.effect.apart and each.knobs]
-    return frozenset(n for each in some for n in knobs[each.effect.kind] if n not in each.knobs)
+    some = [each for each in stated if each.effect.apart and each.parameters]
+    return frozenset(
+        n for each in some for n in quantities[each.effect.kind] if n not in each.parameters
+    )
 
 
 def candidate_effects(spec: DiagnoseSpec) -> tuple[Effect, ...]:
@@ -130,8 +152,8 @@ def fitting(model: Model, spec: ModelSpec) -> ModelSpec:
     kept = []
     for entry in spec.effects:
         if entry.id in catalogue():
-            knobs = _knobs(model, [Stated(effect(entry.id), {}, WHERE)])
-            names = {"id", *_all(knobs)}
+            quantities = _parameters(model, [Stated(effect(entry.id), {}, WHERE)])
+            names = {"id", *_all(quantities)}
             entry = EffectSpec(**{k: v for k, v in dict(entry).items() if k in names})
         kept.append(entry)
     return spec.model_copy(update={"effects": tuple(kept)})
@@ -143,8 +165,8 @@ def _own(bare: Model, spec: OwnSpec, number: int) -> Stated:
     if kind in catalogue():
         raise InputError(f"{where} id {kind!r} is that of a listed effect; choose another.")
     parameters = tuple(
-        own_parameter(name, knob.start, knob.unit, knob.lower, knob.upper)
-        for name, knob in spec.parameters.items()
+        own_parameter(name, quantity.start, quantity.unit, quantity.lower, quantity.upper)
+        for name, quantity in spec.parameters.items()
     )
     made = own_effect(
         bare.arm, spec.target, spec.formula, parameters, kind, spec.title or "", where
@@ -160,7 +182,7 @@ def _check_once(bare: Model, stated: Sequence[Stated]) -> None:
         raise InputError(f"{WHERE} lists {doubled[0]!r} twice; list it once.")
     taken = {**dict.fromkeys(bare.parameters, "the arm or the drive")}
     for each in stated:
-        mine = _knobs(bare, [each])[each.effect.kind]
+        mine = _parameters(bare, [each])[each.effect.kind]
         for name in mine:
             # A listed effect may be a parameter of the arm; an own one brings its own.
             if each.effect.kind not in catalogue() and name in taken:
@@ -171,44 +193,50 @@ def _check_once(bare: Model, stated: Sequence[Stated]) -> None:
             taken[name] = each.effect.kind
 
 
-def _knobs(model: Model, stated: Sequence[Stated]) -> dict[str, dict[str, Knob]]:
-    """kind -> name -> knob, of the effects and all that they include."""
+def _parameters(model: Model, stated: Sequence[Stated]) -> dict[str, dict[str, EffectParameter]]:
+    """kind -> name -> parameter, of the effects and all that they include."""
     bare = model.bare or model
     arm, found = bare.arm, {}
     for one in with_included([each.effect for each in stated]):
         arm = one.changed_arm(arm, {})
-        knobs = one.knobs(arm, bare.drive, typical(arm))
-        found[one.kind] = {knob.parameter.name: knob for knob in knobs}
+        quantities = one.parameters(arm, bare.drive, typical(arm))
+        found[one.kind] = {quantity.parameter.name: quantity for quantity in quantities}
     return found
 
 
-def _all(knobs: Mapping[str, Mapping[str, Knob]]) -> dict[str, Knob]:
-    return {name: knob for mine in knobs.values() for name, knob in mine.items()}
+def _all(quantities: Mapping[str, Mapping[str, EffectParameter]]) -> dict[str, EffectParameter]:
+    return {name: quantity for mine in quantities.values() for name, quantity in mine.items()}
 
 
-def _said(stated: Sequence[Stated]) -> dict[str, KnobSpec]:
+def _stated_parameters(stated: Sequence[Stated]) -> dict[str, EffectParameterSpec]:
     """What all effects together say of parameters; InputError where two say it."""
-    said: dict[str, KnobSpec] = {}
+    said: dict[str, EffectParameterSpec] = {}
     for each in stated:
-        for name, knob in each.knobs.items():
+        for name, quantity in each.parameters.items():
             if name in said:
                 raise InputError(f"{each.where}: {name!r} is given twice; give it once.")
-            said[name] = knob
+            said[name] = quantity
     return said
 
 
 def _starts(stated: Sequence[Stated]) -> dict[str, float]:
-    return {name: knob.start for name, knob in _said(stated).items() if knob.start is not None}
+    return {
+        name: quantity.start
+        for name, quantity in _stated_parameters(stated).items()
+        if quantity.start is not None
+    }
 
 
 def _check_values(
-    stated: Sequence[Stated], values: Mapping[str, float], knobs: Mapping[str, Mapping[str, Knob]]
+    stated: Sequence[Stated],
+    values: Mapping[str, float],
+    quantities: Mapping[str, Mapping[str, EffectParameter]],
 ) -> None:
     """Only parameters that the effects have, and with the signs that they can have."""
     for each in stated:
         kinds = [one.kind for one in with_included([each.effect])]
-        mine = {name: knob for kind in kinds for name, knob in knobs[kind].items()}
-        for name in each.knobs:
+        mine = {name: quantity for kind in kinds for name, quantity in quantities[kind].items()}
+        for name in each.parameters:
             if name not in mine:
                 hint = did_you_mean(name, mine)
                 raise InputError(f"{each.where} has no parameter {name!r}; {hint}")
@@ -219,13 +247,19 @@ def _check_values(
 
 
 def _check_present(
-    stated: Sequence[Stated], starts: Mapping[str, float], knobs: Mapping[str, Mapping[str, Knob]]
+    stated: Sequence[Stated],
+    starts: Mapping[str, float],
+    quantities: Mapping[str, Mapping[str, EffectParameter]],
 ) -> None:
     """What is to be estimated must not start where the effect vanishes and is left out."""
     for each in stated:
-        sizes = {n: k for n, k in knobs[each.effect.kind].items() if not k.secondary}
+        sizes = {n: k for n, k in quantities[each.effect.kind].items() if not k.secondary}
         vanishes = all(starts.get(n, k.parameter.value) == k.neutral for n, k in sizes.items())
-        if sizes and vanishes and any(each.knobs.get(n, KnobSpec()).vary for n in sizes):
+        if (
+            sizes
+            and vanishes
+            and any(each.parameters.get(n, EffectParameterSpec()).vary for n in sizes)
+        ):
             raise InputError(
                 f"{each.where} starts where it vanishes; start at least one of "
                 f"{', '.join(sizes)} elsewhere."

@@ -17,6 +17,8 @@ class Camera(Sensor):
     title = "tip camera"
     noise = "camera_noise"
     primary = True
+    from_camera = True
+    at_camera_rate = True
 
     def channels(self, arm: Arm) -> tuple[Channel, ...]:
         return Channel("z1", "m"), Channel("z2", "m")

@@ -26,6 +26,10 @@ class RigidAngles(Sensor):
 
     kind = "y"
     title = "angles of the fictitious rigid arm"
+    from_camera = True
+
+    def defined_on(self, arm: Arm) -> bool:
+        return arm.two_revolute
 
     def channels(self, arm: Arm) -> tuple[Channel, ...]:
         return Channel("y1", "rad"), Channel("y2", "rad")

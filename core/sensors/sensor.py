@@ -43,11 +43,19 @@ class Sensor(ABC):
     primary: bool = False
     """Whether it measures something of its own: with the full equations it is compared unless the
     scenario says otherwise. What follows from other sensors, or drives the arm, does not."""
+    from_camera: bool = False
+    """Whether the camera gives it: the stated signal-to-noise ratio of a simulation is about it."""
+    at_camera_rate: bool = False
+    """Whether a simulated recording has samples of it at [sensors] camera_rate only."""
     columns: ClassVar[tuple[ChannelKind, ...]] = ()
     """Columns of a recording that it brings, beside those in core.recording.channels."""
 
     def __init_subclass__(cls) -> None:
         add_channels(cls.columns)
+
+    def defined_on(self, arm: Arm) -> bool:
+        """Whether the arm can have this sensor."""
+        return True
 
     @abstractmethod
     def channels(self, arm: Arm) -> tuple[Channel, ...]:

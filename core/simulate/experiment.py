@@ -14,14 +14,12 @@ from core.model import Model
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
 from core.sensors import sensors
+from core.sensors.sensor import Sensor
 from core.simulate.linear import respond
 from core.simulate.motion import Task, at_rest
 from core.simulate.nonlinear import simulate_within
 from core.simulate.sweep import half_cosine_rate
 from core.trajectory import Trajectory
-
-SNR_OUTPUTS = ("y", "ydot", "z")
-"""Outputs that the stated signal-to-noise ratio is about: those of the camera."""
 
 
 @dataclass(frozen=True)
@@ -138,13 +136,13 @@ def read_sensors(
     """All channels that the arm's sensors give, with their noise."""
     channels: dict[str, np.ndarray] = {}
     for kind, sensor in sorted(sensors().items()):
-        if kind in ("y", "ydot") and not trajectory.arm.two_revolute:
+        if not sensor.defined_on(trajectory.arm):
             continue
         values = np.array(sensor.measure(trajectory))
         values = np.array(model.sensed(kind, values, spec.sample_time, {}))
         draws = noise_stream(spec.seed, kind).standard_normal(values.shape)
-        values += draws * _deviation(kind, values, spec, noise)
-        if kind == "z" and noise.camera_rate is not None:
+        values += draws * _deviation(sensor, values, spec, noise)
+        if sensor.at_camera_rate and noise.camera_rate is not None:
             values = _sampled(values, spec.sample_time, noise.camera_rate)
         for k, channel in enumerate(sensor.channels(trajectory.arm)):
             channels[channel.name] = values[:, k]
@@ -156,10 +154,12 @@ def noise_stream(seed: int, kind: str) -> np.random.Generator:
     return np.random.default_rng([seed, 1, zlib.crc32(kind.encode())])
 
 
-def _deviation(kind: str, values: np.ndarray, spec: SimulateSpec, noise: NoiseLevels) -> np.ndarray:
+def _deviation(
+    sensor: Sensor, values: np.ndarray, spec: SimulateSpec, noise: NoiseLevels
+) -> np.ndarray:
     """(k,) standard deviations of the noise of one sensor's channels."""
-    stated = noise.by_output.get(kind, 0.0)
-    if spec.snr_db is None or kind not in SNR_OUTPUTS:
+    stated = noise.by_output.get(sensor.kind, 0.0)
+    if spec.snr_db is None or not sensor.from_camera:
         return np.full(values.shape[1], stated)
     ratio = 10.0 ** (-spec.snr_db / 20.0)
     return np.asarray(np.hypot(values.std(axis=0) * ratio, stated))

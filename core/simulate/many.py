@@ -49,9 +49,11 @@ class Job:
 
     @property
     def parts(self) -> tuple[Model, Numbers, Task]:
+        """Model, numbers and task."""
         return self.model, self.numbers, self.task
 
     def elements(self) -> ElementArrays:
+        """The model's forces as arrays."""
         return self.numbers.packed(self.model.arm.coordinates)
 
 

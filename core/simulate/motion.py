@@ -27,6 +27,7 @@ class Task:
 
     @property
     def sample_time(self) -> float:
+        """s"""
         return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
 
 

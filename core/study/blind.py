@@ -41,15 +41,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if asked.tables:
             records = finished(cases, asked.out)
         else:
-            records = run_all(cases, answer_text, asked.out, _say, asked.processes)
+            records = run_all(cases, answer_text, asked.out, _print, asked.processes)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
-    _say(tables(list(records.values())))
+    _print(tables(list(records.values())))
     return 0
 
 
-def _say(text: str) -> None:
+def _print(text: str) -> None:
     print(text, flush=True)
 
 

@@ -20,10 +20,10 @@ from core.results import Diagnosis
 from core.study.blind_run import kept
 from core.study.cases import Case
 from core.study.crossing import UnreachableError
-from core.study.hidden import LEVELS, Hidden, added, hidden, knobs_on
+from core.study.detectability import Detectability
+from core.study.hidden import LEVELS, Hidden, added, hidden, parameters_on
 from core.study.outside import disturbed
 from core.study.rig import IDENTIFY, STDS, bare_model, exactly, noisy, readings, recording
-from core.study.sight import Sight
 
 COVERED = 1.96
 """Standard deviations of the interval in which 95 % of the truths should lie."""
@@ -81,10 +81,10 @@ def run_case(case: Case, max_effects: int = 3) -> dict[str, Any]:
         "known": [e.kind for e in data.model.effects],
         "seconds": {"data": ready - clock, "diagnose": time.process_time() - ready},
     }  # fmt: skip
-    return record | said(answer) | compared(answer, data, case.what)
+    return record | answer_record(answer) | compared(answer, data, case.what)
 
 
-def said(answer: Diagnosis) -> dict[str, Any]:
+def answer_record(answer: Diagnosis) -> dict[str, Any]:
     """What the diagnosis said, without the arrays."""
     top = answer.ranking[:TOP]
     return {
@@ -162,7 +162,7 @@ def _as_believed(h: Hidden) -> Model:
 
 
 def _names(kind: str, model: Model) -> tuple[str, ...]:
-    return tuple(k.parameter.name for k in knobs_on(effect(kind), model) if not k.secondary)
+    return tuple(k.parameter.name for k in parameters_on(effect(kind), model) if not k.secondary)
 
 
 def _single(case: Case) -> Made:
@@ -203,9 +203,9 @@ def _null(case: Case) -> Made:
 
 
 def _outside(case: Case) -> Made:
-    sight = Sight(_bare(case), case.experiments())
+    detectability = Detectability(_bare(case), case.experiments())
     rng = np.random.default_rng(case.stream)
-    found = disturbed(case.what[0], sight, LEVELS[case.level], rng)
+    found = disturbed(case.what[0], detectability, LEVELS[case.level], rng)
     recordings = _recordings(case, _bare(case), found.outputs)
     return Made(_bare(case), recordings, found.figures, {}, {case.what[0]: found.level})
 

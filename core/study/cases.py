@@ -12,7 +12,7 @@ import numpy as np
 from core.effects import catalogue
 from core.effects.effect import Effect
 from core.recording.spec import SimulateSpec
-from core.study.hidden import LEVELS, knobs_on
+from core.study.hidden import LEVELS, parameters_on
 from core.study.noise import COLOURS
 from core.study.outside import OUTSIDE
 from core.study.rig import Experiment, bare_model, seen_by
@@ -82,7 +82,7 @@ def candidates() -> dict[str, Effect]:
 
 def sized(one: Effect) -> bool:
     """Whether the effect has a size at all."""
-    return bool(knobs_on(one, bare_model()))
+    return bool(parameters_on(one, bare_model()))
 
 
 def singles(effects: Sequence[str] = (), count: int = SEEDS) -> list[Case]:
@@ -101,7 +101,7 @@ def pairs(effects: Sequence[str] = (), count: int = PAIRS) -> list[Case]:
     """Strong effects of different rooms, drawn once for all."""
     rng = np.random.default_rng(20)
     able = sorted(k for k, one in candidates().items() if sized(one))
-    rooms = {kind: catalogue()[kind].room for kind in able}
+    rooms = {kind: catalogue()[kind].location for kind in able}
     found: list[Case] = []
     while len(found) < count * len(COLOURS):
         a, b = sorted(rng.choice(able, 2, replace=False))
@@ -149,6 +149,7 @@ class Choice:
     levels: tuple[str, ...] = field(default=())
 
     def cases(self) -> list[Case]:
+        """The cases of these parts, levels and noises."""
         found: list[Case] = []
         for part in self.parts:
             make, planned = MAKERS[part]

@@ -28,6 +28,7 @@ from core.sentences import did_you_mean
 from core.study.cases import candidates
 from core.study.crossing import UnreachableError
 from core.study.hidden import Hidden, added, hidden, known_before
+from core.study.obfuscate import obfuscate, opened
 from core.study.rig import (
     CHANNELS,
     GAINS,
@@ -39,7 +40,6 @@ from core.study.rig import (
     readings,
     recording,
 )  # fmt: skip
-from core.study.seal import opened, seal
 
 SCENARIO, SEALED = "scenario.toml", "truth.sealed"
 
@@ -80,7 +80,9 @@ def make_challenge(seed: int, level: str = "easy") -> Challenge:
     clean = [_recorded(e, truth.model) for e in experiments]
     recordings = [_rounded(r) for r in noisy(clean, "white", [seed, len(level)])[0]]
     text = json.dumps({"seed": seed, "level": level, **truth.record}, sort_keys=True)
-    return Challenge(_scenario(seed, recordings), tuple(recordings), seal(text, f"{seed} {level}"))
+    return Challenge(
+        _scenario(seed, recordings), tuple(recordings), obfuscate(text, f"{seed} {level}")
+    )
 
 
 @dataclass(frozen=True)
@@ -142,8 +144,8 @@ def _kinds(count: int, rng: np.random.Generator) -> list[str]:
     fitting = [kind for kind in able if parts[kind] <= count]
     chosen = [str(rng.choice(fitting))]
     if parts[chosen[0]] < count:
-        room = effect(chosen[0]).room
-        others = [k for k in fitting if parts[k] == 1 and effect(k).room != room]
+        room = effect(chosen[0]).location
+        others = [k for k in fitting if parts[k] == 1 and effect(k).location != room]
         chosen.append(str(rng.choice(others)))
     return chosen
 
@@ -228,10 +230,10 @@ def reveal(place: Path) -> str:
 
     `place` is a challenge's folder, its zip, or the sealed file itself.
     """
-    return truth_in_words(opened(_sealed(place), SEALED))
+    return truth_in_words(opened(_obfuscated_truth(place), SEALED))
 
 
-def _sealed(place: Path) -> str:
+def _obfuscated_truth(place: Path) -> str:
     path = place / SEALED if place.is_dir() else place
     try:
         if path.suffix.lower() == ".zip":
@@ -253,8 +255,10 @@ def truth_in_words(text: str) -> str:
     nominal = bare_model().parameters["EI"].value
     lines = [f"Challenge {truth['seed']} ({truth['level']}). Hidden:"]
     for one in model.effects:
-        knobs = one.knobs(model.arm, model.drive, typical(model.arm))
-        stated = [knob.parameter for knob in knobs if knob.parameter.name in values]
+        quantities = one.parameters(model.arm, model.drive, typical(model.arm))
+        stated = [
+            quantity.parameter for quantity in quantities if quantity.parameter.name in values
+        ]
         sizes = [_size(parameter, values[parameter.name]) for parameter in stated]
         lines.append(f"- {one.title} ({one.kind}){': ' if sizes else ''}{'; '.join(sizes)}.")
         if one.kind in shown:

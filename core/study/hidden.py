@@ -1,8 +1,8 @@
 """Hidden effects of a chosen size.
 
-Weak effects show half the noise, strong ones three times the noise (core.study.sight says what
-showing means); each joint or segment has a random share of the size, and a random sign where signs
-are free.
+Weak effects show half the noise, strong ones three times the noise; core.study.detectability says
+what showing means. Each joint or segment has a random share of the size, and a random sign where
+signs are free.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.effects import effect, with_included
-from core.effects.effect import Effect, Knob
+from core.effects.effect import Effect, EffectParameter
 from core.effects.sizes import Sizes, typical
 from core.model import Model
 from core.study.crossing import crossing
+from core.study.detectability import Detectability
 from core.study.rig import Experiment, seen_by
-from core.study.sight import Sight
 
 WEAK, STRONG = 0.5, 3.0
 """Noise rms per sample."""
@@ -47,11 +47,13 @@ def known_before(one: Effect) -> tuple[Effect, ...]:
     return with_included([effect(kind) for kind in kinds])
 
 
-def knobs_on(one: Effect, model: Model, sizes: Sizes | None = None) -> tuple[Knob, ...]:
-    """The effect's knobs on the arm that it makes of the model's, where the studies show them."""
+def parameters_on(
+    one: Effect, model: Model, sizes: Sizes | None = None
+) -> tuple[EffectParameter, ...]:
+    """Its parameters on the arm that it makes of the model's, where the studies show them."""
     arm = one.changed_arm(model.arm, {})
-    knobs, rig = one.knobs(arm, model.drive, sizes or typical(arm)), seen_by(model)
-    return tuple(knob for knob in knobs if one.shown(knob.parameter.name, rig))
+    quantities, rig = one.parameters(arm, model.drive, sizes or typical(arm)), seen_by(model)
+    return tuple(quantity for quantity in quantities if one.shown(quantity.parameter.name, rig))
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class Direction:
     """In which proportions and with which signs an effect's sizes grow together."""
 
     effect: Effect
-    knobs: tuple[Knob, ...]
+    parameters: tuple[EffectParameter, ...]
     shares: Mapping[str, float]
     """name of a size -> share with sign."""
     fixed: Mapping[str, float]
@@ -68,12 +70,12 @@ class Direction:
     def values(self, m: float) -> dict[str, float]:
         """The values at the common multiplier m of the plausible sizes; neutral towards zero."""
         found = dict(self.fixed)
-        for knob in self.knobs:
-            p, share = knob.parameter, self.shares[knob.parameter.name]
-            if abs(knob.neutral) > FAR * abs(p.value):
-                found[p.name] = min(p.value * abs(share) / m, knob.neutral)
+        for quantity in self.parameters:
+            p, share = quantity.parameter, self.shares[quantity.parameter.name]
+            if abs(quantity.neutral) > FAR * abs(p.value):
+                found[p.name] = min(p.value * abs(share) / m, quantity.neutral)
             else:
-                found[p.name] = knob.neutral + m * share * (p.value - knob.neutral)
+                found[p.name] = quantity.neutral + m * share * (p.value - quantity.neutral)
         return found
 
     def within(self, m: float) -> bool:
@@ -82,7 +84,7 @@ class Direction:
         return all(
             k.parameter.lower <= values[k.parameter.name] <= k.parameter.upper
             or values[k.parameter.name] == k.neutral
-            for k in self.knobs
+            for k in self.parameters
         )
 
 
@@ -91,24 +93,24 @@ def direction(one: Effect, model: Model, sizes: Sizes, rng: np.random.Generator)
 
     What shapes it and is in the model already stays as it is there.
     """
-    knobs = knobs_on(one, model, sizes)
-    primary = tuple(k for k in knobs if not k.secondary)
+    quantities = parameters_on(one, model, sizes)
+    primary = tuple(k for k in quantities if not k.secondary)
     shares = {}
-    for knob in primary:
-        signed = knob.parameter.lower < knob.neutral < knob.parameter.upper
+    for quantity in primary:
+        signed = quantity.parameter.lower < quantity.neutral < quantity.parameter.upper
         sign = rng.choice([-1.0, 1.0]) if signed else 1.0
-        shares[knob.parameter.name] = float(sign * rng.uniform(*SPLIT))
-    fixed = {k.parameter.name: _shape(k, rng) for k in knobs if k.secondary}
+        shares[quantity.parameter.name] = float(sign * rng.uniform(*SPLIT))
+    fixed = {k.parameter.name: _shape(k, rng) for k in quantities if k.secondary}
     fixed = {name: model.effect_values.get(name, value) for name, value in fixed.items()}
     return Direction(one, primary, shares, fixed)
 
 
-def _shape(knob: Knob, rng: np.random.Generator) -> float:
-    """Somewhere on the knob's grid, else near its plausible value."""
-    if knob.grid:
-        low, high = np.log(min(knob.grid)), np.log(max(knob.grid))
+def _shape(quantity: EffectParameter, rng: np.random.Generator) -> float:
+    """Somewhere on the parameter's grid, else near its plausible value."""
+    if quantity.grid:
+        low, high = np.log(min(quantity.grid)), np.log(max(quantity.grid))
         return float(np.exp(rng.uniform(low, high)))
-    return float(knob.parameter.value * rng.uniform(*SPLIT))
+    return float(quantity.parameter.value * rng.uniform(*SPLIT))
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,7 @@ class Hidden:
 
     @property
     def truth(self) -> Model:
+        """The model with the effect in it."""
         return added(self.base, [effect(self.kind)], self.values, self.sizes)
 
 
@@ -139,19 +142,19 @@ def hidden(
 
     Unreachable where no size shows that.
     """
-    known, sight = known_before(one), Sight(bare, experiments)
-    sizes = sight.sizes
-    if not knobs_on(one, bare, sizes):
-        return Hidden(one.kind, bare, {}, sight.of(added(bare, [one], {}, sizes)), sizes)
+    known, detectability = known_before(one), Detectability(bare, experiments)
+    sizes = detectability.sizes
+    if not parameters_on(one, bare, sizes):
+        return Hidden(one.kind, bare, {}, detectability.of(added(bare, [one], {}, sizes)), sizes)
     carriers = _directions(known, bare, sizes, rng)
-    if known and _is_carried(one, carriers, sight):
-        return _carried(one, carriers, sight, level, rng)
+    if known and _is_carried(one, carriers, detectability):
+        return _carried(one, carriers, detectability, level, rng)
     base = _with_known(bare, carriers, KNOWN, sizes)
-    sight = Sight(base, experiments) if known else sight
+    detectability = Detectability(base, experiments) if known else detectability
     towards = direction(one, base, sizes, rng)
 
     def shown(m: float) -> float:
-        return sight.of(added(base, [one], towards.values(m), sizes))
+        return detectability.of(added(base, [one], towards.values(m), sizes))
 
     m, found = crossing(shown, level)
     return Hidden(one.kind, base, towards.values(m), found, sizes)
@@ -182,27 +185,29 @@ KNOWN = 0.3
 """Of the plausible size: of what is known before, so that it does not drown what is sought."""
 
 
-def _is_carried(one: Effect, carriers: Sequence[Direction], sight: Sight) -> bool:
+def _is_carried(one: Effect, carriers: Sequence[Direction], detectability: Detectability) -> bool:
     """Whether the effect vanishes with what it includes: presliding has no force of its own."""
-    base = _with_known(sight.base, carriers, NEARLY, sight.sizes)
-    plausible = {k.parameter.name: k.parameter.value for k in knobs_on(one, base, sight.sizes)}
-    return sight.of(added(base, [one], plausible, sight.sizes)) < UNSEEN
+    base = _with_known(detectability.base, carriers, NEARLY, detectability.sizes)
+    plausible = {
+        k.parameter.name: k.parameter.value for k in parameters_on(one, base, detectability.sizes)
+    }
+    return detectability.of(added(base, [one], plausible, detectability.sizes)) < UNSEEN
 
 
 def _carried(
     one: Effect,
     carriers: Sequence[Direction],
-    sight: Sight,
+    detectability: Detectability,
     level: float,
     rng: np.random.Generator,
 ) -> Hidden:
     """Sized by what it includes; its own parameters lie anywhere on their grids."""
-    bare, sizes = sight.base, sight.sizes
-    values = {k.parameter.name: _shape(k, rng) for k in knobs_on(one, bare, sizes)}
+    bare, sizes = detectability.base, detectability.sizes
+    values = {k.parameter.name: _shape(k, rng) for k in parameters_on(one, bare, sizes)}
 
     def shown(m: float) -> float:
         base = _with_known(bare, carriers, m, sizes)
-        own = Sight(base, sight.experiments)
+        own = Detectability(base, detectability.experiments)
         return own.of(added(base, [one], values, sizes))
 
     m, found = crossing(shown, level)

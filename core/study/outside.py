@@ -10,7 +10,7 @@ import sympy as sp
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.effect import Effect, Knob, Values
+from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import joint_direction
 from core.effects.sizes import Sizes
 from core.forces.element import Element
@@ -19,8 +19,8 @@ from core.model import Model
 from core.simulate.motion import Task
 from core.simulate.nonlinear import run
 from core.study.crossing import crossing
+from core.study.detectability import Detectability
 from core.study.rig import STEPS, readings
-from core.study.sight import Sight
 from core.trajectory import Trajectory
 
 Shown = list[np.ndarray]
@@ -37,10 +37,12 @@ class Disturbed:
     figures: dict[str, float]
 
 
-def disturbed(kind: str, sight: Sight, level: float, rng: np.random.Generator) -> Disturbed:
+def disturbed(
+    kind: str, detectability: Detectability, level: float, rng: np.random.Generator
+) -> Disturbed:
     """The disturbance at the size that shows `level`."""
-    make, figures = OUTSIDE[kind](sight, rng)
-    m, found = crossing(lambda m: sight.seen(make(m)), level)
+    make, figures = OUTSIDE[kind](detectability, rng)
+    m, found = crossing(lambda m: detectability.seen(make(m)), level)
     return Disturbed(make(m), found, {**figures, "size": m})
 
 
@@ -50,19 +52,21 @@ Maker = tuple[Callable[[float], Shown], dict[str, float]]
 VIBRATION_HZ = (5.0, 40.0)
 
 
-def vibration(sight: Sight, rng: np.random.Generator) -> Maker:
+def vibration(detectability: Detectability, rng: np.random.Generator) -> Maker:
     """One joint trembles at one frequency, unrelated to the references: encoder and tip see it.
 
     The tip moves as on a rigid arm that turns about the joint; size in rad.
     """
     joint, hz = int(rng.integers(2)), float(rng.uniform(*VIBRATION_HZ))
-    phases = rng.uniform(0.0, 2.0 * np.pi, len(sight.tasks))
+    phases = rng.uniform(0.0, 2.0 * np.pi, len(detectability.tasks))
 
     def make(m: float) -> Shown:
         found = []
-        for task, plain, phase in zip(sight.tasks, sight.plain, phases, strict=True):
+        for task, plain, phase in zip(
+            detectability.tasks, detectability.plain, phases, strict=True
+        ):
             angle = 1e-5 * m * np.sin(2.0 * np.pi * hz * task.time + phase)
-            found.append(plain + angle[:, None] * _turning(sight.base.arm, plain, joint))
+            found.append(plain + angle[:, None] * _turning(detectability.base.arm, plain, joint))
         return found
 
     return make, {"hz": hz, "joint": joint + 1.0}
@@ -103,14 +107,14 @@ class DraggingCable(Effect):
     """
 
     kind = "dragging_cable"
-    room = "joint"
+    location = "joint"
     title = "Dragging cable"
     edges = 2
 
     def __init__(self, stiffness: Sequence[float], breaks: Sequence[float]) -> None:
         self.stiffness, self.breaks = tuple(stiffness), tuple(breaks)
 
-    def knobs(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[Knob, ...]:
+    def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         return ()
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
@@ -119,17 +123,19 @@ class DraggingCable(Effect):
         return tuple(Element(CABLE, along, pair) for pair in pairs)
 
 
-def dragging_cable(sight: Sight, rng: np.random.Generator) -> Maker:
+def dragging_cable(detectability: Detectability, rng: np.random.Generator) -> Maker:
     """A cable with hysteresis pulls at joint 1; size in N at full slip of the plausible chain."""
-    travel, torque = float(sight.sizes.travel[0]), float(sight.sizes.torque[0])
+    travel, torque = float(detectability.sizes.travel[0]), float(detectability.sizes.torque[0])
     breaks = [share * travel * rng.uniform(0.7, 1.4) for share in BREAKS]
     forces = rng.dirichlet(np.full(len(breaks), 3.0)) * 0.1 * torque
 
     def make(m: float) -> Shown:
         stiffness = [m * f / z for f, z in zip(forces, breaks, strict=True)]
-        model = sight.base.with_effects([DraggingCable(stiffness, breaks)])
+        model = detectability.base.with_effects([DraggingCable(stiffness, breaks)])
         steps = STEPS * DraggingCable.edges
-        motions = [run(model, model.numbers(), e.task(model), steps) for e in sight.experiments]
+        motions = [
+            run(model, model.numbers(), e.task(model), steps) for e in detectability.experiments
+        ]
         return [readings(model, motion) for motion in motions]
 
     return make, {"travel": travel, "torque": 0.1 * torque}
@@ -139,7 +145,7 @@ PIECES = 40
 """In which the stiffness is constant."""
 
 
-def drifting_stiffness(sight: Sight, rng: np.random.Generator) -> Maker:
+def drifting_stiffness(detectability: Detectability, rng: np.random.Generator) -> Maker:
     """EI of both segments drifts in a straight line within each recording, as a beam that warms.
 
     Size in per cent from the first to the last sample; the sign is random.
@@ -149,7 +155,10 @@ def drifting_stiffness(sight: Sight, rng: np.random.Generator) -> Maker:
     def make(m: float) -> Shown:
         shares = 1.0 + sign * 0.01 * m * np.linspace(0.0, 1.0, PIECES)
         shares = np.maximum(shares, 0.05)
-        return [readings(sight.base, in_pieces(sight.base, task, shares)) for task in sight.tasks]
+        return [
+            readings(detectability.base, in_pieces(detectability.base, task, shares))
+            for task in detectability.tasks
+        ]
 
     return make, {"sign": sign}
 
@@ -180,7 +189,7 @@ def in_pieces(model: Model, task: Task, shares: np.ndarray) -> Trajectory:
     )  # fmt: skip
 
 
-OUTSIDE: dict[str, Callable[[Sight, np.random.Generator], Maker]] = {
+OUTSIDE: dict[str, Callable[[Detectability, np.random.Generator], Maker]] = {
     "vibration": vibration,
     "dragging_cable": dragging_cable,
     "drifting_stiffness": drifting_stiffness,

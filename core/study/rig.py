@@ -60,6 +60,7 @@ class Experiment:
     spec: SimulateSpec
 
     def task(self, model: Model) -> Task:
+        """What is simulated of it with a model."""
         return make_task(model, self.spec, self.name)[0]
 
 

@@ -19,14 +19,14 @@ class OilBath(fg.Effect):
     """-c θ' |θ'| at every joint: oil that is churned."""
 
     kind = "oil_bath"
-    room = "joint"
+    location = "joint"
     title = "Oil bath"
     story = "A gear that turns in oil is braked with the square of its speed."
     formula = r"\tau = -c \, \dot\theta |\dot\theta|"
     dissipative = True
     acts_at = "joints"
 
-    def knobs(self, arm, drive, sizes):
+    def parameters(self, arm, drive, sizes):
         """One coefficient per joint, in N m s²/rad²."""
 
         def make(k):

@@ -37,6 +37,7 @@ class SympyArm:
 
     @cached_property
     def p(self) -> np.ndarray:
+        """The arm's numbers."""
         return self.model.numbers().p
 
     @cached_property

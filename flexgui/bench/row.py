@@ -24,6 +24,7 @@ class Row:
 
     @property
     def ratio(self) -> float | None:
+        """How many times faster than the peer; None without one."""
         return None if self.peer is None else self.peer / self.ours
 
 

@@ -23,14 +23,14 @@ WORKROOM = ".flexgui-"
 def check_writable(out: Path) -> None:
     """Raise InputError where an export could not be written; call it before the long work."""
     try:
-        with workroom(out):
+        with work_folder(out):
             pass
     except OSError as error:
         raise InputError(_refusal(out, error)) from error
 
 
 @contextmanager
-def workroom(out: Path) -> Iterator[Path]:
+def work_folder(out: Path) -> Iterator[Path]:
     """An empty hidden folder inside `out`, removed at the end.
 
     It lies inside so that it is on the same file system, where a rename is atomic. `out` is

@@ -12,7 +12,7 @@ from pyarrow import csv
 from core.diagnosed import NAME as DIAGNOSED
 from core.errors import InputError
 from core.results import Outcome
-from flexgui.export.folder import INDEX, swap_in, workroom
+from flexgui.export.folder import INDEX, swap_in, work_folder
 from flexgui.export.model_files import as_json, write_mat
 from flexgui.export.motion import Motion
 from flexgui.export.report import report_html
@@ -36,7 +36,7 @@ def export_outcome(
     `diagnosed` is the text of the scenario with what was found; empty: there is none.
     """
     try:
-        with workroom(out) as room:
+        with work_folder(out) as room:
             _write(outcome, scenario_text, room, motion, diagnosed)
             swap_in(room, out)
     except OSError as error:

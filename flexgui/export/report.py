@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -9,14 +10,14 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from core.diagnose.maps import error_maps
 from core.results import MissingTorque, Outcome, RecordingComparison
+from core.written import shown_unit
 from flexgui import __version__
 from flexgui.export.diagnosis_report import diagnosis_block
 from flexgui.export.glance import glance, has_ladder
-from flexgui.export.glue import glued
 from flexgui.export.motion import Motion
-from flexgui.export.packed import packed_plotly
-from flexgui.export.plot import Plot, plot
+from flexgui.export.plot import Plot, packed_plotly, plot
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.correlation import correlation
@@ -27,13 +28,31 @@ from flexgui.views.headline import beside, final_comparisons, given_comparisons,
 from flexgui.views.matrices import affine, matrices
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.numbers import format_number, with_unit
+from flexgui.views.of_recording import recording_views
+from flexgui.views.of_recording.view import Seen, believable_floors
 from flexgui.views.parameters import given_parameters, standing_parameters
 from flexgui.views.summary import summary
 from flexgui.views.table import Column, Row, Table
-from flexgui.views.units import shown_unit
 from flexgui.views.valley import valley
 from flexgui.views.variants import variants
-from flexgui.views.which_fit import told_apart
+from flexgui.views.which_fit import distinguishable
+
+_NUMBER = r"\d[\d.,]*\)?(?:~×~10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
+_NAME = r"[µmckMG]?(?:rad|deg|Pa|Hz|dB|N|m|g|s|V|A|W|J)[²³⁴]?"
+_UNIT = rf"(?:%|°|(?:1~?/~?)?{_NAME}(?:(?:~?/~?|~){_NAME})*)"
+_PATTERN = (
+    rf"(?:~=~)?[-−]?(?:{_NUMBER}(?:~±~\(?{_NUMBER})?(?:~{_UNIT}(?![\w²³⁴])|~×(?!\S))"
+    rf"|{_NUMBER}~±~{_NUMBER})"
+)
+_QUANTITY = re.compile(_PATTERN.replace("~", "[ \u00a0]"))
+"""~ stands for a space of either kind: some of them are glued already."""
+NO_BREAK = "\u00a0"
+
+
+def glued(text: str) -> str:
+    """The text, or Markup, with spaces inside its quantities that no line breaks at."""
+    return type(text)(_QUANTITY.sub(lambda found: found[0].replace(" ", NO_BREAK), text))
+
 
 LARGEST = 4_000_000
 """Bytes: a mail takes such a report, and a browser opens it at once."""
@@ -98,7 +117,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
     return {
         "title": outcome.title,
         "summary": summary(outcome),
-        "which_fit": told_apart(outcome),
+        "which_fit": distinguishable(outcome),
         "diagnosis": diagnosis_block(outcome),
         "parameters": standing_parameters(outcome) if outcome.fits else None,
         "parameters_as_given": given_parameters(outcome),
@@ -113,6 +132,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "variants": variants(outcome),
         "recordings": _recordings(shown, before),
         "missing": _missing(shown),
+        "views": _views(outcome, shown),
         "convergence": plot(convergence(outcome.fits)),
         "correlations": [p for fit in outcome.fits if (p := plot(correlation(fit)))],
         "equations": [(e.title, mathml(e.latex), e.note) for e in outcome.equations],
@@ -153,6 +173,20 @@ def _block(
         fitted=plot(comparison(recording, fitted, before)) if fitted else None,
         others=plot(comparison(recording, others, before)) if others else None,
     )
+
+
+def _views(
+    outcome: Outcome, comparisons: tuple[RecordingComparison, ...]
+) -> list[tuple[str, str, Plot]]:
+    """(title, about, figure) of the views that are meant for reports."""
+    chosen = [view for view in recording_views().values() if view.in_report]
+    if not chosen or not comparisons:
+        return []
+    stated = outcome.diagnosis.floors if outcome.diagnosis is not None else {}
+    maps = error_maps(comparisons, stated or believable_floors(comparisons))
+    seen = Seen(comparisons[0], comparisons, maps)
+    drawn = [(view.title, view.about, plot(view.draw(seen))) for view in chosen]
+    return [(title, about, figure) for title, about, figure in drawn if figure is not None]
 
 
 def _missing(comparisons: tuple[RecordingComparison, ...]) -> list[tuple[str, bool, Plot, Plot]]:

@@ -13,9 +13,8 @@ from core.errors import InputError
 from core.montecarlo.summary import Summary
 from core.scenario.write import scenario_toml
 from flexgui import __version__
-from flexgui.export.folder import swap_in, workroom
-from flexgui.export.packed import packed_plotly
-from flexgui.export.plot import Plot, plot
+from flexgui.export.folder import swap_in, work_folder
+from flexgui.export.plot import Plot, packed_plotly, plot
 from flexgui.export.strict_json import dumps
 from flexgui.export.study_tables import study_frames
 from flexgui.views.study.baselines import (
@@ -59,7 +58,7 @@ class Section:
 def write_study(summary: Summary, out: Path) -> None:
     """Page, tables and result into `out`, all of them or none."""
     try:
-        with workroom(out) as room:
+        with work_folder(out) as room:
             files = _write(summary, room)
             result = dumps({**study_result(summary), "files": [*files, RESULT]})
             (room / RESULT).write_text(result, encoding="utf-8")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
+import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 
 import pandas as pd
 
 from core.results import ChannelComparison, Estimate, Outcome, RecordingComparison
 from flexgui.export.diagnosis_tables import diagnosis_tables
-from flexgui.export.filenames import unique_slugs
 from flexgui.views.fit_bars import bar_label
 from flexgui.views.headline import (
     belongs_to,
@@ -20,6 +21,30 @@ from flexgui.views.headline import (
     standing,
     standing_biased,
 )
+
+LONGEST = 80
+
+
+def slug(name: str) -> str:
+    """Letters, digits, '.', '_' and '-' only, so that any file system takes it."""
+    plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", plain).strip("._-")[:LONGEST] or "unnamed"
+
+
+def unique_slugs(names: Sequence[str]) -> list[str]:
+    """A slug for each name, numbered where two meet (capitals do not tell files apart)."""
+    taken: set[str] = set()
+    slugs = []
+    for name in names:
+        base = candidate = slug(name)
+        number = 2
+        while candidate.lower() in taken:
+            candidate = f"{base}_{number}"
+            number += 1
+        taken.add(candidate.lower())
+        slugs.append(candidate)
+    return slugs
+
 
 Tables = dict[str, pd.DataFrame]
 

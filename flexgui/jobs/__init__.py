@@ -1,10 +1,10 @@
 """Background work: a warm pool of spawned processes, and a fair queue in front of it.
 
-    page -> JobPool.submit -> FairQueue -> Slot (a thread) -> worker (a process)
-    page <- listener <- Courier (threads) <- Mailbox <- Slot <- pipe <- Reporter in the worker
+    page -> JobPool.submit -> FairQueue -> WorkerSupervisor (a thread) -> worker (a process)
+    page <- callback <- Dispatcher (threads) <- Mailbox <- WorkerSupervisor <- pipe <- Reporter
 
-Nothing heavy runs in the process of the page: a slot only waits, a listener is called on one of
-the courier's threads, never by `submit`, `stop` or whoever holds a lock.
+Nothing heavy runs in the process of the page: a supervisor only waits, a callback is called on one
+of the dispatcher's threads, never by `submit`, `stop` or whoever holds a lock.
 """
 
 from flexgui.jobs.events import (

@@ -1,4 +1,4 @@
-"""What a job tells its listener."""
+"""What a job reports to its callback."""
 
 from __future__ import annotations
 

@@ -11,7 +11,8 @@ class Owned(Protocol):
     """Something that a session waits for."""
 
     @property
-    def session(self) -> str: ...
+    def session(self) -> str:
+        """The key of the session that it belongs to."""
 
 
 T = TypeVar("T", bound=Owned)
@@ -31,9 +32,11 @@ class FairQueue(Generic[T]):
         return sum(len(items) for items in self._round.values())
 
     def waiting_of(self, session: str) -> int:
+        """How many items of a session wait."""
         return len(self._round.get(session, ()))
 
     def put(self, item: T) -> None:
+        """Add an item behind those of its session."""
         self._round.setdefault(item.session, deque()).append(item)
 
     def remove(self, item: T) -> None:

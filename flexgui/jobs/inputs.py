@@ -72,14 +72,14 @@ class _Heard:
     """Passes on what a job says until it is over."""
 
     def __init__(self, tell: Tell | None) -> None:
-        self._tell = tell
+        self._report = tell
         self._lock = threading.Lock()
 
     def __call__(self, event: Event) -> None:
         with self._lock:
-            if self._tell is not None and isinstance(event, Advanced) and event.text:
-                self._tell(event.text)
+            if self._report is not None and isinstance(event, Advanced) and event.text:
+                self._report(event.text)
 
     def close(self) -> None:
         with self._lock:
-            self._tell = None
+            self._report = None

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
-from flexgui.jobs.courier import Address
+from flexgui.jobs.dispatcher import Address
 from flexgui.jobs.events import (
     Advanced,
     Ended,
@@ -23,12 +24,48 @@ from flexgui.jobs.events import (
     Stopped,
     WorkerLost,
 )
-from flexgui.jobs.pace import Pace
 from flexgui.jobs.task import Task
 
 if TYPE_CHECKING:
     from core.results import Generation
     from flexgui.jobs.pool import JobPool
+
+
+class Pace:
+    """Steps per second of the current stage, without the time in which it was paused."""
+
+    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+        self._now = now
+        self.stage(None)
+
+    def stage(self, total: int | None) -> None:
+        """A stage begins."""
+        self._total, self._done, self._worked = total, 0, 0.0
+        self._since: float | None = self._now()
+
+    def advance(self, n: int) -> None:
+        """Note that `n` steps are done."""
+        self._done += n
+
+    def pause(self) -> None:
+        """Stop the clock."""
+        self._worked, self._since = self._elapsed(), None
+
+    def resume(self) -> None:
+        """Let the clock go on."""
+        if self._since is None:
+            self._since = self._now()
+
+    @property
+    def remaining_seconds(self) -> float | None:
+        """Of this stage; None where it is not known."""
+        if not self._total or not self._done:
+            return None
+        left = max(self._total - self._done, 0)
+        return self._elapsed() / self._done * left
+
+    def _elapsed(self) -> float:
+        return self._worked + (0.0 if self._since is None else self._now() - self._since)
 
 
 class State(Enum):
@@ -75,6 +112,7 @@ class Job:
 
     @property
     def over(self) -> bool:
+        """Whether it has ended, however it did."""
         return self.ending is not None
 
     @property
@@ -120,21 +158,23 @@ class Job:
                 self._address.post(Resumed())
 
     def restart(self) -> Job:
-        """The same task for the same listener, as a new job at the end of the queue."""
+        """The same task for the same callback, as a new job at the end of the queue."""
         return self._pool.resubmit(self)
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Blocks until it is over (its listener may hear of it a moment later); for scripts."""
+        """Blocks until it is over (its callback may hear of it a moment later); for scripts."""
         return self._over.wait(timeout)
 
-    # What follows is for the pool and its slots; they hold the lock.
+    # What follows is for the pool and its supervisors; they hold the lock.
 
     def queued(self, place: int) -> None:
+        """Note its place in the queue, 1 is next."""
         if self.place != place:
             self.place = place
             self._address.post(Queued(place))
 
     def started(self) -> None:
+        """Note that a worker has begun it."""
         self.state, self.place = State.RUNNING, None
         self._pace = Pace()
         self._address.post(Started())
@@ -151,14 +191,15 @@ class Job:
         self._address.post(event)
 
     def end(self, event: Ended) -> None:
+        """Note how it ended, and wake who waits."""
         self.state, self.ending, self.place = _END_STATES[type(event)], event, None
         self._address.post(event)
         self._over.set()
 
     def silence(self) -> None:
-        """The listener hears nothing more."""
+        """The callback hears nothing more."""
         self._address.close()
 
-    def listener_address(self) -> Address:
-        """A fresh door to the same listener."""
+    def callback_address(self) -> Address:
+        """A fresh queue to the same callback."""
         return self._address.renewed()

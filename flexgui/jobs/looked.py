@@ -48,7 +48,7 @@ def refitted_only(found: Looked) -> Looked:
     )
 
 
-class Teller(Progress, Protocol):
+class PartialProgress(Progress, Protocol):
     """A progress that also takes what there is so far."""
 
     def partial(self, name: str, value: Any) -> None:

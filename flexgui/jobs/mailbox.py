@@ -20,6 +20,7 @@ class Mailbox:
         self._waiting: list[Event] = []
 
     def put(self, event: Event) -> None:
+        """Add an event, or merge it with one of its kind that waits."""
         with self._lock:
             place = self._mergeable(event)
             if place is None:

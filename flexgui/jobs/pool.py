@@ -1,4 +1,4 @@
-"""The pool: submit a task, and a listener hears how it goes."""
+"""The pool: submit a task, and a callback hears how it goes."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from collections.abc import Callable
 from types import TracebackType
 
 from core.errors import InputError
-from flexgui.jobs.courier import Address, Courier
+from flexgui.jobs.dispatcher import Address, Dispatcher
 from flexgui.jobs.events import Ended, Event, Failed, Stopped
 from flexgui.jobs.fair_queue import FairQueue
 from flexgui.jobs.job import Job
 from flexgui.jobs.settings import DEFAULT, PoolSettings
-from flexgui.jobs.slot import Slot
+from flexgui.jobs.supervisor import WorkerSupervisor
 from flexgui.jobs.task import Task
 
 CLOSING = 4.0
 """s for all workers to end, well within what a person waits after Ctrl-C."""
 
 LAST_NEWS = 0.5
-"""s for the listeners to hear it."""
+"""s for the callbacks to hear it."""
 
-Listener = Callable[[Event], None]
+Callback = Callable[[Event], None]
 
 
 class JobPool:
@@ -32,15 +32,15 @@ class JobPool:
     def __init__(self, workers: int = 2, settings: PoolSettings = DEFAULT) -> None:
         self.settings = settings
         self.lock = threading.RLock()
-        """Held for moments only, never while a listener is called or a worker is spoken to."""
+        """Held for moments only, never while a callback is called or a worker is spoken to."""
         self.warming = threading.Lock()
         self.closing = threading.Event()
         self._news = threading.Condition(self.lock)
         self._queue: FairQueue[Job] = FairQueue()
         self._active: set[Job] = set()
-        self._courier: Courier | None = None
+        self._dispatcher: Dispatcher | None = None
         self._stirred = 0.0
-        self._slots = [Slot(self, k + 1) for k in range(workers)]
+        self._supervisors = [WorkerSupervisor(self, k + 1) for k in range(workers)]
 
     def __enter__(self) -> JobPool:
         self.start()
@@ -62,12 +62,14 @@ class JobPool:
     @property
     def workers_free(self) -> int:
         """How many workers are warm and have no job."""
-        return sum(slot.free for slot in self._slots)
+        return sum(supervisor.free for supervisor in self._supervisors)
 
     @property
     def worker_pids(self) -> tuple[int, ...]:
         """Process ids of the warm workers."""
-        return tuple(slot.pid for slot in self._slots if slot.pid is not None)
+        return tuple(
+            supervisor.pid for supervisor in self._supervisors if supervisor.pid is not None
+        )
 
     @property
     def waiting(self) -> int:
@@ -79,23 +81,23 @@ class JobPool:
         """Begins to warm the workers in the background; `submit` does so too where it must."""
         self._post()
 
-    def submit(self, session: str, task: Task, listener: Listener) -> Job:
+    def submit(self, session: str, task: Task, callback: Callback) -> Job:
         """InputError where the session has too much waiting already, or all is closing.
 
-        `listener` is called from the pool's own threads, in order and one event at a time, the
+        `callback` is called from the pool's own threads, in order and one event at a time, the
         last one being Finished, Failed, Stopped or WorkerLost. It may call anything of a job.
         """
         with self.lock:
-            return self._enqueue(session, task, Address(self._post(), listener))
+            return self._enqueue(session, task, Address(self._post(), callback))
 
     def resubmit(self, job: Job) -> Job:
         """The job's task again."""
         with self.lock:
             self._post()
-            return self._enqueue(job.session, job.task, job.listener_address())
+            return self._enqueue(job.session, job.task, job.callback_address())
 
     def leave(self, session: str) -> None:
-        """Stops and drops all jobs of a session; its listeners hear nothing more."""
+        """Stops and drops all jobs of a session; its callbacks hear nothing more."""
         with self.lock:
             mine = [job for job in (*self._queue.order(), *self._active) if job.session == session]
             for job in mine:
@@ -114,23 +116,23 @@ class JobPool:
             self._news.notify_all()
         atexit.unregister(self.close)
         until = time.monotonic() + CLOSING
-        for slot in self._slots:
-            if slot.thread.ident is not None:
-                slot.thread.join(max(until - time.monotonic(), 0.0))
-        if self._courier is not None:
-            self._courier.close(LAST_NEWS)
+        for supervisor in self._supervisors:
+            if supervisor.thread.ident is not None:
+                supervisor.thread.join(max(until - time.monotonic(), 0.0))
+        if self._dispatcher is not None:
+            self._dispatcher.close(LAST_NEWS)
 
-    def _post(self) -> Courier:
-        """The courier of a started pool; InputError after its end."""
+    def _post(self) -> Dispatcher:
+        """The dispatcher of a started pool; InputError after its end."""
         with self.lock:
             if self.closing.is_set():
                 raise InputError("FlexGUI is being closed; start it again to run this.")
-            if self._courier is None:
-                self._courier = Courier()
+            if self._dispatcher is None:
+                self._dispatcher = Dispatcher()
                 atexit.register(self.close)
-                for slot in self._slots:
-                    slot.thread.start()
-            return self._courier
+                for supervisor in self._supervisors:
+                    supervisor.thread.start()
+            return self._dispatcher
 
     def _enqueue(self, session: str, task: Task, address: Address) -> Job:
         limit = self.settings.queued_per_session
@@ -140,15 +142,15 @@ class JobPool:
             )
         job = Job(self, session, task, address)
         self._queue.put(job)
-        self._tell_places()
+        self._report_places()
         self._news.notify()
         return job
 
-    def _tell_places(self) -> None:
+    def _report_places(self) -> None:
         for place, job in enumerate(self._queue.order(), start=1):
             job.queued(place)
 
-    # What follows is for jobs and slots.
+    # What follows is for jobs and supervisors.
 
     @property
     def wants_worker(self) -> bool:
@@ -173,22 +175,22 @@ class JobPool:
                 self._active.add(job)
                 job.started()
                 self.stir()
-                self._tell_places()
+                self._report_places()
             return job
 
     def withdraw(self, job: Job) -> None:
         """A job that waits is no longer wanted."""
         with self.lock:
             self._queue.remove(job)
-            self._tell_places()
+            self._report_places()
 
     def job_over(self, job: Job, ending: Ended) -> None:
-        """A slot has done what it could for a job."""
+        """A supervisor has done what it could for a job."""
         with self.lock:
             self._active.discard(job)
             self._queue.done(job)
             job.end(ending)
-            self._tell_places()
+            self._report_places()
 
     def give_up_waiting(self, sentence: str) -> None:
         """No worker will come: who waits is told."""

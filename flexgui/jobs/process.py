@@ -8,7 +8,7 @@ import time
 from multiprocessing.connection import wait
 from typing import Any
 
-from core.resumable.threads import one_thread_each
+from core.resumable.processes import one_thread_each
 from flexgui.jobs.messages import Alive, Order
 from flexgui.jobs.settings import PoolSettings
 from flexgui.jobs.worker import work
@@ -49,10 +49,12 @@ class WorkerProcess:
 
     @property
     def pid(self) -> int:
+        """Of the process; 0 before it has one."""
         return self._process.pid or 0
 
     @property
     def alive(self) -> bool:
+        """Whether the process runs."""
         return self._process.is_alive()
 
     @property

@@ -14,13 +14,12 @@ from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
 from core.scenario.read import check_scenario, read_scenario
 from core.scenario.schema import Scenario
-from core.scenario.stated_effects import with_hidden_effects
-from core.scenario.stated_model import base_model
+from core.scenario.stated_effects import base_model, with_hidden_effects
 from core.scenario.write import scenario_toml, write_scenario
 from core.validation import validated
 from flexgui.library.catalogues import OneEffect, model_with
 from flexgui.library.linear import LinearModel, linear_model
-from flexgui.library.listening import Callback, listener
+from flexgui.library.progress_callback import Callback, progress_to
 from flexgui.library.results import Comparison, Diagnosis, Identification, Simulation, StoppedError
 from flexgui.library.shipped import scenario_path
 from flexgui.views.html import html_table
@@ -69,7 +68,7 @@ class Project:
         Raises:
             InputError: Where a file is missing or wrong; it names file, column and row.
         """
-        heard = listener(progress)
+        heard = progress_to(progress)
         heard.stage("Reading the recordings", len(self.scenario.recordings))
         return tuple(load_recordings(self.scenario, self.model, self.folder, self.data, heard))
 
@@ -207,7 +206,7 @@ class Project:
 
         found = compare_at(
             self.scenario, values or {}, folder=self.folder, data_folder=self.data,
-            progress=listener(progress),
+            progress=progress_to(progress),
         )  # fmt: skip
         return Comparison(found)
 
@@ -276,7 +275,7 @@ class Project:
         from core.workbench import run_scenario
 
         return run_scenario(
-            self.scenario, folder=self.folder, data_folder=self.data, progress=listener(progress)
+            self.scenario, folder=self.folder, data_folder=self.data, progress=progress_to(progress)
         )
 
     def _write(self, outcome: Outcome, out: Path) -> Path:

@@ -27,7 +27,7 @@ from flexgui.views.html import html_table
 from flexgui.views.ladder import ladder, ladder_table
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.of_recording import recording_views
-from flexgui.views.of_recording.view import RecordingView, Seen
+from flexgui.views.of_recording.view import RecordingView, Seen, believable_floors
 from flexgui.views.parameters import standing_parameters
 from flexgui.views.preview import preview
 from flexgui.views.ranking import ranking, ranking_table
@@ -81,9 +81,8 @@ class Comparison:
     def maps(self) -> ErrorMaps:
         """Where the model fails: errors by time, by frequency, and over the motion."""
         from core.diagnose.maps import error_maps
-        from flexgui.session.failing import believable
 
-        floors = believable(self.recordings) if self.floors is None else self.floors
+        floors = believable_floors(self.recordings) if self.floors is None else self.floors
         return error_maps(self.recordings, floors)
 
     def __getitem__(self, recording: str) -> RecordingComparison:

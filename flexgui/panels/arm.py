@@ -20,8 +20,8 @@ from flexgui.views.frequency_response import frequency_response
 from flexgui.views.html import html_equations, html_matrices, html_table
 from flexgui.views.matrices import affine, matrices
 from flexgui.views.mode_table import mode_table
-from flexgui.views.noisy_step import noisy_step
 from flexgui.views.poles import poles
+from flexgui.views.step import noisy_step
 
 NO_NOISE_DB = 60
 """The slider's end: no noise at all."""

@@ -10,7 +10,7 @@ from core.arm.arm import Arm
 from core.arm.build import build_arm
 from core.drives.drive import Drive, DriveSlider, drive_classes
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.rebuilt import Rebuilt
 from flexgui.session.edit import arm_setting, put
 
@@ -27,7 +27,7 @@ SPAN = 4.0
 class ArmSliders:
     """Sliders above the fold and those under 'more'; made anew for another kind of arm."""
 
-    def __init__(self, desk: Desk, first: Any, more: Any) -> None:
+    def __init__(self, desk: PageContext, first: Any, more: Any) -> None:
         self._desk = desk
         self._scenario, self._built = desk.session.scenario, build_arm(desk.session.scenario.arm)
         self._first, self._more = Rebuilt(desk, first), Rebuilt(desk, more)
@@ -122,8 +122,10 @@ class ArmSliders:
         widgets.slider(self._desk, label, shown, get, change, hint)
 
     def _gain(self, one: DriveSlider, k: int) -> float:
+        """0 where another drive, with rows of gains, has come and this is not rebuilt yet."""
         values = self._stated(one)
-        return float(values[k]) if k < len(values) else 0.0
+        value = values[k] if k < len(values) else 0.0
+        return float(value) if isinstance(value, int | float) else 0.0
 
     def _put_gain(self, one: DriveSlider, k: int, value: float) -> bool:
         values = self._stated(one)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, joined, paragraph
 
 TOP = -1.0
@@ -13,7 +13,7 @@ TOP = -1.0
 class Arrivals:
     """Asks where something has arrived; brings back what made room."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk, gui = desk, desk.gui
         session = desk.session
         self._folder = gui.add_folder("Imported file", order=TOP, visible=False)

@@ -4,10 +4,10 @@ in the one that is missing."""
 from __future__ import annotations
 
 from flexgui.panels.candidates import story
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
-from flexgui.views.demonstration import demonstration, told
+from flexgui.views.demonstration import demonstration, demonstration_summary
 from flexgui.views.live_missing import missing_cloud
 
 TORQUE = (
@@ -21,7 +21,7 @@ WAITING = "The arm is simulated with and without it …"
 class AtWork:
     """Seen while an effect is demonstrated."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         self._words, self._plot = Words(desk.gui), Plot(desk.gui, 0.56)
         self._below = Words(desk.gui)
@@ -49,7 +49,7 @@ class AtWork:
             self._drawn = None
             return
         self._words.show(said)
-        self._below.show(paragraph(told(shown), "soft"))
+        self._below.show(paragraph(demonstration_summary(shown), "soft"))
         if shown is not self._drawn:
             self._drawn = shown
             self._plot.show(demonstration(shown))

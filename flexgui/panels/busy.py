@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from core.diagnose.announce import aside
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, paragraph
 from flexgui.session.run import QUEUED, STOPPING, Run
 
@@ -32,7 +32,7 @@ when it changes."""
 class Busy:
     """Seen while a job of one of `kinds` waits or runs."""
 
-    def __init__(self, desk: Desk, *kinds: str) -> None:
+    def __init__(self, desk: PageContext, *kinds: str) -> None:
         self._desk, self._kinds = desk, kinds
         self._said = Words(desk.gui)
         self._bar: Any = desk.gui.add_progress_bar(0.0, visible=False, animated=True)
@@ -42,6 +42,7 @@ class Busy:
 
     @property
     def running(self) -> bool:
+        """Whether a job of these kinds waits or runs."""
         run = self._desk.session.run
         return run.busy and run.kind in self._kinds
 

@@ -15,7 +15,7 @@ from core.effects import catalogue
 from core.results import RankedEffect
 from flexgui.jobs.looked import Looked
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.views.equations import mathml
 from flexgui.views.glimpse import glimpse, picture
@@ -39,7 +39,7 @@ SHOWN = 6
 class Candidates:
     """Rows that are made once and then filled."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._head = Words(desk.gui)
         self._rows = [_Row(desk) for _ in range(SHOWN)]
         self._shown: object = None
@@ -78,7 +78,7 @@ def _head(found: Looked) -> Markup:
 
 
 class _Row:
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk, self._kind = desk, ""
         self._folder: Any = desk.gui.add_folder(None, visible=False)
         with self._folder:
@@ -114,7 +114,7 @@ class _Row:
 class Demonstrate:
     """A button that shows what an effect does, and hides it again."""
 
-    def __init__(self, desk: Desk, kind: Callable[[], str]) -> None:
+    def __init__(self, desk: PageContext, kind: Callable[[], str]) -> None:
         self._desk, self._kind = desk, kind
         self._button = widgets.button(desk, SHOW, self._pressed)
 

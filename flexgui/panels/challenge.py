@@ -8,18 +8,18 @@ from markupsafe import Markup
 
 from core.study.challenge import LEVELS
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
 from flexgui.panels.guess import GuessFields
 from flexgui.panels.late_click import let_typing_arrive
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.board import plain_name
-from flexgui.session.challenging import NONE_TITLE, Challenge, Revealed, ToolSaid
+from flexgui.session.challenging import NONE_TITLE, Challenge, Revealed, ToolAnswer
 from flexgui.session.effects import titled
 from flexgui.session.judging import Judged
 from flexgui.views.board import board_table
+from flexgui.views.doubt import validation_words
 from flexgui.views.html import html_table
 from flexgui.views.ladder import validation_ratio
-from flexgui.views.validation_words import validation_words
 
 MOST = 99_999
 SEED = 30
@@ -50,7 +50,7 @@ TOP = -1.0
 class ChallengeControls:
     """The guess on top of the panel while there is a challenge; how to begin one in a folder."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         gui = desk.gui
         let_typing_arrive(desk.client)
@@ -90,7 +90,7 @@ class ChallengeControls:
         session, desk = self._desk.session, self._desk
         seed = self._seed.value
         if not isinstance(seed, int | float) or not 0 <= seed <= MOST:
-            session.say(f"The seed must be a whole number from 0 to {MOST}.", bad=True)
+            session.show_message(f"The seed must be a whole number from 0 to {MOST}.", bad=True)
             return
         session.hide(int(seed), str(self._level.value), desk.services)
 
@@ -117,8 +117,10 @@ class ChallengeControls:
         self._above.show("" if known is None else paragraph(ABOVE, "soft"))
         # Fields first: a folder that comes is measured with what is in it.
         self._show_fields(known)
-        self._state.show("" if known is None else self._said(known))
-        self._truth.show("" if known is None else _end(known, session.tool_said, session.run.busy))
+        self._state.show("" if known is None else self._state_of(known))
+        self._truth.show(
+            "" if known is None else _end(known, session.tool_answer, session.run.busy)
+        )
         self._board.show("" if known is None else self._class(known))
         self._form.visible = known is not None
 
@@ -139,7 +141,7 @@ class ChallengeControls:
         self._name.visible, self._commit.visible = asks or nameless, asks
         self._reveal.visible = self._change.visible = stands
 
-    def _said(self, known: Challenge) -> Markup:
+    def _state_of(self, known: Challenge) -> Markup:
         parts = [_state(known, self._desk.session.tool_asked)]
         look = self._desk.session.look
         if known.revealed is None and look is not None and look.found is not None:
@@ -182,7 +184,7 @@ def _guess_words(known: Challenge) -> str:
     return "; ".join(g.title + (f", {g.size}" if g.size else "") for g in known.guesses)
 
 
-def _end(known: Challenge, tool: ToolSaid | None, busy: bool) -> Markup:
+def _end(known: Challenge, tool: ToolAnswer | None, busy: bool) -> Markup:
     """Truth, guess and the tool's verdict side by side."""
     found = known.revealed
     if found is None:
@@ -207,7 +209,7 @@ def _judged(one: Judged) -> str:
     return f"{mark} {one.guess.title}: {one.size}." if one.size else f"{mark} {one.guess.title}."
 
 
-def _tool(found: Revealed, tool: ToolSaid | None, busy: bool) -> list[Markup]:
+def _tool(found: Revealed, tool: ToolAnswer | None, busy: bool) -> list[Markup]:
     """Its verdict, judged the same way."""
     if tool is None:
         return [paragraph("It is examining the recordings now." if busy else "It was not used.")]

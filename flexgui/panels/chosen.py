@@ -8,13 +8,13 @@ from typing import Any
 from core.errors import InputError
 from core.parameters import Parameter
 from core.workbench import base_model
+from core.written import ShownUnit, shown_unit
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.rebuilt import Rebuilt
 from flexgui.session.edit import Document, put
 from flexgui.session.identified import candidates, stated
 from flexgui.views.names import plain_symbol
-from flexgui.views.units import ShownUnit, shown_unit
 
 ADD = "add a parameter …"
 
@@ -22,7 +22,7 @@ ADD = "add a parameter …"
 class ChosenParameters:
     """Rebuilt when other parameters are chosen; else its fields follow the session."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         self._rows = Rebuilt(desk, desk.gui.add_folder(None))
         self._add: Any = desk.gui.add_dropdown("Add", (ADD,))

@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from flexgui.panels import widgets
 from flexgui.panels.arrivals import TOP
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.columns import POINT, Waiting
 from flexgui.views.html import html_table
@@ -23,7 +23,7 @@ REST = "Read the file, or assign another column."
 class ColumnChoice:
     """One question at a time, what is needed first; then the file is read."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk, gui = desk, desk.gui
         self._shown: Waiting | None = None
         self._folder = gui.add_folder("Which column is which", order=TOP, visible=False)
@@ -105,7 +105,9 @@ class ColumnChoice:
     def _put(self) -> bool:
         gain = float(self._gain.value)
         if not math.isfinite(gain) or gain == 0.0:
-            self._desk.session.say("The scale factor must not be zero; change it.", bad=True)
+            self._desk.session.show_message(
+                "The scale factor must not be zero; change it.", bad=True
+            )
             return False
         return self._desk.session.map_column(
             self._asked, str(self._column.value), gain,

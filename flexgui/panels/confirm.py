@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, paragraph
 
 
@@ -14,7 +14,7 @@ class Confirm:
     """A button that acts at once where there is nothing to lose, and else asks first."""
 
     def __init__(
-        self, desk: Desk, label: str, question: str, action: Callable[[], object],
+        self, desk: PageContext, label: str, question: str, action: Callable[[], object],
         loses: Callable[[], bool], yes: str, no: str,
     ) -> None:  # fmt: skip
         self._action, self._loses, self._question = action, loses, question

@@ -13,7 +13,7 @@ PURPOSE = "Find out what your robot model does not know."
 BUILDING = "Building the model and the arm …"
 
 
-def tell(client: viser.ClientHandle, text: str) -> None:
+def show_progress(client: viser.ClientHandle, text: str) -> None:
     """Say below the curtain's title what is waited for, where a curtain still stands."""
     _run(client, f"window.fxTell && window.fxTell({json.dumps(text, ensure_ascii=False)})")
 

@@ -127,7 +127,7 @@ class DataPanel(Panel):
         session = self.desk.session
         if session.change(self._wanted.edit(session.live.snr_db)):
             count = len(session.scenario.recordings)
-            session.say(f"The scenario now has {count} recordings; one of them is shown.")
+            session.show_message(f"The scenario now has {count} recordings; one of them is shown.")
 
     def _uploaded(self, event: Any) -> None:
         file = event.target.value

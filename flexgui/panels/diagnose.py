@@ -118,7 +118,7 @@ class DiagnosePanel(Panel):
         way_on = self._way_on()
         self._find.label = "Repeat diagnosis" if fresh else "Find what is missing"
         self._find.color = _color(way_on == FIND)
-        self._verdict.show(self._said(look))
+        self._verdict.show(self._verdict_text(look))
         self._grown.refresh(not session.run.busy)
         self._show_added()
         self._undo.color = _color(way_on == UNDO)
@@ -163,7 +163,7 @@ class DiagnosePanel(Panel):
         known = self.desk.session.challenge
         return known is not None and known.revealed is None and not known.guesses
 
-    def _said(self, look: Look | None) -> Markup:
+    def _verdict_text(self, look: Look | None) -> Markup:
         """The verdict on the model that is shown; of one that was left none."""
         session = self.desk.session
         if session.pending is not None and session.pending is not look:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.session.failing import WhereItFails
 from flexgui.stage.error_board import NAME, ErrorBoard
 from flexgui.stage.error_paint import error_paint
@@ -17,7 +17,7 @@ BOARD = "Compare"
 class ErrorsInScene:
     """Drawn on whatever stage there is; anew where its nodes are new."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         self._painted: object = None
         self._board: ErrorBoard | None = None

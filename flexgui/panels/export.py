@@ -91,7 +91,7 @@ class ExportPanel(Panel):
 
     def _send(self, name: str, content: bytes) -> None:
         self.desk.client.send_file_download(name, content, save_immediately=True)
-        self.desk.session.say(f"{name} was sent to your browser.")
+        self.desk.session.show_message(f"{name} was sent to your browser.")
 
     def _save_scenario(self) -> None:
         session = self.desk.session
@@ -99,7 +99,7 @@ class ExportPanel(Panel):
         try:
             self._send(*scenario_file(scenario or session.scenario, session.folder))
         except InputError as error:
-            session.say(str(error), bad=True)
+            session.show_message(str(error), bad=True)
 
     def _save_diagnosed(self) -> None:
         session = self.desk.session
@@ -109,7 +109,7 @@ class ExportPanel(Panel):
         try:
             self._send(*diagnosed_file(scenario, outcome.diagnosis, session.folder))
         except InputError as error:
-            session.say(str(error), bad=True)
+            session.show_message(str(error), bad=True)
 
     def _recordings(self) -> dict[str, bytes]:
         """Beside the scenarios, which name them without a folder."""
@@ -149,7 +149,7 @@ class ExportPanel(Panel):
         session = self.desk.session
         shown = session.playback
         if shown is None:
-            session.say("There is no recording to play; choose one first.", bad=True)
+            session.show_message("There is no recording to play; choose one first.", bad=True)
             return
         page = playback_html(shown.motion, shown.ghost, session.live.exaggeration)
         self._send(self._name("_playback.html"), page.encode())

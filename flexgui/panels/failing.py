@@ -10,8 +10,8 @@ import numpy as np
 from core.diagnose.phrases import FLOOR_IS
 from core.results import ErrorMaps, RecordingComparison, WorstCell
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
 from flexgui.panels.missing import Missing
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, paragraph
 from flexgui.views.error_map import place
@@ -31,7 +31,7 @@ FLOOR = f"× means times the noise floor. {FLOOR_IS}"
 class Failing:
     """What of the comparison is shown, and the ten worst cells."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         self._shown = SIGNALS
         self._of: object = None

@@ -8,7 +8,7 @@ from core.errors import InputError
 from core.workbench import base_model
 from flexgui.panels import widgets
 from flexgui.panels.candidates import Demonstrate, explanation
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, paragraph
 from flexgui.session.effects import present
 
@@ -18,7 +18,7 @@ NOTHING = "nothing added"
 class Grown:
     """Controls of the model's effects."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         session, gui = desk.session, desk.gui
         with gui.add_folder("Add or remove by hand", expand_by_default=False):

@@ -6,7 +6,7 @@ from typing import Any
 
 from core.effects import catalogue
 from core.errors import InputError
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, paragraph
 from flexgui.session.judging import NONE_GUESSED, AskedSize, Guess, asked_sizes, read_sizes
 
@@ -14,7 +14,7 @@ from flexgui.session.judging import NONE_GUESSED, AskedSize, Guess, asked_sizes,
 class GuessFields:
     """Stands in the folder that is open; `none` is what may be chosen besides an effect."""
 
-    def __init__(self, desk: Desk, label: str, none: str) -> None:
+    def __init__(self, desk: PageContext, label: str, none: str) -> None:
         gui, off = desk.gui, desk.read_only
         self._none = none
         self._kinds = {e.title: kind for kind, e in catalogue().items()}

@@ -126,7 +126,7 @@ class IdentifyPanel(Panel):
         else:
             self._table.show(html_table(_short(outcome.fits)))
             self._fit.show(live_fit(outcome.comparisons))
-            self._summary.show(_said(summary(outcome), self._old(), session.known_biased))
+            self._summary.show(_sentences(summary(outcome), self._old(), session.known_biased))
         self._show_paper()
 
     @property
@@ -211,7 +211,7 @@ class IdentifyPanel(Panel):
 BIASED_NOTE = "As given; biased, since an effect is missing: Diagnose says which."
 
 
-def _said(sentences: tuple[str, ...], old: bool, biased: bool) -> Markup:
+def _sentences(sentences: tuple[str, ...], old: bool, biased: bool) -> Markup:
     note = paragraph("The settings have changed since; start again to renew this.", "bad")
     doubt = paragraph(BIASED_NOTE, "bad") if biased else ""
     return joined(doubt, *(paragraph(s) for s in sentences), note if old else "")

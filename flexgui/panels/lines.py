@@ -6,7 +6,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.views.chart import chart
 from flexgui.views.live import Figure
 
@@ -17,7 +17,7 @@ PADDING = (6, 12, 0, 0)
 class Lines:
     """One chart; hidden until there is something to draw."""
 
-    def __init__(self, desk: Desk, height: int, title: str) -> None:
+    def __init__(self, desk: PageContext, height: int, title: str) -> None:
         """`height` in px, without title and legend."""
         self._theme = desk.theme
         self._shown: Figure | None = None

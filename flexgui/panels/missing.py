@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from core.results import MissingTorque
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, paragraph
 from flexgui.views.live_missing import missing_cloud, missing_curve
@@ -22,7 +22,7 @@ NONE = (
 class Missing:
     """Hidden unless it was asked for."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         self._words = Words(desk.gui)
         self._curve, self._cloud = Plot(desk.gui, 0.75), Plot(desk.gui, 0.75)

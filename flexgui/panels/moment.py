@@ -11,16 +11,16 @@ from core.effects.over_speed import OverSpeed
 from core.results import MissingTorque
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import inviting
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.look import Look
 from flexgui.views.moment import (
     BESIDE,
+    cloud_caption,
     moment_cloud,
     moment_residual,
-    said_of_cloud,
-    said_of_residual,
+    residual_caption,
     worst_channel,
 )
 
@@ -38,7 +38,7 @@ PREDICTED = "The line is what {} predicts of it."
 class Moment:
     """One sentence and one figure."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         self._words = Words(desk.gui)
         self._cloud = Plot(desk.gui, 0.55)
@@ -118,7 +118,7 @@ class Moment:
         self._words.show(
             joined(
                 paragraph(lead, "lead"),
-                paragraph(f"{note}Rms of {said_of_cloud(torques, first)}.", "soft"),
+                paragraph(f"{note}Rms of {cloud_caption(torques, first)}.", "soft"),
             )
         )
 
@@ -143,7 +143,7 @@ class Moment:
         self._cloud.show(None)
         self._timed = True
         unit = next((e.unit for e in found.step.errors if e.channel == channel), "")
-        said = said_of_residual(channel, unit, found.residual[k][:, here], start.residual[i][:, j])
+        said = residual_caption(channel, unit, found.residual[k][:, here], start.residual[i][:, j])
         note = "" if one is None else f" {PREDICTED.format(one.title)}"
         self._words.show(
             joined(paragraph(RESIDUAL_OF.format(name), "lead"), paragraph(f"{said}.{note}", "soft"))

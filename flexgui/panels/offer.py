@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, paragraph
 
 ON_TOP = -1e8
@@ -13,7 +13,7 @@ ON_TOP = -1e8
 class Offer:
     """A question with two buttons; gone once it is answered."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         earlier = desk.session.earlier
         self._folder = None

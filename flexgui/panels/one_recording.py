@@ -7,7 +7,7 @@ from typing import Any
 
 from core.recording.spec import RecordingSpec
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.session.edit import Document, put, recording
 
 ROLES = ("estimate", "validate")
@@ -16,7 +16,7 @@ ROLES = ("estimate", "validate")
 class OneRecording:
     """Fields that change the scenario's entry of the recording under the cursor."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         self._ends: tuple[float, float] | None = None
         gui = desk.gui

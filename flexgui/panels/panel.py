@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.session import Topic
 
 
@@ -17,7 +17,7 @@ class Panel(ABC):
     topics: ClassVar[frozenset[Topic]] = frozenset()
     """What makes it draw itself anew."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self.desk = desk
 
     @abstractmethod

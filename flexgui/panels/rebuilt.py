@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 
 
 class Rebuilt:
     """Holds inputs and their links to the session."""
 
-    def __init__(self, desk: Desk, folder: Any) -> None:
+    def __init__(self, desk: PageContext, folder: Any) -> None:
         self._desk, self._folder = desk, folder
         self._shape: object = None
         self._syncs: list[Callable[[], None]] = []

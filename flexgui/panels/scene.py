@@ -8,11 +8,11 @@ import time
 import numpy as np
 
 from core.arm.arm import Arm
-from flexgui.panels.desk import Desk
 from flexgui.panels.drawn_bending import exaggeration, plays
 from flexgui.panels.errors_in_scene import ErrorsInScene
 from flexgui.panels.keys import help_hands
-from flexgui.panels.room import Widths, Window, aspect
+from flexgui.panels.page_context import PageContext
+from flexgui.panels.page_layout import Widths, Window, aspect
 from flexgui.session import Topic
 from flexgui.session.crew import CREW
 from flexgui.session.effects import places
@@ -57,7 +57,7 @@ DRAWN = frozenset(
 class Scene:
     """Made with the first live model; only moved after that."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         self._stage: Stage | None = None
         self._shown: object = None
@@ -137,8 +137,8 @@ class Scene:
         camera.up_direction, camera.fov = eye.up, eye.fov
         camera.position, camera.look_at = self._eye, eye.look_at + down
 
-    def _reshape(self, stage: Stage, arm: Arm, p: np.ndarray, q: np.ndarray) -> None:
-        stage.reshape(arm, p, q)
+    def _rebuild(self, stage: Stage, arm: Arm, p: np.ndarray, q: np.ndarray) -> None:
+        stage.rebuild(arm, p, q)
         if not 1.0 / OTHER_SIZE < stage.body.reach / self._reach < OTHER_SIZE:
             self._aim(stage)
 
@@ -149,13 +149,13 @@ class Scene:
             stage.show_ghost(None)
             stage.show_paths(None)
         self._shown = view
-        self._reshape(stage, view.model.arm, view.numbers.p, view.q)
+        self._rebuild(stage, view.model.arm, view.numbers.p, view.q)
 
     def _show_recording(self, stage: Stage, motion: Playback) -> None:
         cursor = self._desk.session.cursor
         if self._shown is not motion:
             self._shown, self._apart = motion, 0.0
-            self._reshape(stage, motion.arm, motion.motion.p, motion.motion.q[0])
+            self._rebuild(stage, motion.arm, motion.motion.p, motion.motion.q[0])
         if self._apart != cursor.error:
             self._apart = cursor.error
             stage.show_paths(motion.motion.q, motion.apart(cursor.error))

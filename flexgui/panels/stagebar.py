@@ -5,7 +5,7 @@ from __future__ import annotations
 from markupsafe import Markup
 
 from flexgui.panels.curtain import PURPOSE
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.style import FOLLOWER, STYLE, bar_style
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.state import STAGES
@@ -17,7 +17,7 @@ BAR = Markup("<span class='fx-bar'></span>")
 class StageBar:
     """Stands on top of the main panel."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         Words(desk.gui, PURPOSE_LINE)
         self._mark = Words(desk.gui, self._style())

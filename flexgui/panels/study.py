@@ -178,7 +178,7 @@ class StudyPanel(Panel):
             name = f"{safe_name(title).replace(' ', '_') or 'scenario'}_study.zip"
             content = zipped_folder(folder)
             self.desk.client.send_file_download(name, content, save_immediately=True)
-            self.desk.session.say(f"{name} was sent to your browser.")
+            self.desk.session.show_message(f"{name} was sent to your browser.")
 
         self.desk.session.export_study(self.desk.services, written)
 

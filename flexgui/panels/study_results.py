@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, paragraph
 from flexgui.session.study_shown import ShownSection
@@ -23,17 +23,19 @@ EMPTY = (
 class StudyResults:
     """A choice on the right; on the left what was chosen, which grows while the study runs."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         self._chosen = ""
         self._drawn: ShownSection | None = None
 
     def build_choice(self) -> None:
+        """Add the choice of a section."""
         self._choice = widgets.choice(
             self._desk, "Show", (NONE,), lambda: self._chosen or NONE, self._choose
         )
 
     def build_plots(self) -> None:
+        """Add the figures and tables of a section."""
         gui = self._desk.gui
         self._title = Words(gui)
         self._figures = [(Plot(gui, 0.6), Words(gui)) for _ in range(MOST_FIGURES)]

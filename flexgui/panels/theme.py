@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import viser
 
-from flexgui.panels.room import THEME_KEPT_AS, Widths, Window
+from flexgui.panels.page_layout import THEME_KEPT_AS, Widths, Window
 
 AS_SYSTEM, LIGHT, DARK = "as the system", "light", "dark"
 THEMES = (AS_SYSTEM, LIGHT, DARK)

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from markupsafe import Markup
 
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
 from flexgui.panels.drawn_bending import legend, plays
 from flexgui.panels.errors_in_scene import COLOURED
-from flexgui.panels.room import LINE_MARGIN, Widths, Window
+from flexgui.panels.page_context import PageContext
+from flexgui.panels.page_layout import LINE_MARGIN, Widths, Window
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.views.error_now import words as error_words
 
@@ -27,7 +27,7 @@ STEP = 0.02
 class TimeLine:
     """Play, pause, step, seek, speed."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk, session = desk, desk.session
         gui = desk.gui
         self._panel = gui.add_panel()

@@ -7,7 +7,7 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.uploads import upload_hint
 from flexgui.panels.words import Words
 from flexgui.session.demo import HIDDEN, is_of_tour
@@ -43,7 +43,7 @@ AGAIN, LEAVE, REFUSE = "Tour", "Leave the tour", "Skip tour"
 class Tour:
     """A card below the stages; who dismissed it can have it back."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         self._card = Words(desk.gui)
         self._go: Any = widgets.button(desk, BEGIN, self._pressed, prominent=True)

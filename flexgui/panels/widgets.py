@@ -9,13 +9,15 @@ from typing import Any
 
 import viser
 
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 
 HANDS_OFF = 0.6
 """s after a person's change in which an input is not overwritten: it would jump under the hand."""
 
 
-def bind(desk: Desk, handle: Any, get: Callable[[], Any], put: Callable[[Any], object]) -> Any:
+def bind(
+    desk: PageContext, handle: Any, get: Callable[[], Any], put: Callable[[Any], object]
+) -> Any:
     """Calls `put` with what a person enters; shows what `get` says when the session changes."""
     if desk.read_only:
         handle.disabled = True
@@ -48,7 +50,7 @@ def grey(gui: viser.GuiApi, but: set[str]) -> None:
 
 
 def slider(
-    desk: Desk,
+    desk: PageContext,
     label: str,
     limits: tuple[float, float, float],
     get: Callable[[], float],
@@ -72,7 +74,7 @@ def slider(
 
 
 def number(
-    desk: Desk,
+    desk: PageContext,
     label: str,
     get: Callable[[], float],
     put: Callable[[float], object],
@@ -95,7 +97,7 @@ def number(
 
 
 def choice(
-    desk: Desk,
+    desk: PageContext,
     label: str,
     options: tuple[str, ...],
     get: Callable[[], str],
@@ -117,7 +119,11 @@ def choice(
 
 
 def switch(
-    desk: Desk, label: str, get: Callable[[], bool], put: Callable[[bool], object], hint: str = ""
+    desk: PageContext,
+    label: str,
+    get: Callable[[], bool],
+    put: Callable[[bool], object],
+    hint: str = "",
 ) -> Any:
     """Yes or no."""
     handle = desk.gui.add_checkbox(label, get(), hint=hint or None)
@@ -125,7 +131,7 @@ def switch(
 
 
 def button(
-    desk: Desk,
+    desk: PageContext,
     label: str,
     action: Callable[[], object],
     prominent: bool = False,

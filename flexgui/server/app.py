@@ -1,4 +1,4 @@
-"""The server of the page: visits come, get a session and a page, and go."""
+"""The server of the page: browsers come, get a session and a page, and go."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ import viser
 from core.errors import InputError
 from flexgui.panels.curtain import lift
 from flexgui.places import without_places
+from flexgui.server.access import AccessHandler
 from flexgui.server.arrivals import Asking, store_key
 from flexgui.server.binding import is_loopback, own_name, port_of
+from flexgui.server.browser_connection import BrowserConnection
 from flexgui.server.demo import Demo
-from flexgui.server.door import Door
 from flexgui.server.entry import Word, neighbours
 from flexgui.server.errors import Reports
 from flexgui.server.folders import new_root
@@ -33,11 +34,10 @@ from flexgui.server.origins import loopback_origins
 from flexgui.server.services import FOLLOWER, Services
 from flexgui.server.store import Closable, Kept, SessionStore
 from flexgui.server.transfers import folder_bytes
-from flexgui.server.visits import Visit
 
 S = TypeVar("S", bound=Closable)
 
-DOORMEN = 16
+ADMISSION_THREADS = 16
 """Threads that wait for browsers to say their key, and build pages."""
 SWEEP_SECONDS = 2.0
 
@@ -85,23 +85,23 @@ class PageServer(Generic[S]):
         )
         self.demo = self._make_demo(first_is_teacher=settings.join is None)
         self.services = replace(settings.services, demo=self.demo)
-        self._visits: dict[int, Visit[S]] = {}
-        self._doormen = ThreadPoolExecutor(DOORMEN, thread_name_prefix="flexgui-door")
+        self._browsers: dict[int, BrowserConnection[S]] = {}
+        self._admission = ThreadPoolExecutor(ADMISSION_THREADS, thread_name_prefix="flexgui-access")
         limits = settings.limits
         self._asking = Asking(limits.key_wait, limits.key_wait_longer, limits.asked_longer)
         self._ending = threading.Event()
         self._reports = Reports(self.log)
         origins = (*loopback_origins(self.port), *settings.origins)
-        self._door = Door(
+        self._access = AccessHandler(
             origins, settings.limits, join=settings.join, teacher=settings.teacher,
             key=settings.key, clock=settings.clock,
         )  # fmt: skip
-        self.viser = guarded_viser(listener, self._door, self, settings.limits, self._reports)
+        self.viser = guarded_viser(listener, self._access, self, settings.limits, self._reports)
         self.viser.gui.configure_theme(show_logo=False, show_share_button=False)
-        self._listen()
+        self._register_callbacks()
         self._sweeper = threading.Thread(target=self._sweep, name="flexgui-sweeper", daemon=True)
         self._sweeper.start()
-        self._door.open = True
+        self._access.open = True
 
     @property
     def address(self) -> str:
@@ -111,16 +111,16 @@ class PageServer(Generic[S]):
     @property
     def origins(self) -> tuple[str, ...]:
         """Of the pages that may connect."""
-        return tuple(sorted(self._door.origins))
+        return tuple(sorted(self._access.origins))
 
     def close(self) -> None:
-        """Ends every visit and every session; the job pool is the caller's."""
-        self._door.open = False
+        """Ends every connection and every session; the job pool is the caller's."""
+        self._access.open = False
         self._ending.set()
         stop(self.viser)
-        self._doormen.shutdown(wait=False, cancel_futures=True)
-        for visit in list(self._visits.values()):
-            self._quietly(visit.end)
+        self._admission.shutdown(wait=False, cancel_futures=True)
+        for browser in list(self._browsers.values()):
+            self._quietly(browser.end)
         self._quietly(self.store.close)
         shutil.rmtree(self._root, ignore_errors=True)
 
@@ -128,99 +128,103 @@ class PageServer(Generic[S]):
 
     def may_act(self, client_id: int, uuid: str | None) -> bool:
         """Whether a browser may use a widget."""
-        visit = self._visits.get(client_id)
-        return visit is not None and visit.may_use(uuid)
+        browser = self._browsers.get(client_id)
+        return browser is not None and browser.may_use(uuid)
 
     def kept_bytes(self, client_id: int) -> int:
         """Of the files of a browser's session."""
-        visit = self._visits.get(client_id)
-        session = None if visit is None else visit.session
+        browser = self._browsers.get(client_id)
+        session = None if browser is None else browser.session
         return 0 if session is None else folder_bytes(session.folder)
 
     def acted(self, client_id: int) -> None:
         """A browser is doing something in its session."""
-        visit = self._visits.get(client_id)
-        if visit is not None and visit.session is not None and visit.role != FOLLOWER:
-            self.store.touch(visit.session)
+        browser = self._browsers.get(client_id)
+        if browser is not None and browser.session is not None and browser.role != FOLLOWER:
+            self.store.touch(browser.session)
 
     # Coming and going.
 
-    def _listen(self) -> None:
+    def _register_callbacks(self) -> None:
         # Coroutines, so that they neither wait for nor take one of the callbacks' threads.
         @self.viser.on_client_connect
         async def _(client: viser.ClientHandle) -> None:
             tolerate_leaving(client)
-            visit = self._visits[client.client_id] = Visit[S](client, self._address(client))
-            self._doormen.submit(self._careful, self._arrive, visit)
+            browser = self._browsers[client.client_id] = BrowserConnection[S](
+                client, self._address(client)
+            )
+            self._admission.submit(self._careful, self._arrive, browser)
 
         @self.viser.on_client_disconnect
         async def _(client: viser.ClientHandle) -> None:
-            visit = self._visits.pop(client.client_id, None)
-            if visit is not None and not self._ending.is_set():
-                self._doormen.submit(self._careful, self._leave, visit)
+            browser = self._browsers.pop(client.client_id, None)
+            if browser is not None and not self._ending.is_set():
+                self._admission.submit(self._careful, self._leave, browser)
 
     def _address(self, client: viser.ClientHandle) -> str:
         connection = connection_of(self.viser, client.client_id)
         remote = None if connection is None else connection.remote_address
         return neighbours(str(remote[0])) if remote else ""
 
-    def _arrive(self, visit: Visit[S]) -> None:
-        client = visit.client
+    def _arrive(self, browser: BrowserConnection[S]) -> None:
+        client = browser.client
         self._settings.welcome(client)
-        key, visit.answered = self._asking.key_of(client)
+        key, browser.answered = self._asking.key_of(client)
         try:
             if self.demo is not None:
-                self._arrive_in_demo(self.demo, visit, key)
+                self._arrive_in_demo(self.demo, browser, key)
             else:
-                visit.session = self.store.join(key, address=visit.address)
-                visit.counted = True
-                self._show(visit)
+                browser.session = self.store.join(key, address=browser.address)
+                browser.counted = True
+                self._show(browser)
         except InputError as error:
             client.gui.add_markdown(without_places(str(error)))
             lift(client)
-        if visit.gone:
-            self._forget(visit)
+        if browser.gone:
+            self._forget(browser)
 
-    def _arrive_in_demo(self, demo: Demo[S], visit: Visit[S], key: str | None) -> None:
-        connection = connection_of(self.viser, visit.client.client_id)
+    def _arrive_in_demo(
+        self, demo: Demo[S], browser: BrowserConnection[S], key: str | None
+    ) -> None:
+        connection = connection_of(self.viser, browser.client.client_id)
         if connection is None:
             return
         remote = connection.remote_address
         demo.arrive(
-            visit,
+            browser,
             key,
-            ticket=self._door.is_teacher(connection.request),
+            ticket=self._access.is_teacher(connection.request),
             loopback=bool(remote) and is_loopback(str(remote[0])),
         )
 
-    def _show(self, visit: Visit[S]) -> None:
-        visit.show(lambda: self._build(visit))
-        session = visit.session
+    def _show(self, browser: BrowserConnection[S]) -> None:
+        browser.show(lambda: self._build(browser))
+        session = browser.session
         # A key that a silent browser may have is not written over: a reload finds its work.
-        if session is not None and visit.role != FOLLOWER and visit.answered:
-            store_key(visit.client, session.key)
+        if session is not None and browser.role != FOLLOWER and browser.answered:
+            store_key(browser.client, session.key)
 
-    def _build(self, visit: Visit[S]) -> Any:
+    def _build(self, browser: BrowserConnection[S]) -> Any:
         if self.demo is not None:
-            self.demo.add_button(visit)
-        if visit.session is None:
-            lift(visit.client)
+            self.demo.add_button(browser)
+        if browser.session is None:
+            lift(browser.client)
             return None
-        read_only = visit.role == FOLLOWER
-        return self._settings.build_page(visit.client, visit.session, self.services, read_only)
+        read_only = browser.role == FOLLOWER
+        return self._settings.build_page(browser.client, browser.session, self.services, read_only)
 
-    def _leave(self, visit: Visit[S]) -> None:
-        visit.end()
-        self._forget(visit)
+    def _leave(self, browser: BrowserConnection[S]) -> None:
+        browser.end()
+        self._forget(browser)
 
-    def _forget(self, visit: Visit[S]) -> None:
+    def _forget(self, browser: BrowserConnection[S]) -> None:
         """Once, however coming and going met."""
-        with visit.lock:
-            counted, visit.counted = visit.counted, False
+        with browser.lock:
+            counted, browser.counted = browser.counted, False
         if self.demo is not None:
-            self.demo.leave(visit)
-        if counted and visit.session is not None:
-            self.store.leave(visit.session)
+            self.demo.leave(browser)
+        if counted and browser.session is not None:
+            self.store.leave(browser.session)
 
     # Housekeeping.
 
@@ -237,12 +241,14 @@ class PageServer(Generic[S]):
         while not self._ending.wait(SWEEP_SECONDS):
             self._quietly(self.store.sweep)
 
-    def _careful(self, step: Callable[[Visit[S]], None], visit: Visit[S]) -> None:
+    def _careful(
+        self, step: Callable[[BrowserConnection[S]], None], browser: BrowserConnection[S]
+    ) -> None:
         try:
-            step(visit)
+            step(browser)
         except Exception as error:
             if not self._ending.is_set():
-                self._reports(error, visit.client)
+                self._reports(error, browser.client)
 
     def _quietly(self, step: Callable[..., None], *arguments: Any) -> None:
         """The next one's turn comes whatever happens to this one."""

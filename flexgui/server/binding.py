@@ -30,7 +30,7 @@ def bind(host: str, port: int, tries: int) -> socket.socket:
     last = min(port + tries - 1, 65535) if port else 0
     for candidate in range(port, last + 1):
         try:
-            return _listen(host, candidate)
+            return _bound_socket(host, candidate)
         except OSError as error:
             if error.errno not in _BUSY:
                 raise InputError(_sentence(host, candidate, error)) from error
@@ -50,7 +50,7 @@ def own_name(listener: socket.socket) -> str:
     return f"[{host}]" if host.version == 6 else str(host)
 
 
-def _listen(host: str, port: int) -> socket.socket:
+def _bound_socket(host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     return socket.create_server((host, port), family=family, backlog=WAITING)
 

@@ -24,7 +24,7 @@ def copy_session(teacher: Session, own: Session) -> None:
         own.take_up(teacher.challenge)
     own.live, own.stage = teacher.live, teacher.stage
     own.cursor = replace(teacher.cursor, playing=False)
-    own.tell(Topic.OUTCOME, Topic.DIAGNOSIS, Topic.STAGE, Topic.CURSOR)
+    own.notify(Topic.OUTCOME, Topic.DIAGNOSIS, Topic.STAGE, Topic.CURSOR)
     own.refresh_live()
     own.refresh_playback()
 

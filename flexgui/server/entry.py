@@ -1,4 +1,4 @@
-"""Words that open the door: a class's join code, the teacher's token."""
+"""Words that give access: a class's join code, the teacher's token."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def _plain(code: str) -> str:
 
 
 class Word:
-    """A secret word that opens a door."""
+    """A secret word that gives access."""
 
     def __init__(self, word: str) -> None:
         self.word = word

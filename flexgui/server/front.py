@@ -10,7 +10,7 @@ from __future__ import annotations
 import html
 
 from flexgui.panels.curtain import BUILDING, PURPOSE
-from flexgui.panels.room import THEME_KEPT_AS
+from flexgui.panels.page_layout import THEME_KEPT_AS
 
 CONNECTING = "Loading the page …"
 

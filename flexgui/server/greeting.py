@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import io
 import sys
 from collections.abc import Callable
 from urllib.parse import quote
 
-from flexgui.server.door import CODE, TEACHER
+from flexgui.server.access import CODE, TEACHER
 from flexgui.server.entry import Word
-from flexgui.server.qr import qr_text
+
+
+def qr_text(address: str) -> str:
+    """A QR code of half blocks, light on dark, for a terminal that can show them."""
+    import segno
+
+    out = io.StringIO()
+    segno.make(address, error="m", micro=False).terminal(out, compact=True, border=2)
+    return out.getvalue().rstrip("\n")
+
 
 Say = Callable[[str], None]
 

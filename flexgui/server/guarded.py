@@ -1,4 +1,4 @@
-"""viser's server with its doors closed. All that reaches into viser 1.1.1's inside to do so."""
+"""viser's server with controlled access: all that reaches into viser 1.1.1's inside to do so."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ import viser._assignable_props_api
 import websockets.asyncio.server as websocket_server
 from viser import _messages, infra
 
+from flexgui.server.access import AccessHandler
 from flexgui.server.connection import GuardedConnection
-from flexgui.server.door import Door
 from flexgui.server.errors import ReportingExecutor, Reports
 from flexgui.server.guard import Guard, Rights
 from flexgui.server.limits import Limits
@@ -41,21 +41,21 @@ _BUILDING = threading.Lock()
 
 
 def guarded_viser(
-    listener: socket.socket, door: Door, rights: Rights, limits: Limits, reports: Reports
+    listener: socket.socket, access: AccessHandler, rights: Rights, limits: Limits, reports: Reports
 ) -> viser.ViserServer:
-    """A server on a socket that listens already. The door is closed until it is opened."""
+    """A server on a socket that listens already. Nobody gets in until access is opened."""
     host, port = listener.getsockname()[:2]
     found: list[viser.ViserServer] = []
-    options = _options(listener, door, _guard_maker(found, rights, limits), limits)
+    options = _options(listener, access, _guard_maker(found, rights, limits), limits)
     # viser prints a box of its own, whatever `verbose` says.
     with _BUILDING, _served_with(options) as calls, contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host=host, port=port, label="FlexGUI", verbose=False)
     found.append(server)
     if not calls:
         stop(server)
-        raise RuntimeError("viser did not start through FlexGUI's door; is it version 1.1.1?")
+        raise RuntimeError("viser did not start through FlexGUI's access; is it version 1.1.1?")
     inside = server._websock_server
-    door.busy = lambda: len(inside._live_connections)
+    access.busy = lambda: len(inside._live_connections)
     for kind in NEVER:
         inside.unregister_handler(kind)
     _report_errors(server, reports)
@@ -100,15 +100,15 @@ def _served_with(options: dict[str, Any]) -> Iterator[list[bool]]:
 
 def _options(
     listener: socket.socket,
-    door: Door,
+    access: AccessHandler,
     make_guard: Callable[[GuardedConnection], Guard],
     limits: Limits,
 ) -> dict[str, Any]:
     return {
         "sock": listener,
-        "process_request": door,
-        # Asked again by websockets itself, should the door ever forget.
-        "origins": sorted(door.origins),
+        "process_request": access,
+        # Asked again by websockets itself, should the handler ever forget.
+        "origins": sorted(access.origins),
         "max_size": limits.message_bytes,
         "open_timeout": OPEN_TIMEOUT,
         "close_timeout": CLOSE_TIMEOUT,
@@ -124,7 +124,7 @@ def _guard_maker(
     found: list[viser.ViserServer], rights: Rights, limits: Limits
 ) -> Callable[[GuardedConnection], Guard]:
     def make(connection: GuardedConnection) -> Guard:
-        (server,) = found  # the door opens after construction only
+        (server,) = found  # access opens after construction only
         live = server._websock_server._live_connections
         client_id = next(number for number, each in list(live.items()) if each is connection)
         client = functools.partial(server._connected_clients.get, client_id)

@@ -17,7 +17,6 @@ Check = Callable[[object], object]
 
 NAME = 1000
 """Characters of an id, a scene node's name or a file's name."""
-PIXELS = 100_000
 
 
 def text(limit: int = NAME) -> Check:

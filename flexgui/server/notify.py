@@ -15,7 +15,7 @@ AFTER_ACK = 0.4
 
 
 @contextlib.contextmanager
-def _whoever_listens() -> Iterator[None]:
+def _if_connected() -> Iterator[None]:
     """A browser that has just gone hears nothing, which is no error."""
     with contextlib.suppress(RuntimeError, KeyError):
         yield
@@ -23,7 +23,7 @@ def _whoever_listens() -> Iterator[None]:
 
 def note(client: viser.ClientHandle, title: str, text: str, *, bad: bool = False) -> None:
     """A note in a corner of the page; the page shows it as plain text."""
-    with _whoever_listens():
+    with _if_connected():
         client.add_notification(
             title, text, auto_close_seconds=NOTE_SECONDS, color="red" if bad else None
         )
@@ -43,7 +43,7 @@ def correct(client: viser.ClientHandle, uuid: str) -> None:
     handle = client.gui._gui_input_handle_from_uuid.get(uuid)
     if handle is None or not isinstance(handle, viser.GuiInputHandle):
         return
-    with _whoever_listens():
+    with _if_connected():
         client._websock_connection.queue_message(
             _messages.GuiUpdateMessage(uuid, {"value": handle._impl.value})
         )
@@ -58,17 +58,17 @@ def refuse_upload(client: viser.ClientHandle, message: dict[str, Any], sentence:
         _messages.NotificationProps("File refused", sentence, False, True, NOTE_SECONDS, "red"),
     )
 
-    def say() -> None:
-        with _whoever_listens():
+    def finish() -> None:
+        with _if_connected():
             client._websock_connection.queue_message(refused)
 
-    with _whoever_listens():
+    with _if_connected():
         # The button works again once everything has been acknowledged.
         client._websock_connection.queue_message(
             _messages.FileTransferPartAck(message["source_component_uuid"], transfer, size, size)
         )
         client.gui._event_loop.call_soon_threadsafe(
-            client.gui._event_loop.call_later, AFTER_ACK, say
+            client.gui._event_loop.call_later, AFTER_ACK, finish
         )
 
 

@@ -9,8 +9,10 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import logging
+import os
 import sys
 import threading
+import webbrowser
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +22,6 @@ import viser
 from flexgui.jobs import JobPool
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.binding import bind, port_of
-from flexgui.server.browser import can_open, open_soon
 from flexgui.server.ending import end_in_any_case, until_asked, wait
 from flexgui.server.entry import Word
 from flexgui.server.greeting import Say, greet_alone, greet_class, teacher_address
@@ -37,6 +38,20 @@ from flexgui.server.warming import Warming
 if TYPE_CHECKING:
     from flexgui.page import Page
     from flexgui.session import Session
+
+
+def can_open() -> bool:
+    """Whether there is a screen; a browser in a text terminal would be in the way."""
+    if os.environ.get("CI") or os.environ.get("SSH_CONNECTION"):
+        return False
+    if sys.platform.startswith(("win", "darwin")):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def open_soon(address: str) -> None:
+    """Without waiting for it."""
+    threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
 
 SWITCH = 5e-4

@@ -22,17 +22,21 @@ class Closable(Protocol):
     key: str
     folder: Path
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """End the session's threads and jobs."""
 
 
 class Kept(Protocol):
     """Where work is kept beyond the end of a session."""
 
-    def knows(self, key: str | None) -> bool: ...
+    def knows(self, key: str | None) -> bool:
+        """Whether there is earlier work of that key."""
 
-    def begin(self, key: str) -> Path: ...
+    def begin(self, key: str) -> Path:
+        """A fresh folder for the key."""
 
-    def end(self, folder: Path) -> None: ...
+    def end(self, folder: Path) -> None:
+        """The session of a folder is over."""
 
 
 S = TypeVar("S", bound=Closable)
@@ -96,7 +100,7 @@ class SessionStore(Generic[S]):
         with self._lock:
             entry = self._entries.get(key or "")
             if entry is None:
-                over = self._make_room(address)
+                over = self._free_places(address)
                 entry = self._new(address, key if key is not None and self.knows(key) else None)
             entry.clients += 1
             entry.stopped, entry.pinned = False, entry.pinned or pinned
@@ -150,7 +154,7 @@ class SessionStore(Generic[S]):
     def _kept(self, entry: _Entry[S]) -> float:
         return self._limits.keep if entry.touched else self._limits.keep_untouched
 
-    def _make_room(self, address: str) -> S | None:
+    def _free_places(self, address: str) -> S | None:
         """The session that goes for a newcomer where all is full, or all of its address."""
         same = [e for e in self._entries.values() if address and e.address == address]
         if len(same) >= self._limits.sessions_per_address:

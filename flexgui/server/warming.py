@@ -11,7 +11,7 @@ import viser
 
 from core.errors import InputError
 from flexgui.jobs import JobPool
-from flexgui.panels.curtain import BUILDING, tell
+from flexgui.panels.curtain import BUILDING, show_progress
 from flexgui.server.greeting import Say
 
 PREPARING = "Preparing for this machine, once: up to a minute."
@@ -27,7 +27,7 @@ class Warming:
     """
 
     def __init__(self, pool: JobPool, log: logging.Logger, say: Say) -> None:
-        self._pool, self._log, self._say = pool, log, say
+        self._pool, self._log, self._show = pool, log, say
         self._compiled = threading.Event()
         self._compiled.set()
 
@@ -40,7 +40,7 @@ class Warming:
     def receive(self, client: viser.ClientHandle) -> None:
         """Tells a browser that its page will take a while, where it will."""
         if not self._compiled.is_set():
-            tell(client, f"{PREPARING} The page comes by itself.")
+            show_progress(client, f"{PREPARING} The page comes by itself.")
 
     def wait(self) -> None:
         """A page that compiles at the same time would do the same work once more."""
@@ -48,7 +48,7 @@ class Warming:
 
     def admit(self, client: viser.ClientHandle) -> None:
         """Its page is being built."""
-        tell(client, BUILDING)
+        show_progress(client, BUILDING)
 
     def _run(self) -> None:
         try:
@@ -66,12 +66,12 @@ class Warming:
         if is_warm():
             return
         self._compiled.clear()
-        self._say(PREPARING)
+        self._show(PREPARING)
         try:
             warm_up(Silent())
         finally:
             self._compiled.set()
-        self._say(READY)
+        self._show(READY)
 
 
 def _load() -> None:

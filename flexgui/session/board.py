@@ -46,7 +46,7 @@ class Board:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._classes: OrderedDict[tuple[int, str], _Class] = OrderedDict()
-        self._listeners: list[Callable[[], None]] = []
+        self._callbacks: list[Callable[[], None]] = []
 
     def committed(self, seed: int, level: str, key: str) -> None:
         """Somebody, by the session's key, has made a guess."""
@@ -54,7 +54,7 @@ class Board:
             known = self._of(seed, level)
             if key not in known.entries and len(known.guessing) < MOST:
                 known.guessing.add(key)
-        self._tell()
+        self._notify()
 
     def put(self, seed: int, level: str, key: str, entry: Entry) -> None:
         """Somebody has seen the truth; a session stands there once."""
@@ -64,7 +64,7 @@ class Board:
             known.entries.setdefault(key, replace(entry, name=plain_name(entry.name)))
             while len(known.entries) > MOST:
                 known.entries.pop(next(iter(known.entries)))
-        self._tell()
+        self._notify()
 
     def entries(self, seed: int, level: str) -> tuple[Entry, ...]:
         """Who found all comes first, the quicker before the slower."""
@@ -79,15 +79,15 @@ class Board:
             known = self._classes.get((seed, level))
             return 0 if known is None else len(known.guessing)
 
-    def listen(self, told: Callable[[], None]) -> Callable[[], None]:
-        """Calls `told` after each change, until what is returned is called."""
+    def subscribe(self, callback: Callable[[], None]) -> Callable[[], None]:
+        """Calls `callback` after each change, until what is returned is called."""
         with self._lock:
-            self._listeners.append(told)
+            self._callbacks.append(callback)
 
         def end() -> None:
             with self._lock:
-                if told in self._listeners:
-                    self._listeners.remove(told)
+                if callback in self._callbacks:
+                    self._callbacks.remove(callback)
 
         return end
 
@@ -98,11 +98,11 @@ class Board:
             self._classes.popitem(last=False)
         return known
 
-    def _tell(self) -> None:
+    def _notify(self) -> None:
         with self._lock:
-            listeners = tuple(self._listeners)
-        for told in listeners:
-            told()
+            callbacks = tuple(self._callbacks)
+        for callback in callbacks:
+            callback()
 
 
 def plain_name(text: str) -> str:

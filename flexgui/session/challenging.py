@@ -12,7 +12,7 @@ from pathlib import Path
 from core.errors import InputError
 from core.scenario.read import parse_scenario
 from core.study.challenge import LEVELS, truth_in_words
-from core.study.seal import opened
+from core.study.obfuscate import opened
 from flexgui.jobs import Event, Finished, Task
 from flexgui.jobs.tasks.hide import hide
 from flexgui.session.board import Entry, plain_name
@@ -33,7 +33,7 @@ __all__ = [
     "Challenging",
     "Guess",
     "Revealed",
-    "ToolSaid",
+    "ToolAnswer",
 ]
 
 
@@ -49,7 +49,7 @@ class Revealed:
 
 
 @dataclass(frozen=True)
-class ToolSaid:
+class ToolAnswer:
     """The tool's own verdict on the recordings of a challenge."""
 
     effects: tuple[str, ...]
@@ -104,7 +104,7 @@ class Challenging(Uploading, ABC):
         """On the class's board; empty: somebody."""
         self.tour: int | None = 0
         """The first visit's tour: 0 while it is offered, 1 once begun, None where dismissed."""
-        self._unlisten: Callable[[], None] = lambda: None
+        self._unsubscribe: Callable[[], None] = lambda: None
         self._shelved: Challenge | None = None
         """Whose recordings made room for a person's own."""
 
@@ -112,14 +112,14 @@ class Challenging(Uploading, ABC):
         """Starts over with recordings of an arm in which something is hidden."""
         task = Task.of(hide, SOURCE, seed=seed, level=level, folder=str(self.folder))
 
-        def told(event: Event) -> None:
+        def on_event(event: Event) -> None:
             if isinstance(event, Finished):
                 self._hidden(Challenge(seed, level, event.result[1]), event.result[0], services)
                 # It starts identified: everybody begins at the same question.
                 if self.challenge is not None:
                     self.identify(services, lambda: self._ask_tool(services))
 
-        return self._submit(services, "hide", task, told)
+        return self._submit(services, "hide", task, on_event)
 
     def _hidden(self, made: Challenge, text: str, services: Services) -> None:
         run = self.run
@@ -127,14 +127,16 @@ class Challenging(Uploading, ABC):
             return
         with self._lock:
             self.challenge, self.run = made, run
-        self._listen(services)
-        self.tell(Topic.CHALLENGE, Topic.RUN)
-        self.say(f"Challenge {made.seed} ({made.level}): something is hidden in these recordings.")
+        self._subscribe(services)
+        self.notify(Topic.CHALLENGE, Topic.RUN)
+        self.show_message(
+            f"Challenge {made.seed} ({made.level}): something is hidden in these recordings."
+        )
 
-    def _listen(self, services: Services) -> None:
+    def _subscribe(self, services: Services) -> None:
         """The board of this challenge's class moves while others work at it."""
-        self._unlisten()
-        self._unlisten = services.board.listen(lambda: self.tell(Topic.CHALLENGE))
+        self._unsubscribe()
+        self._unsubscribe = services.board.subscribe(lambda: self.notify(Topic.CHALLENGE))
 
     def use_arrived(self, alone: bool) -> bool:
         """Who uses own recordings alone leaves the challenge until its recordings come back."""
@@ -143,7 +145,7 @@ class Challenging(Uploading, ABC):
         if alone and self.challenge is not None:
             with self._lock:
                 self._shelved, self.challenge = self.challenge, None
-            self.tell(Topic.CHALLENGE)
+            self.notify(Topic.CHALLENGE)
         return True
 
     def bring_back(self) -> bool:
@@ -152,7 +154,7 @@ class Challenging(Uploading, ABC):
         if self._shelved is not None:
             with self._lock:
                 self.challenge, self._shelved = self._shelved, None
-            self.tell(Topic.CHALLENGE)
+            self.notify(Topic.CHALLENGE)
         return True
 
     def leave_waiting(self) -> None:
@@ -163,16 +165,16 @@ class Challenging(Uploading, ABC):
         """Another one's challenge, whose recordings are here already, from its beginning."""
         with self._lock:
             self.challenge = Challenge(known.seed, known.level, known.sealed)
-        self.tell(Topic.CHALLENGE)
+        self.notify(Topic.CHALLENGE)
 
     def guess(self, guesses: tuple[Guess, ...], services: Services, name: str = "") -> bool:
         """Commits to an answer, which stands until `change_guess`."""
         known = self.challenge
         if known is None or known.revealed is not None:
-            self.say("There is no challenge to guess at; hide an effect first.", bad=True)
+            self.show_message("There is no challenge to guess at; hide an effect first.", bad=True)
             return False
         if known.guesses and not known.changing:
-            self.say(
+            self.show_message(
                 "Your guess is recorded; press Change my guess first, which is marked.", bad=True
             )
             return False
@@ -181,9 +183,9 @@ class Challenging(Uploading, ABC):
         with self._lock:
             self.challenge = known.committed(unique, self.tool_asked)
             self.nickname = plain_name(name)
-        self._listen(services)
+        self._subscribe(services)
         services.board.committed(known.seed, known.level, self.key)
-        self.tell(Topic.CHALLENGE)
+        self.notify(Topic.CHALLENGE)
         return True
 
     def change_guess(self) -> bool:
@@ -193,7 +195,7 @@ class Challenging(Uploading, ABC):
             return False
         with self._lock:
             self.challenge = replace(known, changing=True)
-        self.tell(Topic.CHALLENGE)
+        self.notify(Topic.CHALLENGE)
         return True
 
     @property
@@ -205,14 +207,14 @@ class Challenging(Uploading, ABC):
         """Opens the seal, after a guess; a tool that was not asked yet is asked now."""
         known = self.challenge
         if known is None or not known.guesses or known.changing:
-            self.say("Guess first: the truth cannot be hidden again.", bad=True)
+            self.show_message("Guess first: the truth cannot be hidden again.", bad=True)
             return False
         if known.revealed is not None:
             return False
         try:
             text = opened(known.sealed, SOURCE)
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
         judgement = judged(known.guesses, json.loads(text))
         asked = self.tool_asked
@@ -220,7 +222,7 @@ class Challenging(Uploading, ABC):
         with self._lock:
             self.challenge = replace(known, revealed=found)
         services.board.put(known.seed, known.level, self.key, self._entry(known, found))
-        self.tell(Topic.CHALLENGE)
+        self.notify(Topic.CHALLENGE)
         self._ask_tool(services)
         return True
 
@@ -248,7 +250,7 @@ class Challenging(Uploading, ABC):
         )
 
     @property
-    def tool_said(self) -> ToolSaid | None:
+    def tool_answer(self) -> ToolAnswer | None:
         """As far as the looks at these recordings have come; None where none was taken."""
         first = next((look for look in self.shown_looks if look.ranking), None)
         if first is None:
@@ -261,10 +263,10 @@ class Challenging(Uploading, ABC):
         if added:
             words += f"; added: {', '.join(titled(added))}"
         tried = first.diagnosis is not None and not (first.found and first.found.to_come)
-        return ToolSaid(tuple(added) or (best.effect,), words, bool(added) or tried)
+        return ToolAnswer(tuple(added) or (best.effect,), words, bool(added) or tried)
 
     def go_on_tour(self, step: int | None) -> None:
         """Offers or begins the tour; None dismisses it."""
         with self._lock:
             self.tour = step
-        self.tell(Topic.TOUR)
+        self.notify(Topic.TOUR)

@@ -93,16 +93,16 @@ class Comparing(Running, ABC):
         same = [k for k, each in enumerate(self.looks) if each.scenario == look.scenario]
         return self.looks[: same[-1]] if same else ()
 
-    def _told_whole(self, outcome: Outcome) -> Outcome:
+    def _complete_outcome(self, outcome: Outcome) -> Outcome:
         last = self.looks[-1] if self.looks else None
         if last is None or last.scenario != self.outcome_of:
             return outcome
         shown = self.comparisons or outcome.comparisons
         notes = outcome.notes if shown is outcome.comparisons else (*outcome.notes, COMPARED_BY)
-        told = story(self.looks)
-        told = told and replace(told, linear_model=self.linear_model)
-        given = self.first_fit if told is not None and told.added else ()
-        return replace(outcome, comparisons=shown, notes=notes, diagnosis=told, as_given=given)
+        diagnosis = story(self.looks)
+        diagnosis = diagnosis and replace(diagnosis, linear_model=self.linear_model)
+        given = self.first_fit if diagnosis is not None and diagnosis.added else ()
+        return replace(outcome, comparisons=shown, notes=notes, diagnosis=diagnosis, as_given=given)
 
     @property
     def first_fit(self) -> tuple[Estimate, ...]:
@@ -117,7 +117,7 @@ class Comparing(Running, ABC):
     @property
     def whole(self) -> Outcome | None:
         """The last result with the way to it, as the report tells it."""
-        return None if self.outcome is None else self._told_whole(self.outcome)
+        return None if self.outcome is None else self._complete_outcome(self.outcome)
 
     @property
     def linear_model(self) -> LinearModel | None:

@@ -53,7 +53,7 @@ class Demonstrating(Diagnosing, ABC):
             return self._cannot(kind, str(error))
         with self._lock:
             self._shower = job
-        self.tell(Topic.DEMONSTRATION)
+        self.notify(Topic.DEMONSTRATION)
         return True
 
     @property
@@ -75,7 +75,7 @@ class Demonstrating(Diagnosing, ABC):
             self.demonstration, self.demonstrated, self.not_shown = None, "", ""
         if job is not None and not job.over:
             job.stop()
-        self.tell(Topic.DEMONSTRATION)
+        self.notify(Topic.DEMONSTRATION)
 
     def _scenario_changed(self) -> None:
         super()._scenario_changed()
@@ -85,7 +85,7 @@ class Demonstrating(Diagnosing, ABC):
     def _cannot(self, kind: str, sentence: str) -> bool:
         with self._lock:
             self.demonstrated, self.not_shown = kind, sentence
-        self.tell(Topic.DEMONSTRATION)
+        self.notify(Topic.DEMONSTRATION)
         return False
 
     def _sizes(self, kind: str) -> dict[str, float]:
@@ -101,6 +101,6 @@ class Demonstrating(Diagnosing, ABC):
         if isinstance(event, Finished):
             with self._lock:
                 self.demonstration = event.result
-            self.tell(Topic.DEMONSTRATION)
+            self.notify(Topic.DEMONSTRATION)
         elif isinstance(event, Failed | WorkerLost):
             self._cannot(kind, event.sentence)

@@ -60,7 +60,7 @@ class Diagnosing(Comparing, ABC):
         try:
             return self._go_on(with_effect(kind, found), titled([kind])[0], kind, services)
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
 
     def add_own(self, target: str, formula: str, parameters: str, services: Services) -> bool:
@@ -70,7 +70,7 @@ class Diagnosing(Comparing, ABC):
             kind, title = present(edited(self.scenario, edit))[-1]
             done = self._go_on(edit, title, kind, services)
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
         if done:
             self._formulas[kind] = (target, formula, parameters)
@@ -88,7 +88,7 @@ class Diagnosing(Comparing, ABC):
         """One step back on the way; nothing is computed."""
         with self._lock:
             if self.busy or len(self.looks) < 2:
-                self.say(BUSY if self.busy else "There is no step to undo.", bad=True)
+                self.show_message(BUSY if self.busy else "There is no step to undo.", bad=True)
                 return False
             back = self.looks[-2]
             model = thawed(back.scenario.model_dump(exclude_defaults=True)).get("model")
@@ -98,16 +98,16 @@ class Diagnosing(Comparing, ABC):
             undone, self.looks = self.looks[-1], self.looks[:-1]
             if back.outcome is not None and back.scenario == self.scenario:
                 self.outcome, self.outcome_of = back.outcome, back.scenario
-        self.tell(Topic.DIAGNOSIS, Topic.OUTCOME)
+        self.notify(Topic.DIAGNOSIS, Topic.OUTCOME)
         self.refresh_playback()
-        self.say(f"Undone: {undone.title}.")
+        self.show_message(f"Undone: {undone.title}.")
         return True
 
     def _go_on(self, edit: Edit, title: str, added: str | None, services: Services) -> bool:
         """Changes the model and looks at it."""
         with self._lock:
             if self.busy:
-                self.say(BUSY, bad=True)
+                self.show_message(BUSY, bad=True)
                 return False
             before = self.scenario
             base_model(edited(before, edit))
@@ -126,25 +126,25 @@ class Diagnosing(Comparing, ABC):
         }  # fmt: skip
         task = Task.of(diagnose, "The search for what is missing", **arguments)
 
-        def told(event: Event) -> None:
+        def on_event(event: Event) -> None:
             if isinstance(event, Partial) and event.name == COMPARED:
                 self._compared(event.value)
             elif isinstance(event, Partial):
-                self._told(event.value)
+                self._take_partial(event.value)
             elif isinstance(event, Ended):
                 self._over(event, before)
 
         with self._lock:  # or who comes at the same moment takes the look away
             if self.busy:
-                self.say(BUSY, bad=True)
+                self.show_message(BUSY, bad=True)
                 return False
             self.pending = look
-            done = self._submit(services, "diagnose", task, told)
+            done = self._submit(services, "diagnose", task, on_event)
             if not done:
                 self.pending = None
         return done
 
-    def _told(self, found: Looked) -> None:
+    def _take_partial(self, found: Looked) -> None:
         """A first or a finer picture."""
         with self._lock:
             if self.pending is None:
@@ -154,9 +154,9 @@ class Diagnosing(Comparing, ABC):
             if fresh and found.outcome is not None:
                 self.outcome, self.outcome_of = found.outcome, look.scenario
                 self.pending = replace(look, outcome=found.outcome)
-        self.tell(Topic.DIAGNOSIS)
+        self.notify(Topic.DIAGNOSIS)
         if fresh:
-            self.tell(Topic.OUTCOME)
+            self.notify(Topic.OUTCOME)
             self.refresh_playback()
 
     def _compared(self, found: tuple[RecordingComparison, ...]) -> None:
@@ -165,13 +165,13 @@ class Diagnosing(Comparing, ABC):
             if self.pending is not None:
                 self.pending = replace(self.pending, comparisons=found)
         _ = self.failing  # worked out here: whoever draws has others waiting
-        self.tell(Topic.DIAGNOSIS)
+        self.notify(Topic.DIAGNOSIS)
 
     def _over(self, event: Ended, before: tuple[Scenario, Outcome | None, Scenario | None]) -> None:
         """Keeps what was found; without anything the state is what it was before."""
         found = getattr(event, "result", None)
         if isinstance(found, Looked):
-            self._told(found)
+            self._take_partial(found)
         with self._lock:
             look, self.pending = self.pending, None
         if look is None:
@@ -181,14 +181,14 @@ class Diagnosing(Comparing, ABC):
             self._keep(look)
         else:
             self._restore(*before)
-        self.tell(Topic.DIAGNOSIS)
+        self.notify(Topic.DIAGNOSIS)
         then, self._then = self._then, None
         if then is not None:
             then()
         elif isinstance(event, Stopped):
-            self.say(_stopped(kept, bool(self.looks)))
+            self.show_message(_stopped(kept, bool(self.looks)))
         elif isinstance(event, Finished) and look.title:
-            self.say(self._fallen(), bad=worse(self.looks))
+            self.show_message(self._fallen(), bad=worse(self.looks))
 
     def _worth_keeping(self, look: Look, event: Ended) -> bool:
         """A complete look always; one that was stopped where there is no complete one of it."""
@@ -213,7 +213,7 @@ class Diagnosing(Comparing, ABC):
             self.change(put(("model",), model))
         with self._lock:
             self.outcome, self.outcome_of = outcome, outcome_of
-        self.tell(Topic.OUTCOME)
+        self.notify(Topic.OUTCOME)
 
     def _fallen(self) -> str:
         """How the error changed in the last step."""

@@ -13,8 +13,8 @@ from core.workbench import base_model
 from flexgui.session.demo import demo_scenario
 from flexgui.session.edit import Edit, edited, noise_of_simulations
 from flexgui.session.latest import LatestWins
-from flexgui.session.listened import Listened
 from flexgui.session.live import LiveModel, Prepared, is_new, live_model, prepare
+from flexgui.session.observable import Observable
 from flexgui.session.state import STAGES, Live
 from flexgui.session.topics import Topic
 from flexgui.session.turn import TURNS
@@ -22,7 +22,7 @@ from flexgui.session.turn import TURNS
 COMPILING = "Another kind of arm: its equations are derived and compiled, which takes seconds."
 
 
-class Editing(Listened, ABC):
+class Editing(Observable, ABC):
     """What a person changes on the page ends in a checked scenario, and in a model at once."""
 
     def __init__(self, key: str) -> None:
@@ -48,9 +48,9 @@ class Editing(Listened, ABC):
                 base_model(changed)
                 self.scenario = changed
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
-        self.tell(Topic.SCENARIO)
+        self.notify(Topic.SCENARIO)
         self.refresh_live()
         self._scenario_changed()
         return True
@@ -82,13 +82,13 @@ class Editing(Listened, ABC):
                     return  # whoever changed the arm has asked anew
                 view = live_model(prepare(scenario, known), live)
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return
         if self.message.text == COMPILING:
-            self.say("")
+            self.show_message("")
         with self._lock:
             self.view = view
-        self.tell(Topic.LIVE)
+        self.notify(Topic.LIVE)
 
     def _compiled(self) -> Prepared:
         """A model with the arm that is wanted; says so where that may take long."""
@@ -97,14 +97,14 @@ class Editing(Listened, ABC):
         if before is not None and not is_new(build_arm(scenario.arm), before):
             return before
         if before is not None:
-            self.say(COMPILING)
+            self.show_message(COMPILING)
         return prepare(scenario, before)
 
     def show(self, stage: str) -> None:
         """Another stage of the work."""
         if stage in STAGES and stage != self.stage:
             self.stage = stage
-            self.tell(Topic.STAGE)
+            self.notify(Topic.STAGE)
             if self.message.text:
-                self.say("")
+                self.show_message("")
             self._stage_changed()

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from core.diagnose.maps import error_maps, noise_floors
+from core.diagnose.maps import error_maps
 from core.results import ErrorMaps, RecordingComparison
 from flexgui.views.error_now import ErrorNow, error_now
+from flexgui.views.of_recording.view import believable_floors
 
 
 @dataclass(frozen=True)
@@ -41,30 +42,11 @@ def where_it_fails(
     comparisons: tuple[RecordingComparison, ...], stated: Mapping[str, float] | None
 ) -> WhereItFails:
     """Maps, their board, and the error along the time."""
-    floors = believable(comparisons) if stated is None else stated
+    floors = believable_floors(comparisons) if stated is None else stated
     maps = error_maps(comparisons, floors)
     traces = {c.recording: error_now(c, floors) for c in comparisons}
     known = {name: one for name, one in traces.items() if one is not None}
     return WhereItFails(comparisons, stated, floors, maps, _board(maps), known)
-
-
-def believable(comparisons: Sequence[RecordingComparison]) -> dict[str, float]:
-    """Floors where no diagnosis has stated any: of what was fitted and of the encoders; what is
-    computed from other channels has no noise of its own. As in a diagnosis no model is asked for
-    the last thousandth of what a channel does."""
-    from core.diagnose.diagnose import FIDELITY  # late: it loads all of a diagnosis
-
-    spread: dict[str, list[float]] = {}
-    for r in comparisons:
-        for c in r.channels:
-            if c.counted.any() and (c.fitted or c.channel.startswith("theta")):
-                spread.setdefault(c.channel, []).append(float(np.std(c.measured[c.counted])))
-    noise = noise_floors(comparisons)
-    floors = {
-        name: float(np.hypot(noise.get(name, 0.0), FIDELITY * np.median(sizes)))
-        for name, sizes in spread.items()
-    }
-    return {name: floor for name, floor in floors.items() if floor > 0.0}
 
 
 def _board(maps: ErrorMaps) -> Board | None:

@@ -15,8 +15,8 @@ from core.errors import InputError
 from core.parameters import Parameter
 from core.study.rig import bare_model, seen_by
 from core.units import factor_to_si
+from core.written import shown_unit
 from flexgui.views.numbers import format_number
-from flexgui.views.units import shown_unit
 
 NONE_GUESSED = "nothing"
 NONE_TITLE = "nothing is hidden"
@@ -40,6 +40,7 @@ class Guess:
 
     @property
     def title(self) -> str:
+        """The effect's title."""
         one = catalogue().get(self.kind)
         return NONE_TITLE if one is None else one.title
 
@@ -95,6 +96,7 @@ class Judgement:
 
     @property
     def complete(self) -> bool:
+        """Whether all that was hidden was found, and nothing else named."""
         return self.found == len(self.hidden) and all(one.right for one in self.each)
 
     @property
@@ -110,8 +112,8 @@ class Judgement:
 def judged(guesses: Sequence[Guess], truth: Mapping[str, Any]) -> Judgement:
     """`truth` as the seal held it."""
     hidden = tuple(truth["effects"])
-    knobs = _knobs(hidden)
-    each = tuple(_one(guess, hidden, knobs, truth["values"]) for guess in guesses)
+    quantities = _parameters(hidden)
+    each = tuple(_one(guess, hidden, quantities, truth["values"]) for guess in guesses)
     named = {k.kind for one in each if one.right for k in with_included([effect(one.guess.kind)])}
     return Judgement(each, hidden, len(named & set(hidden)))
 
@@ -122,18 +124,18 @@ def asked_sizes(kind: str) -> tuple[AskedSize, ...]:
     known = catalogue().get(kind)
     if known is None:
         return ()
-    found = _knobs([one.kind for one in with_included([known])])[kind]
+    found = _parameters([one.kind for one in with_included([known])])[kind]
     return tuple(
         AskedSize(p.name, p.title, shown_unit(p.value or p.scale, p.unit).name) for p in found
     )
 
 
-def _knobs(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
+def _parameters(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
     model = bare_model().with_effects([effect(kind) for kind in kinds], {})
     return {
         one.kind: tuple(
             k.parameter
-            for k in one.knobs(model.arm, model.drive, typical(model.arm))
+            for k in one.parameters(model.arm, model.drive, typical(model.arm))
             if one.shown(k.parameter.name, seen_by(model))
         )
         for one in model.effects
@@ -143,7 +145,7 @@ def _knobs(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
 def _one(
     guess: Guess,
     hidden: Sequence[str],
-    knobs: Mapping[str, tuple[Parameter, ...]],
+    quantities: Mapping[str, tuple[Parameter, ...]],
     values: Mapping[str, float],
 ) -> Judged:
     if guess.kind not in hidden:
@@ -153,7 +155,7 @@ def _one(
         return Judged(guess, True)
     phrases, near = [], True
     for name, value, unit in stated:
-        known = [p for p in knobs[guess.kind] if p.name in values and name in ("", p.name)]
+        known = [p for p in quantities[guess.kind] if p.name in values and name in ("", p.name)]
         if not known:
             phrases.append(f"{name} is no size of it")
             continue

@@ -66,17 +66,17 @@ class Keeping(Studying, ABC):
         with self._lock:
             self._written, self._keeps = (self._stated(), self._found()), True
 
-    def tell(self, *topics: Topic) -> None:
+    def notify(self, *topics: Topic) -> None:
         """Writes first what the page is about to show."""
         if self._keeps and not self.closed and DURABLE & set(topics):
             with self._lock:
                 self._write_down()
-        super().tell(*topics)
+        super().notify(*topics)
 
     def decline(self) -> None:
         """Leaves the earlier work where it is; it is offered once more next time."""
         self.earlier = None
-        self.tell(Topic.KEPT)
+        self.notify(Topic.KEPT)
 
     def restore(self) -> bool:
         """Takes the earlier work up in place of what is here."""
@@ -95,14 +95,14 @@ class Keeping(Studying, ABC):
         except (InputError, OSError, KeyError, TypeError, AttributeError) as error:
             log.warning("Earlier work could not be restored: %r", error)
             self.earlier = None
-            self.tell(Topic.KEPT)
-            self.say("The earlier work is damaged and cannot be restored.", bad=True)
+            self.notify(Topic.KEPT)
+            self.show_message("The earlier work is damaged and cannot be restored.", bad=True)
             return False
         self.earlier = None
-        self.tell(*Topic)
+        self.notify(*Topic)
         self.refresh_live()
         self.refresh_playback()
-        self.say(SAID.format(earlier.words))
+        self.show_message(SAID.format(earlier.words))
         return True
 
     def _take_up(self, earlier: Earlier, stated: dict[str, Any], found: dict[str, Any]) -> None:
@@ -143,7 +143,7 @@ class Keeping(Studying, ABC):
         except (InputError, OSError, TypeError) as error:
             self._keeps = False
             log.warning("The work of a session cannot be kept: %r", error)
-            self.say(NOT_KEPT, bad=True)
+            self.show_message(NOT_KEPT, bad=True)
 
     def _stated(self) -> tuple[Any, ...]:
         tried = " ".join(self._formulas)

@@ -20,10 +20,12 @@ class Change(NamedTuple):
 
     @property
     def fell(self) -> bool:
+        """Whether the error fell by a noticeable share."""
         return self.after < FELL * self.before
 
     @property
     def rose(self) -> bool:
+        """Whether the error rose by a noticeable share."""
         return self.before < FELL * self.after
 
     @property

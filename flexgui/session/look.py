@@ -38,6 +38,7 @@ class Look:
 
     @property
     def ranking(self) -> tuple[RankedEffect, ...]:
+        """The ranked effects; none before there are any."""
         return () if self.found is None else self.found.ranking
 
     @property

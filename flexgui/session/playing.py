@@ -46,9 +46,9 @@ class Playing(Editing, ABC):
         self._playback_waits = False
         self._player = Player(self)
 
-    def say(self, text: str, bad: bool = False) -> None:
+    def show_message(self, text: str, bad: bool = False) -> None:
         """A sentence for the person, which does not say where the server keeps what."""
-        super().say(without_places(text, self.folder), bad)
+        super().show_message(without_places(text, self.folder), bad)
 
     def set_cursor(self, **changes: Any) -> None:
         """Moves the cursor, plays, changes speed or recording."""
@@ -57,7 +57,7 @@ class Playing(Editing, ABC):
         if before.recording != self.cursor.recording:
             self.refresh_playback()
         self._player.wake()
-        self.tell(Topic.CURSOR)
+        self.notify(Topic.CURSOR)
 
     def advance(self, seconds: float) -> None:
         """Moves the cursor on; at the end it starts again."""
@@ -67,7 +67,7 @@ class Playing(Editing, ABC):
             end = self.playback.seconds
             time = self.cursor.time + seconds
             self.cursor = replace(self.cursor, time=time if 0.0 <= time <= end else 0.0)
-        self.tell(Topic.CURSOR)
+        self.notify(Topic.CURSOR)
 
     def _scenario_changed(self) -> None:
         """At once where it is seen; under the sliders of the first stage it would be in the way."""
@@ -93,7 +93,7 @@ class Playing(Editing, ABC):
         if not names:
             with self._lock:
                 self.recording, self._recording_key, self.playback = None, None, None
-            self.tell(Topic.RECORDINGS, Topic.CURSOR)
+            self.notify(Topic.RECORDINGS, Topic.CURSOR)
             return
         name = name if name in names else names[0]
         try:
@@ -101,13 +101,13 @@ class Playing(Editing, ABC):
             kept = self.recording if key == before else None
             recording, found = self._played(scenario, name, fitted, kept)
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return
         with self._lock:
             self.recording, self._recording_key, self.playback = recording, key, found
             if self.cursor.recording != name:
                 self.cursor = replace(self.cursor, recording=name, time=0.0)
-        self.tell(Topic.RECORDINGS, Topic.CURSOR)
+        self.notify(Topic.RECORDINGS, Topic.CURSOR)
 
     def _played(
         self, scenario: Scenario, name: str, fitted: Outcome | None, kept: Recording | None

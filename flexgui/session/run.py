@@ -48,6 +48,7 @@ class Run:
 
     @property
     def busy(self) -> bool:
+        """Whether the job waits or runs."""
         return self.phase in BUSY
 
     @property

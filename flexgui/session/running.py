@@ -39,48 +39,48 @@ class Running(Playing, ABC):
         arguments = {"scenario_toml": scenario_toml(plain), "folder": str(self.folder)}
         task = Task.of(identify, "The identification", **arguments)
 
-        def told(event: Event) -> None:
+        def on_event(event: Event) -> None:
             self._identified(event, scenario)
             if then is not None and isinstance(event, Ended):
                 then()
 
-        return self._submit(services, "identify", task, told)
+        return self._submit(services, "identify", task, on_event)
 
     def _identified(self, event: Event, scenario: Scenario) -> None:
         found = getattr(event, "result", None)
         if not isinstance(found, Outcome):
             return
         if isinstance(event, Stopped) and self.outcome is not None:
-            self.say("Stopped; the last complete result is kept.")
+            self.show_message("Stopped; the last complete result is kept.")
             return
         with self._lock:
             self.outcome, self.outcome_of = found, scenario
-        self.tell(Topic.OUTCOME)
+        self.notify(Topic.OUTCOME)
         if isinstance(event, Stopped):
-            self.say("Stopped; the best found so far is shown.")
+            self.show_message("Stopped; the best found so far is shown.")
         self.refresh_playback()
 
     @abstractmethod
-    def _told_whole(self, outcome: Outcome) -> Outcome:
+    def _complete_outcome(self, outcome: Outcome) -> Outcome:
         """The last result with what was found missing and added on the way to it."""
 
     def report(self, services: Services, done: Callable[[Path], None]) -> bool:
         """Writes the export of the last result in the pool; `done` gets its folder."""
         outcome, scenario = self.outcome, self.outcome_of
         if outcome is None or scenario is None:
-            self.say("There is no result yet; identify first.", bad=True)
+            self.show_message("There is no result yet; identify first.", bad=True)
             return False
         out = self.folder / "export"
-        outcome = self._told_whole(outcome)
+        outcome = self._complete_outcome(outcome)
         text = scenario_toml(scenario)
         where = {"folder": str(self.folder), "out": str(out)}
         task = Task.of(export, "The report", outcome=outcome, scenario_toml=text, **where)
 
-        def told(event: Event) -> None:
+        def on_event(event: Event) -> None:
             if isinstance(event, Finished):
                 done(out)
 
-        return self._submit(services, "report", task, told)
+        return self._submit(services, "report", task, on_event)
 
     def pause(self) -> None:
         """Holds the job."""
@@ -99,7 +99,7 @@ class Running(Playing, ABC):
             if job is None or job.over:
                 return
             self.run = replace(self.run, phase=STOPPING)
-        self.tell(Topic.RUN)
+        self.notify(Topic.RUN)
         job.stop()
 
     @property
@@ -130,16 +130,16 @@ class Running(Playing, ABC):
                 self._run_number += 1
                 number = self._run_number
 
-                def hear(event: Event) -> None:
+                def relay(event: Event) -> None:
                     if number == self._run_number:
                         self._heard(event)
                         more(event)
 
-                self.job = services.pool.submit(self.key, task, hear)
+                self.job = services.pool.submit(self.key, task, relay)
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
-        self.tell(Topic.RUN)
+        self.notify(Topic.RUN)
         return True
 
     def _heard(self, event: Event) -> None:
@@ -149,6 +149,6 @@ class Running(Playing, ABC):
             if stopping and self.run.busy:
                 self.run = replace(self.run, phase=STOPPING)
             run = self.run
-        self.tell(Topic.RUN)
+        self.notify(Topic.RUN)
         if run.phase in (FAILED, LOST):
-            self.say(run.sentence, bad=True)
+            self.show_message(run.sentence, bad=True)

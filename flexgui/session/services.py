@@ -13,14 +13,16 @@ class Services(Protocol):
     """Shared by all sessions."""
 
     @property
-    def pool(self) -> JobPool: ...
+    def pool(self) -> JobPool:
+        """Where long work is done."""
 
     @property
     def data_folder(self) -> Path | None:
         """Where the recordings of ready-made scenarios lie; None where nobody said."""
 
     @property
-    def upload_limit_bytes(self) -> int: ...
+    def upload_limit_bytes(self) -> int:
+        """The largest upload, bytes."""
 
     @property
     def board(self) -> Board:

@@ -41,7 +41,7 @@ class Session(Keeping):
             if path is not None:
                 scenario = fetch_files(scenario, path.parent, services.data_folder, self.folder)
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
         return self.open(scenario)
 
@@ -50,7 +50,7 @@ class Session(Keeping):
         try:
             self.begin_with(scenario)
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
         return True
 
@@ -64,14 +64,14 @@ class Session(Keeping):
         self.forget_study()
         self.end_demonstration()
         self.leave_waiting()
-        self._unlisten()
+        self._unsubscribe()
         with self._lock:
             self.scenario, self.recording, self.playback = scenario, None, None
             self.outcome, self.outcome_of = None, None
             self.looks, self.pending, self.challenge = (), None, None
             self.cursor = Cursor()
-        self.tell(Topic.SCENARIO, Topic.RECORDINGS, Topic.RUN, Topic.OUTCOME, Topic.CURSOR)
-        self.tell(Topic.DIAGNOSIS, Topic.CHALLENGE)
+        self.notify(Topic.SCENARIO, Topic.RECORDINGS, Topic.RUN, Topic.OUTCOME, Topic.CURSOR)
+        self.notify(Topic.DIAGNOSIS, Topic.CHALLENGE)
         self.refresh_live()
         self.refresh_playback()
 
@@ -82,7 +82,7 @@ class Session(Keeping):
     def close(self) -> None:
         """Ends its threads and its job, and removes its folder where no work is kept in it."""
         self.closed = True
-        self._unlisten()
+        self._unsubscribe()
         self.end_demonstration()
         self.end_study()
         self.stop()

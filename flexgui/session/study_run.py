@@ -65,6 +65,7 @@ class StudyRun:
 
     @property
     def total(self) -> int:
+        """Number of cases."""
         return len(self._cases)
 
     @property
@@ -75,6 +76,7 @@ class StudyRun:
 
     @property
     def remaining_seconds(self) -> float | None:
+        """s that the rest may take; None where nobody knows yet."""
         with self._lock:
             left = [case.part for case in self._cases if case.key not in self._records]
             elapsed = time.monotonic() - self._begun

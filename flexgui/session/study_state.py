@@ -35,6 +35,7 @@ class StudyState:
 
     @property
     def busy(self) -> bool:
+        """Whether the study runs or is being stopped."""
         return self.phase in (RUNNING, STOPPING)
 
     @property

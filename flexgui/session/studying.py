@@ -65,7 +65,7 @@ class Studying(Challenging, ABC):
             if self.study.busy:
                 return False
             self.study_choice = replace(self.study_choice, **changes)
-        self.tell(Topic.STUDY)
+        self.notify(Topic.STUDY)
         return True
 
     def start_study(self, services: Services) -> bool:
@@ -80,15 +80,15 @@ class Studying(Challenging, ABC):
                 same = known is not None and known.identity == settings.identity
                 executor = QueueExecutor(services.pool, self.key, choice.at_once)
                 folder = self.folder / "studies" / settings.identity
-                run = StudyRun(settings, choice.parts, executor, folder, self._study_told)
+                run = StudyRun(settings, choice.parts, executor, folder, self._study_changed)
                 left, self._study_run = self._study_run or self._study_left, run
                 sections = self.study.sections if same else ()
                 self.study = replace(_state(run), sections=sections)
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
         run.start(after=left)
-        self.tell(Topic.STUDY)
+        self.notify(Topic.STUDY)
         return True
 
     def stop_study(self) -> None:
@@ -99,7 +99,7 @@ class Studying(Challenging, ABC):
                 return
             run.stop()
             self.study = replace(self.study, phase=run.phase)
-        self.tell(Topic.STUDY)
+        self.notify(Topic.STUDY)
 
     def forget_study(self) -> None:
         """Stops it and hears nothing more of it: its scenario has been left."""
@@ -109,7 +109,7 @@ class Studying(Challenging, ABC):
             self.study = StudyState()
         if run is not None:
             run.stop()
-        self.tell(Topic.STUDY)
+        self.notify(Topic.STUDY)
 
     def end_study(self) -> None:
         """The session ends: nothing is drawn any more."""
@@ -121,20 +121,20 @@ class Studying(Challenging, ABC):
         """Writes the report of what there is, in the pool; `done` gets its folder."""
         run = self._study_run
         if run is None or not run.records:
-            self.say("There are no results of a study yet; start one first.", bad=True)
+            self.show_message("There are no results of a study yet; start one first.", bad=True)
             return False
         task = Task.of(
             study_report, "The report of the study", settings=run.settings.model_dump_json(),
             folder=str(run.folder),
         )  # fmt: skip
 
-        def told(event: Event) -> None:
+        def on_event(event: Event) -> None:
             if isinstance(event, Finished):
                 done(run.folder)
 
-        return self._submit(services, "study report", task, told)
+        return self._submit(services, "study report", task, on_event)
 
-    def _study_told(self, run: StudyRun) -> None:
+    def _study_changed(self, run: StudyRun) -> None:
         if self.closed:
             # A run that was just beginning has made its folder anew.
             shutil.rmtree(self.folder, ignore_errors=True)
@@ -142,11 +142,11 @@ class Studying(Challenging, ABC):
             if run is not self._study_run:
                 return
             self.study = replace(_state(run), sections=self.study.sections)
-        self.tell(Topic.STUDY)
+        self.notify(Topic.STUDY)
         if run.phase == FAILED:
-            self.say(run.sentence, bad=True)
+            self.show_message(run.sentence, bad=True)
         elif run.phase == STOPPED:
-            self.say("The study was stopped; what is finished is kept.")
+            self.show_message("The study was stopped; what is finished is kept.")
         self._study_worker.ask(lambda: self._draw_study(run))
 
     def _draw_study(self, run: StudyRun) -> None:
@@ -161,7 +161,7 @@ class Studying(Challenging, ABC):
             if run is not self._study_run:
                 return
             self.study = replace(self.study, sections=sections)
-        self.tell(Topic.STUDY)
+        self.notify(Topic.STUDY)
         self._study_over.wait(max(CALM, SHARE * took))
 
 

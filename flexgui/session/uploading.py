@@ -23,7 +23,7 @@ from flexgui.session.demonstrating import Demonstrating
 from flexgui.session.edit import Document, put, recording, thawed
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
-from flexgui.session.uploads import keep_upload, unpack, unpacking_room
+from flexgui.session.uploads import keep_upload, unpack, unpacking_folder
 
 ASKED = "{} has no column {}: assign one below under “Which column is which”."
 MORE = "{} has columns with other names: assign them below, or read the file as it is."
@@ -76,7 +76,7 @@ class Uploading(Demonstrating, ABC):
                 path.unlink(missing_ok=True)
                 raise
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
         return True
 
@@ -84,14 +84,14 @@ class Uploading(Demonstrating, ABC):
         """Opens the file of a recording again, to say what its columns hold."""
         spec = next((s for s in self.scenario.recordings if s.name == name), None)
         if spec is None or spec.file is None:
-            self.say("Only a recording from a file has columns to choose.", bad=True)
+            self.show_message("Only a recording from a file has columns to choose.", bad=True)
             return False
         model = base_model(self.scenario)
         try:
             headings = self._headings(spec.file)
             self._wait(waiting_again(headings, model.arm, _references(model), spec))
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
         return True
 
@@ -105,7 +105,7 @@ class Uploading(Demonstrating, ABC):
         try:
             self._answered(waiting.mapped(channel, header, gain, sign, unit))
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
         return True
 
@@ -134,7 +134,7 @@ class Uploading(Demonstrating, ABC):
                 raise InputError(_still(waiting))
             self._read(waiting.file, waiting.columns, waiting.theta2, waiting.recording)
         except InputError as error:
-            self.say(str(error), bad=True)
+            self.show_message(str(error), bad=True)
             return False
         self._wait(None)
         return True
@@ -148,9 +148,9 @@ class Uploading(Demonstrating, ABC):
         with self._lock:
             self._own |= {one.entry["file"] for one in arrived}
             self.arrived, self.aside = (), (*self.aside, *(before if alone else ()))
-        self.say(" ".join(one.words for one in arrived))
+        self.show_message(" ".join(one.words for one in arrived))
         self.set_cursor(recording=self.scenario.recordings[-1].name, time=0.0, playing=False)
-        self.tell(Topic.RECORDINGS)
+        self.notify(Topic.RECORDINGS)
         return True
 
     def bring_back(self) -> bool:
@@ -159,7 +159,7 @@ class Uploading(Demonstrating, ABC):
             return False
         with self._lock:
             self.aside = ()
-        self.tell(Topic.RECORDINGS)
+        self.notify(Topic.RECORDINGS)
         return True
 
     def leave_arrived(self) -> None:
@@ -168,7 +168,7 @@ class Uploading(Demonstrating, ABC):
             left, self.arrived = self.arrived, ()
         for one in left:
             self._drop(one.entry["file"])
-        self.tell(Topic.RECORDINGS)
+        self.notify(Topic.RECORDINGS)
 
     def leave_file(self) -> None:
         """Forgets the waiting file; a recording that has it already keeps it."""
@@ -197,7 +197,7 @@ class Uploading(Demonstrating, ABC):
         self._wait(waiting)
         missing = waiting.missing
         said = ASKED.format(path.name, _named(missing[0])) if missing else MORE.format(path.name)
-        self.say(said, bad=bool(missing))
+        self.show_message(said, bad=bool(missing))
         return True
 
     def _headings(self, file: str) -> tuple[str, ...]:
@@ -211,28 +211,28 @@ class Uploading(Demonstrating, ABC):
         """
         check_plain(file)  # it is the title of the task too
         task = Task.of(function, file, folder=str(self.folder), file=file, **arguments)
-        found = ask(self.key, task, tell=lambda text: self.say(f"{text} …"))
+        found = ask(self.key, task, tell=lambda text: self.show_message(f"{text} …"))
         if self.message.text.endswith("…"):
-            self.say("")
+            self.show_message("")
         return found
 
     def _answered(self, waiting: Waiting) -> None:
         """A sentence about the answer before is out of date."""
         if self.message.bad:
-            self.say("")
+            self.show_message("")
         self._wait(waiting)
 
     def _wait(self, waiting: Waiting | None) -> None:
         with self._lock:
             self.waiting = waiting
-        self.tell(Topic.RECORDINGS)
+        self.notify(Topic.RECORDINGS)
 
     def _take_in(self, path: Path, limit: int) -> None:
         if path.suffix.lower() == ".zip":
             try:
                 scenario = self._asked(unpack, path.name, limit=limit)
             finally:
-                shutil.rmtree(unpacking_room(path), ignore_errors=True)
+                shutil.rmtree(unpacking_folder(path), ignore_errors=True)
             path = self.folder / scenario
         if path.suffix.lower() == ".toml":
             with path.open(encoding="utf-8", errors="replace") as file:
@@ -257,7 +257,7 @@ class Uploading(Demonstrating, ABC):
         place = recording(names.index(name))
         edits = put((*place, "columns"), columns or None), put((*place, POINT), theta2)
         if self.change(*edits):
-            self.say(words)
+            self.show_message(words)
             self.set_cursor(recording=name, time=0.0, playing=False)
 
     def _arrive(self, one: Arrived) -> None:
@@ -268,8 +268,8 @@ class Uploading(Demonstrating, ABC):
         if not files or files & self._own:
             self.use_arrived(alone=False)
             return
-        self.say(one.words)
-        self.tell(Topic.RECORDINGS)
+        self.show_message(one.words)
+        self.notify(Topic.RECORDINGS)
 
     def _entries(self) -> list[Document]:
         found: list[Document] = thawed(

@@ -92,7 +92,7 @@ def _copied(source: Path, folder: Path) -> str:
 
 def unpacked(path: Path, folder: Path, limit: int) -> Path:
     """Puts the files of a zip into the folder; the scenario file in it. InputError else."""
-    room = unpacking_room(path)
+    room = unpacking_folder(path)
     try:
         room.mkdir()
         with zipfile.ZipFile(path) as archive:
@@ -116,7 +116,7 @@ def unpacked(path: Path, folder: Path, limit: int) -> Path:
     return folder / scenarios[0]
 
 
-def unpacking_room(path: Path) -> Path:
+def unpacking_folder(path: Path) -> Path:
     """Where the files of a zip lie before all of them are there. Whoever waits for a worker that
     unpacks removes it, as the worker may have been killed."""
     return path.with_name(f".{path.name}.unpacking")

@@ -5,18 +5,51 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from viser import FrameHandle, MeshHandle, SceneApi
+from viser import FrameHandle, LabelHandle, MeshHandle, SceneApi
 
 from flexgui.stage import floor, paint
-from flexgui.stage.pose import Body, Pose, Spot
+from flexgui.stage.pose import Body, JointMark, Pose, Spot, mark_faces
 from flexgui.stage.section import beam_faces
+
+LABEL_SCALE = 1.25
+
+
+class MarkNodes:
+    """Built once; `show` moves what is there."""
+
+    def __init__(self, scene: SceneApi, path: str, body: Body, pose: Pose) -> None:
+        self.scene, self.path = scene, path
+        marks = body.marks(pose)
+        self.arcs: list[MeshHandle] = [self._arc(k, mark) for k, mark in enumerate(marks)]
+        self.labels: list[LabelHandle] = [self._label(k, mark) for k, mark in enumerate(marks)]
+
+    def show(self, body: Body, pose: Pose) -> None:
+        """Moves arcs and labels, and writes the angles."""
+        marks = body.marks(pose)
+        for arc, label, mark in zip(self.arcs, self.labels, marks, strict=True):
+            arc.vertices = mark.vertices
+            label.position = mark.label
+            label.text = mark.text
+
+    def _arc(self, k: int, mark: JointMark) -> MeshHandle:
+        return self.scene.add_mesh_simple(
+            f"{self.path}/arc{k + 1}", mark.vertices, mark_faces(), color=paint.INK, side="double",
+            cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+
+    def _label(self, k: int, mark: JointMark) -> LabelHandle:
+        return self.scene.add_label(
+            f"{self.path}/label{k + 1}", mark.text, position=mark.label, anchor="center-center",
+            font_screen_scale=LABEL_SCALE,
+        )  # fmt: skip
+
 
 HUB_HEIGHT = 1.35
 """Of the beam's height."""
 LEAST_HUB, HUB_SHARE = 0.035, 0.62
 """Radius: at least this share of the reach, and this one of the beam's thickness."""
 TIP_RADIUS = 0.018
-PEDESTAL_RADIUS, FOOT_RADIUS = 0.055, 0.10
+PEDESTAL_RADIUS = 0.055
 """All are shares of the reach."""
 
 
@@ -47,7 +80,7 @@ class ArmNodes:
         self.ends = [self._frame(f"end{k + 1}", s) for k, s in enumerate(pose.ends)]
         self._add_tip(body)
         self.hubs = [self._hub(k, body) for k in range(len(self.joints))] if style.machine else []
-        self.reshape(body)
+        self.rebuild(body)
 
     def show(self, pose: Pose) -> None:
         """Moves everything to a pose."""
@@ -76,7 +109,7 @@ class ArmNodes:
             for beam in self.beams:
                 beam.opacity = opacity
 
-    def reshape(self, body: Body) -> None:
+    def rebuild(self, body: Body) -> None:
         """Sizes of the hubs for other sections."""
         for k, hub in enumerate(self.hubs):
             section, thickest = body.sections[k], body.sections[max(k - 1, 0)]

@@ -68,9 +68,11 @@ class ShadedFloor:
         )  # fmt: skip
 
     def set_dark(self, dark: bool) -> None:
+        """Take the colours of the dark or the light theme."""
         self._grid.cell_color, self._grid.section_color = (DARK if dark else LIGHT)[:2]
 
     def remove(self) -> None:
+        """Take it out of the scene."""
         self._grid.remove()
 
 
@@ -84,9 +86,11 @@ class LineFloor:
         )
 
     def set_dark(self, dark: bool) -> None:
+        """Take the colours of the dark or the light theme."""
         self._lines.colors = self._colours(dark)
 
     def remove(self) -> None:
+        """Take it out of the scene."""
         self._lines.remove()
 
     def _colours(self, dark: bool) -> np.ndarray:

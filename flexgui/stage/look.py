@@ -27,9 +27,11 @@ class Owner(Protocol):
     """A viser server (one stage for all clients) or a client (its own)."""
 
     @property
-    def scene(self) -> SceneApi: ...
+    def scene(self) -> SceneApi:
+        """The 3-D scene."""
 
-    def atomic(self) -> AbstractContextManager[None]: ...
+    def atomic(self) -> AbstractContextManager[None]:
+        """Hold all changes back until the block ends."""
 
 
 class View(NamedTuple):

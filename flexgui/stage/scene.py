@@ -10,13 +10,11 @@ import numpy as np
 from viser import FrameHandle, SceneNodeHandle
 
 from core.arm.arm import Arm
-from flexgui.stage.arm_nodes import GHOST, MODEL, ArmNodes
-from flexgui.stage.camera_nodes import CameraNodes
+from flexgui.stage.arm_nodes import GHOST, MODEL, ArmNodes, MarkNodes
+from flexgui.stage.camera_nodes import CameraNodes, PathNodes
 from flexgui.stage.floor import add_floor
 from flexgui.stage.look import ROOT, Owner, View, light, view_of
-from flexgui.stage.mark_nodes import MarkNodes
 from flexgui.stage.paint import Rgb
-from flexgui.stage.path_nodes import PathNodes
 from flexgui.stage.pose import LIFT, Body, Pose
 
 LEAST_EXAGGERATION, MOST_EXAGGERATION = 1.0, 50.0
@@ -113,7 +111,7 @@ class Stage:
             self._dark = dark
             self._floor.set_dark(dark)
 
-    def reshape(self, arm: Arm, p: np.ndarray, q: np.ndarray | None = None) -> None:
+    def rebuild(self, arm: Arm, p: np.ndarray, q: np.ndarray | None = None) -> None:
         """Another arm or other numbers; nodes are made anew only for another kind of arm."""
         with self._lock, self._owner.atomic():
             posture = self._fitting(arm, q)
@@ -127,7 +125,7 @@ class Stage:
                 self.body = Body(arm, p)
                 self._q = posture
                 self._forget_motions_of(arm)
-                self.model.reshape(self.body)
+                self.model.rebuild(self.body)
                 self._show_all()
                 return
             self._root.remove()

@@ -17,23 +17,40 @@ class Found(Protocol):
     """One person's end of a challenge."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """The player's nickname."""
+
     @property
-    def guess(self) -> str: ...
+    def guess(self) -> str:
+        """What was guessed, in words."""
+
     @property
-    def found(self) -> int: ...
+    def found(self) -> int:
+        """How many hidden effects were named."""
+
     @property
-    def hidden(self) -> int: ...
+    def hidden(self) -> int:
+        """How many effects were hidden."""
+
     @property
-    def complete(self) -> bool: ...
+    def complete(self) -> bool:
+        """Whether all were named, and nothing else."""
+
     @property
-    def size(self) -> str: ...
+    def size(self) -> str:
+        """How near the guessed sizes came, in words."""
+
     @property
-    def seconds(self) -> float: ...
+    def seconds(self) -> float:
+        """From the start to the guess, s."""
+
     @property
-    def asked(self) -> bool: ...
+    def asked(self) -> bool:
+        """Whether the diagnosis was used before guessing."""
+
     @property
-    def changed(self) -> bool: ...
+    def changed(self) -> bool:
+        """Whether the guess was changed."""
 
 
 def board_table(entries: Sequence[Found], waiting: int) -> Table:

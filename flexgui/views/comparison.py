@@ -9,11 +9,11 @@ import numpy as np
 import plotly.graph_objects as go
 
 from core.results import ChannelComparison, RecordingComparison
+from core.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.decimate import POINTS, trace
 from flexgui.views.layout import axis, frame
 from flexgui.views.names import channel_symbol
-from flexgui.views.units import ShownUnit, shown_unit
 
 HEIGHT_PER_CHANNEL, HEIGHT_OF_FRAME = 330, 100
 SIGNAL_SHARE, RESIDUAL_SHARE = 0.64, 0.36

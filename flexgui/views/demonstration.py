@@ -8,13 +8,13 @@ import numpy as np
 from markupsafe import Markup
 
 from core.parameters import Parameter
+from core.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.decimate import trace
 from flexgui.views.layout import axis, frame
 from flexgui.views.live import Figure, short
 from flexgui.views.names import channel_symbol, output_title, typeset
 from flexgui.views.numbers import format_number
-from flexgui.views.units import ShownUnit, shown_unit
 
 POINTS = 600
 
@@ -26,23 +26,40 @@ class Shown(Protocol):
     """One output of one recording with and without an effect."""
 
     @property
-    def title(self) -> str: ...
+    def title(self) -> str:
+        """Of the effect."""
+
     @property
-    def recording(self) -> str: ...
+    def recording(self) -> str:
+        """Name of the recording."""
+
     @property
-    def channel(self) -> str: ...
+    def channel(self) -> str:
+        """The output that changes most."""
+
     @property
-    def unit(self) -> str: ...
+    def unit(self) -> str:
+        """Of the channel."""
+
     @property
-    def time(self) -> np.ndarray: ...
+    def time(self) -> np.ndarray:
+        """(N,) s"""
+
     @property
-    def measured(self) -> np.ndarray: ...
+    def measured(self) -> np.ndarray:
+        """(N,) in the unit; NaN where there is no sample."""
+
     @property
-    def without(self) -> np.ndarray: ...
+    def without(self) -> np.ndarray:
+        """(N,) the model without the effect."""
+
     @property
-    def with_it(self) -> np.ndarray: ...
+    def with_it(self) -> np.ndarray:
+        """(N,) the model with it."""
+
     @property
-    def sizes(self) -> tuple[Parameter, ...]: ...
+    def sizes(self) -> tuple[Parameter, ...]:
+        """Its parameters at the values that were simulated."""
 
 
 def demonstration(shown: Shown) -> Figure:
@@ -79,7 +96,7 @@ def _line(
     }  # fmt: skip
 
 
-def told(shown: Shown) -> Markup:
+def demonstration_summary(shown: Shown) -> Markup:
     """'With f_c1 = 1.2 N m: joint angle θ₁ in recording th3, where it changes most.'"""
     texts: list[Markup] = []
     for p in shown.sizes:

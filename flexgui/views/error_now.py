@@ -35,6 +35,7 @@ class ErrorNow:
 
     @property
     def worst(self) -> float:
+        """The largest error in noise floors; 1 where there is none."""
         return max(
             (float(v.max()) for values in self.parts.values() if len(v := values)), default=1.0
         )

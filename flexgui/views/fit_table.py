@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.results import ChannelComparison, RecordingComparison
+from core.written import shown_unit
 from flexgui.views.fit_bars import bar_label
 from flexgui.views.names import channel_symbol
 from flexgui.views.numbers import format_number, format_percent, with_unit
@@ -19,7 +20,6 @@ from flexgui.views.pooled import (
     with_role,
 )
 from flexgui.views.table import Column, Row, Table
-from flexgui.views.units import shown_unit
 
 ROLES = {ESTIMATE: "estimation", VALIDATE: "validation"}
 

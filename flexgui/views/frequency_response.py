@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from core.simulate.response import FrequencyResponse
+from core.written import ShownUnit
 from flexgui.views.live import Figure
 from flexgui.views.names import channel_symbol
 from flexgui.views.pairs import pair_lines, per_reference
 from flexgui.views.small import small_axis, small_figure
-from flexgui.views.units import ShownUnit
 
 DECADES = 4.0
 """Shown below the largest gain; less than that nobody hears."""

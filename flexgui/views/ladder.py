@@ -55,7 +55,7 @@ def ladder(steps: Sequence[LadderStep]) -> go.Figure | None:
     if any(np.isfinite(v) for v in validation):
         figure.add_trace(_bars(labels, validation, "validation recordings", "/", steps))
     _add_band(figure)
-    _add_falls(figure, estimation)
+    _add_reductions(figure, estimation)
     highest = max([v for v in (*estimation, *validation) if np.isfinite(v)], default=1.0)
     figure.update_yaxes(
         type="log", title_text="error [× noise floor]", **_ticks(ROOM * highest),
@@ -81,7 +81,7 @@ def _add_band(figure: go.Figure) -> None:
     )  # fmt: skip
 
 
-def _add_falls(figure: go.Figure, errors: Sequence[float]) -> None:
+def _add_reductions(figure: go.Figure, errors: Sequence[float]) -> None:
     """An arrow from each step to the next where the error falls, with the factor."""
     for k, (before, after) in enumerate(zip(errors[:-1], errors[1:], strict=True)):
         if not (np.isfinite(before) and np.isfinite(after) and after * FALL < before):

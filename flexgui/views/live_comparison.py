@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from core.results import ChannelComparison, RecordingComparison
+from core.written import ShownUnit, shown_unit
 from flexgui.views.comparison import MEASURED_LINE, MODEL_LINE, RESIDUAL_LINE
 from flexgui.views.decimate import trace
 from flexgui.views.layout import axis, frame
 from flexgui.views.live import Figure, short
 from flexgui.views.names import channel_symbol
-from flexgui.views.units import ShownUnit, shown_unit
 
 POINTS = 500
 TICKS = (5, 3)

@@ -8,12 +8,12 @@ import numpy as np
 
 from core.effects.over_speed import OverSpeed
 from core.results import MissingTorque
+from core.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.decimate import trace
 from flexgui.views.layout import axis, frame
 from flexgui.views.live import Figure, short
 from flexgui.views.residual_over import DIRECTIONS
-from flexgui.views.units import ShownUnit, shown_unit
 
 POINTS = 600
 ROOM = 0.06

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from core.written import shown_unit
 from flexgui.views.live_search import History, Searched
 from flexgui.views.names import typeset
 from flexgui.views.numbers import format_number, with_unit
 from flexgui.views.table import Column, Row, Table
-from flexgui.views.units import shown_unit
 
 COLUMNS = (
     Column("Parameter"),

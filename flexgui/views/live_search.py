@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.results import Generation
+from core.written import shown_unit
 from flexgui.views import colours
 from flexgui.views.live import Figure, ax, dots, figure, line
 from flexgui.views.names import plain_symbol
-from flexgui.views.units import shown_unit
 
 BANDS = 3
 """Up to so many fits show the spread of their population."""

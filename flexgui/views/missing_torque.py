@@ -9,10 +9,10 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from core.results import MissingTorque
+from core.written import shown_unit
 from flexgui.views import colours
 from flexgui.views.decimate import POINTS, trace
 from flexgui.views.layout import styled, title
-from flexgui.views.units import shown_unit
 
 HEIGHT_PER_JOINT, HEIGHT_OF_FRAME = 260, 100
 

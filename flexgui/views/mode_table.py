@@ -23,11 +23,6 @@ def mode_table(modes: Sequence[Mode]) -> Table:
     return Table(columns, tuple(rows))
 
 
-def mode_label(mode: Mode, number: int) -> str:
-    """'Mode 2: 14.5 Hz, damping 0.42'; modes count from 1."""
-    return f"Mode {number}: {format_number(mode.frequency, 3)} Hz, damping {damping(mode)}"
-
-
 def damping(mode: Mode) -> str:
     """The damping ratio as text."""
     return "0" if abs(mode.damping) < UNDAMPED else format_number(mode.damping, 3)

@@ -77,7 +77,7 @@ def worst_channel(residual: np.ndarray) -> int:
     return int(np.argmax(np.nan_to_num(np.nanmean(np.square(residual), axis=0))))
 
 
-def said_of_cloud(torques: Sequence[MissingTorque], first: Sequence[MissingTorque]) -> str:
+def cloud_caption(torques: Sequence[MissingTorque], first: Sequence[MissingTorque]) -> str:
     """'joint 1: 0.9 N m rms, joint 2: 0.3 N m rms', after a step with what it was before."""
     before = {one.joint: rms(one) for one in first}
     parts = []
@@ -94,7 +94,7 @@ def rms(one: MissingTorque) -> float:
     return float(np.sqrt(np.mean(np.square(seen)))) if seen.size else 0.0
 
 
-def said_of_residual(channel: str, unit: str, residual: np.ndarray, first: np.ndarray) -> str:
+def residual_caption(channel: str, unit: str, residual: np.ndarray, first: np.ndarray) -> str:
     """'tip position z₁: 18 times the noise floor', after a step with what it was before."""
     now, was = (float(np.sqrt(np.nanmean(np.square(each)))) for each in (residual, first))
     change = f"{was:.2g} → " if abs(now - was) > 0.01 * was else ""

@@ -6,6 +6,7 @@ import re
 
 from markupsafe import Markup, escape
 
+from core.recording.channels import channel_kind, is_channel
 from core.written import DOT, SUBSCRIPTS, channel_symbol, split_name
 
 __all__ = ["channel_symbol", "channel_title", "output_title", "plain_symbol", "typeset"]
@@ -34,9 +35,12 @@ TITLES = {
 
 
 def channel_title(channel: str) -> str:
-    """'z1' -> 'tip position z₁'; an unknown channel keeps its name."""
+    """'z1' -> 'tip position z₁'; a sensor's own columns have the title of its class, and an
+    unknown channel keeps its name."""
     stem, _ = split_name(channel)
-    return f"{TITLES[stem]} {channel_symbol(channel)}" if stem in TITLES else channel
+    own = channel_kind(channel).title if is_channel(channel) else ""
+    title = TITLES.get(stem, own)
+    return f"{title} {channel_symbol(channel)}" if title else channel
 
 
 def output_title(channel: str, unit: str) -> str:

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from core.simulate.response import Port
+from core.written import ShownUnit
 from flexgui.views import colours
 from flexgui.views.names import channel_symbol
-from flexgui.views.units import ShownUnit
 
 DASHES = ("solid", "dash", "dot")
 NEGLIGIBLE = 1e-9

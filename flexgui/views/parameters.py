@@ -9,6 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from core.results import Estimate, Fit, Outcome
+from core.written import ShownUnit, shown_unit
 from flexgui.views.headline import (
     BIASED,
     COMPLETE,
@@ -24,7 +25,6 @@ from flexgui.views.names import equals, typeset
 from flexgui.views.numbers import format_number, format_value, with_unit
 from flexgui.views.pooled import overall_estimates
 from flexgui.views.table import Column, Row, Table
-from flexgui.views.units import ShownUnit, shown_unit
 
 NORMAL_95 = 1.959964
 """Half the width of a 95 % interval in standard deviations of a normal distribution."""

@@ -65,7 +65,7 @@ def window(values: np.ndarray) -> tuple[float, float, np.ndarray]:
 
 
 def _points(near: np.ndarray, modes: Sequence[Mode]) -> dict[str, Any]:
-    told = {complex(m.pole): m for m in modes}
+    by_pole = {complex(m.pole): m for m in modes}
     return {
         "type": "scatter",
         "x": near.real,
@@ -77,12 +77,12 @@ def _points(near: np.ndarray, modes: Sequence[Mode]) -> dict[str, Any]:
             "size": 10,
             "line": {"width": 2.2, "color": colours.MODEL},
         },
-        "text": [_told(told.get(complex(s)), s) for s in near],
+        "text": [_pole_label(by_pole.get(complex(s)), s) for s in near],
         "hovertemplate": "%{text}<extra></extra>",
     }
 
 
-def _told(mode: Mode | None, s: complex) -> str:
+def _pole_label(mode: Mode | None, s: complex) -> str:
     if mode is None:
         return f"s = {format_number(s.real)} 1/s"
     return f"{format_number(mode.frequency)} Hz, damping {format_number(mode.damping, 3)}"
@@ -99,7 +99,7 @@ def _clamped(modes: Sequence[Mode], left: float) -> dict[str, Any] | None:
         "mode": "markers",
         "name": "joints clamped",
         "marker": {"symbol": "circle-open", "size": 9, "color": colours.START},
-        "text": [_told(m, m.pole) for m in near],
+        "text": [_pole_label(m, m.pole) for m in near],
         "hovertemplate": "clamped: %{text}<extra></extra>",
     }
 

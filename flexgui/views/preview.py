@@ -10,12 +10,12 @@ import numpy as np
 
 from core.recording.channels import channel_kind, joint_of
 from core.recording.recording import Recording
+from core.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.decimate import trace
 from flexgui.views.layout import axis, frame
 from flexgui.views.live import Figure, short
 from flexgui.views.names import channel_symbol
-from flexgui.views.units import ShownUnit, shown_unit
 
 POINTS = 600
 """A panel is about as many pixels wide."""

@@ -9,10 +9,10 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from core.results import ErrorOver
+from core.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import styled, title
 from flexgui.views.names import channel_symbol
-from flexgui.views.units import ShownUnit, shown_unit
 
 HEIGHT_PER_ROW, HEIGHT_OF_FRAME = 230, 100
 

@@ -8,10 +8,10 @@ import numpy as np
 import plotly.graph_objects as go
 
 from core.results import Estimate, Fit, Valley
+from core.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.names import plain_symbol
-from flexgui.views.units import ShownUnit, shown_unit
 
 VISIBLE = 0.01
 """%, a rise of the cost below this is none."""

@@ -40,7 +40,7 @@ def which_fit(comparisons: Sequence[RecordingComparison], fits: Sequence[Fit]) -
     )
 
 
-def told_apart(outcome: Outcome) -> Markup:
+def distinguishable(outcome: Outcome) -> Markup:
     """For a report with a diagnosis: which figures are of which fit; empty without a diagnosis."""
     found = outcome.diagnosis
     if found is None or not outcome.fits:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from core.arm import cache, sealed
+from core.arm import cache, checksums
 from core.arm.compiled import _name as name_of
 from core.arm.compiled import compile_wide_arm
 from core.arm.symbols import Structure
@@ -121,7 +121,7 @@ def test_a_disk_that_becomes_full_is_said_and_another_folder_is_used(
         return write(path, content)
 
     monkeypatch.setattr(Path, "write_bytes", no_room)
-    module = sealed.kept_module("force_of_a_test", lambda: "answer = 42\n")
+    module = checksums.kept_module("force_of_a_test", lambda: "answer = 42\n")
     monkeypatch.delitem(sys.modules, module.__name__)
     assert module.answer == 42 and full not in Path(str(module.__file__)).parents
     assert caplog.text.count("no space left on device") == 1
@@ -131,7 +131,7 @@ def test_a_cache_that_cannot_grow_keeps_the_result(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Numba wrote its files after compiling; that they do not fit must not cost the function."""
-    sealed.seal_kernels()
+    checksums.verify_kernels()
     import numba
 
     def no_room(*given: object) -> None:
@@ -152,4 +152,4 @@ def test_a_cache_that_cannot_grow_keeps_the_result(
 def test_the_module_for_many_arms_at_once_is_kept_with_a_digest_too() -> None:
     structure = Structure.of(PAPER)
     compile_wide_arm(structure)
-    assert sealed.is_whole(sealed.module_file(f"wide_{name_of(structure)}"))
+    assert checksums.is_whole(checksums.module_file(f"wide_{name_of(structure)}"))

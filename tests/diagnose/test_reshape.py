@@ -51,7 +51,7 @@ def sizes() -> Sizes:
 
 def tried(kind: str = "torque_ripple", names: tuple[str, str] = ("r", "nr2")) -> Sized:
     model, one = bare_model(), effect(kind)
-    knobs = one.knobs(model.arm, model.drive, sizes())
+    knobs = one.parameters(model.arm, model.drive, sizes())
     shape = next(k for k in knobs if k.parameter.name == names[1])
     mine = [k for k in knobs if k.parameter.name[0] == names[0] and k.parameter.name[-1] == "2"]
     values = {k.parameter.name: k.neutral for k in knobs}

@@ -7,6 +7,7 @@ holds what it printed.
 from __future__ import annotations
 
 import asyncio
+import inspect
 import sys
 import tempfile
 import threading
@@ -47,6 +48,8 @@ class Trace:
         own = [c for c in self._codes if c.co_filename.startswith(OWN)]
         own = [c for c in own if c.co_name not in ("<module>", "<genexpr>", "<lambda>")]
         own = [c for c in own if not c.co_name.startswith("<")]
+        # The body of a class runs when its module is imported; it is no function.
+        own = [c for c in own if c.co_flags & inspect.CO_OPTIMIZED]
         files = list(dict.fromkeys(c.co_filename for c in own))
         print(f"\n## {title}: {len(own)} functions in {len(files)} files")
         for name in files:

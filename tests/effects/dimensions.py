@@ -1,8 +1,9 @@
 """Whether a force law is homogeneous in the base units, by Euler's theorem.
 
 F is of dimension e_F in a base unit if, with e_a the exponent of each of its arguments,
-sum_a e_a a dF/da = e_F F everywhere. Exponents of knobs come from their units; those of numbers
-that are no knobs (a rounding speed, a stiffness of the arm) are unknown and solved for.
+sum_a e_a a dF/da = e_F F everywhere. Exponents of parameters come from their units; those of
+numbers that are no parameters (a rounding speed, a stiffness of the arm) are unknown and solved
+for.
 """
 
 from __future__ import annotations
@@ -39,13 +40,13 @@ def exponents(unit: str) -> np.ndarray:
     return np.array([float(found.get(base, 0.0)) for base in BASES])
 
 
-def consistent(element: Element, arm: Arm, knobs: Mapping[float, str]) -> bool:
+def consistent(element: Element, arm: Arm, units: Mapping[float, str]) -> bool:
     """Whether units can be given to the unknown numbers so that the law's forces fit its ports.
 
-    `knobs` tells the unit of a value; ports that are neither joints nor at the tip may measure
+    `units` tells the unit of a value; ports that are neither joints nor at the tip may measure
     a length or an angle.
     """
-    known = [knobs.get(value) for value in element.values]
+    known = [units.get(value) for value in element.values]
     return any(_fits(element, ports, known) for ports in _possible_ports(element, arm))
 
 

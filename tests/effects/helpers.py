@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from core.arm.arm import Arm
-from core.effects import Effect, Knob, Rig, catalogue, effect
+from core.effects import Effect, EffectParameter, Rig, catalogue, effect
 from core.effects.sizes import Sizes, sizes_of
 from core.identify.refinement import refine
 from core.model import Model
@@ -86,21 +86,21 @@ def base_for(one: Effect, arm: Arm = PAPER, level: str = "nonlinear") -> Model:
     return looped(arm, level="lpv") if one.not_applicable(rig_of(model)) else model
 
 
-def knobs_of(one: Effect, arm: Arm = PAPER) -> tuple[Knob, ...]:
-    """The effect's knobs on the arm that it makes of this one."""
-    return one.knobs(one.changed_arm(arm, {}), looped(arm).drive, sizes(arm))
+def parameters_of(one: Effect, arm: Arm = PAPER) -> tuple[EffectParameter, ...]:
+    """The effect's parameters on the arm that it makes of this one."""
+    return one.parameters(one.changed_arm(arm, {}), looped(arm).drive, sizes(arm))
 
 
-def primary(one: Effect, arm: Arm = PAPER) -> tuple[Knob, ...]:
-    return tuple(k for k in knobs_of(one, arm) if not k.secondary)
+def primary(one: Effect, arm: Arm = PAPER) -> tuple[EffectParameter, ...]:
+    return tuple(k for k in parameters_of(one, arm) if not k.secondary)
 
 
-def starts(knobs: Sequence[Knob]) -> dict[str, float]:
-    return {k.parameter.name: k.parameter.value for k in knobs}
+def starts(quantities: Sequence[EffectParameter]) -> dict[str, float]:
+    return {k.parameter.name: k.parameter.value for k in quantities}
 
 
-def neutral(knobs: Sequence[Knob]) -> dict[str, float]:
-    return {k.parameter.name: k.neutral for k in knobs}
+def neutral(quantities: Sequence[EffectParameter]) -> dict[str, float]:
+    return {k.parameter.name: k.neutral for k in quantities}
 
 
 def with_effect(kind: str, base: Model, values: Mapping[str, float] | None = None) -> Model:
@@ -116,7 +116,7 @@ def forced(one: Effect, base: Model, values: Mapping[str, float]) -> Model:
     arm = one.changed_arm(base.arm, values)
     held: dict[str, float] = {}
     for part in (*(effect(kind) for kind in one.includes), one):
-        held |= neutral(part.knobs(arm, base.drive, sizes(base.arm)))
+        held |= neutral(part.parameters(arm, base.drive, sizes(base.arm)))
     return replace(base, arm=arm, effects=(one,), effect_values={**held, **values}, bare=base)
 
 
@@ -167,8 +167,8 @@ def hidden_recordings(model: Model, **spec: Any) -> list[Recording]:
 def recover(kind: str, scale: float = 1.0, **spec: Any) -> Recovery:
     """Simulates with the effect at `scale` times its start, and fits its sizes from elsewhere.
 
-    What the effect includes and its secondary knobs are held at the truth; what these recordings
-    cannot show is neutral.
+    What the effect includes and its secondary parameters are held at the truth; what these
+    recordings cannot show is neutral.
     """
     one = effect(kind)
     base = base_for(one)
@@ -188,10 +188,10 @@ def recover(kind: str, scale: float = 1.0, **spec: Any) -> Recovery:
     return Recovery(tuple(truth), true, refined.vector, std, refined.cost / residuals.count)
 
 
-def _size(knob: Knob, scale: float) -> float:
+def _size(quantity: EffectParameter, scale: float) -> float:
     """The start `scale` times as far from neutral, where neutral is a size at all."""
-    value, rest = knob.parameter.value, knob.neutral
-    inside = knob.parameter.lower <= rest <= knob.parameter.upper
+    value, rest = quantity.parameter.value, quantity.neutral
+    inside = quantity.parameter.lower <= rest <= quantity.parameter.upper
     return rest + scale * (value - rest) if inside else scale * value
 
 

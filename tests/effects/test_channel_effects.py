@@ -116,7 +116,7 @@ def rig(outputs=("z", "encoder"), servo=False, arm=PAPER, drive=None) -> Rig:
 def test_only_what_the_rig_compares_can_be_late_or_scaled(kind, where, letters):
     one = effect(kind)
     assert not one.not_applicable(where)
-    names = [k.parameter.name for k in one.knobs(PAPER, where.drive, typical(PAPER))]
+    names = [k.parameter.name for k in one.parameters(PAPER, where.drive, typical(PAPER))]
     assert {name[1] for name in names if one.shown(name, where)} == set(letters)
     assert len(names) == 6
 
@@ -128,7 +128,7 @@ def test_a_rig_with_nothing_but_a_camera_is_told_so(kind):
 
 
 def test_a_rigid_segment_has_no_gauge():
-    names = [k.parameter.name for k in effect("sensor_gain").knobs(SLIDE, Torque(), None)]
+    names = [k.parameter.name for k in effect("sensor_gain").parameters(SLIDE, Torque(), None)]
     assert names == ["ge1", "gu1"]
 
 

@@ -20,9 +20,9 @@ from tests.effects.helpers import (
     base_for,
     experiment,
     forced,
-    knobs_of,
     moved,
     neutral,
+    parameters_of,
     primary,
     readings,
     rig_of,
@@ -81,15 +81,15 @@ def test_effect_explains_itself(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_parameters_are_complete(kind: str) -> None:
-    for knob in knobs_of(effect(kind)):
-        item = knob.parameter
+    for quantity in parameters_of(effect(kind)):
+        item = quantity.parameter
         assert item.title and item.symbol and item.scale > 0.0
         assert item.symbol.count("{") == item.symbol.count("}")
-        assert np.isfinite([item.lower, item.upper, knob.neutral]).all()
+        assert np.isfinite([item.lower, item.upper, quantity.neutral]).all()
         assert item.lower < item.value < item.upper
-        assert item.value != knob.neutral or knob.secondary
-        assert all(item.lower <= size <= item.upper for size in knob.grid)
-        assert len(set(knob.grid)) == len(knob.grid)
+        assert item.value != quantity.neutral or quantity.secondary
+        assert all(item.lower <= size <= item.upper for size in quantity.grid)
+        assert len(set(quantity.grid)) == len(quantity.grid)
         UNITS.parse_units(item.unit)
 
 
@@ -97,8 +97,8 @@ def test_parameters_are_complete(kind: str) -> None:
 def test_parameters_keep_their_names_whatever_moves(kind: str) -> None:
     """Sizes from recordings move starts and bounds, never names or units."""
     one = effect(kind)
-    guessed = one.knobs(one.changed_arm(PAPER, {}), looped(PAPER).drive, typical(PAPER))
-    seen = knobs_of(one)
+    guessed = one.parameters(one.changed_arm(PAPER, {}), looped(PAPER).drive, typical(PAPER))
+    seen = parameters_of(one)
     assert [(k.parameter.name, k.parameter.unit) for k in guessed] == [
         (k.parameter.name, k.parameter.unit) for k in seen
     ]
@@ -119,10 +119,10 @@ def test_neutral_values_leave_the_bare_model(kind: str, arm) -> None:  # type: i
     one = effect(kind)
     base = base_for(one, arm)
     switched_off = base.with_effects([one], _all_neutral(kind, arm))
-    assert (switched_off is base) == bool(knobs_of(one, arm))
+    assert (switched_off is base) == bool(parameters_of(one, arm))
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if knobs_of(effect(kind))])
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if parameters_of(effect(kind))])
 @pytest.mark.parametrize("arm", [ONE_MODE, TWO_MODES], ids=["one mode", "two modes"])
 def test_an_effect_kept_at_neutral_changes_no_bit(kind: str, arm) -> None:  # type: ignore[no-untyped-def]
     one = effect(kind)
@@ -163,8 +163,8 @@ def test_values_reach_the_model(kind: str) -> None:
     one = effect(kind)
     base = base_for(one)
     model = with_effect(kind, base)
-    for knob in primary(one):
-        name, value = knob.parameter.name, 1.05 * knob.parameter.value
+    for quantity in primary(one):
+        name, value = quantity.parameter.name, 1.05 * quantity.parameter.value
         built = with_effect(kind, base, {name: value}).numbers()
         varied = model.numbers({name: value})
         assert np.array_equal(built.p, varied.p)
@@ -203,8 +203,8 @@ def test_effects_that_apply_to_a_slide_build_on_it(kind: str) -> None:
     model = Model(SINGLE.arm, VelocityLoop(gains=(200.0,))).with_effects([one])
     assert all(np.isfinite(element.values).all() for element in model.numbers().elements)
     if one.room == "joint":
-        knobs = one.knobs(model.arm, model.drive, typical(SINGLE.arm))
-        assert not any("rad" in knob.parameter.unit for knob in knobs)
+        quantities = one.parameters(model.arm, model.drive, typical(SINGLE.arm))
+        assert not any("rad" in quantity.parameter.unit for quantity in quantities)
 
 
 PLAIN = [
@@ -258,5 +258,5 @@ def test_what_is_included_comes_along_and_stays_when_the_rest_vanishes() -> None
 
 def test_starts_are_inside_the_bounds_of_the_sizes_that_made_them() -> None:
     for kind in KINDS:
-        for name, value in starts(knobs_of(effect(kind))).items():
+        for name, value in starts(parameters_of(effect(kind))).items():
             assert np.isfinite(value) and value != 0.0, (kind, name)

@@ -50,11 +50,11 @@ def drive(kind: str):  # type: ignore[no-untyped-def]
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_its_parameters_are_the_drives_own(kind: str) -> None:
-    knobs = GAIN.knobs(PAPER, drive(kind), typical(PAPER))
+    quantities = GAIN.parameters(PAPER, drive(kind), typical(PAPER))
     own = {item.name: item.value for item in drive(kind).parameters(PAPER)}
-    assert tuple(k.parameter.name for k in knobs) == NAMES[kind]
-    assert {k.parameter.name: k.neutral for k in knobs} == own
-    assert all(0.0 < k.parameter.lower < k.neutral < k.parameter.upper for k in knobs)
+    assert tuple(k.parameter.name for k in quantities) == NAMES[kind]
+    assert {k.parameter.name: k.neutral for k in quantities} == own
+    assert all(0.0 < k.parameter.lower < k.neutral < k.parameter.upper for k in quantities)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -84,7 +84,7 @@ def test_a_drive_that_is_switched_off_has_no_gain_that_could_differ() -> None:
     off = Rig(PAPER, VelocityLoop(gains=(0.0, 0.0)), "nonlinear", ("z",))
     assert "neither a gain" in GAIN.not_applicable(off)
     one = VelocityLoop(gains=(60.0, 0.0))
-    assert [k.parameter.name for k in GAIN.knobs(PAPER, one, typical(PAPER))] == ["lambda1"]
+    assert [k.parameter.name for k in GAIN.parameters(PAPER, one, typical(PAPER))] == ["lambda1"]
 
 
 def test_a_weaker_loop_follows_its_reference_more_loosely() -> None:

@@ -58,9 +58,9 @@ def test_a_joint_without_torque_coasts_as_if_nothing_rubbed():
 
 
 def test_its_sizes_cannot_be_negative():
-    knobs = effect("load_friction").knobs(PAPER, BASE.drive, None)
-    assert [k.parameter.name for k in knobs] == ["ld1", "ld2", "lb1", "lb2"]
-    assert all(k.parameter.lower == 0.0 and k.parameter.upper < 1.0 for k in knobs)
+    quantities = effect("load_friction").parameters(PAPER, BASE.drive, None)
+    assert [k.parameter.name for k in quantities] == ["ld1", "ld2", "lb1", "lb2"]
+    assert all(k.parameter.lower == 0.0 and k.parameter.upper < 1.0 for k in quantities)
 
 
 def sliding(force: float, speed: float) -> float:

@@ -157,8 +157,8 @@ def test_a_linear_formula_has_its_slopes_in_the_linear_model():
 )
 def test_the_size_of_an_effect_is_what_makes_it_vanish(formula, starts, sizes):
     one = own("joint1", formula, **starts)
-    knobs = {k.parameter.name: k for k in one.own_knobs}
-    assert {name for name, k in knobs.items() if not k.secondary} == sizes
+    quantities = {k.parameter.name: k for k in one.own_parameters}
+    assert {name for name, k in quantities.items() if not k.secondary} == sizes
     neutral = {name: 0.0 if name in sizes else value for name, value in starts.items()}
     assert looped(PAPER).with_effects([one], neutral).effects == ()
 

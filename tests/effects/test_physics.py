@@ -20,7 +20,7 @@ from tests.effects.helpers import (
     KINDS,
     base_for,
     experiment,
-    knobs_of,
+    parameters_of,
     with_effect,
 )
 from tests.helpers import PAPER, looped, task_from
@@ -43,12 +43,14 @@ LINEAR = [kind for kind in KINDS if effect(kind).linear]
 
 @pytest.mark.parametrize("kind", FORCED)
 def test_units_of_the_formula_balance(kind: str) -> None:
-    """Every knob has a value of its own here, so that its number in an element betrays it."""
+    """Every parameter has a value of its own here, so that its number in an element betrays it."""
     parts = [effect(part) for part in (*effect(kind).includes, kind)]
-    knobs = [knob for part in parts for knob in knobs_of(part)]
-    values = {k.parameter.name: k.parameter.value * (1.0 + 0.01 * i) for i, k in enumerate(knobs)}
+    quantities = [quantity for part in parts for quantity in parameters_of(part)]
+    values = {
+        k.parameter.name: k.parameter.value * (1.0 + 0.01 * i) for i, k in enumerate(quantities)
+    }
     model = with_effect(kind, base_for(effect(kind)), values)
-    units = {values[k.parameter.name]: k.parameter.unit for k in knobs}
+    units = {values[k.parameter.name]: k.parameter.unit for k in quantities}
     found = model.numbers().elements
     assert found and any(value in units for one in found for value in one.values)
     for one in found:

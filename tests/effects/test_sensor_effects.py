@@ -161,4 +161,4 @@ def test_what_a_rig_cannot_show_is_said(kind, rigs, words):
 )
 def test_the_papers_rig_shows_every_sensor_effect(kind):
     assert not effect(kind).not_applicable(rig())
-    assert effect(kind).knobs(PAPER, looped(PAPER).drive, typical(PAPER))
+    assert effect(kind).parameters(PAPER, looped(PAPER).drive, typical(PAPER))

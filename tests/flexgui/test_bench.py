@@ -14,7 +14,7 @@ from rich.console import Console
 from core.simulate.vector import LANES
 from flexgui.bench import measure
 from flexgui.bench.case import MEMBERS, glocal_case, population
-from flexgui.bench.fma import ACCUMULATORS, multiply_add, operations
+from flexgui.bench.comparisons.peak import ACCUMULATORS, multiply_add, operations
 from flexgui.bench.row import Row, median_seconds
 from flexgui.bench.show import duration, table
 

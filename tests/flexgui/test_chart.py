@@ -12,8 +12,7 @@ from flexgui.views import colours
 from flexgui.views.chart import NO_LINE, Chart, chart
 from flexgui.views.frequency_response import frequency_response
 from flexgui.views.live import Figure, ax, dots, figure, line
-from flexgui.views.noisy_step import DOTS, noisy_step
-from flexgui.views.step import step
+from flexgui.views.step import DOTS, noisy_step, step
 from tests.flexgui.test_live_views import NAMES, at
 
 SINGLE = 1e-6

@@ -29,7 +29,7 @@ from flexgui.views.error_map import cell_labels, error_map, place, row_labels, w
 from flexgui.views.ladder import ladder, ladder_table, sizes_table, step_labels
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.residual_over import residual_over
-from flexgui.views.which_fit import starts_freed, told_apart, which_fit
+from flexgui.views.which_fit import distinguishable, starts_freed, which_fit
 
 FLOORS = {"ydot1": 2.4e-3, "ydot2": 2.5e-3}
 NASTY = "<script>alert(1)</script> the friction"
@@ -192,7 +192,7 @@ def test_steps_with_the_same_effect_have_labels_of_their_own() -> None:
 
 
 def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> None:
-    told = told_apart(diagnosed)
+    told = distinguishable(diagnosed)
     assert "The estimates above are of the identification" in told
     assert (
         ", each in multiples of its noise floor, and it also fits the initial state of each "
@@ -200,13 +200,13 @@ def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> N
     )
     assert "FIT" not in told, "the comparisons are the identification's here"
     last = replace(FOUND, parameters=(RANKING[0].parameters[0],))
-    told = told_apart(replace(diagnosed, diagnosis=last)).unescape()
+    told = distinguishable(replace(diagnosed, diagnosis=last)).unescape()
     assert "The estimates above are of the diagnosis' own fit" in told
     assert "The first fit is that of the identification" in told
     theirs = tuple(replace(c, fit_label=LABEL) for c in diagnosed.comparisons)
-    theirs_too = told_apart(replace(diagnosed, comparisons=theirs)).unescape()
+    theirs_too = distinguishable(replace(diagnosed, comparisons=theirs)).unescape()
     assert "The FIT and the tip's error above are of the diagnosis' fit too." in theirs_too
-    assert not told_apart(replace(diagnosed, diagnosis=None))
+    assert not distinguishable(replace(diagnosed, diagnosis=None))
 
 
 def test_errors_say_on_the_spot_which_fit_they_are_of(diagnosed: Outcome) -> None:

@@ -13,7 +13,6 @@ import pytest
 
 from core.drives.torque import Torque
 from core.model import Model
-from core.simulate.modes import pole_locus as locus_of
 from core.simulate.modes import vibration_modes
 from core.simulate.posture import Posture, posture
 from core.simulate.response import frequency_response as gains_of
@@ -21,9 +20,8 @@ from core.simulate.response import step_response
 from flexgui.views.figure_json import figure_json
 from flexgui.views.frequency_response import frequency_response
 from flexgui.views.live import Figure, short
-from flexgui.views.mode_table import mode_label, mode_table
+from flexgui.views.mode_table import mode_table
 from flexgui.views.names import channel_symbol
-from flexgui.views.pole_locus import pole_locus
 from flexgui.views.poles import poles, window
 from flexgui.views.small import HEIGHT
 from flexgui.views.step import step
@@ -43,16 +41,8 @@ def at(name: str) -> Posture:
     return posture(looped(arm, 20.0), np.resize([0.2, 1.2], arm.joints))
 
 
-def shown_locus(here: Posture) -> Figure:
-    joint = here.model.arm.joints - 1
-    places = np.linspace(0.0, np.pi, 25)
-    locus = locus_of(here.model, here.numbers, here.joints, joint, places)
-    return pole_locus(places, locus, here.poles, joint)
-
-
 FIGURES: dict[str, Callable[[Posture], Figure]] = {
     "poles": lambda h: poles(h.poles, vibration_modes(h), vibration_modes(h, clamped=True)),
-    "pole_locus": shown_locus,
     "step": lambda h: step(step_response(h)),
     "frequency_response": lambda h: frequency_response(gains_of(h)),
 }
@@ -143,7 +133,6 @@ def test_modes_are_told_with_frequency_and_damping() -> None:
     table = mode_table(modes)
     assert len(table.rows) == 4
     assert all(row.cells[2] == "0" for row in table.rows)
-    assert re.fullmatch(r"Mode 1: [\d.]+ Hz, damping 0", mode_label(modes[0], 1))
 
 
 def test_vectors_travel_as_plotly_itself_sends_them() -> None:

@@ -10,7 +10,7 @@ import pytest
 from core.effects.over_speed import OverSpeed
 from core.results import LadderStep, MissingTorque
 from flexgui.views.ladder import BAND, ladder
-from flexgui.views.moment import moment_cloud, moment_residual, rms, said_of_cloud, worst_channel
+from flexgui.views.moment import cloud_caption, moment_cloud, moment_residual, rms, worst_channel
 
 SPEED = np.sin(np.linspace(0.0, 20.0, 200))
 
@@ -52,8 +52,8 @@ def test_the_dots_of_before_and_after_belong_to_the_same_samples() -> None:
 
 
 def test_the_figure_says_what_it_was_and_what_is_left() -> None:
-    assert said_of_cloud((torque(1, 2.0),), (torque(1, 2.0),)) == "joint 1: 2 N m"
-    assert said_of_cloud((torque(1, 0.1),), (torque(1, 2.0),)) == "joint 1: 2 → 0.1 N m"
+    assert cloud_caption((torque(1, 2.0),), (torque(1, 2.0),)) == "joint 1: 2 N m"
+    assert cloud_caption((torque(1, 0.1),), (torque(1, 2.0),)) == "joint 1: 2 → 0.1 N m"
     masked = replace(torque(1, 2.0), counted=np.zeros(200, dtype=bool))
     assert rms(masked) == 0.0
 

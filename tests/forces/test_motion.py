@@ -10,7 +10,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 from core.arm.arm import Arm
-from core.effects.effect import Effect, Knob
+from core.effects.effect import Effect, EffectParameter
 from core.forces.compiled import compile_law
 from core.forces.element import Element, linear_matrices, pack
 from core.forces.law import ForceLaw, V, W, X, joint_law
@@ -39,7 +39,7 @@ class Given(Effect):
     def __init__(self, elements: tuple[Element, ...]) -> None:
         self._elements = elements
 
-    def knobs(self, arm, drive, sizes) -> tuple[Knob, ...]:  # type: ignore[no-untyped-def]
+    def parameters(self, arm, drive, sizes) -> tuple[EffectParameter, ...]:  # type: ignore[no-untyped-def]
         return ()
 
     def elements(self, arm, p, values) -> tuple[Element, ...]:  # type: ignore[no-untyped-def]

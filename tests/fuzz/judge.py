@@ -6,7 +6,7 @@ from pathlib import Path
 
 from core.errors import InputError
 from flexgui import cli
-from flexgui.plain_words import BAD_INPUT, say_error
+from flexgui.plain_words import BAD_INPUT, print_error
 from tests.fuzz.cases import Case
 
 LONGEST = 300
@@ -24,7 +24,7 @@ def perform(case: Case) -> int:
     try:
         unpacked(Path(case.arguments[1]), Path(), UPLOAD)
     except InputError as error:
-        say_error(str(error))
+        print_error(str(error))
         return BAD_INPUT
     return 0
 

@@ -53,7 +53,9 @@ def test_a_stopped_worker_is_told_to_hang_and_replaced(pool: JobPool) -> None:
 def test_an_idle_worker_that_is_stopped_is_replaced(pool: JobPool) -> None:
     before = worker_of(pool)
     os.kill(before, signal.SIGSTOP)
-    assert eventually(lambda: before not in {slot.pid for slot in pool._slots}, 2 * PATIENCE)
+    assert eventually(
+        lambda: before not in {supervisor.pid for supervisor in pool._supervisors}, 2 * PATIENCE
+    )
     assert worker_of(pool) != before
 
 

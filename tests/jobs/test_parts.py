@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.results import Generation
-from flexgui.jobs.courier import Address, Courier
+from flexgui.jobs.dispatcher import Address, Dispatcher
 from flexgui.jobs.events import Advanced, Event, NewGeneration, Queued, Stage, Started
 from flexgui.jobs.fair_queue import FairQueue
+from flexgui.jobs.job import Pace
 from flexgui.jobs.mailbox import Mailbox
-from flexgui.jobs.pace import Pace
 from flexgui.jobs.task import Task
 from tests.jobs.helpers import PATIENCE, count
 
@@ -108,9 +108,9 @@ class TestMailbox:
         assert box.take() == []
 
 
-class TestCourier:
+class TestDispatcher:
     def test_events_come_in_order_and_one_at_a_time(self):
-        courier, heard, inside, done = Courier(), [], [], threading.Event()
+        dispatcher, heard, inside, done = Dispatcher(), [], [], threading.Event()
 
         def listener(event: Event) -> None:
             inside.append(1)
@@ -121,34 +121,34 @@ class TestCourier:
             if event.total == 199:
                 done.set()
 
-        address = Address(courier, listener)
+        address = Address(dispatcher, listener)
         for k in range(200):
             address.post(Stage("", k))
         assert done.wait(PATIENCE)
-        courier.close(1.0)
+        dispatcher.close(1.0)
         assert heard == list(range(200))
 
     def test_a_listener_that_fails_hears_the_next_event(self, caplog):
-        courier, heard = Courier(), threading.Event()
+        dispatcher, heard = Dispatcher(), threading.Event()
 
         def listener(event: Event) -> None:
             if isinstance(event, Started):
                 raise RuntimeError("broken page")
             heard.set()
 
-        address = Address(courier, listener)
+        address = Address(dispatcher, listener)
         address.post(Started())
         address.post(Stage(""))
         assert heard.wait(PATIENCE)
-        courier.close(1.0)
+        dispatcher.close(1.0)
         assert "broken page" in caplog.text
 
     def test_closed_address_is_silent(self):
-        courier, heard = Courier(), []
-        address = Address(courier, heard.append)
+        dispatcher, heard = Dispatcher(), []
+        address = Address(dispatcher, heard.append)
         address.close()
         address.post(Started())
-        courier.close(1.0)
+        dispatcher.close(1.0)
         assert heard == []
 
 

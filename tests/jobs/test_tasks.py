@@ -14,7 +14,6 @@ from core.results import Outcome
 from flexgui.jobs import Failed, Finished, NewGeneration, Stopped, Task
 from flexgui.jobs.tasks.export import export
 from flexgui.jobs.tasks.identify import identify
-from flexgui.jobs.tasks.simulate import simulate
 from tests.jobs.helpers import PATIENCE, Listener
 
 SCENARIO = """
@@ -79,13 +78,6 @@ def test_a_wrong_scenario_is_one_sentence(warm_pool):
     warm_pool.submit("s", Task.of(identify, "The fit", scenario_toml=wrong), heard)
     sentence = heard.wait_for(Failed).sentence
     assert "epsilonn" in sentence and "\n" not in sentence
-
-
-def test_recordings_are_made_in_the_worker(warm_pool):
-    job = warm_pool.submit("s", Task.of(simulate, scenario_toml=SCENARIO), Listener())
-    assert job.wait(PATIENCE)
-    assert [len(r.time) for r in job.result] == [300, 300]
-    assert job.result[0].has("ydot1", "theta2", "dtheta1_ref")
 
 
 def test_the_report_is_of_the_outcome_given(warm_pool, here, tmp_path: Path):

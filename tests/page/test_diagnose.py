@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.study.seal import opened
+from core.study.obfuscate import opened
 from flexgui.jobs.settings import DEFAULT
 from flexgui.session import Session
 from flexgui.session.challenging import Challenge
@@ -204,13 +204,13 @@ def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) ->
 def test_guess_and_reveal(page: Any, session: Session) -> None:
     """The recordings are made by the session's tests; here the seal is opened by hand."""
     few(session)
-    from core.study.seal import seal
+    from core.study.obfuscate import obfuscate
 
     truth = {
         "seed": 4, "level": "easy", "effects": ["coulomb_friction"], "EI": 520.0,
         "values": {"fc1": 0.1823, "fc2": 0.1}, "shown": {"coulomb_friction": 3.0},
     }  # fmt: skip
-    session.challenge = Challenge(4, "easy", seal(json.dumps(truth), "4 easy"))
+    session.challenge = Challenge(4, "easy", obfuscate(json.dumps(truth), "4 easy"))
     session.show("Diagnose")
     sees(page, "Challenge")
     page.get_by_text("Challenge", exact=True).first.click()

@@ -29,7 +29,7 @@ def test_each_view_of_the_folder_is_offered_and_drawn(page: Any, session: Sessio
     found = compared()
     assert session.change(lambda document: document.update(found.project.scenario.model_dump()))
     session.outcome, session.outcome_of = found.outcome, session.scenario
-    session.tell(Topic.OUTCOME)
+    session.notify(Topic.OUTCOME)
     session.show("Compare")
     sees(page, "fit of all recordings")
     for view in recording_views().values():

@@ -194,7 +194,7 @@ def test_texts_of_a_file_are_shown_and_not_run(page: Any, session: Session) -> N
     evil = "<img src=x onerror='window.evil=1'>"
     session.change(lambda d: d.update(title=evil))
     session.change(lambda d: d["recordings"][0].update(name=evil))
-    session.say(evil, bad=True)
+    session.show_message(evil, bad=True)
     sees(page, "onerror")
     press(page, "Data")
     page.wait_for_timeout(1000)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.montecarlo.contender import BlackBox, pole_error, references
 from core.montecarlo.interpolated import identify_interpolated
 from core.montecarlo.parts.advice import information
+from core.montecarlo.parts.baselines import BlackBox, pole_error, references
 from core.montecarlo.parts.fits import fit, run_data
 from core.montecarlo.rig import Rig, fit_percent, noise_std, outputs
 from core.montecarlo.subspace import StateSpace, identify_subspace

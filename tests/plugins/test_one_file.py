@@ -13,6 +13,7 @@ from contextlib import nullcontext, suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
+from unittest.mock import MagicMock
 
 import numpy as np
 import plotly.graph_objects as go
@@ -25,7 +26,9 @@ from core.recording.load import load_recording
 from core.recording.spec import RecordingSpec
 from core.scenario.schema import DiagnoseSpec, SensorsSpec
 from flexgui.panels import arm_sliders, failing, widgets
+from flexgui.panels.guess import GuessFields
 from flexgui.reference import reference_text
+from flexgui.views.names import channel_title
 
 EI = 520.8333
 """N m², of the paper's arm."""
@@ -87,13 +90,13 @@ class ReturnSpring(Effect):
     """-k theta at every joint."""
 
     kind = "return_spring"
-    room = "joint"
+    location = "joint"
     title = "Return spring"
     story = "A spring pulls a joint back. The missing torque is a line over the joint's place."
     formula = r"\\tau = -k \\theta"
     acts_at = "joints"
 
-    def knobs(self, arm, drive, sizes):
+    def parameters(self, arm, drive, sizes):
         def make(k):
             return sized(f"ks{k + 1}", 1.0, "N m/rad", f"return spring {k + 1}", f"k_{k + 1}")
 
@@ -104,7 +107,7 @@ class ReturnSpring(Effect):
 '''
 
 
-def test_an_effect_is_one_file(add: Add) -> None:
+def test_an_effect_is_one_file(add: Add, tmp_path: Path) -> None:
     add("core.effects", "return_spring", EFFECT)
     hidden = {"return_spring": {"ks1": 0.0, "ks2": 4.0}}
     made = machine().simulate(theta2=1.2, seconds=0.5, hidden=hidden)
@@ -112,8 +115,19 @@ def test_an_effect_is_one_file(add: Add) -> None:
     found = rig.with_effects("return_spring").identify()
     assert found["ks2"].value == pytest.approx(4.0, rel=RECOVERED)
     asked = rig.with_settings(diagnose={"candidates": ["return_spring", "viscous_friction"]})
-    assert asked.diagnose(max_effects=1).added == ("return_spring",)
+    diagnosed = asked.diagnose(max_effects=1)
+    assert diagnosed.added == ("return_spring",)
     assert "return_spring" in reference_text()
+    report = diagnosed.export(tmp_path / "report").read_text(encoding="utf-8")
+    assert "Return spring" in report and "return spring 2" in report
+    assert "Return spring" in offered_effects()
+
+
+def offered_effects() -> tuple[str, ...]:
+    """What the page's fields for a guess let a person choose."""
+    gui = MagicMock()
+    GuessFields(cast(Any, SimpleNamespace(gui=gui, read_only=True)), "Effect", "nothing")
+    return tuple(gui.add_dropdown.call_args_list[0].args[1])
 
 
 SENSOR = '''
@@ -133,6 +147,9 @@ class TipAccelerometer(Sensor):
     noise = "accelerometer_noise"
     primary = True
     columns = (ChannelKind("a#", "12", ("m/s²",), "tip acceleration", sparse=True),)
+
+    def defined_on(self, arm):
+        return arm.joints > 1
 
     def channels(self, arm):
         return Channel("a1", "m/s²"), Channel("a2", "m/s²")
@@ -160,6 +177,14 @@ def test_a_sensor_is_one_file_and_the_noise_of_the_others_stays(add: Add, tmp_pa
     rig.simulate(theta2=1.2, seconds=0.5, seed=7).to_dataframe().to_csv(path, index=False)
     read = load_recording(path, RecordingSpec(file="run.csv"))
     assert read["a2"] == pytest.approx(after["a2"], rel=1e-12)
+
+
+def test_a_new_sensor_is_where_its_class_says_and_called_what_it_says(add: Add) -> None:
+    add("core.sensors", "tip_accelerometer", SENSOR)
+    single = fg.project("single_axis", "torque", model={"level": "nonlinear"})
+    assert "a1" not in single.simulate(seconds=0.1).recording.channels
+    assert "a1" in machine().simulate(theta2=1.2, seconds=0.1).recording.channels
+    assert channel_title("a1") == "tip acceleration a1"
 
 
 def test_a_new_sensor_is_identified_from_and_its_noise_is_known(add: Add) -> None:
@@ -273,6 +298,7 @@ class ErrorHistogram(RecordingView):
 
     kind = "error_histogram"
     title = "histogram of the error"
+    in_report = True
     about = "White noise is a bell."
 
     def draw(self, seen: Seen) -> go.Figure | None:
@@ -284,13 +310,18 @@ class ErrorHistogram(RecordingView):
 '''
 
 
-def test_a_view_is_one_file(add: Add, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_view_is_one_file(add: Add, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     add("flexgui.views.of_recording", "error_histogram", VIEW)
     made = machine().simulate(theta2=1.2, seconds=0.3)
     compared = machine(recordings=[made.recording], identify=QUICK).compare()
     figure = compared.plot("error_histogram")
     assert isinstance(figure, go.Figure)
     assert [trace.name for trace in figure.data] == ["z1", "z2", "theta1", "theta2"]
+
+    assert "| `error_histogram` | histogram of the error |" in reference_text()
+    found = machine(recordings=[made.recording], identify=QUICK).identify()
+    report = found.export(tmp_path / "report").read_text(encoding="utf-8")
+    assert "Histogram of the error" in report and "White noise is a bell." in report
 
     offered: list[tuple[str, ...]] = []
     monkeypatch.setattr(

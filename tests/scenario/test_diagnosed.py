@@ -91,7 +91,7 @@ def test_effects_that_were_there_are_not_listed_twice_and_go_on_from_their_fit()
 def test_what_an_effect_shares_with_one_that_it_includes_is_said_once() -> None:
     """As the ladder tells it: the rotor's inertia is that of the soft joint too."""
     both = ("rotor_inertia", {"start": 0.5}), ("joint_elasticity", {"start": 0.5})
-    effects = tuple({"id": kind, "Jh1": dict(knob)} for kind, knob in both)
+    effects = tuple({"id": kind, "Jh1": dict(entry)} for kind, entry in both)
     values, origins = {**VALUES, "Jh1": 0.4}, {**ORIGINS, "Jh1": "joint_elasticity"}
     made = diagnosed_scenario(
         scenario(RECORDING), found(effects=effects, values=values, origins=origins)

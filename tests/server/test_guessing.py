@@ -15,7 +15,7 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from flexgui.server.door import CODE, TEACHER, Door
+from flexgui.server.access import CODE, TEACHER, AccessHandler
 from flexgui.server.entry import Word, neighbours, new_code
 from flexgui.server.limits import Limits
 from flexgui.server.state import KEY_FILE, VARIABLE, server_key
@@ -28,8 +28,8 @@ JOIN, TEACHERS = "K7QM-2XWP", "t0ken"
 
 
 @pytest.fixture
-def door() -> Door:
-    found = Door(
+def access() -> AccessHandler:
+    found = AccessHandler(
         (f"http://127.0.0.1:{PORT}",), Limits(), join=Word(JOIN), teacher=Word(TEACHERS), key=KEY,
         clock=FakeClock(),
     )  # fmt: skip
@@ -38,16 +38,16 @@ def door() -> Door:
 
 
 def asked(
-    door: Door, address: str, path: str = "/", cookie: str = "", *, socket: bool = False
+    access: AccessHandler, address: str, path: str = "/", cookie: str = "", *, socket: bool = False
 ) -> Response | None:
-    """What the door answers; None where it lets a websocket in."""
+    """What the handler answers; None where it lets a websocket in."""
     headers = Headers({"Host": f"127.0.0.1:{PORT}"})
     if cookie:
         headers["Cookie"] = cookie
     if socket:
         headers["Upgrade"], headers["Origin"] = "websocket", f"http://127.0.0.1:{PORT}"
     connection: Any = SimpleNamespace(remote_address=(address, 50_000))
-    return door(cast(ServerConnection, connection), Request(path, headers))
+    return access(cast(ServerConnection, connection), Request(path, headers))
 
 
 def is_in(answer: Response | None) -> bool:
@@ -65,43 +65,43 @@ def cookies() -> Iterator[str]:
 
 @pytest.mark.parametrize("addresses", [1, 20])
 def test_no_guesser_comes_in_and_nobody_who_knows_the_code_is_kept_out(
-    door: Door, addresses: int
+    access: AccessHandler, addresses: int
 ) -> None:
     guessers = [f"192.0.2.{k + 1}" for k in range(addresses)]
     brought = cookies()
     for k in range(GUESSES // 2):
         address = guessers[k % addresses]
         wrong = {"path": f"/?{(CODE, TEACHER)[k % 2]}={new_code()}"}
-        assert not is_in(asked(door, address, **wrong, socket=k % 3 == 0))
-        assert not is_in(asked(door, address, cookie=next(brought), socket=k % 3 == 0))
+        assert not is_in(asked(access, address, **wrong, socket=k % 3 == 0))
+        assert not is_in(asked(access, address, cookie=next(brought), socket=k % 3 == 0))
         if k % 500 == 499:
             for who in (guessers[0], guessers[-1], "198.51.100.1"):
-                knows_the_words(door, who)
-    assert cast(Response, asked(door, guessers[0], f"/?{CODE}=AAAA-AAAA")).status_code == 429
+                knows_the_words(access, who)
+    assert cast(Response, asked(access, guessers[0], f"/?{CODE}=AAAA-AAAA")).status_code == 429
 
 
-def knows_the_words(door: Door, address: str) -> None:
+def knows_the_words(access: AccessHandler, address: str) -> None:
     """The code or the token, and then the ticket, open page and websocket."""
     for name, word in ((CODE, JOIN), (TEACHER, TEACHERS)):
-        welcome = asked(door, address, f"/?{name}={word}")
+        welcome = asked(access, address, f"/?{name}={word}")
         assert welcome is not None and welcome.status_code == 303
         cookie = welcome.headers["Set-Cookie"].partition(";")[0]
-        assert is_in(asked(door, address, cookie=cookie))
-        assert asked(door, address, cookie=cookie, socket=True) is None
-        assert asked(door, address, f"/?{name}={word}", socket=True) is None
+        assert is_in(asked(access, address, cookie=cookie))
+        assert asked(access, address, cookie=cookie, socket=True) is None
+        assert asked(access, address, f"/?{name}={word}", socket=True) is None
 
 
-def test_the_ticket_of_the_code_alone_no_longer_opens(door: Door) -> None:
+def test_the_ticket_of_the_code_alone_no_longer_opens(access: AccessHandler) -> None:
     plain = JOIN.replace("-", "").encode()
     forged = hmac.new(plain, b"flexgui ticket", hashlib.sha256).hexdigest()
-    assert not is_in(asked(door, "192.0.2.1", cookie=f"flexgui_{CODE}_{PORT}={forged}"))
+    assert not is_in(asked(access, "192.0.2.1", cookie=f"flexgui_{CODE}_{PORT}={forged}"))
     assert Word(JOIN).ticket(KEY) != Word(JOIN).ticket(KEY[::-1])
 
 
-def test_wrong_tickets_count_as_guesses(door: Door) -> None:
+def test_wrong_tickets_count_as_guesses(access: AccessHandler) -> None:
     last = None
     for _, cookie in zip(range(Limits.wrong_codes), cookies(), strict=False):
-        last = asked(door, "192.0.2.1", cookie=cookie)
+        last = asked(access, "192.0.2.1", cookie=cookie)
     assert last is not None and last.status_code == 429
 
 

@@ -25,7 +25,7 @@ from tests.server.served import until, widget
 MANY, SOME = 100, 8
 """Visits of a page that does nothing, and of one with everything on it, which takes a second."""
 PATIENCE = 20.0 + LINGER
-POOLED = ("flexgui-callback", "flexgui-door", "asyncio_")
+POOLED = ("flexgui-callback", "flexgui-access", "asyncio_")
 """Threads that serve everybody and stay."""
 
 
@@ -39,7 +39,7 @@ def descriptors() -> int:
 
 def settled(server: PageServer[Any], clock: FakeClock, before: tuple[int, int]) -> None:
     """Sessions, folders, threads and descriptors are as before, once the time has passed."""
-    until(lambda: not server._visits, PATIENCE, "the leave")
+    until(lambda: not server._browsers, PATIENCE, "the leave")
 
     def over() -> bool:
         clock.now += Limits.keep_untouched  # each leaves a moment after its browser
@@ -54,7 +54,7 @@ def settled(server: PageServer[Any], clock: FakeClock, before: tuple[int, int]) 
 def test_a_hundred_visits_leave_nothing(place: Place) -> None:
     with Browser(place.server) as browser:  # what is made once is made
         place.page(browser)
-    until(lambda: not place.server._visits, PATIENCE, "the leave")
+    until(lambda: not place.server._browsers, PATIENCE, "the leave")
     before = (len(threads()), descriptors())
     for _ in range(MANY):
         with Browser(place.server) as browser:
@@ -86,7 +86,7 @@ def test_visits_of_whole_pages_leave_nothing(real: PageServer[Session], clock: F
             widget(browser, "3-D playback (HTML)", "GuiButton")
 
     visit()
-    until(lambda: not real._visits, PATIENCE, "the leave")
+    until(lambda: not real._browsers, PATIENCE, "the leave")
     until(lambda: "flexgui-crew" not in threads(), PATIENCE, "the rest of the crew")
     before = (len(threads()), descriptors())
     for _ in range(SOME):

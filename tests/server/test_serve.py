@@ -17,9 +17,9 @@ import pytest
 
 from core.errors import InputError
 from flexgui.server.binding import bind, port_of
+from flexgui.server.greeting import qr_text
 from flexgui.server.options import ServeOptions
 from flexgui.server.origins import origin_of
-from flexgui.server.qr import qr_text
 
 STARTING = 60.0
 """s on a machine that compiles everything first."""

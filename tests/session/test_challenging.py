@@ -14,7 +14,7 @@ from flexgui.session.board import MOST, Board, Entry
 from flexgui.session.challenging import Challenge, Guess
 from flexgui.session.judging import asked_sizes, judged, read_sizes
 from flexgui.views.board import board_table
-from flexgui.views.validation_words import validation_words
+from flexgui.views.doubt import validation_words
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 
@@ -58,12 +58,12 @@ def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
     assert services.board.guessing(SEED, "easy") == 0
     # Whoever did not ask the tool gets its verdict beside the truth.
     assert session.busy
-    until(lambda: session.tool_said is not None)
-    assert session.tool_said is not None and "first in its list" in session.tool_said.words
+    until(lambda: session.tool_answer is not None)
+    assert session.tool_answer is not None and "first in its list" in session.tool_answer.words
     session.stop()
     until(lambda: not session.busy)
     if session.look is not None and session.look.found is not None and session.look.found.to_come:
-        assert not session.tool_said.whole, "a tool that was stopped has no verdict to judge"
+        assert not session.tool_answer.whole, "a tool that was stopped has no verdict to judge"
 
 
 def test_a_class_hears_of_each_other(session: Session, services: Offered, tmp_path: Path) -> None:

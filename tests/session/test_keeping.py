@@ -140,7 +140,7 @@ def test_edits_files_and_a_challenge_are_there_again(
     assert session.change(put(("identify", "population"), 17))
     assert bring(session, "own.csv", good_csv(session), services)
     session.challenge = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
-    session.tell(Topic.CHALLENGE)
+    session.notify(Topic.CHALLENGE)
     scenario, content = session.scenario, (session.folder / "own.csv").read_bytes()
     dead(session)
     made = revived(work)
@@ -159,7 +159,7 @@ def test_results_are_there_again(
     session.outcome, session.outcome_of, session.looks = (
         found.outcome, found.outcome_of, found.looks
     )  # fmt: skip
-    session.tell(Topic.OUTCOME)
+    session.notify(Topic.OUTCOME)
     dead(session)
     made = revived(work)
     assert same(made.outcome, found.outcome) and made.outcome_of == made.scenario
@@ -243,7 +243,7 @@ def test_a_full_disk_is_told_once(session: Session, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr("flexgui.session.keeping._write", full)
     assert session.change(put(("identify", "population"), 17))
     assert "cannot be written" in session.message.text
-    session.say("")
+    session.show_message("")
     assert session.change(put(("identify", "population"), 18)) and not session.message.text
 
 

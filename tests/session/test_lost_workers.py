@@ -97,7 +97,7 @@ def demonstrate(session: Session, offered: Offered) -> bool:
     session.demonstrate("coulomb_friction", offered)
     until(lambda: session.demonstration is not None or session.not_shown != "", WARM)
     if session.demonstration is None:
-        session.say(session.not_shown, bad=True)
+        session.show_message(session.not_shown, bad=True)
     return session.demonstration is not None
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from core.arm.slots import arm_vector
-from flexgui.stage.bending import FACTORS, SHARE, fitting_factor, largest_deflection
 from flexgui.stage.geometry import ArmGeometry
+from flexgui.stage.recorded import FACTORS, SHARE, fitting_factor, largest_deflection
 from tests.helpers import PAPER, random_state
 
 STEP = 1.6

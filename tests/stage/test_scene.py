@@ -109,7 +109,7 @@ def test_other_numbers_of_the_same_arm_move_the_nodes_that_are_there(
     stage, q = stage_of(fresh)
     thicker = with_modes(2, 2)
     with messages(fresh) as found:
-        stage.reshape(thicker, arm_vector(thicker))
+        stage.rebuild(thicker, arm_vector(thicker))
     assert not added(found)
     assert np.ptp(stage.model.beams[0].vertices[:, 2]) == pytest.approx(0.05, abs=SINGLE)
 
@@ -120,7 +120,7 @@ def test_another_number_of_modes_keeps_nodes_and_joints(fresh: viser.ViserServer
     stage.show_paths(q[None], q[None])
     other = ARMS["3-3"]
     with messages(fresh) as found:
-        stage.reshape(other, arm_vector(other))
+        stage.rebuild(other, arm_vector(other))
     assert not added(found)
     assert stage.pose.coordinates == pytest.approx(tuple(q[:2]))
     assert not stage.paths.model.visible
@@ -131,7 +131,7 @@ def test_another_kind_of_arm_replaces_the_nodes(fresh: viser.ViserServer) -> Non
     old = stage.model.beams[0].name
     other = ARMS["slide"]
     with messages(fresh) as found:
-        stage.reshape(other, arm_vector(other))
+        stage.rebuild(other, arm_vector(other))
     assert old not in added(found)
     assert stage.body.arm is other
     stage.show(np.zeros(other.coordinates))

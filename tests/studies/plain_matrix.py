@@ -186,7 +186,7 @@ def _plain_p_values(said: Diagnosis, machine: Model) -> dict[str, float]:
     arm = (machine.bare or machine).arm
     for x in said.rounds[0].ranking if said.rounds else ():
         one = catalogue()[x.effect]
-        knobs = one.knobs(one.changed_arm(arm, {}), machine.drive, typical(arm))
+        knobs = one.parameters(one.changed_arm(arm, {}), machine.drive, typical(arm))
         free = all(k.parameter.lower < k.neutral < k.parameter.upper for k in knobs)
         if x.refit_drop_percent is None and knobs and free and not any(k.grid for k in knobs):
             found[x.effect] = float(x.p_value)

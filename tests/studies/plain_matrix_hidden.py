@@ -30,7 +30,7 @@ from core.diagnose.start import nuisance_of, outputs_of
 from core.diagnose.verdict import ABOVE
 from core.diagnose.whitening import no_whitening
 from core.effects import catalogue, effect, with_included
-from core.effects.effect import Effect, Knob, Rig
+from core.effects.effect import Effect, EffectParameter, Rig
 from core.effects.sizes import Sizes, sizes_of
 from core.identify.prepared import prepare
 from core.identify.setup import Setup, make_setup
@@ -231,7 +231,7 @@ def _machine(sight: Sight, effects: Sequence[Effect], values: Mapping[str, float
 class _Towards:
     """One parameter of an effect and the share of the common size that it has."""
 
-    knob: Knob
+    knob: EffectParameter
     share: float
 
 
@@ -247,7 +247,7 @@ def _direction(
     for part in with_included([one]):
         knobs = [
             k
-            for k in part.knobs(arm, sight.healthy.drive, sight.sizes)
+            for k in part.parameters(arm, sight.healthy.drive, sight.sizes)
             if part.shown(k.parameter.name, sight.rig)
         ]
         sizes = [k for k in knobs if not k.secondary]
@@ -361,9 +361,11 @@ def _own_names(sight: Sight, one: Effect, rest: Sequence[Effect]) -> set[str]:
     arm = one.changed_arm(sight.healthy.arm, {})
     drive = sight.healthy.drive
     mine = {
-        k.parameter.name for e in with_included([one]) for k in e.knobs(arm, drive, sight.sizes)
+        k.parameter.name
+        for e in with_included([one])
+        for k in e.parameters(arm, drive, sight.sizes)
     }
     stays = {
-        k.parameter.name for e in with_included(rest) for k in e.knobs(arm, drive, sight.sizes)
+        k.parameter.name for e in with_included(rest) for k in e.parameters(arm, drive, sight.sizes)
     }
     return mine - stays

@@ -12,9 +12,9 @@ from core.recording.spec import SimulateSpec
 from core.simulate.nonlinear import run
 from core.study.cases import LEVELS_OF_MODEL, candidates, sized
 from core.study.crossing import CLOSE, UnreachableError, crossing
-from core.study.hidden import STRONG, hidden, knobs_on, known_before
+from core.study.detectability import Detectability
+from core.study.hidden import STRONG, hidden, known_before, parameters_on
 from core.study.rig import CHANNELS, IDENTIFY, STDS, STEPS, Experiment, bare_model, readings
-from core.study.sight import Sight
 from tests.study.helpers import least_squares_rest
 
 EXPERIMENTS = [
@@ -57,7 +57,7 @@ NEVER = 1e6
 
 def _from_neutral(kind: str, values: Mapping[str, float]) -> np.ndarray:
     """Distance of each size from neutral; of a limit, its inverse."""
-    sizes = [k for k in knobs_on(effect(kind), bare_model()) if not k.secondary]
+    sizes = [k for k in parameters_on(effect(kind), bare_model()) if not k.secondary]
     pairs = [(values[k.parameter.name], k.neutral) for k in sizes]
     return np.array([abs(x - zero) if zero < NEVER else 1.0 / x for x, zero in pairs])
 
@@ -72,16 +72,18 @@ def test_the_same_seed_gives_the_same_size_and_another_seed_another() -> None:
 
 
 def test_what_the_nominal_parameters_can_absorb_does_not_count() -> None:
-    sight = Sight(bare_model(), EXPERIMENTS)
+    detectability = Detectability(bare_model(), EXPERIMENTS)
     EI = bare_model().parameters["EI"].value
     softer = bare_model().numbers({"EI": EI * (1.0 - 1e-3)})
-    shown = [readings(bare_model(), run(bare_model(), softer, t, STEPS)) for t in sight.tasks]
+    shown = [
+        readings(bare_model(), run(bare_model(), softer, t, STEPS)) for t in detectability.tasks
+    ]
     plain = np.sqrt(np.mean(
         [((a - b) / np.array(list(STDS.values()))) ** 2
-         for a, b in zip(shown, sight.plain, strict=True)]
+         for a, b in zip(shown, detectability.plain, strict=True)]
     ))  # fmt: skip
     assert plain > 0.05
-    assert sight.seen(shown) < ABSORBED * plain
+    assert detectability.seen(shown) < ABSORBED * plain
 
 
 @pytest.mark.parametrize("kind", ["presliding_friction", "stribeck_friction", "joint_elasticity"])
@@ -90,7 +92,7 @@ def test_an_effect_that_stands_on_another_is_hidden_from_a_model_that_has_it(kin
     known = {e.kind for e in h.base.effects}
     assert set(effect(kind).includes) <= known
     assert kind not in known and kind in {e.kind for e in h.truth.effects}
-    assert Sight(h.base, EXPERIMENTS).of(h.truth) == pytest.approx(STRONG, rel=2 * CLOSE)
+    assert Detectability(h.base, EXPERIMENTS).of(h.truth) == pytest.approx(STRONG, rel=2 * CLOSE)
 
 
 def test_a_crossing_is_the_first_one_from_neutral() -> None:

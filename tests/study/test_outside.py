@@ -10,10 +10,10 @@ from core.forces.compiled import compile_law
 from core.recording.spec import SimulateSpec
 from core.simulate.nonlinear import run
 from core.study.crossing import CLOSE
+from core.study.detectability import Detectability
 from core.study.hidden import STRONG
 from core.study.outside import CABLE, OUTSIDE, PIECES, disturbed, in_pieces
 from core.study.rig import STEPS, Experiment, bare_model
-from core.study.sight import Sight
 
 EXPERIMENTS = [Experiment("r", SimulateSpec(theta2=1.2, seconds=0.4, seed=1))]
 
@@ -23,10 +23,10 @@ ROUNDING = 1e-12
 
 @pytest.mark.parametrize("kind", OUTSIDE)
 def test_a_disturbance_shows_as_much_as_was_asked_for(kind: str) -> None:
-    sight = Sight(bare_model(), EXPERIMENTS)
-    found = disturbed(kind, sight, STRONG, np.random.default_rng(1))
+    detectability = Detectability(bare_model(), EXPERIMENTS)
+    found = disturbed(kind, detectability, STRONG, np.random.default_rng(1))
     assert found.level == pytest.approx(STRONG, rel=CLOSE)
-    assert sight.seen(found.outputs) == pytest.approx(found.level, rel=1e-9)
+    assert detectability.seen(found.outputs) == pytest.approx(found.level, rel=1e-9)
 
 
 def test_none_of_them_is_in_the_catalogue() -> None:

@@ -48,7 +48,7 @@ def _period(x: np.ndarray) -> int:
         return 0
     spread = np.std(x, axis=0)
     apart = _apart(x)[: len(x) // FEWEST + 1] / spread
-    room = np.array([_room(each) for each in x.T]) / spread
+    room = np.array([_tolerance(each) for each in x.T]) / spread
     left = np.flatnonzero(np.any(apart > APART, axis=1))
     back = np.flatnonzero(np.all(apart <= room, axis=1))
     back = back[back > left[0]] if left.size else left
@@ -71,7 +71,7 @@ def _apart(x: np.ndarray) -> np.ndarray:
     return np.sqrt(np.maximum(both - 2.0 * products, 0.0) / rows)
 
 
-def _room(x: np.ndarray) -> float:
+def _tolerance(x: np.ndarray) -> float:
     """By how much (rms) two copies of a command (N,) differ: by its noise or its rounding."""
     spread, step = float(np.std(x)), lattice_step(x)
     rounding = step if step <= MOST * spread else 0.0

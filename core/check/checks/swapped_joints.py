@@ -22,13 +22,13 @@ class SwappedJoints(Check):
     def look(self, case: Case) -> Iterable[Finding]:
         for one in case.misfits:
             if one.swapped:
-                yield from self._say(case, *one.channels)
+                yield from self._findings(case, *one.channels)
         known = {name for one in case.misfits for name in one.channels}
         yield from self._commands(case, known)
         yield from self._camera(case, known)
         yield from self._followers(case, known)
 
-    def _say(self, case: Case, first: str, second: str) -> Iterable[Finding]:
+    def _findings(self, case: Case, first: str, second: str) -> Iterable[Finding]:
         said = f"{first} and {second} fit the other channels if they are swapped"
         a, b = case.recording.headers.get(first), case.recording.headers.get(second)
         mend = f'columns = {{ {first} = "{b}", {second} = "{a}" }}' if a and b else None
@@ -43,7 +43,7 @@ class SwappedJoints(Check):
         kept = float(np.mean([max(r.explained, 0.0) for r in loops]))
         swapped = float(np.mean([r.swapped for r in loops]))
         if swapped > max(kept + CLEARLY, WORTH):
-            yield from self._say(case, *loops[0].inputs)
+            yield from self._findings(case, *loops[0].inputs)
 
     def _camera(self, case: Case, known: set[str]) -> Iterable[Finding]:
         """Axes whose moves are each other's, where the arm stands at 45 degrees to both."""
@@ -59,7 +59,7 @@ class SwappedJoints(Check):
             kept.append(share(x, y, step))
             swapped.append(share(crossed, y, step))
         if min(swapped) > max(max(kept) + CLEARLY, WORTH):
-            yield from self._say(case, "z1", "z2")
+            yield from self._findings(case, "z1", "z2")
 
     def _followers(self, case: Case, known: set[str]) -> Iterable[Finding]:
         """Positions or currents that follow the other joint's reference."""
@@ -73,4 +73,4 @@ class SwappedJoints(Check):
                 and not known
                 and all(r.swapped > max(r.direct + CLEARLY, WORTH) for r in pair)
             ):
-                yield from self._say(case, f"{kind}1", f"{kind}2")
+                yield from self._findings(case, f"{kind}1", f"{kind}2")

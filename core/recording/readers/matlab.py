@@ -2,15 +2,146 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from core.errors import InputError
-from core.recording.mat5 import DamagedError, variables
 from core.recording.reading import Reading
 from core.recording.table import Table, TableReader, damaged
+
+HEADER = 128
+PIECE = 2**20
+"""Bytes that are unpacked at once, and then counted."""
+MATRIX, COMPRESSED = 14, 15
+NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8"} | {
+    12: "i8",
+    13: "u8",
+}
+"""How an element's numbers are stored, by the element's type."""
+LETTERS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
+STRUCT_CLASS, CHAR_CLASS, NUMBER_CLASSES = 2, 4, range(6, 16)
+COMPLEX = 0x08
+
+Bytes = bytes | memoryview
+Variable = np.ndarray | str | dict[str, "Variable"] | None
+"""Numbers (squeezed), a text, a struct, or None for what a table cannot use."""
+
+
+class DamagedError(ValueError):
+    """The bytes are not a MAT file of a version that can be read."""
+
+
+class _Element(NamedTuple):
+    kind: int
+    data: Bytes
+
+
+def variables(
+    content: bytes, grew: Callable[[int], None] = lambda size: None
+) -> dict[str, Variable]:
+    """The variables of a file by name; DamagedError where the content makes no sense.
+
+    `grew` hears of every further number of bytes that are unpacked, and may end it by an error.
+    """
+    try:
+        order = {b"IM": "<", b"MI": ">"}[content[126:128]]
+        return dict(_named(memoryview(content)[HEADER:], order, grew))
+    except InputError:
+        raise
+    except (KeyError, ValueError, IndexError, struct.error, zlib.error) as error:
+        raise DamagedError(str(error)) from error
+
+
+def _named(
+    content: Bytes, order: str, grew: Callable[[int], None]
+) -> Iterator[tuple[str, Variable]]:
+    for element in _elements(content, order):
+        inner = element
+        if element.kind == COMPRESSED:
+            inner = _next(_elements(_unpacked(element.data, grew), order))
+        if inner.kind == MATRIX:
+            yield _matrix(inner.data, order, depth=0)
+
+
+def _unpacked(packed: Bytes, grew: Callable[[int], None]) -> bytes:
+    unpacker, whole, rest = zlib.decompressobj(), bytearray(), packed
+    while not unpacker.eof:
+        piece = unpacker.decompress(rest, PIECE)
+        rest = unpacker.unconsumed_tail
+        if not piece and not rest and not unpacker.eof:
+            raise DamagedError("a variable is cut short")
+        grew(len(piece))
+        whole += piece
+    return bytes(whole)
+
+
+def _elements(content: Bytes, order: str) -> Iterator[_Element]:
+    position = 0
+    while position < len(content):
+        (tag,) = struct.unpack_from(order + "I", content, position)
+        if tag >> 16:  # the short form: length, type and up to four bytes in eight
+            kind, length, start, step = tag & 0xFFFF, tag >> 16, position + 4, 8
+        else:
+            kind, start = tag, position + 8
+            (length,) = struct.unpack_from(order + "I", content, position + 4)
+            padding = 0 if kind == COMPRESSED else -length % 8
+            step = 8 + length + padding
+        if start + length > len(content):
+            raise DamagedError("a variable is cut short")
+        yield _Element(kind, content[start : start + length])
+        position += step
+
+
+def _matrix(data: Bytes, order: str, depth: int) -> tuple[str, Variable]:
+    if not data:
+        return "", None
+    parts = _elements(data, order)
+    flags = int(_numbers(_next(parts), order)[0])
+    shape = tuple(int(n) for n in _numbers(_next(parts), order))
+    name = bytes(_next(parts).data).decode("latin-1").rstrip("\0")
+    kind = flags & 0xFF
+    if kind in NUMBER_CLASSES and not (flags >> 8) & COMPLEX:
+        return name, _numbers(_next(parts), order).reshape(shape, order="F").squeeze()
+    if kind == CHAR_CLASS:
+        return name, _text(_next(parts), order)
+    if kind == STRUCT_CLASS and shape == (1, 1) and depth < 2:
+        return name, _struct(parts, order, depth)
+    return name, None
+
+
+def _struct(parts: Iterator[_Element], order: str, depth: int) -> dict[str, Variable]:
+    width = int(_numbers(_next(parts), order)[0])
+    if width < 1:
+        raise DamagedError("a struct has no names")
+    raw = bytes(_next(parts).data)
+    names = [
+        raw[k : k + width].split(b"\0")[0].decode("latin-1") for k in range(0, len(raw), width)
+    ]
+    return {name: _matrix(_next(parts).data, order, depth + 1)[1] for name in names}
+
+
+def _next(parts: Iterator[_Element]) -> _Element:
+    part = next(parts, None)
+    if part is None:
+        raise DamagedError("a variable is cut short")
+    return part
+
+
+def _numbers(element: _Element, order: str) -> np.ndarray:
+    return np.frombuffer(element.data, dtype=order + NUMBERS[element.kind])
+
+
+def _text(element: _Element, order: str) -> str:
+    encoding = LETTERS[element.kind]
+    if encoding.startswith("utf-") and encoding != "utf-8":
+        encoding += "-le" if order == "<" else "-be"
+    return bytes(element.data).decode(encoding)
+
 
 UNITS = "units"
 """A struct of this name may give units, since a MATLAB name cannot: units.theta1 = 'deg'."""

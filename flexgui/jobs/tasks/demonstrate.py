@@ -132,11 +132,11 @@ def _sizes(one: Effect, grown: Model) -> tuple[Parameter, ...]:
     """Its parameters at the values that were simulated."""
     from core.effects.sizes import typical
 
-    knobs = one.knobs(grown.arm, grown.drive, typical(grown.arm))
+    quantities = one.parameters(grown.arm, grown.drive, typical(grown.arm))
     known = grown.effect_values
     return tuple(
         replace(k.parameter, value=value, lower=min(k.parameter.lower, value), upper=np.inf)
-        for k in knobs
+        for k in quantities
         if (value := float(known.get(k.parameter.name, np.nan))) == value
     )
 

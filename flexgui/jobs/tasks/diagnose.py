@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
     from core.scenario.data_folder import Within
     from core.scenario.schema import IdentifySpec
-    from flexgui.jobs.looked import Looked, Teller
+    from flexgui.jobs.looked import Looked, PartialProgress
 
 LOOKED, COMPARED = "looked", "compared"
 """The names of what is streamed: the look, growing, and once measured against modelled."""
@@ -47,7 +47,7 @@ def diagnose(
     folder: str | None = None,
     fit: str = "",
     *,
-    progress: Teller,
+    progress: PartialProgress,
 ) -> Looked:
     """The ranking on the scenario's model, with nothing added to it.
 
@@ -68,25 +68,27 @@ def diagnose(
     look = FirstLook(asked, progress)
     if fit == BEFORE and not progress.stopped():
         look.check()
-        look.tell(outcome=refined(scenario_toml, where, asked, progress))
+        look.report(outcome=refined(scenario_toml, where, asked, progress))
 
-    def listen(ranking: tuple[RankedEffect, ...], to_come: ToCome) -> None:
+    def on_ranking(ranking: tuple[RankedEffect, ...], to_come: ToCome) -> None:
         sizes, effects = to_come
-        look.tell(ranking=thinned(ranking), to_come=sizes, untried=effects)
+        look.report(ranking=thinned(ranking), to_come=sizes, untried=effects)
         if not sizes:
             look.check()
 
     found = look_for(
-        asked.setup, asked.spec, asked.recordings, asked.options, progress, listen, look.begun
+        asked.setup, asked.spec, asked.recordings, asked.options, progress, on_ranking, look.begun
     )
     light = tuple(replace(r, ranking=thinned(r.ranking)) for r in found.rounds)
-    look.tell(ranking=thinned(found.ranking), diagnosis=replace(found, rounds=light))
+    look.report(ranking=thinned(found.ranking), diagnosis=replace(found, rounds=light))
     if fit == AFTER and not progress.stopped():
         return replace(look.seen, outcome=refined(scenario_toml, where, asked, progress))
     return look.seen
 
 
-def _asked(scenario: Any, model: Any, spec: IdentifySpec, where: Within, progress: Teller) -> Asked:
+def _asked(
+    scenario: Any, model: Any, spec: IdentifySpec, where: Within, progress: PartialProgress
+) -> Asked:
     from core.diagnose.diagnose import Options
     from core.diagnose.stated_noise import stated_noise
     from core.errors import InputError
@@ -118,7 +120,7 @@ class FirstLook:
     """The model fitted as it is: its step of the ladder and what it leaves of the recordings, told
     at once; what else is found is told with them."""
 
-    def __init__(self, asked: Asked, progress: Teller) -> None:
+    def __init__(self, asked: Asked, progress: PartialProgress) -> None:
         from core.diagnose.diagnose import begin_on
 
         self._progress = progress
@@ -128,9 +130,9 @@ class FirstLook:
         self._best: object = None
         self.begun = replace(self._whole, validation=None)  # they have their look here
         self.seen = _seen(_as_given(self.begun), self.begun)
-        self.tell()
+        self.report()
 
-    def tell(self, **found: Any) -> None:
+    def report(self, **found: Any) -> None:
         """With what is new."""
         self.seen = replace(self.seen, **found)
         self._add_laws()
@@ -144,7 +146,7 @@ class FirstLook:
         if self._checked or self._progress.stopped():
             return
         self._checked = True
-        self.tell(step=_as_given(self._whole))
+        self.report(step=_as_given(self._whole))
         if not self._progress.stopped():
             self._shown = compared(self._whole)
             self._progress.partial(COMPARED, self._shown)
@@ -185,7 +187,7 @@ def _seen(step: LadderStep, begun: Begun) -> Looked:
     )
 
 
-def refined(scenario_toml: str, where: Within, asked: Asked, progress: Teller) -> Outcome:
+def refined(scenario_toml: str, where: Within, asked: Asked, progress: PartialProgress) -> Outcome:
     """The identification without its search: a refinement from where the parameters start."""
     import tomllib
 

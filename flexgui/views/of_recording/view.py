@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import plotly.graph_objects as go
 
 from core.results import ErrorMaps, RecordingComparison
@@ -22,6 +24,29 @@ class Seen:
     """Their errors beside the floors."""
 
 
+def believable_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, float]:
+    """Noise floors where no diagnosis has stated any, by channel in its unit.
+
+    Of what was fitted and of the encoders; what is computed from other channels has no noise of
+    its own. As in a diagnosis a small modelling tolerance is part of them: no model is good for
+    the last thousandth of what a channel does.
+    """
+    from core.diagnose.diagnose import FIDELITY  # late: it loads all of a diagnosis
+    from core.diagnose.maps import noise_floors
+
+    spread: dict[str, list[float]] = {}
+    for r in comparisons:
+        for c in r.channels:
+            if c.counted.any() and (c.fitted or c.channel.startswith("theta")):
+                spread.setdefault(c.channel, []).append(float(np.std(c.measured[c.counted])))
+    noise = noise_floors(comparisons)
+    floors = {
+        name: float(np.hypot(noise.get(name, 0.0), FIDELITY * np.median(sizes)))
+        for name, sizes in spread.items()
+    }
+    return {name: floor for name, floor in floors.items() if floor > 0.0}
+
+
 class RecordingView(ABC):
     """One view: measured against modelled in, a figure out. It keeps nothing between calls."""
 
@@ -33,6 +58,8 @@ class RecordingView(ABC):
     """A line above the figure."""
     nothing: str = "There is nothing to show here."
     """The line where `draw` gives None."""
+    in_report: bool = False
+    """Whether reports show it too, of the first recording."""
     place: int = 100
     """Where it stands in the list; equal places stand in the order of their titles."""
 

@@ -1,4 +1,4 @@
-"""One visit per connection: which session it sees, in which role, and the page built for it."""
+"""The connection of one browser window: its session, its role, and the page built for it."""
 
 from __future__ import annotations
 
@@ -17,10 +17,11 @@ S = TypeVar("S", bound=Closable)
 class Page(Protocol):
     """What `build_page` returns."""
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """Take its widgets and threads away."""
 
 
-class Visit(Generic[S]):
+class BrowserConnection(Generic[S]):
     """Of one browser window; its page may be exchanged while it lasts."""
 
     def __init__(self, client: viser.ClientHandle, address: str = "") -> None:
@@ -28,9 +29,9 @@ class Visit(Generic[S]):
         self.role = OWN
         self.session: S | None = None
         self.counted = False
-        """Whether the store counts this visit as the session's browser."""
+        """Whether the store counts it as the session's browser."""
         self.answered = False
-        """Whether its browser has said which session is its own, if any."""
+        """Whether it has said which session is its own, if any."""
         self.allowed: set[str] = set()
         """Widgets that a follower may use."""
         self.lock = threading.RLock()
@@ -40,6 +41,7 @@ class Visit(Generic[S]):
 
     @property
     def gone(self) -> bool:
+        """Whether the browser has left."""
         return self._gone
 
     def show(self, build: Callable[[], Any]) -> None:

@@ -12,7 +12,7 @@ from flexgui.session import Services, Session
 
 
 @dataclass(frozen=True)
-class Desk:
+class PageContext:
     """One browser's page: its client, its session, what the server offers."""
 
     client: viser.ClientHandle
@@ -30,4 +30,5 @@ class Desk:
 
     @property
     def gui(self) -> viser.GuiApi:
+        """The widgets of this browser."""
         return self.client.gui

@@ -7,31 +7,31 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.errors import InputError
-from core.study.seal import HEAD, opened, seal
+from core.study.obfuscate import HEAD, obfuscate, opened
 
 TEXT = '{"effects": ["coulomb_friction"], "values": {"fc1": 0.2}}'
 
 
 @given(st.text(max_size=5000).map(str.rstrip), st.text(max_size=20))
 def test_what_is_sealed_comes_out(text: str, salt: str) -> None:
-    assert opened(seal(text, salt), "x") == text
+    assert opened(obfuscate(text, salt), "x") == text
 
 
 def test_the_same_text_gives_the_same_seal_and_another_salt_another() -> None:
-    assert seal(TEXT, "1") == seal(TEXT, "1")
-    body = {salt: seal(TEXT, salt).splitlines()[1:] for salt in "12"}
+    assert obfuscate(TEXT, "1") == obfuscate(TEXT, "1")
+    body = {salt: obfuscate(TEXT, salt).splitlines()[1:] for salt in "12"}
     assert not set(body["1"]) & set(body["2"])
 
 
 def test_nothing_can_be_read_and_the_length_tells_nothing() -> None:
-    sealed = seal(TEXT, "1")
+    sealed = obfuscate(TEXT, "1")
     assert "coulomb" not in sealed
-    assert len(seal("nothing", "1")) == len(sealed)
+    assert len(obfuscate("nothing", "1")) == len(sealed)
 
 
 @pytest.mark.parametrize("place", [0, 10, 300, -3])
 def test_a_changed_character_breaks_the_seal(place: int) -> None:
-    head, _, body = seal(TEXT, "1").partition("\n")
+    head, _, body = obfuscate(TEXT, "1").partition("\n")
     at = place % len(body)
     other = "A" if body[at] != "A" else "B"
     with pytest.raises(InputError, match="truth.sealed: the seal is broken"):
@@ -47,4 +47,4 @@ def test_what_is_no_seal_is_called_broken(text: str) -> None:
 
 
 def test_other_line_ends_do_no_harm() -> None:
-    assert opened(seal(TEXT, "1").replace("\n", "\r\n"), "x") == TEXT
+    assert opened(obfuscate(TEXT, "1").replace("\n", "\r\n"), "x") == TEXT

@@ -1,8 +1,8 @@
-"""A seal against peeking.
+"""Text that is obfuscated against peeking.
 
-A sealed text cannot be read by opening the file, and a changed one is noticed. That is all: the
-phrase stands in this file, so whoever reads the program can open every seal. It is no cryptography
-and protects nothing but the fun.
+It cannot be read by opening the file, and a changed one is noticed. That is all: the phrase stands
+in this file, so whoever reads the program can read every such text. It is no cryptography and
+protects nothing but the fun.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ HEAD = "FlexGUI challenge, sealed. `flexgui reveal` opens it."
 
 _PHRASE = b"no peeking before you have named the effect"
 _SALT, _CODE, _WIDTH = 16, 32, 76
-"""Bytes of salt and of the code that holds the seal together; characters in a line."""
+"""Bytes of salt and of the code that shows a change; characters in a line."""
 
 _BLOCK = 2048
 """Bytes: shorter texts are filled up with blanks, or their length would tell how much is hidden."""
 
 
-def seal(text: str, salt: str) -> str:
-    """The sealed text; the same text and salt give the same seal. Blanks at the end are lost."""
+def obfuscate(text: str, salt: str) -> str:
+    """The text obfuscated; the same text and salt give the same. Blanks at the end are lost."""
     own = hashlib.sha256(_PHRASE + salt.encode()).digest()[:_SALT]
     plain = text.encode()
     body = _mixed(plain.ljust(-(-len(plain) // _BLOCK) * _BLOCK), own)
@@ -34,7 +34,7 @@ def seal(text: str, salt: str) -> str:
 
 
 def opened(sealed: str, source: str) -> str:
-    """The text under a seal; InputError where it is broken. `source` names the file."""
+    """What was obfuscated; InputError where it was changed. `source` names the file."""
     broken = InputError(f"{source}: the seal is broken, so the truth in it cannot be trusted.")
     head, _, rest = sealed.replace("\r\n", "\n").partition("\n")
     if head.strip() != HEAD:

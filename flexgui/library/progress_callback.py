@@ -32,7 +32,7 @@ Callback = Callable[[Update], bool | None]
 """Called after each step; what returns False stops the work, which ends with the best it has."""
 
 
-class Listener:
+class CallbackProgress:
     """Turns what a computation reports into updates for one callback, one at a time."""
 
     def __init__(self, callback: Callback) -> None:
@@ -41,28 +41,28 @@ class Listener:
 
     def stage(self, title: str, total: int | None = None) -> None:
         """A new stage begins, with `total` steps where that is known."""
-        self._tell(lambda now: Update(title, 0, total))
+        self._update(lambda now: Update(title, 0, total))
 
     def advance(self, n: int = 1, text: str = "") -> None:
         """`n` steps of the stage are done."""
-        self._tell(lambda now: replace(now, done=now.done + n, text=text or now.text))
+        self._update(lambda now: replace(now, done=now.done + n, text=text or now.text))
 
     def generation(self, fit_label: str, generation: Generation) -> None:
         """One generation of an evolution is done."""
         number, best = generation.number, float(generation.best)
-        self._tell(lambda now: replace(now, text=fit_label, generation=number, cost=best))
+        self._update(lambda now: replace(now, text=fit_label, generation=number, cost=best))
 
     def stopped(self) -> bool:
         """Whether the callback has returned False."""
         return self._stopped
 
-    def _tell(self, change: Callable[[Update], Update]) -> None:
+    def _update(self, change: Callable[[Update], Update]) -> None:
         with self._lock:  # recordings are read by several threads
             self._now = change(self._now)
             if self._callback(self._now) is False:
                 self._stopped = True
 
 
-def listener(callback: Callback | None) -> Progress:
+def progress_to(callback: Callback | None) -> Progress:
     """What a computation reports to: the callback, or nobody."""
-    return Silent() if callback is None else Listener(callback)
+    return Silent() if callback is None else CallbackProgress(callback)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgui.panels.room import (
+from flexgui.panels.page_layout import (
     ARM,
     BORDERS,
     CONTROLS,

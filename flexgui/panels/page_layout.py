@@ -65,6 +65,7 @@ class Window:
 
     @property
     def phone(self) -> bool:
+        """Whether it is as narrow as a phone's."""
         return self.width <= PHONE
 
 
@@ -111,7 +112,7 @@ def aspect(window: Window) -> float:
 Take = Callable[[Window, Widths], None]
 
 
-class Room:
+class PageLayout:
     """Asks one browser at the start, and again when its picture has changed its shape."""
 
     def __init__(self, client: viser.ClientHandle) -> None:
@@ -132,7 +133,7 @@ class Room:
         # It was the whole window's: no panel stood there yet.
         self.window = replace(self.window, picture=0.0)
         self._takers += takers
-        self._tell()
+        self._report()
         if not self._answered:
             self._soon(LATER, LONG)
 
@@ -169,7 +170,7 @@ class Room:
             self.window = replace(self.window, picture=0.0)
         # An answer that came too late for the beginning counts too.
         if self.window != self._reported and not self._closed:
-            self._tell()
+            self._report()
 
     def _ask(self, patience: float = PATIENCE) -> None:
         connection = self._client._websock_connection
@@ -182,7 +183,7 @@ class Room:
         self._answered = told is not None
         self.window = told or self.window
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         self._reported = self.window
         shares = widths(self.window)
         with self._telling:

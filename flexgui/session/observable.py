@@ -1,4 +1,4 @@
-"""Something that tells its subscribers which part of it changed."""
+"""Something that notifies its subscribers which part of it changed."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Subscriber = Callable[[Topic], None]
 log = logging.getLogger(__name__)
 
 
-class Listened:
+class Observable:
     """Subscribers, and the sentence that the person reads."""
 
     def __init__(self) -> None:
@@ -34,7 +34,7 @@ class Listened:
 
         return end
 
-    def tell(self, *topics: Topic) -> None:
+    def notify(self, *topics: Topic) -> None:
         """Lets the subscribers know."""
         with self._lock:
             subscribers = tuple(self._subscribers)
@@ -45,8 +45,8 @@ class Listened:
                 except Exception:
                     log.exception("A subscriber failed on %s", topic)
 
-    def say(self, text: str, bad: bool = False) -> None:
+    def show_message(self, text: str, bad: bool = False) -> None:
         """A sentence for the person."""
         with self._lock:
             self.message = Message(brief(text) if bad else text, bad, self.message.number + 1)
-        self.tell(Topic.MESSAGE)
+        self.notify(Topic.MESSAGE)

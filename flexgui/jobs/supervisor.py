@@ -34,8 +34,8 @@ LONGEST_PAUSE = 30.0
 log = logging.getLogger(__name__)
 
 
-class Slot:
-    """Runs job after job; whatever happens to the worker, the slot goes on."""
+class WorkerSupervisor:
+    """Runs job after job; whatever happens to the worker, this goes on."""
 
     def __init__(self, pool: JobPool, number: int) -> None:
         self._pool, self._settings = pool, pool.settings
@@ -43,7 +43,9 @@ class Slot:
         self._jobs = 0
         self._failures = 0
         self._working = False
-        self.thread = threading.Thread(target=self._run, name=f"jobs-slot-{number}", daemon=True)
+        self.thread = threading.Thread(
+            target=self._run, name=f"jobs-supervisor-{number}", daemon=True
+        )
 
     @property
     def pid(self) -> int | None:

@@ -1,4 +1,4 @@
-"""Threads that call listeners, so that whoever causes an event never waits for one."""
+"""Threads that call callbacks, so that whoever causes an event never waits for one."""
 
 from __future__ import annotations
 
@@ -11,39 +11,39 @@ from flexgui.jobs.events import Event
 from flexgui.jobs.mailbox import Mailbox
 
 THREADS = 4
-"""A listener that blocks takes one of them; a quarter of the page's news then still flows."""
+"""A callback that blocks takes one of them; a quarter of the page's news then still flows."""
 
 log = logging.getLogger(__name__)
 
 
 class Address:
-    """One listener's door: its events come in order and one at a time."""
+    """One callback's queue: its events come in order and one at a time."""
 
-    def __init__(self, courier: Courier, listener: Callable[[Event], None]) -> None:
-        self._courier, self._listener = courier, listener
+    def __init__(self, dispatcher: Dispatcher, callback: Callable[[Event], None]) -> None:
+        self._dispatcher, self._callback = dispatcher, callback
         self._mailbox = Mailbox()
         self._lock = threading.Lock()
         self._busy = False
         self._closed = False
 
     def post(self, event: Event) -> None:
-        """Returns at once; the listener hears it soon."""
+        """Returns at once; the callback hears it soon."""
         with self._lock:
             self._mailbox.put(event)
             call, self._busy = not self._busy, True
         if call:
-            self._courier.call(self)
+            self._dispatcher.call(self)
 
     def renewed(self) -> Address:
-        """An open door to the same listener."""
-        return Address(self._courier, self._listener)
+        """An open queue to the same callback."""
+        return Address(self._dispatcher, self._callback)
 
     def close(self) -> None:
-        """The listener hears nothing more (a call that is under way still ends)."""
+        """The callback hears nothing more (a call that is under way still ends)."""
         self._closed = True
 
     def deliver(self) -> None:
-        """Empties the mailbox; by the courier."""
+        """Empties the mailbox; by the dispatcher."""
         while True:
             with self._lock:
                 events = self._mailbox.take()
@@ -51,34 +51,35 @@ class Address:
                     self._busy = False
                     return
             for event in events:
-                self._tell(event)
+                self._call(event)
 
-    def _tell(self, event: Event) -> None:
+    def _call(self, event: Event) -> None:
         if self._closed:
             return
         try:
-            self._listener(event)
+            self._callback(event)
         except Exception:
-            log.exception("A listener failed on %s", type(event).__name__)
+            log.exception("A callback failed on %s", type(event).__name__)
 
 
-class Courier:
+class Dispatcher:
     """A few daemon threads."""
 
     def __init__(self, threads: int = THREADS) -> None:
         self._calls: SimpleQueue[Address | None] = SimpleQueue()
         self._threads = [
-            threading.Thread(target=self._run, name=f"jobs-courier-{k}", daemon=True)
+            threading.Thread(target=self._run, name=f"jobs-dispatcher-{k}", daemon=True)
             for k in range(threads)
         ]
         for thread in self._threads:
             thread.start()
 
     def call(self, address: Address) -> None:
+        """Empty a queue soon, on one of the threads."""
         self._calls.put(address)
 
     def close(self, timeout: float) -> None:
-        """Delivers what was posted before, then ends; a listener that blocks is left behind."""
+        """Delivers what was posted before, then ends; a callback that blocks is left behind."""
         for _ in self._threads:
             self._calls.put(None)
         each = timeout / len(self._threads)

@@ -64,7 +64,7 @@ WRONG = "That code is not right; look at the board."
 TOO_MANY = "Many wrong codes came from here. The right one is on the board; it opens at any time."
 
 
-class Door:
+class AccessHandler:
     """Given to websockets as `process_request`; runs on the event loop."""
 
     def __init__(
@@ -104,7 +104,11 @@ class Door:
     def _websocket(self, connection: ServerConnection, request: Request) -> Response | None:
         if _only(request.headers, "Origin") not in self.origins:
             return self._no("a foreign Origin", connection, "Foreign pages may not connect.")
-        if CODE in self._tickets and not self._may_enter(request) and not self._said(request):
+        if (
+            CODE in self._tickets
+            and not self._may_enter(request)
+            and not self._right_words(request)
+        ):
             return self._not_in(connection, request)
         if self.busy() >= self._limits.connections:
             return _text(http.HTTPStatus.SERVICE_UNAVAILABLE, "FlexGUI is full.")
@@ -119,7 +123,7 @@ class Door:
         if address.path not in ("/", "/index.html"):
             return _text(http.HTTPStatus.NOT_FOUND, "There is one page only: /")
         if self._words.keys() & said.keys():
-            return self._said_something(connection, request)
+            return self._word_in_address(connection, request)
         if not said.keys() <= HARMLESS:
             return _redirect(Headers())
         if CODE in self._tickets and not self._may_enter(request):
@@ -134,7 +138,7 @@ class Door:
         brought = _cookies(request).get(self._cookie(request, name))
         return brought is not None and name in self._tickets and same(brought, self._tickets[name])
 
-    def _said(self, request: Request) -> list[str]:
+    def _right_words(self, request: Request) -> list[str]:
         """The names of the words in the address that are right."""
         said = parse_qs(urlsplit(request.path).query)
         return [
@@ -143,9 +147,9 @@ class Door:
             if word is not None and len(given := said.get(name, [])) == 1 and word.fits(given[0])
         ]
 
-    def _said_something(self, connection: ServerConnection, request: Request) -> Response:
+    def _word_in_address(self, connection: ServerConnection, request: Request) -> Response:
         """A page with a word in its address; a right one opens, however many were wrong before."""
-        if self._said(request):
+        if self._right_words(request):
             return self._welcome(request)
         if CODE not in self._tickets or self._may_enter(request):
             return _redirect(Headers())  # an old address, of a server that asks for nothing here
@@ -167,7 +171,7 @@ class Door:
     def _welcome(self, request: Request) -> Response:
         """The ticket, and the address without the word: it stays in no history."""
         headers = Headers()
-        for name in self._said(request):
+        for name in self._right_words(request):
             headers["Set-Cookie"] = (
                 f"{self._cookie(request, name)}={self._tickets[name]}; Path=/; HttpOnly; "
                 f"SameSite=Lax; Max-Age={int(TICKET_DAYS * 86400)}"

@@ -26,7 +26,7 @@ RANK = 1e-10
 """Relative singular value below which a direction of the nuisance is not there."""
 
 
-class Sight:
+class Detectability:
     """What a set of experiments shows of whatever is added to a base model."""
 
     def __init__(self, base: Model, experiments: Sequence[Experiment]) -> None:

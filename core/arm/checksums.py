@@ -37,12 +37,12 @@ def is_whole(path: Path) -> bool:
         return False
     whole = content[-TRAILER:] == trailer(hashlib.sha256(content[:-TRAILER]))
     if not whole:
-        _say_once(DAMAGED)
+        _warn_once(DAMAGED)
     return whole
 
 
 @cache
-def _say_once(sentence: str, *words: str) -> None:
+def _warn_once(sentence: str, *words: str) -> None:
     log.warning(sentence, *words)
 
 
@@ -94,18 +94,18 @@ def _executed(name: str, file: Path) -> ModuleType:
 
 
 @cache
-def seal_kernels() -> None:
+def verify_kernels() -> None:
     """From now on Numba's compiled files carry a digest too, and are read only if it is right."""
     from numba.core import caching
 
-    class Sealed(caching.IndexDataCacheFile):
+    class Checksummed(caching.IndexDataCacheFile):
         """Numba's own file of one function, checked."""
 
         def save(self, key: Any, data: Any) -> None:
             try:
                 super().save(key, data)
             except OSError as error:  # a full disk takes nobody's result
-                _say_once(NOT_KEPT, (error.strerror or type(error).__name__).lower())
+                _warn_once(NOT_KEPT, (error.strerror or type(error).__name__).lower())
 
         def _load_index(self) -> Any:
             return super()._load_index() if is_whole(Path(self._index_path)) else {}
@@ -123,7 +123,7 @@ def seal_kernels() -> None:
                 yield counted
                 file.write(trailer(counted.digest))
 
-    caching.IndexDataCacheFile = Sealed
+    caching.IndexDataCacheFile = Checksummed
 
 
 class _Counted:

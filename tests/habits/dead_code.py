@@ -1,0 +1,93 @@
+"""What nothing in the program uses, by vulture: `python -m tests.habits.dead_code`.
+
+Tests do not count as users: what only they use is dead in the product.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+from vulture import Vulture
+
+ROOT = Path(__file__).resolve().parents[2]
+PATHS = [ROOT / "core", ROOT / "flexgui", ROOT / "docs" / "examples"]
+
+FOUND_IN_FOLDERS = (
+    "core/arm/joints", "core/check/checks", "core/drives", "core/effects", "core/excitation",
+    "core/montecarlo/parts", "core/recording/readers", "core/sensors", "flexgui/panels",
+    "flexgui/views/of_recording",
+)  # fmt: skip
+"""Classes in these folders are plug-ins, found by walking them."""
+
+DECORATED = ["@model_validator", "@field_validator", "@infer_global", "@register_default",
+             "@lower_*", "@checked.register", "@app.*"]  # fmt: skip
+"""What libraries call: Pydantic, Numba, singledispatch, Typer."""
+
+PROTOCOLS = [
+    "_print_*", "_pythoncode", "_numpycode", "eval", "fdiff", "is_real",  # SymPy's printers
+    "get_source", "fullname",  # importlib's loaders
+    "model_config", "_repr_html_", "__*", "_", "CACHE_DIR",
+    "animated", "up_direction", "cell_color", "section_color", "colors",  # viser's handles
+    "_plotly_json_str", "_sanctioned_dead_writes", "_lower", "_Typing",
+]  # fmt: skip
+"""Names that somebody else's code looks for."""
+
+READ_BY_NAME = {
+    "camera_noise", "encoder_noise", "deflection_noise", "torque_noise", "rates_noise",
+    "warm_inputs",
+}  # fmt: skip
+"""Settings that sensors name, and a task that its worker finds by its name."""
+
+PUBLIC = {"compare_as_given", "to_control", "to_dataframe", "to_scipy"}
+"""Of the library's results: for scripts and notebooks."""
+
+FOR_TESTS = {
+    "dissipative": "what the energy test of every effect looks at",
+    "gravity_potential": "the stated potential, whose slope the compiled force must be",
+    "iterations": "how many steps a descent took",
+    "line_of": "core.diagnose",
+    "natural_frequency": "core.simulate",
+    "parameter_names": "names in a formula, for hostile ones",
+    "pids": "the processes of an executor, to end one",
+    "pole_locus": "core.simulate",
+    "set_visible": "groups of the scene",
+    "slot_count": "length of an arm's vector",
+    "state_count": "states of all elements",
+    "white_drop": "core.diagnose",
+    "workers_free": "the pool's idle workers",
+}
+"""Name -> what tests look at there. It must only shrink."""
+
+
+def unused() -> Iterator[str]:
+    """`file:line: name`, in the order of the files."""
+    scan = Vulture(ignore_names=PROTOCOLS, ignore_decorators=DECORATED)
+    scan.scavenge([str(path) for path in PATHS])
+    known = READ_BY_NAME | PUBLIC | set(FOR_TESTS) | template_words()
+    for item in scan.get_unused_code(min_confidence=60):
+        place = Path(item.filename).resolve().relative_to(ROOT)
+        plug_in = item.typ == "class" and place.as_posix().startswith(FOUND_IN_FOLDERS)
+        if not plug_in and item.name not in known:
+            yield f"{place}:{item.first_lineno}: {item.typ} {item.name}"
+
+
+def template_words() -> set[str]:
+    """What the report's templates may read of an object."""
+    pages = (ROOT / "flexgui" / "export" / "templates").glob("*.j2")
+    texts = [page.read_text(encoding="utf-8") for page in pages]
+    inside = [part for text in texts for part in re.findall(r"\{[{%](.*?)[%}]\}", text, re.DOTALL)]
+    return set(re.findall(r"\w+", " ".join(inside)))
+
+
+def main() -> int:
+    """Print what is unused; 1 where there is any."""
+    found = list(unused())
+    print("\n".join([*found, f"{len(found)} unused"] if found else ["No dead code."]))
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,79 @@
+"""Every public name says what it is, in its own docstring or in that of the contract it fulfils."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+@cache
+def sources() -> tuple[tuple[str, ast.Module], ...]:
+    """(dotted name, tree) of every module."""
+    paths = sorted(p for room in ("core", "flexgui") for p in (ROOT / room).rglob("*.py"))
+    return tuple((dotted(p), ast.parse(p.read_text(encoding="utf-8"))) for p in paths)
+
+
+def dotted(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def undocumented(name: str, tree: ast.Module) -> Iterator[str]:
+    """Public classes, functions and methods without a docstring of their own."""
+    for node in tree.body:
+        if isinstance(node, (*FUNCTIONS, ast.ClassDef)) and not node.name.startswith("_"):
+            if not ast.get_docstring(node):
+                yield f"{name}.{node.name}"
+            for inner in node.body if isinstance(node, ast.ClassDef) else ():
+                if isinstance(inner, FUNCTIONS) and _lacks_one(inner):
+                    yield f"{name}.{node.name}.{inner.name}"
+
+
+def _lacks_one(method: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
+    """A setter's docstring is its property's."""
+    setter = any(isinstance(d, ast.Attribute) and d.attr == "setter" for d in method.decorator_list)
+    return not (method.name.startswith("_") or setter or ast.get_docstring(method))
+
+
+def inherits_its_docstring(name: str) -> bool:
+    """Whether a method fulfils a contract that says what it does."""
+    module, _, rest = name.rpartition(".")
+    module, _, owner = module.rpartition(".")
+    if not owner[:1].isupper():
+        return False
+    kind: type = getattr(importlib.import_module(module), owner)
+    return any(getattr(vars(base).get(rest), "__doc__", None) for base in kind.__mro__[1:])
+
+
+@pytest.mark.parametrize("room", ["core", "flexgui"])
+def test_every_public_name_has_a_docstring(room: str) -> None:
+    found = [
+        name
+        for module, tree in sources()
+        if module.split(".")[0] == room
+        for name in undocumented(module, tree)
+        if not inherits_its_docstring(name)
+    ]
+    assert not found, "\n".join(found)
+
+
+def test_every_module_has_a_docstring() -> None:
+    assert not [name for name, tree in sources() if not ast.get_docstring(tree)]
+
+
+def test_a_method_without_a_docstring_is_seen() -> None:
+    tree = ast.parse('class A:\n    """A."""\n    def f(self): ...\n    def _g(self): ...\n')
+    assert list(undocumented("m", tree)) == ["m.A.f"]
+
+
+def test_a_contract_speaks_for_those_who_fulfil_it() -> None:
+    assert inherits_its_docstring("core.effects.coulomb_friction.CoulombFriction.parameters")
+    assert not inherits_its_docstring("core.effects.coulomb_friction.CoulombFriction.nothing")

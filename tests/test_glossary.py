@@ -1,0 +1,127 @@
+"""Files, classes and functions are named in the terms of docs/glossary.md."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+GLOSSARY = ROOT / "docs" / "glossary.md"
+ROW = re.compile(r"^\| (?P<term>[^|]+) \| [^|]+ \|(?P<retired>[^|]*)\|$", re.MULTILINE)
+PART = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+
+ONLY_ALONE = {"give"}
+"""Retired as a whole name (for a compliance); give_up and give_again are verbs."""
+
+OTHER_MEANINGS = {"slot": "core/arm/", "slots": "core/arm/"}
+"""Word -> where it means something else: the index of a number in an arm's vector."""
+
+STILL_TO_RENAME = frozenset(
+    {
+        "core/diagnose/descent.py:_fall_by",
+        "core/diagnose/exchange.py:_rivals",
+        "core/diagnose/kin.py:kin",
+        "core/diagnose/reshape.py:reshape",
+        "core/diagnose/rivals.py:_rivals",
+        "core/diagnose/rivals.py:rivals",
+        "core/diagnose/sets.py:_rivals",
+        "core/diagnose/shapes.py:_one_per_knob",
+        "core/diagnose/start.py:_said_of_effects",
+        "core/diagnose/words.py:Told",
+        "core/diagnose/words.py:say",
+        "core/simulate/bristles.py:give",
+        "core/simulate/bristles.py:rub",
+        "core/simulate/closed.py:room",
+        "core/simulate/wide_bristles.py:give",
+        "core/simulate/wide_bristles.py:rub",
+    }
+)
+"""file:name that has a retired word. It must only shrink: who renames one takes it out here."""
+
+
+@cache
+def retired() -> dict[str, str]:
+    """Retired word -> the term that stands for it."""
+    rows = ROW.finditer(GLOSSARY.read_text(encoding="utf-8"))
+    return {
+        word.strip(): row["term"].strip()
+        for row in rows
+        for word in row["retired"].split(",")
+        if word.strip() and set(word) != {"-", " "} and row["term"].strip() != "Term"
+    }
+
+
+def names(path: Path, source: str) -> Iterator[str]:
+    """The file's name and those of its classes and functions, inner ones too."""
+    yield path.stem
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            yield node.name
+
+
+def faults(path: Path, source: str) -> set[str]:
+    """`file:name` of each name that has a retired word in it."""
+    return {
+        f"{path.as_posix()}:{name}"
+        for name in names(path, source)
+        for part in PART.findall(name)
+        if part.lower() in retired() and not _means_something_else(part.lower(), name, path)
+    }
+
+
+def _means_something_else(word: str, name: str, path: Path) -> bool:
+    elsewhere = word in OTHER_MEANINGS and path.as_posix().startswith(OTHER_MEANINGS[word])
+    return elsewhere or (word in ONLY_ALONE and name != word)
+
+
+def found() -> set[str]:
+    return {
+        fault
+        for room in ("core", "flexgui")
+        for path in sorted((ROOT / room).rglob("*.py"))
+        for fault in faults(path.relative_to(ROOT), path.read_text(encoding="utf-8"))
+    }
+
+
+def test_no_new_name_has_a_retired_word() -> None:
+    new = found() - STILL_TO_RENAME
+    assert not new, "\n".join(f"{each}: see docs/{GLOSSARY.name}" for each in sorted(new))
+
+
+def test_what_was_renamed_is_taken_off_the_list() -> None:
+    assert not STILL_TO_RENAME - found()
+
+
+def test_the_list_holds_only_what_is_renamed_with_its_package() -> None:
+    waiting = ("core/diagnose/", "core/identify/", "core/simulate/")
+    assert all(each.startswith(waiting) for each in STILL_TO_RENAME)
+
+
+def test_terms_stand_once_and_in_order() -> None:
+    rows = ROW.finditer(GLOSSARY.read_text(encoding="utf-8"))
+    terms = [t for row in rows if (t := row["term"].strip()) != "Term" and set(t) != {"-"}]
+    assert terms == sorted(set(terms), key=str.lower)
+
+
+@pytest.mark.parametrize(
+    ("source", "name"),
+    [
+        ("class Knob: ...", "Knob"),
+        ("class OwnKnobSpec: ...", "OwnKnobSpec"),
+        ("def f():\n    def told(event): ...", "told"),
+        ("def give(): ...", "give"),
+    ],
+)
+def test_a_retired_word_is_seen_in_each_kind_of_name(source: str, name: str) -> None:
+    assert faults(Path("core/x.py"), source) == {f"core/x.py:{name}"}
+
+
+def test_words_with_another_meaning_are_let_through() -> None:
+    assert not faults(Path("core/x.py"), "def give_up(): ...\ndef classroom(): ...")
+    assert not faults(Path("core/arm/x.py"), "def base_slot(): ...")
+    assert faults(Path("flexgui/x.py"), "def base_slot(): ...")
