@@ -13,16 +13,20 @@ from core.diagnose.sensor_noise import (
     ColumnNoise,
     estimated,
     is_command,
+    noise_of,
     step_of,
     with_colour,
 )
+from core.diagnose.servo_noise import MissingTorque, levels
 from core.drives.servo import FollowingServo
 from core.identify.predictor import Motion, motion_of
 from core.identify.prepared import TORQUE, Prepared, make_task, measured_outputs
+from core.model import Numbers
 from core.recording.logger_filter import apply_logger_filter
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import Sensor, sensor, sensors
+from core.trajectory import Trajectory
 
 ENCODER = "encoder"
 
@@ -81,8 +85,10 @@ def _source(found: Collection[str]) -> str:
 def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str, ColumnNoise]:
     """column -> its noise, for all columns that any output comes from."""
     wanted = dict.fromkeys(c for r in routes for s in r.experiment.outputs for c in r.feeding(s))
-    found = {}
+    found = _of_missing_torque(routes, wanted, stated)
     for name in wanted:
+        if name in found:
+            continue
         able = [r for r in routes if r.recording.has(name)]
         limit = min((r.logged_to(name) for r in able), default=np.pi)
         narrow = limit < NARROW
@@ -91,16 +97,50 @@ def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str,
         if any(r.commanded(name) for r in able):
             found[name] = ColumnNoise(0.0, source=ESTIMATED)
             continue
-        level = next((x for r in able if (x := r.stated(name, stated)) is not None), None)
+        level = _level(able, name, stated)
         if level is not None:
             plain = ColumnNoise(level, step=step)
             found[name] = plain if narrow else with_colour(plain, pieces, limit)
             continue
         seen = estimated(pieces, np.pi if narrow else limit) or ColumnNoise(0.0, source=ESTIMATED)
-        # What the steps make is seen too, where the sensor moves through many of them.
-        rest = max(seen.std**2 - step**2 / 12.0, 0.0)
-        found[name] = replace(seen, std=float(np.sqrt(rest)), step=step, after_logger=narrow)
+        found[name] = replace(_beside_steps(seen, step), after_logger=narrow)
     return found
+
+
+def _beside_steps(seen: ColumnNoise, step: float) -> ColumnNoise:
+    """Of all that is seen, what the steps do not make where the sensor moves through many."""
+    rest = max(seen.std**2 - step**2 / 12.0, 0.0)
+    return replace(seen, std=float(np.sqrt(rest)), step=step)
+
+
+def _level(routes: Sequence[_Route], name: str, stated: Mapping[str, float]) -> float | None:
+    return next((x for r in routes if (x := r.stated(name, stated)) is not None), None)
+
+
+def _of_missing_torque(
+    routes: Sequence[_Route], wanted: Collection[str], stated: Mapping[str, float]
+) -> dict[str, ColumnNoise]:
+    """column -> its noise, of the encoders that a virtual servo follows.
+
+    A torque that was measured makes a part of the high band, but is seen better in itself.
+    """
+    driven = [r for r in routes if r.driven]
+    names = [n for n in dict.fromkeys(n for r in driven for n in r.leading()) if n in wanted]
+    able = [r for r in driven if all(r.recording.has(n) for n in names)]
+    if not able or any(r.recording.logger_filters.get(n) for r in able for n in names):
+        return {}
+    steps = {n: min(step_of(r.recording[n]) for r in able) for n in names}
+    known = {
+        n: ColumnNoise(level, step=steps[n])
+        for n in names if (level := _level(able, n, stated)) is not None
+    }  # fmt: skip
+    units = {n: able[0].unit(n, steps[n]) for n in names}
+    missing = [MissingTorque(r.experiment, r.numbers, r.values) for r in able]
+    return {
+        n: _beside_steps(ColumnNoise(level, source=ESTIMATED), steps[n])
+        for n, level in levels(missing, names, known, units).items()
+        if n in able[0].places
+    }
 
 
 @dataclass(frozen=True)
@@ -108,8 +148,8 @@ class _Route:
     """From a recording's columns to the outputs of an experiment."""
 
     experiment: Prepared
-    trajectory: object
-    numbers: object
+    trajectory: Trajectory
+    numbers: Numbers
     values: Mapping[str, float]
 
     @property
@@ -127,6 +167,24 @@ class _Route:
         assert isinstance(steering, FollowingServo)
         return steering
 
+    def leading(self) -> list[str]:
+        """The noisy columns of which the torque of a virtual servo is made."""
+        model = self.experiment.model
+        own = model.drive.reference_channels(model.arm)
+        return [*(n for n in own if n[0] in "ui" and not self.commanded(n)), *self.places]
+
+    @property
+    def places(self) -> list[str]:
+        """The columns of the encoders."""
+        return [f"theta{k + 1}" for k in range(self.experiment.model.arm.joints)]
+
+    def unit(self, name: str, step: float) -> float:
+        """A level of noise of a column that a model answers linearly; the column's own at most."""
+        if step:
+            return step / np.sqrt(12.0)
+        column = self.recording[name]
+        return noise_of(column) or 1e-9 * float(np.ptp(column)) or 1e-9
+
     def followed(self, s: Sensor) -> bool:
         """Whether the output is the torque of a virtual servo."""
         return s.kind == TORQUE and self.driven
@@ -134,7 +192,7 @@ class _Route:
     def feeding(self, s: Sensor) -> tuple[str, ...]:
         """The noisy columns that an output comes from; under a servo the encoders always."""
         model = self.experiment.model
-        joints = [f"theta{k + 1}" for k in range(model.arm.joints)] if self.driven else []
+        joints = self.places if self.driven else []
         if self.followed(s):
             own = [n for n in model.drive.reference_channels(model.arm) if n[0] in "ui"]
         elif s.direct(self.recording, model.arm):
@@ -160,7 +218,7 @@ class _Route:
         """N m per unit of a column that drives the arm."""
         model = self.experiment.model
         place = model.drive.reference_channels(model.arm).index(name)
-        law = model.drive.law(model.arm, self.trajectory.p, self.values)  # type: ignore[attr-defined]
+        law = model.drive.law(model.arm, self.trajectory.p, self.values)
         return float(np.abs(law.R[:, place]).max()) or 1.0
 
     def smooth(self, name: str) -> np.ndarray | None:
@@ -172,7 +230,7 @@ class _Route:
             names = [c.name for c in s.channels(arm)]
             if name not in names or (kind in ("y", "ydot") and not arm.two_revolute):
                 continue
-            y = np.array(s.measure(self.trajectory))  # type: ignore[arg-type]
+            y = np.array(s.measure(self.trajectory))
             if (
                 self.driven and kind == ENCODER
             ):  # the model's joints are the encoders', noise and all
@@ -185,7 +243,7 @@ class _Route:
         """(N,) of the torque that the measured motion needs, without the encoders' noise."""
         e, dt = self.experiment, self.recording.sample_time
         place = e.model.drive.reference_channels(e.model.arm).index(name)
-        read = e.sensed(sensor(TORQUE), self.trajectory, self.numbers, self.values)  # type: ignore[arg-type]
+        read = e.sensed(sensor(TORQUE), self.trajectory, self.numbers, self.values)
         torque = read[:, min(place, e.model.arm.joints - 1)]
         wide = min(WIDE_SERVO * self._steering.hz, 0.4 / dt)
         return ZeroPhaseLowPass(cutoff_hz=wide).apply(torque, dt) / self._constant(name)
@@ -279,6 +337,6 @@ class _Route:
         predictions = []
         for one in (recording, self.recording):
             again = replace(e, recording=one, task=make_task(e.model, one))
-            motion = motion_of(again, self.numbers, self.values, SERVO_STEPS)  # type: ignore[arg-type]
-            predictions.append(again.predicted(motion, self.numbers, self.values))  # type: ignore[arg-type]
+            motion = motion_of(again, self.numbers, self.values, SERVO_STEPS)
+            predictions.append(again.predicted(motion, self.numbers, self.values))
         return predictions[0] - predictions[1]

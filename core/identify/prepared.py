@@ -242,8 +242,6 @@ def measured_outputs(
         y = steering.recorded_torque(known, arm, model.numbers().p, {})
     else:
         y = np.array(sensor.measured(recording, arm))
-        if isinstance(steering, FollowingServo):  # as the joints that the model is led along
-            y = steering.smoothed(y, recording.sample_time)
     mask = np.isfinite(y)
     for k, name in enumerate(names):
         chosen = recording.counted.get(name)
