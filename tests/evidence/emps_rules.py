@@ -31,6 +31,7 @@ SCENARIO = Path(__file__).resolve().parents[2] / "scenarios" / "emps.toml"
 
 MOTION_HZ, FORCE_HZ = 100.0, 30.0
 """Cut-offs of the scenario's filters, on measurement and model alike."""
+DECIMATED = 10
 FIRST = 20
 """Samples of the judged recording that a free run may see: the benchmark's rule for the start."""
 COLUMNS = {"theta1": "q", "theta1_ref": "q_ref", "u1": "force"}
@@ -38,12 +39,14 @@ COLUMNS = {"theta1": "q", "theta1_ref": "q_ref", "u1": "force"}
 
 @dataclass(frozen=True)
 class Loop:
-    """force = gain (kp (q_ref - q) - q') + pulses per unit times the column `pulse`."""
+    """force = gain (kp (q_ref - q) - q') + volt pulse."""
 
     kp: float
     """1/s"""
     gain: float
     """N s/m"""
+    volt: float
+    """N per unit of a pulse"""
 
 
 @dataclass(frozen=True)
@@ -102,12 +105,30 @@ def force_errors(outcome: Outcome, left: bool = False) -> dict[str, float]:
     return {c.recording: 100.0 * c.channels[0].relative_error for c in found}
 
 
-def loop_of(data: Table) -> Loop:
-    """The loop's gains from its own log, by least squares on the first recording."""
+def loop_of(data: Table) -> tuple[Loop, float]:
+    """The loop's gains and the newtons per unit of a pulse (0 where there was none), from its own
+    log by least squares; and the share of the logged force, in per cent, that they miss."""
     v = _rate(_smooth(data.q, data.step, MOTION_HZ), data.step)
-    e, force = (_smooth(x, data.step, MOTION_HZ) for x in (data.q_ref - data.q, data.force))
-    place, speed, _ = np.linalg.lstsq(np.column_stack([e, -v, np.ones_like(e)]), force)[0]
-    return Loop(float(place / speed), float(speed))
+    e, force, pulse = (
+        _smooth(x, data.step, MOTION_HZ) for x in (data.q_ref - data.q, data.force, data.pulse)
+    )
+    columns = [e, -v, np.ones_like(e), *([pulse] if data.pulse.any() else [])]
+    X = np.column_stack(columns)
+    found = np.linalg.lstsq(X, force)[0]
+    volt = float(found[3]) if len(found) > 3 else 0.0
+    return Loop(float(found[0] / found[1]), float(found[1]), volt), _percent(force, X @ found)
+
+
+def inverse_model(data: Table, signs: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Regressors (M, 4) of m, fv, fc and, with `signs`, the viscous friction's asymmetry (else the
+    offset), and the force (M,): filtered and decimated as in the scenario."""
+    q = _smooth(data.q, data.step, MOTION_HZ)
+    v = _rate(q, data.step)
+    last = np.abs(v) if signs else np.ones_like(v)
+    columns = (_rate(v, data.step), v, np.sign(v), last)
+    low = butter(8, 2.0 * FORCE_HZ * data.step, output="sos")
+    found = [sosfiltfilt(low, x)[::DECIMATED] for x in (*columns, data.force)]
+    return np.column_stack(found[:-1]), found[-1]
 
 
 def model_of(values: dict[str, float], effects: Sequence[dict[str, Any]], drive: dict[str, Any]):  # type: ignore[no-untyped-def]
@@ -127,17 +148,16 @@ def _with_values(effect: dict[str, Any], values: dict[str, float]) -> dict[str, 
 
 
 def closed_loop(
-    model_values: dict[str, float], effects: Sequence[dict[str, Any]], loop: Loop, data: Table,
-    volt: float,
-) -> dict[str, float]:  # fmt: skip
+    values: dict[str, float], effects: Sequence[dict[str, Any]], loop: Loop, data: Table
+) -> dict[str, float]:
     """Errors in per cent of a simulation in the loop, from the references alone.
 
-    A known pulse enters the loop's output, `volt` newtons per unit; that is a shift of the
-    position's reference by pulse volt / (kp gain).
+    A known pulse enters the loop's output; that is a shift of the position's reference by
+    pulse volt / (kp gain).
     """
     drive = {"kind": "cascade", "position_gains": [loop.kp], "velocity_gains": [loop.gain]}
-    model = model_of(model_values, effects, drive)
-    moved = data.q_ref + data.pulse * volt / (loop.kp * loop.gain)
+    model = model_of(values, effects, drive)
+    moved = data.q_ref + data.pulse * loop.volt / (loop.kp * loop.gain)
     motion = exactly(model, _task(model, data, moved, 0, 0.0))
     q, u = motion.q[:, 0], motion.torque[:, 0]
     found = {"position": _percent(data.q, q)}

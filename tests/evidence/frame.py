@@ -20,6 +20,7 @@ import platform
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import ModuleType
@@ -107,8 +108,16 @@ def run_case(case: Case) -> dict[str, Any]:
 
 
 def versions() -> str:
-    """What computed it."""
-    return ", ".join(f"{name} {_version(name)}" for name in PACKAGES if _version(name))
+    """What computed it; the code of `core` by its digest."""
+    packages = [f"{name} {_version(name)}" for name in PACKAGES if _version(name)]
+    return ", ".join([f"Python {platform.python_version()}", *packages, f"core {core_digest()}"])
+
+
+@cache
+def core_digest() -> str:
+    """Of all its code."""
+    files = sorted((HERE.parents[1] / "core").rglob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:8]
 
 
 def _version(name: str) -> str:
@@ -119,7 +128,10 @@ def _version(name: str) -> str:
 
 
 def run(
-    names: Sequence[str], folder: Path | None, journal: Path = JOURNAL, processes: int = 2,
+    names: Sequence[str],
+    folder: Path | None,
+    journal: Path = JOURNAL,
+    processes: int = 2,
     told: Callable[[str], None] = print,
 ) -> None:
     """Runs what the journal does not hold yet."""
@@ -162,8 +174,7 @@ def _dated(records: Sequence[Mapping[str, Any]]) -> list[str]:
         days = sorted({r["date"] for r in same})
         span = days[0] if len(days) == 1 else f"{days[0]} to {days[-1]}"
         spent = sum(r["seconds"] for r in same)
-        python = platform.python_version()
-        found.append(f"*{span}; Python {python}, {used}; {spent:.0f} s of processor time.*")
+        found.append(f"*{span}; {used}; {spent:.0f} s of processor time.*")
     return found
 
 
