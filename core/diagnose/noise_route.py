@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from core.arm.arm import Arm
 from core.diagnose.sensor_noise import (
     ESTIMATED,
     STATED,
@@ -33,6 +34,10 @@ ENCODER = "encoder"
 DRAWS = 8
 """Of the noise per recording: with a filter of 10 Hz and one second the rms is good to a tenth."""
 
+SERVO_DRAWS = 6
+"""The same where a servo leads the joints, and each draw is a simulation: the encoders' noise
+shakes lightly damped links, and what one draw says of them scatters by a quarter."""
+
 SERVO_STEPS = 2
 """Per sample: both passes are alike, and only what the noise changes counts."""
 
@@ -58,24 +63,33 @@ def noise_in_outputs(
     """channel -> rms of its noise over all recordings, and its source; `without` some channels."""
     routes = [_Route(e, *m) for e, m in zip(experiments, motions, strict=True)]
     known = _columns(routes, stated)
-    squares: dict[str, list[np.ndarray]] = {}
+    drawn: dict[str, list[list[np.ndarray]]] = {}
     sources: dict[str, set[str]] = {}
     for i, route in enumerate(routes):
-        for s in route.experiment.outputs:
-            names = [c.name for c in s.channels(route.experiment.model.arm)]
-            if all(name in without for name in names):
-                continue
-            for name, found in zip(names, route.noise(s, known, i), strict=True):
-                squares.setdefault(name, []).append(found)
-                sources.setdefault(name, set()).update(
-                    known[c].source for c in route.feeding(s) if c in known
-                )
-    return {name: (_rms(parts), _source(sources[name])) for name, parts in squares.items()}
+        feeding = [(c.name, s) for s in route.outputs for c in s.channels(route.arm)]
+        if all(name in without for name, _ in feeding):
+            continue
+        for (name, s), found in zip(feeding, route.noise(known, i), strict=True):
+            drawn.setdefault(name, []).append(found)
+            columns = route.feeding(s)
+            sources.setdefault(name, set()).update(known[c].source for c in columns if c in known)
+    scatters = any(route.driven for route in routes)
+    return {
+        name: (_level_of(parts, scatters), _source(sources[name])) for name, parts in drawn.items()
+    }
 
 
-def _rms(parts: Sequence[np.ndarray]) -> float:
-    together = np.concatenate(parts)
-    return float(np.sqrt(np.mean(together**2))) if together.size else 0.0
+def _level_of(parts: Sequence[Sequence[np.ndarray]], scatters: bool) -> float:
+    """rms over all recordings of the draws of each; where it scatters from draw to draw, what a
+    draw exceeds in one of six cases.
+
+    The encoders' noise shakes lightly damped links, which then swing for the whole recording: long
+    recordings hold few independent values of such a noise.
+    """
+    each = np.array([np.sqrt(np.mean(np.concatenate(x) ** 2)) for x in zip(*parts, strict=True)])
+    each = np.nan_to_num(each)
+    level = float(np.sqrt(np.mean(each**2)))
+    return level + float(np.std(each, ddof=1)) if scatters else level
 
 
 def _source(found: Collection[str]) -> str:
@@ -155,6 +169,14 @@ class _Route:
     @property
     def recording(self) -> Recording:
         return self.experiment.recording
+
+    @property
+    def arm(self) -> Arm:
+        return self.experiment.model.arm
+
+    @property
+    def outputs(self) -> tuple[Sensor, ...]:
+        return self.experiment.outputs
 
     @property
     def driven(self) -> bool:
@@ -295,22 +317,18 @@ class _Route:
         window = np.fft.rfft(x - x.mean())
         return np.fft.irfft(window / gain, len(x))
 
-    def noise(self, s: Sensor, known: Mapping[str, ColumnNoise], number: int) -> list[np.ndarray]:
-        """Per channel of an output the draws of its noise, of the samples that count."""
+    def noise(self, known: Mapping[str, ColumnNoise], number: int) -> list[list[np.ndarray]]:
+        """Per channel the draws of its noise, of the samples that count."""
         e = self.experiment
-        kinds = [(o.kind, c.name) for o in e.outputs for c in o.channels(e.model.arm)]
-        mine = [k for k, (kind, _) in enumerate(kinds) if kind == s.kind]
         rng = np.random.default_rng([SEED, number])
-        smooth = {name: self.smooth(name) for name in self.feeding(s)}
-        drawn: list[list[np.ndarray]] = [[] for _ in mine]
-        for _ in range(1 if self.driven else DRAWS):
-            recording = self._noisy(known, smooth, rng)
-            apart = self._processed(recording, s) - self._processed(self.recording, s)
-            if self.driven:
-                apart = apart - self._answer(recording)[:, mine]
-            for column, k, found in zip(apart.T, mine, drawn, strict=True):
-                found.append(column[e.counted[:, k] & np.isfinite(column)])
-        return [np.concatenate(found) for found in drawn]
+        smooth = {n: self.smooth(n) for s in e.outputs for n in self.feeding(s)}
+        plain = self._compared(self.recording)
+        drawn: list[list[np.ndarray]] = [[] for _ in e.channels]
+        for _ in range(SERVO_DRAWS if self.driven else DRAWS):
+            apart = self._compared(self._noisy(known, smooth, rng)) - plain
+            for column, counted, found in zip(apart.T, e.counted.T, drawn, strict=True):
+                found.append(column[counted & np.isfinite(column)])
+        return drawn
 
     def _noisy(
         self,
@@ -326,17 +344,13 @@ class _Route:
                 channels[name] = channels[name] + own
         return replace(self.recording, channels=channels)
 
-    def _processed(self, recording: Recording, s: Sensor) -> np.ndarray:
-        """(M, k) the measured output through the filters."""
-        y, _ = measured_outputs(self.experiment.model, recording, s)
-        return self.experiment.processing.apply(y, recording.sample_time)
-
-    def _answer(self, recording: Recording) -> np.ndarray:
-        """(M, k): by how much all predictions change when a servo follows other encoders."""
+    def _compared(self, recording: Recording) -> np.ndarray:
+        """(M, k): what is measured, less what the model answers where a servo leads it along."""
         e = self.experiment
-        predictions = []
-        for one in (recording, self.recording):
-            again = replace(e, recording=one, task=make_task(e.model, one))
-            motion = motion_of(again, self.numbers, self.values, SERVO_STEPS)
-            predictions.append(again.predicted(motion, self.numbers, self.values))
-        return predictions[0] - predictions[1]
+        columns = [measured_outputs(e.model, recording, s)[0] for s in e.outputs]
+        measured = e.processing.apply(np.hstack(columns), recording.sample_time)
+        if not self.driven:
+            return measured
+        again = replace(e, recording=recording, task=make_task(e.model, recording))
+        motion = motion_of(again, self.numbers, self.values, SERVO_STEPS)
+        return measured - again.predicted(motion, self.numbers, self.values)

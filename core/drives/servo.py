@@ -103,7 +103,8 @@ class Recorded(NamedTuple):
 class FollowingServo:
     """A drive together with a servo of double pole `hz` on the rigid inertia of each joint.
 
-    References: those of the drive, then the measured joint positions and velocities.
+    References: those of the drive as they were recorded, the same as what is smooth sees them
+    (`held`), then the measured joint positions and velocities.
     """
 
     base: Drive
@@ -123,7 +124,8 @@ class FollowingServo:
                 f'be replayed; use kind = "torque" with the recorded torque or current.'
             )
         place, speed = self.gains()
-        R = np.hstack([own.R, place - own.P[:, :joints], speed - own.V[:, :joints]])
+        unseen = np.zeros_like(own.R)
+        R = np.hstack([unseen, own.R, place - own.P[:, :joints], speed - own.V[:, :joints]])
         P, V = np.zeros((joints, arm.coordinates)), np.zeros((joints, arm.coordinates))
         P[:, :joints], V[:, :joints] = place, speed
         return static_law(R, P, V, interpolate=True)
@@ -142,12 +144,15 @@ class FollowingServo:
         return np.asarray(found)
 
     def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
-        """(N, nr + 2 joints)"""
-        place, speed = self.motion(recording, arm)
-        return np.hstack([self._drive_signals(recording, arm), place, speed])
+        """(N, 2 nr + 2 joints)"""
+        signals = self.base.signals(recording, arm)
+        return np.hstack([signals, held(signals), *self.motion(recording, arm)])
 
-    def _drive_signals(self, recording: Recording, arm: Arm) -> np.ndarray:
-        return held(self.base.signals(recording, arm))
+    def jumps(self, law: DriveLaw, references: np.ndarray) -> np.ndarray:
+        """(N, joints): torque that the drive holds from each sample to the next, of references
+        (N, 2 nr + 2 joints) and the servo's law; what its feedback adds is smooth."""
+        nr = (law.references - 2 * len(law.R)) // 2
+        return np.asarray(references[:, :nr] @ law.R[:, nr : 2 * nr].T)
 
     def seen_by_friction(self, place: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
         """Positions and speeds (N, joints) without the encoders' noise, which would turn the sign
@@ -184,7 +189,8 @@ class FollowingServo:
 
     def recorded(self, recording: Recording, arm: Arm) -> Recorded:
         """What was measured of drive and joints."""
-        return Recorded(self._drive_signals(recording, arm), *self.motion(recording, arm))
+        signals = held(self.base.signals(recording, arm))
+        return Recorded(signals, *self.motion(recording, arm))
 
     def recorded_torque(
         self, known: Recorded, arm: Arm, p: np.ndarray, values: Mapping[str, float]
