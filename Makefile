@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report study test long load fuzz bench blind matrix mujoco lint format clean chromium axe
+.PHONY: help run report study test long load fuzz bench evidence blind matrix mujoco lint format clean chromium axe
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -27,6 +27,7 @@ help:
 	@echo "make fuzz    1,500 damaged recordings, scenarios, archives and command lines (SEED=... for others),"
 	@echo "             then a table of all that was once open or fragile, tried again (TRIES=--quick)"
 	@echo "make bench   how fast and how exact it is on this machine"
+	@echo "make evidence  docs/evidence.md: published recordings, peers, speed; goes on where it stopped"
 	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
 	@echo "make matrix  480 plain scenarios of random rigs, some hours; goes on where it stopped"
 	@echo "make mujoco  the recordings of the independent engine in scenarios/mujoco, where they are missing"
@@ -46,6 +47,10 @@ study: $(VENV)/.installed
 
 bench: $(VENV)/.installed-test
 	@$(BIN)/flexgui bench
+
+# PARTS="emps peers": only these.
+evidence: $(VENV)/.installed-test
+	@$(BIN)/python -m tests.evidence $(PARTS)
 
 blind: $(VENV)/.installed-test
 	@$(BIN)/python -m core.study.blind

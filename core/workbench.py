@@ -42,6 +42,7 @@ from core.scenario.stated_effects import (
 from core.scenario.stated_effects import base_model as base_model
 from core.simulate.descriptor import descriptor
 from core.simulate.equations import equations
+from core.simulate.mechanism import mechanism
 
 MEAN_LABEL = "mean of the local fits"
 AS_STATED = "the stated values"
@@ -115,6 +116,7 @@ def run_scenario(
         arm_table=_arm_table(model),
         diagnosis=diagnosis,
         origins=_origins(setup.model, fits),
+        mechanism=mechanism(standing, values),
     )
 
 

@@ -59,6 +59,7 @@ RANKS = {
     "flexgui.server": 17.5,
     "flexgui.bench": 17.5,
     "flexgui.challenge": 17.5,
+    "flexgui.grade": 17.5,
     "flexgui.study": 17.5,
     "flexgui.library": 17.6,
     "flexgui.reference": 17.7,

@@ -19,6 +19,7 @@ from core.results.diagnosis import (
 )
 from core.results.identification import Estimate, Fit, Generation, Identifiability, Valley
 from core.results.maps import ErrorMap, ErrorMaps, ErrorOver, WorstCell
+from core.results.mechanism import Link, Mechanism, PresentEffect
 from core.results.outcome import Outcome
 
 __all__ = [
@@ -38,9 +39,12 @@ __all__ = [
     "JointMotion",
     "LadderStep",
     "LinearModel",
+    "Link",
+    "Mechanism",
     "MissingTorque",
     "Outcome",
     "PlannedExperiment",
+    "PresentEffect",
     "RankedEffect",
     "RecordingComparison",
     "Valley",

@@ -9,6 +9,7 @@ from core.results.comparison import RecordingComparison, Variant
 from core.results.description import DescriptorModel, Equation
 from core.results.diagnosis import Diagnosis
 from core.results.identification import Estimate, Fit
+from core.results.mechanism import Mechanism
 
 
 @dataclass(frozen=True)
@@ -34,3 +35,5 @@ class Outcome:
     """Name of an estimate -> arm, drive, sensor, or the id of the effect it belongs to."""
     as_given: tuple[Estimate, ...] = ()
     """Estimates of the first fit, where `fits` are of a model that has grown since."""
+    mechanism: Mechanism | None = None
+    """The arm of `model` in plain numbers; None where nobody stated it."""

@@ -24,20 +24,21 @@ _BLOCK = 2048
 """Bytes: shorter texts are filled up with blanks, or their length would tell how much is hidden."""
 
 
-def obfuscate(text: str, salt: str) -> str:
-    """The text obfuscated; the same text and salt give the same. Blanks at the end are lost."""
+def obfuscate(text: str, salt: str, head: str = HEAD) -> str:
+    """The text obfuscated below a line `head`; the same text and salt give the same. Blanks at the
+    end are lost."""
     own = hashlib.sha256(_PHRASE + salt.encode()).digest()[:_SALT]
     plain = text.encode()
     body = _mixed(plain.ljust(-(-len(plain) // _BLOCK) * _BLOCK), own)
     whole = base64.b64encode(own + _code(own, body) + body).decode()
-    return "\n".join([HEAD, *textwrap.wrap(whole, _WIDTH), ""])
+    return "\n".join([head, *textwrap.wrap(whole, _WIDTH), ""])
 
 
-def opened(sealed: str, source: str) -> str:
+def opened(sealed: str, source: str, head: str = HEAD) -> str:
     """What was obfuscated; InputError where it was changed. `source` names the file."""
-    broken = InputError(f"{source}: the seal is broken, so the truth in it cannot be trusted.")
-    head, _, rest = sealed.replace("\r\n", "\n").partition("\n")
-    if head.strip() != HEAD:
+    broken = InputError(f"{source}: the seal is broken, so what is in it cannot be trusted.")
+    first, _, rest = sealed.replace("\r\n", "\n").partition("\n")
+    if first.strip() != head:
         raise broken
     letters = "".join(rest.split())
     try:

@@ -13,7 +13,7 @@ from core.diagnosed import NAME as DIAGNOSED
 from core.errors import InputError
 from core.results import Outcome
 from flexgui.export.folder import INDEX, swap_in, work_folder
-from flexgui.export.model_files import as_json, write_mat
+from flexgui.export.formats import model_formats
 from flexgui.export.motion import Motion
 from flexgui.export.report import report_html
 from flexgui.export.result import result
@@ -69,8 +69,7 @@ def _write(
     (room / "tables").mkdir()
     for name, table in tables(outcome).items():
         _csv(table, room / "tables" / f"{name}.csv")
-    write_mat(outcome.model, room / "model.mat")
-    _text(room / "model.json", dumps(as_json(outcome.model)))
+    _models(outcome, room)
     _text(room / "scenario.toml", scenario_text)
     if diagnosed:
         _text(room / DIAGNOSED, diagnosed)
@@ -78,6 +77,16 @@ def _write(
     written = [path for path in room.rglob("*") if path.is_file()]
     files = sorted([path.relative_to(room).as_posix() for path in written] + [INDEX])
     _text(room / INDEX, dumps(result(outcome, files)))
+
+
+def _models(outcome: Outcome, room: Path) -> None:
+    """The model in every format that can hold it."""
+    for one in model_formats():
+        if one.unable(outcome):
+            continue
+        for name, content in one.files(outcome).items():
+            (room / name).parent.mkdir(parents=True, exist_ok=True)
+            (room / name).write_bytes(content)
 
 
 def _text(path: Path, text: str) -> None:

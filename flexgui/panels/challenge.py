@@ -15,6 +15,7 @@ from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.board import plain_name
 from flexgui.session.challenging import NONE_TITLE, Challenge, Revealed, ToolAnswer
 from flexgui.session.effects import titled
+from flexgui.session.hand_in import HandIn
 from flexgui.session.judging import Judged
 from flexgui.views.board import board_table
 from flexgui.views.doubt import validation_words
@@ -84,6 +85,10 @@ class ChallengeControls:
         self._change = widgets.button(
             desk, "Change my guess (it will be noted)", desk.session.change_guess
         )
+        self._take = widgets.button(
+            desk, "Hand in (file)", self._handed_in,
+            hint="Your guess, sealed, for whoever grades; it stays the same after Reveal.",
+        )  # fmt: skip
         self._truth, self._board = Words(gui), Words(gui)
 
     def _hidden(self) -> None:
@@ -107,6 +112,16 @@ class ChallengeControls:
         if self._name.visible and str(self._name.value).strip():
             session.nickname = plain_name(str(self._name.value))
         session.reveal(self._desk.services)
+
+    def _handed_in(self) -> None:
+        session, known = self._desk.session, self._desk.session.challenge
+        if known is None or not known.guesses:
+            return
+        name = session.nickname or plain_name(str(self._name.value))
+        given = HandIn(name, known.guesses, known.sealed, known.asked, known.changed)
+        content = given.text().encode()
+        self._desk.client.send_file_download(given.filename, content, save_immediately=True)
+        session.show_message(f"{given.filename} was sent to your browser.")
 
     def refresh(self) -> None:
         """Shows what can be done next."""
@@ -140,6 +155,7 @@ class ChallengeControls:
         self._nameless.show(paragraph(NAME_IT, "soft") if asks or nameless else "")
         self._name.visible, self._commit.visible = asks or nameless, asks
         self._reveal.visible = self._change.visible = stands
+        self._take.visible = known is not None and bool(known.guesses) and not known.changing
 
     def _state_of(self, known: Challenge) -> Markup:
         parts = [_state(known, self._desk.session.tool_asked)]

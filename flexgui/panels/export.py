@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
 from core.errors import InputError
-from flexgui.export.model_files import as_json, write_mat
-from flexgui.export.strict_json import dumps
+from flexgui.export.formats import model_formats
+from flexgui.export.model_format import ModelFormat
+from flexgui.export.zipped import zipped
 from flexgui.panels import widgets
 from flexgui.panels.panel import Panel
 from flexgui.panels.words import Words, joined, paragraph
@@ -51,12 +52,13 @@ class ExportPanel(Panel):
         wishes: dict[str, Callable[[], object]] = {
             "All tables (zip)": lambda: self._from_export("tables"),
             "Everything (zip)": lambda: self._from_export(""),
-            "Model for MATLAB (.mat)": self._save_mat,
-            "Model (.json)": self._save_json,
             "3-D playback (HTML)": self._save_playback,
         }
         for label, action in wishes.items():
             self._needs.append(widgets.button(desk, label, action))
+        for one in model_formats():
+            action = partial(self._save_model, one)
+            self._needs.append(widgets.button(desk, one.label, action, hint=one.hint))
         self._bar = desk.gui.add_progress_bar(100.0, visible=False, animated=True)
 
     def build_plots(self) -> None:
@@ -131,19 +133,19 @@ class ExportPanel(Panel):
 
         self.desk.session.report(self.desk.services, written)
 
-    def _save_mat(self) -> None:
+    def _save_model(self, one: ModelFormat) -> None:
         outcome = self.desk.session.outcome
         if outcome is None:
             return
-        with tempfile.TemporaryDirectory() as room:
-            path = Path(room) / "model.mat"
-            write_mat(outcome.model, path)
-            self._send(self._name("_model.mat"), path.read_bytes())
-
-    def _save_json(self) -> None:
-        outcome = self.desk.session.outcome
-        if outcome is not None:
-            self._send(self._name("_model.json"), dumps(as_json(outcome.model)).encode())
+        if refusal := one.unable(outcome):
+            self.desk.session.show_message(refusal, bad=True)
+            return
+        files = one.files(outcome)
+        first = Path(next(iter(files)))
+        if len(files) == 1:
+            self._send(self._name(f"_{first.name}"), files[str(first)])
+        else:
+            self._send(self._name(f"_{first.parent}.zip"), zipped(files))
 
     def _save_playback(self) -> None:
         session = self.desk.session

@@ -10,10 +10,8 @@ import logging
 import socket
 import threading
 from collections.abc import Callable, Iterator
-from types import SimpleNamespace
 from typing import Any
 
-import numpy.typing
 import viser
 import viser._assignable_props_api
 import websockets.asyncio.server as websocket_server
@@ -180,23 +178,6 @@ def let_threads_send(server: viser.ViserServer) -> None:
     @server._websock_server.on_client_connect
     def _(connection: infra.WebsockClientConnection) -> None:
         connection.get_message_buffer().message_event.__class__ = NewsEvent
-
-
-class KindsOfArrays:
-    """`numpy.typing.NDArray`, with each kind made once: viser makes four of them anew for every
-    property that is set, which took a fourteenth of an answer to a slider."""
-
-    def __init__(self) -> None:
-        self._known: dict[Any, Any] = {}
-
-    def __getitem__(self, kind: Any) -> Any:
-        found = self._known.get(kind)
-        if found is None:
-            found = self._known[kind] = numpy.typing.NDArray[kind]
-        return found
-
-
-viser._assignable_props_api.npt = SimpleNamespace(NDArray=KindsOfArrays())  # type: ignore[assignment]
 
 
 class _NoHandshakes(logging.Filter):

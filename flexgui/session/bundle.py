@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
 from pathlib import Path
 
 from core.diagnosed import diagnosed_toml
@@ -11,10 +9,8 @@ from core.results import Diagnosis
 from core.scenario.data_folder import Within
 from core.scenario.schema import Scenario
 from core.scenario.write import scenario_toml
+from flexgui.export.zipped import zipped
 from flexgui.session.uploads import safe_name
-
-NEVER = (1980, 1, 1, 0, 0, 0)
-"""No date inside: the same work gives the same bytes."""
 
 
 def scenario_file(scenario: Scenario, folder: Path) -> tuple[str, bytes]:
@@ -44,15 +40,6 @@ def recordings_of(scenario: Scenario, folder: Path) -> dict[str, bytes]:
     """file -> content of the scenario's recordings; InputError where one is none of the folder."""
     names = sorted({spec.file for spec in scenario.recordings if spec.file is not None})
     return {name: Within(folder).find(name).read_bytes() for name in names}
-
-
-def zipped(content: dict[str, bytes]) -> bytes:
-    """A zip of name -> bytes."""
-    room = io.BytesIO()
-    with zipfile.ZipFile(room, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, data in content.items():
-            archive.writestr(zipfile.ZipInfo(name, NEVER), data, zipfile.ZIP_DEFLATED)
-    return room.getvalue()
 
 
 def zipped_folder(folder: Path, beside: dict[str, bytes] | None = None) -> bytes:

@@ -18,7 +18,7 @@ PATHS = [ROOT / "core", ROOT / "flexgui", ROOT / "docs" / "examples"]
 FOUND_IN_FOLDERS = (
     "core/arm/joints", "core/check/checks", "core/drives", "core/effects", "core/excitation",
     "core/montecarlo/parts", "core/recording/readers", "core/sensors", "flexgui/panels",
-    "flexgui/views/of_recording",
+    "flexgui/export/formats", "flexgui/views/of_recording",
 )  # fmt: skip
 """Classes in these folders are plug-ins, found by walking them."""
 
@@ -37,9 +37,9 @@ PROTOCOLS = [
 
 READ_BY_NAME = {
     "camera_noise", "encoder_noise", "deflection_noise", "torque_noise", "rates_noise",
-    "warm_inputs",
+    "used_tool_first", "warm_inputs",
 }  # fmt: skip
-"""Settings that sensors name, and a task that its worker finds by its name."""
+"""Settings that sensors name, a column of a table, and a task that its worker finds by its name."""
 
 PUBLIC = {"compare_as_given", "to_control", "to_dataframe", "to_scipy"}
 """Of the library's results: for scripts and notebooks."""

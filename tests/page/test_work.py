@@ -98,6 +98,9 @@ def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Pat
     press(page, "Export")
     for name, ending in (("Scenario file", ".toml"), ("Report (HTML)", ".html"),
                          ("Model (.json)", ".json"), ("All tables (zip)", ".zip"),
+                         ("Model for MATLAB (.mat)", ".mat"), ("Model in C (.zip)", ".zip"),
+                         ("Model as FMU 3.0 (.fmu)", ".fmu"), ("Arm for MuJoCo (.xml)", ".xml"),
+                         ("Model for python-control (.py)", ".py"),
                          ("3-D playback (HTML)", ".html")):  # fmt: skip
         with page.expect_download() as download:
             press(page, name)

@@ -1,15 +1,30 @@
-"""The descriptor model for MATLAB, Octave or SciPy (.mat) and for everything else (.json)."""
+"""The descriptor model for MATLAB, Octave or SciPy (.mat)."""
 
 from __future__ import annotations
 
-from pathlib import Path
+import io
 from typing import Any
 
 import numpy as np
 from scipy.io import savemat
 
-from core.results import DescriptorModel
+from core.results import DescriptorModel, Outcome
+from flexgui.export.model_format import ModelFormat, linear_header
 from flexgui.views.matrices import factor
+
+
+class MatFile(ModelFormat):
+    """E0, E1, ..., A0, ..., B, C, D with names; version 5, read by MATLAB, Octave and SciPy."""
+
+    kind = "matlab"
+    label = "Model for MATLAB (.mat)"
+
+    def files(self, outcome: Outcome) -> dict[str, bytes]:
+        content = mat_content(outcome.model)
+        content["limits"] = "\n".join(linear_header(outcome, "the linear model"))
+        file = io.BytesIO()
+        savemat(file, content, oned_as="column")
+        return {"model.mat": file.getvalue()}
 
 
 def note(model: DescriptorModel) -> str:
@@ -27,11 +42,11 @@ def _sum(name: str, basis: tuple[str, ...]) -> str:
     )
 
 
-def write_mat(model: DescriptorModel, path: Path) -> None:
-    """E0, E1, ..., A0, ..., B, C, D with names; version 5, read by MATLAB, Octave and SciPy."""
+def mat_content(model: DescriptorModel) -> dict[str, Any]:
+    """Variable -> value."""
     terms = {f"E{k}": term for k, term in enumerate(model.E_terms)}
     terms |= {f"A{k}": term for k, term in enumerate(model.A_terms)}
-    content = terms | {
+    return terms | {
         "B": model.B,
         "C": model.C,
         "D": model.D,
@@ -42,7 +57,6 @@ def write_mat(model: DescriptorModel, path: Path) -> None:
         "outputs": _texts(model.outputs),
         "note": note(model),
     }
-    savemat(path, content, oned_as="column")
 
 
 def _texts(names: tuple[str, ...]) -> np.ndarray:
@@ -50,20 +64,3 @@ def _texts(names: tuple[str, ...]) -> np.ndarray:
     cells = np.empty(len(names), dtype=object)
     cells[:] = names
     return cells
-
-
-def as_json(model: DescriptorModel) -> dict[str, Any]:
-    """The same as plain lists."""
-    return {
-        "E_basis": model.basis,
-        "E_terms": model.E_terms,
-        "A_basis": model.A_basis,
-        "A_terms": model.A_terms,
-        "B": model.B,
-        "C": model.C,
-        "D": model.D,
-        "states": model.states,
-        "inputs": model.inputs,
-        "outputs": model.outputs,
-        "note": note(model),
-    }

@@ -1,0 +1,67 @@
+"""C code of the linear model: affine matrices over the posture, and an exact step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from core.results import Outcome
+from flexgui.export.basis import in_c, scheduled
+from flexgui.export.model_format import ModelFormat, linear_header
+
+FOLDER = "model_c"
+
+
+class CCode(ModelFormat):
+    """Two files of C99 that need nothing but the mathematical library."""
+
+    kind = "c_code"
+    label = "Model in C (.zip)"
+    hint = "Affine matrices and a step function, without allocation; C99."
+
+    def files(self, outcome: Outcome) -> dict[str, bytes]:
+        return {f"{FOLDER}/{name}": text.encode() for name, text in c_sources(outcome).items()}
+
+
+def c_sources(outcome: Outcome) -> dict[str, str]:
+    """File name -> text of flexmodel.h and flexmodel.c."""
+    model = outcome.model
+    names = scheduled((*model.basis, *model.A_basis))
+    values = {
+        "header": linear_header(outcome, "C code of the linear model"),
+        "states": model.states,
+        "inputs": model.inputs,
+        "outputs": model.outputs,
+        "scheduled": names,
+        "coordinates": sum(f"d{name}" in model.states for name in model.states),
+        "E_terms": [_numbers(term) for term in model.E_terms],
+        "A_terms": [_numbers(term) for term in model.A_terms],
+        "B": _numbers(model.B),
+        "C": _numbers(model.C),
+        "D": _numbers(model.D),
+        "E_basis": [in_c(text, names) for text in model.basis],
+        "A_basis": [in_c(text, names) for text in model.A_basis],
+    }
+    return {name: c_template(name, values) for name in ("flexmodel.h", "flexmodel.c")}
+
+
+def c_template(name: str, values: Mapping[str, object]) -> str:
+    """A C file from its template; what people wrote comes into it as plain lines only."""
+    return _templates().get_template(f"{name}.j2").render(values)
+
+
+@cache
+def _templates() -> Environment:
+    """C is no HTML: nothing is escaped."""
+    return Environment(
+        loader=PackageLoader("flexgui.export"), undefined=StrictUndefined,
+        keep_trailing_newline=True, autoescape=False,
+    )  # fmt: skip
+
+
+def _numbers(matrix: np.ndarray) -> str:
+    """Every digit, row by row."""
+    return ", ".join(repr(float(x)) for x in np.asarray(matrix).ravel())

@@ -1,0 +1,206 @@
+"""MJCF of the arm: each segment a chain of rigid bodies on elastic hinges.
+
+A uniform beam is cut into N equal pieces. Each bends in a hinge at its middle, of stiffness
+EI N / l; rigid slender bodies lie between, the first and the last of half the length. Compliance
+and frequencies approach the beam's with 1 / N^2.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from xml.etree import ElementTree
+
+from core.results import Link, Mechanism, Outcome
+from flexgui.export.chain import HINGES, Piece, chain_frequencies, pieces
+from flexgui.export.model_format import ModelFormat, header
+
+CARRIED = frozenset({"arm", "damping", "dry"})
+"""What an effect may act on to be in the file; of the drive, see `_drive_is_carried`."""
+
+STABLE = 0.5
+"""Share of the longest step, 2 / omega of the fastest vibration, at which MuJoCo's semi-implicit
+integrator is stable with springs: none of the chain's fast vibrations is of interest."""
+LONGEST_STEP = 1e-3
+"""s."""
+
+THICKNESS = 1e-3
+"""Share of a slender body's transverse inertia about its axis: nothing turns there, but MuJoCo
+refuses a zero."""
+POINT = 1e-9
+"""kg and kg m^2: MuJoCo refuses bodies that move without mass or inertia."""
+
+LIMITS = (
+    "Joints motor1, motor2, ...; site tip. Without a place in it: noise and delays of sensors, "
+    "references and controllers beyond a velocity loop, foreshortening beyond what a chain has.",
+    "Dry friction is one level at any speed (frictionloss). MuJoCo makes it a soft constraint, so "
+    "that a joint creeps a little where it should stick.",
+)
+
+
+class Mjcf(ModelFormat):
+    """For MuJoCo, and for tools that read its files."""
+
+    kind = "mjcf"
+    label = "Arm for MuJoCo (.xml)"
+    hint = "MJCF: the arm as chains of rigid bodies on elastic hinges."
+
+    def unable(self, outcome: Outcome) -> str:
+        if outcome.mechanism is None:
+            return "The arm of this result is not known; identify again."
+        return ""
+
+    def files(self, outcome: Outcome) -> dict[str, bytes]:
+        return {} if outcome.mechanism is None else {"model.xml": mjcf(outcome, outcome.mechanism)}
+
+
+def mjcf(outcome: Outcome, arm: Mechanism) -> bytes:
+    """Its text; the header compares the chain's first frequencies with the model's."""
+    root = ElementTree.Element("mujoco", model="arm")
+    about = "\n".join(["", *_header(outcome, arm), ""])
+    root.append(ElementTree.Comment(about))
+    ElementTree.SubElement(root, "compiler", angle="radian")
+    option = ElementTree.SubElement(
+        root, "option", timestep=repr(_step(arm)), integrator="implicitfast",
+        gravity=f"{arm.gravity[0]!r} {arm.gravity[1]!r} 0",
+    )  # fmt: skip
+    ElementTree.SubElement(option, "flag", contact="disable")
+    world = ElementTree.SubElement(root, "worldbody")
+    actuators = ElementTree.SubElement(root, "actuator")
+    ground = _ground(world, arm.base_stiffness)
+    place = _Place(ground, 0.0)
+    for k, link in enumerate(arm.links):
+        if link.on_ground:
+            place = _Place(ground, 0.0)
+        place = _add_link(place, link, k + 1)
+        _add_drive(actuators, link, k + 1)
+    ElementTree.SubElement(place.body, "site", name="tip", pos=_along(place.x))
+    ElementTree.indent(root)
+    text: bytes = ElementTree.tostring(root, encoding="utf-8")
+    return text + b"\n"
+
+
+class _Place:
+    """Where the next body hangs: x m along a body."""
+
+    def __init__(self, body: ElementTree.Element, x: float) -> None:
+        self.body, self.x = body, x
+
+
+def _ground(world: ElementTree.Element, stiffness: float | None) -> ElementTree.Element:
+    """The ground, or a weightless plate on springs."""
+    if stiffness is None:
+        return world
+    base = ElementTree.SubElement(world, "body", name="base")
+    _inertial(base, 0.0, POINT, POINT)
+    for axis in ("1 0 0", "0 1 0"):
+        ElementTree.SubElement(base, "joint", type="slide", axis=axis, stiffness=repr(stiffness))
+    return base
+
+
+def _add_link(place: _Place, link: Link, number: int) -> _Place:
+    """The bodies of a segment; the place of its end."""
+    for i, piece in enumerate(pieces(link)):
+        body = ElementTree.SubElement(place.body, "body", pos=_along(place.x))
+        if i == 0:
+            body.set("name", f"segment{number}")
+            _add_joints(body, link, number)
+        else:
+            _hinge(body, stiffness=piece.stiffness, damping=link.damping_time * piece.stiffness)
+        _inertial_of(body, piece)
+        place = _Place(body, piece.length)
+    if link.tip_mass or link.tip_inertia:
+        load = ElementTree.SubElement(place.body, "body", pos=_along(place.x))
+        _inertial(load, 0.0, link.tip_mass + POINT, link.tip_inertia + POINT)
+    return place
+
+
+def _add_joints(body: ElementTree.Element, link: Link, number: int) -> None:
+    """The motor's joint, and behind it the spring's where there is one."""
+    given = {
+        "armature": link.hub_inertia,
+        "damping": link.joint_damping,
+        "frictionloss": link.dry_friction,
+    }
+    moves = _motion(link)
+    _joint(body, {"name": f"motor{number}", **moves}, **given)
+    if link.joint_stiffness is not None:
+        _joint(body, {"name": f"spring{number}", **moves}, stiffness=link.joint_stiffness)
+
+
+def _motion(link: Link) -> dict[str, str]:
+    if link.joint == "revolute":
+        return {"type": "hinge", "axis": "0 0 1"}
+    axis = f"{math.cos(link.axis_angle)!r} {math.sin(link.axis_angle)!r} 0"
+    return {"type": "slide", "axis": axis}
+
+
+def _joint(body: ElementTree.Element, said: dict[str, str], **values: float) -> None:
+    """A joint with those values that are not zero."""
+    numbers = {key: repr(float(value)) for key, value in values.items() if value}
+    ElementTree.SubElement(body, "joint", {**said, **numbers})
+
+
+def _hinge(body: ElementTree.Element, **values: float) -> None:
+    _joint(body, {"type": "hinge", "axis": "0 0 1"}, **values)
+
+
+def _inertial_of(body: ElementTree.Element, piece: Piece) -> None:
+    _inertial(body, piece.length / 2.0, piece.mass, piece.mass * piece.length**2 / 12.0)
+
+
+def _inertial(body: ElementTree.Element, x: float, mass: float, transverse: float) -> None:
+    along = THICKNESS * transverse if x else transverse
+    ElementTree.SubElement(
+        body, "inertial", pos=_along(x), mass=repr(mass),
+        diaginertia=f"{along!r} {transverse!r} {transverse!r}",
+    )  # fmt: skip
+
+
+def _along(x: float) -> str:
+    return f"{x!r} 0 0"
+
+
+def _add_drive(actuators: ElementTree.Element, link: Link, number: int) -> None:
+    """A velocity loop where that is what drives the joint, else a torque; ctrl is its input."""
+    limits = {} if link.limit is None else {"forcerange": f"{-link.limit!r} {link.limit!r}"}
+    which = {"name": f"drive{number}", "joint": f"motor{number}"}
+    if link.gain is None:
+        ElementTree.SubElement(actuators, "motor", {**which, **limits})
+    else:
+        ElementTree.SubElement(actuators, "velocity", {**which, "kv": repr(link.gain), **limits})
+
+
+def _drive_is_carried(arm: Mechanism) -> bool:
+    """Whether the drives are what a velocity actuator with a limit is."""
+    return all(link.gain is not None for link in arm.links)
+
+
+def _step(arm: Mechanism) -> float:
+    """s, of the engine: 1, 2 or 5 times a power of ten, at which the chain is stable."""
+    fastest = max(chain_frequencies(arm, arm.posture), default=0.0)
+    longest = LONGEST_STEP if fastest == 0.0 else STABLE / (math.pi * fastest)
+    decade = math.floor(math.log10(min(longest, LONGEST_STEP)))
+    steps = (LONGEST_STEP, *(k * 10.0**decade for k in (5.0, 2.0, 1.0)))
+    return next(float(f"{step:.1g}") for step in steps if step <= longest)
+
+
+def _header(outcome: Outcome, arm: Mechanism) -> Sequence[str]:
+    acts = CARRIED | ({"drive"} if _drive_is_carried(arm) else set())
+    carried = [e for e in arm.effects if e.acts_on in acts]
+    what = f"MJCF of the arm, {HINGES} hinges per bending segment"
+    return header(outcome, what, carried, (*LIMITS, *_compared(arm)))
+
+
+def _compared(arm: Mechanism) -> list[str]:
+    """A line with the first frequencies of both, joints held."""
+    if not arm.frequencies:
+        return []
+    chain = chain_frequencies(arm, arm.posture)[: len(arm.frequencies)]
+    pairs = [f"{c:.4g} ({m:.4g})" for c, m in zip(chain, arm.frequencies, strict=False)]
+    posture = ", ".join(f"{x:.4g}" for x in arm.posture)
+    line = f"First frequencies of the chain (of the model) in Hz, joints held at ({posture}): "
+    return [
+        line + ", ".join(pairs) + ".",
+        "They differ where the model bends in fewer shapes than a beam: add bending modes to it.",
+    ]

@@ -1,0 +1,104 @@
+"""A script for python-control: the linear model at any posture, and a first look at it."""
+
+from __future__ import annotations
+
+import ast
+
+import numpy as np
+
+from core.results import DescriptorModel, Outcome
+from flexgui.export.basis import FUNCTIONS, scheduled
+from flexgui.export.model_format import ModelFormat, linear_header
+from flexgui.views.matrices import factor
+
+TEMPLATE = '''\
+"""
+{header}
+"""
+
+from math import cos, sin  # noqa: F401
+
+import control
+import numpy as np
+
+{matrices}
+
+STATES = {states}
+INPUTS = {inputs}
+OUTPUTS = {outputs}
+
+
+def system({arguments}):
+    """The linear model with the joints at these positions, in rad (m on a slide)."""
+    E = {E}
+    A = {A}
+    return control.ss(
+        np.linalg.solve(E, A), np.linalg.solve(E, B), C, D,
+        states=STATES, inputs=INPUTS, outputs=OUTPUTS,
+    )
+
+
+if __name__ == "__main__":
+    model = system()
+    print(f"{{len(STATES)}} states, inputs {{INPUTS}}, outputs {{OUTPUTS}}")
+    frequencies, damping, poles = control.damp(model, doprint=False)
+    for pole, frequency, ratio in zip(poles, frequencies, damping):
+        hertz = frequency / (2.0 * np.pi)
+        print(f"pole {{pole:.5g}} 1/s: {{hertz:.5g}} Hz, damping {{ratio:.4f}}")
+'''
+
+ELBOW = 1.5707963267948966
+"""rad, the default of each scheduled joint: an arm that is bent at a right angle."""
+
+
+class ControlScript(ModelFormat):
+    """Runs as it is where python-control is installed."""
+
+    kind = "python_control"
+    label = "Model for python-control (.py)"
+    hint = "A script: system(theta2) gives a state space; run alone it prints the poles."
+
+    def files(self, outcome: Outcome) -> dict[str, bytes]:
+        return {"model_control.py": script(outcome).encode()}
+
+
+def script(outcome: Outcome) -> str:
+    """Its text."""
+    model = outcome.model
+    names = scheduled((*model.basis, *model.A_basis))
+    return TEMPLATE.format(
+        header="\n".join(linear_header(outcome, "a script for python-control")).replace('"', "'"),
+        matrices="\n".join(_matrices(model)),
+        states=list(model.states),
+        inputs=list(model.inputs),
+        outputs=list(model.outputs),
+        arguments=", ".join(f"{name}={ELBOW!r}" for name in names),
+        E=_sum("E", model.basis),
+        A=_sum("A", model.A_basis),
+    )
+
+
+def _matrices(model: DescriptorModel) -> list[str]:
+    named = [(f"E{k}", term) for k, term in enumerate(model.E_terms)]
+    named += [(f"A{k}", term) for k, term in enumerate(model.A_terms)]
+    named += [("B", model.B), ("C", model.C), ("D", model.D)]
+    return [f"{name} = np.array({_rows(matrix)})" for name, matrix in named]
+
+
+def _rows(matrix: np.ndarray) -> str:
+    """Every digit, one row per line."""
+    rows = ",\n".join(f"    {[float(x) for x in row]}" for row in matrix)
+    return f"[\n{rows},\n]"
+
+
+def _sum(name: str, basis: tuple[str, ...]) -> str:
+    for function in basis:
+        _check(function)
+    return " + ".join(factor(f, f"{name}{k}", " * ") for k, f in enumerate(basis))
+
+
+def _check(function: str) -> None:
+    """A basis function goes into a program as it stands, so it holds nothing but arithmetic."""
+    calls = [n.func for n in ast.walk(ast.parse(function, mode="eval")) if isinstance(n, ast.Call)]
+    if any(not isinstance(f, ast.Name) or f.id not in FUNCTIONS for f in calls):
+        raise ValueError(f"{function!r} is no function of the posture")

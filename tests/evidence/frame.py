@@ -1,0 +1,184 @@
+"""Evidence in parts: each a file of `parts`, found by walking the folder, run case by case.
+
+A part is a module with
+
+- TITLE, ORDER (its place on the page) and FILES (recordings that it needs, not shipped),
+- CASES: name -> function of the data folder that returns plain values (JSON),
+- section(found): Markdown from case -> those values; cases that were not run are missing.
+
+One line of JSON per case; the same command goes on where it stopped. A part whose source has
+changed is run again.
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import importlib
+import json
+import platform
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from core.plugins import modules_of
+from core.resumable.journal import Journal
+from core.study.blind_run import kept, run_all
+
+PACKAGE = f"{__package__}.parts"
+HERE = Path(__file__).resolve().parent
+JOURNAL = Path("reports/evidence.jsonl")
+PAGE = HERE.parents[1] / "docs" / "evidence.md"
+
+PACKAGES = ("flexgui", "numpy", "scipy", "numba", "mujoco")
+
+HEAD = """# Evidence
+
+What FlexGUI finds, and how well, on recordings that others made and beside what others use. Every
+figure stands with the command that makes it; `make evidence` makes them all and goes on where it
+stopped. A part that was not run says so.
+"""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One piece of work of a part."""
+
+    part: str
+    what: str
+    source: str
+    """Digest of the part's code."""
+    folder: str
+    """Of the recordings that are not shipped."""
+
+    @property
+    def key(self) -> str:
+        return f"{self.part}/{self.what}/{self.source}"
+
+
+def parts() -> dict[str, ModuleType]:
+    """Name -> module, in the order of the page."""
+    found = {module.__name__.rpartition(".")[2]: module for module in modules_of(PACKAGE)}
+    return dict(sorted(found.items(), key=lambda item: item[1].ORDER))
+
+
+def digest(name: str) -> str:
+    """Of a part's file and of what stands beside the frame."""
+    files = [HERE / "parts" / f"{name}.py", *sorted(HERE.glob("*_rules.py"))]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:12]
+
+
+def missing(part: ModuleType, folder: Path | None) -> list[str]:
+    """Recordings that the part needs and that are not there."""
+    return [f for f in part.FILES if folder is None or not (folder / f).is_file()]
+
+
+def cases(names: Sequence[str], folder: Path | None) -> list[Case]:
+    """All cases of those parts that have what they need."""
+    known = parts()
+    able = [name for name in names if not missing(known[name], folder)]
+    place = "" if folder is None else str(folder)
+    return [Case(name, what, digest(name), place) for name in able for what in known[name].CASES]
+
+
+def answer_text(order: str) -> str:
+    """The record of the case that a worker is sent."""
+    case = Case(**json.loads(order))
+    return json.dumps(kept(case, run_case))
+
+
+def run_case(case: Case) -> dict[str, Any]:
+    """What the case found, with when and with what."""
+    clock = time.process_time()
+    module = importlib.import_module(f"{PACKAGE}.{case.part}")
+    work: Callable[[Path], Mapping[str, Any]] = module.CASES[case.what]
+    found = work(Path(case.folder))
+    return {
+        "key": case.key,
+        "found": found,
+        "seconds": round(time.process_time() - clock, 1),
+        "date": datetime.date.today().isoformat(),
+        "with": versions(),
+    }
+
+
+def versions() -> str:
+    """What computed it; the code of `core` by its digest."""
+    packages = [f"{name} {_version(name)}" for name in PACKAGES if _version(name)]
+    return ", ".join([f"Python {platform.python_version()}", *packages, f"core {core_digest()}"])
+
+
+@cache
+def core_digest() -> str:
+    """Of all its code."""
+    files = sorted((HERE.parents[1] / "core").rglob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:8]
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return ""
+
+
+def run(
+    names: Sequence[str],
+    folder: Path | None,
+    journal: Path = JOURNAL,
+    processes: int = 2,
+    told: Callable[[str], None] = print,
+) -> None:
+    """Runs what the journal does not hold yet."""
+    run_all(cases(names, folder), answer_text, journal, told, processes)
+
+
+def page(folder: Path | None, journal: Path = JOURNAL) -> str:
+    """docs/evidence.md of all that the journal holds."""
+    records = Journal(journal).records
+    sections = [_section(name, part, folder, records) for name, part in parts().items()]
+    return "\n\n".join(text.strip() for text in (HEAD, *sections)) + "\n"
+
+
+def _section(
+    name: str, part: ModuleType, folder: Path | None, records: Mapping[str, dict[str, Any]]
+) -> str:
+    source = digest(name)
+    mine = {what: records.get(f"{name}/{what}/{source}") for what in part.CASES}
+    done = {what: r for what, r in mine.items() if r is not None}
+    good = {what: r["found"] for what, r in done.items() if "found" in r}
+    lines = [f"## {part.TITLE}", f"`make evidence PARTS={name}`"]
+    absent = missing(part, folder)
+    if absent and not done:
+        lines.append(
+            f"Not run: it needs {', '.join(absent)}, which are not part of FlexGUI; set "
+            "FLEXGUI_DATA to the folder that holds them."
+        )
+    else:
+        lines += [f"Not run: {w}." for w in mine if w not in done]
+    lines += [f"Failed: {w}: {r['failed']}." for w, r in done.items() if "failed" in r]
+    lines += [part.section(good)] if good or not part.CASES else []
+    return "\n\n".join(lines + _dated([r for r in done.values() if "found" in r]))
+
+
+def _dated(records: Sequence[Mapping[str, Any]]) -> list[str]:
+    """When, with what, and how long it took; a line per set of versions."""
+    found = []
+    for used in sorted({r["with"] for r in records}):
+        same = [r for r in records if r["with"] == used]
+        days = sorted({r["date"] for r in same})
+        span = days[0] if len(days) == 1 else f"{days[0]} to {days[-1]}"
+        spent = sum(r["seconds"] for r in same)
+        found.append(f"*{span}; {used}; {spent:.0f} s of processor time.*")
+    return found
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """In Markdown; the first column is text, the others numbers."""
+    lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)

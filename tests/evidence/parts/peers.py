@@ -1,0 +1,63 @@
+"""What others would use, on equal data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from tests.evidence.emps_rules import ESTIMATED, JUDGED, inverse_model
+from tests.evidence.emps_rules import table as recording
+from tests.evidence.frame import table
+
+TITLE = "Peers on equal data"
+ORDER = 3
+FILES = (ESTIMATED, JUDGED)
+
+
+def least_squares_emps(folder: Path) -> dict[str, Any]:
+    """SciPy's linear least squares on the inverse model: what one writes for this slide by hand."""
+    found = {}
+    for name, signs in (("symmetric", False), ("asymmetric", True)):
+        X, force = inverse_model(recording(folder, ESTIMATED), signs)
+        values = lsq_linear(X, force).x
+        other, judged = inverse_model(recording(folder, JUDGED), signs)
+        found[name] = {
+            "values": values.tolist(),
+            "direct": _percent(force, X @ values),
+            "cross": _percent(judged, other @ values),
+        }
+    return found
+
+
+def _percent(measured: np.ndarray, modelled: np.ndarray) -> float:
+    return float(100.0 * np.linalg.norm(measured - modelled) / np.linalg.norm(measured))
+
+
+CASES = {"least_squares_emps": least_squares_emps}
+
+OPEN = (
+    "Not made yet: `mujoco.sysid` and PySINDy on the recordings of the independent engine, SciPy "
+    "and lmfit over CVODES, and subspace models interpolated over θ2. `flexgui bench` holds a "
+    "comparison with SciPy over CVODES for one fit; `flexgui study` holds interpolated subspace "
+    "models of an earlier make."
+)
+
+
+def section(found: Mapping[str, Any]) -> str:
+    """Markdown."""
+    texts = []
+    if "least_squares_emps" in found:
+        rows = [[name, f"{one['direct']:.2f} %", f"{one['cross']:.2f} %"]
+                for name, one in found["least_squares_emps"].items()]  # fmt: skip
+        texts += [
+            "**EMPS by SciPy** (`lsq_linear` on the inverse model: mass, viscous and Coulomb "
+            "friction, and an offset or an asymmetry that somebody has to think of). The same "
+            "filters and rules as above. It is as quick to compute; the friction is the sign of a "
+            "filtered velocity, where ours is simulated.",
+            table(("friction", "direct", "judged on the pulses"), rows),
+        ]
+    return "\n\n".join([*texts, OPEN])

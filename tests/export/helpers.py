@@ -1,0 +1,26 @@
+"""Outcomes of real models, without a run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.model import Model
+from core.results import Outcome
+from core.simulate.descriptor import descriptor
+from core.simulate.mechanism import mechanism
+
+
+def outcome_of(model: Model, title: str = "A test") -> Outcome:
+    """What an export of this model is made from."""
+    values = dict(model.effect_values)
+    return Outcome(
+        title, "glocal", "lpv", (), (), descriptor(model, model.numbers(values)), (),
+        mechanism=mechanism(model, values),
+    )  # fmt: skip
+
+
+def inputs(samples: int, count: int, seed: int = 5) -> np.ndarray:
+    """(samples, count) random steps, held ten samples each."""
+    rng = np.random.default_rng(seed)
+    steps = rng.choice([-0.3, 0.3], (samples // 10 + 1, count))
+    return np.repeat(steps, 10, axis=0)[:samples]

@@ -1,0 +1,165 @@
+"""The exported C code, compiled and stepped, against our own simulation of the linear model."""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.model import Model
+from core.results import Outcome
+from core.simulate.linear import respond
+from core.simulate.motion import Task
+from core.simulate.postures import midpoints
+from flexgui.export.basis import in_c, scheduled
+from flexgui.export.c_compiler import compiler
+from flexgui.export.formats.c_code import FOLDER, CCode, c_sources
+from tests.export.arms import MODELS
+from tests.export.helpers import inputs, outcome_of
+from tests.helpers import looped, relative_to_largest, straight
+
+SAME = 1e-12
+"""Relative to the largest value of each output: two implementations of the same exact step."""
+
+SAMPLES, STEP = 2000, 1e-3
+
+STRICT = ("-std=c99", "-O2", "-Wall", "-Wextra", "-pedantic", "-Werror", "-ffp-contract=off")
+
+needs_compiler = pytest.mark.skipif(
+    compiler() is None, reason="there is no C compiler (cc, gcc or clang) on this machine"
+)
+
+
+def library(outcome: Outcome, room: Path) -> ctypes.CDLL:
+    for name, text in c_sources(outcome).items():
+        (room / name).write_text(text, encoding="utf-8")
+    order = [str(compiler()), *STRICT, "-shared", "-fPIC", "-o", "model.so", "flexmodel.c", "-lm"]
+    subprocess.run(order, cwd=room, check=True)
+    return ctypes.CDLL(str(room / "model.so"))
+
+
+def doubles(values: np.ndarray):  # type: ignore[no-untyped-def]
+    return np.ascontiguousarray(values, float).ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def stepped(
+    outcome: Outcome, room: Path, start: np.ndarray, postures: np.ndarray, u: np.ndarray
+) -> np.ndarray:
+    """(N, ny) outputs; the struct of the header is doubles from its first to its last member."""
+    code, model = library(outcome, room), outcome.model
+    nx, nu = len(model.states), len(model.inputs)
+    memory = np.zeros(nx + 1 + max(postures.shape[1], 1) + nx * nx + nx * nu)
+    code.flexmodel_init(doubles(memory))
+    memory[:nx] = start
+    y = np.zeros((len(u), len(model.outputs)))
+    for i, held in enumerate(u):
+        code.flexmodel_output(doubles(memory), doubles(held), doubles(y[i]))
+        failed = code.flexmodel_advance(
+            doubles(memory), doubles(postures[i]), doubles(held), ctypes.c_double(STEP)
+        )
+        assert not failed
+    return y
+
+
+def schedule(model: Model, sweeps: bool) -> np.ndarray:
+    """(SAMPLES, n): a posture, or a motion about it by half a radian."""
+    rest = straight(np.linspace(0.5, 1.3, model.arm.joints), model.arm)
+    rows = np.repeat(rest[None], SAMPLES, axis=0)
+    if sweeps:
+        swing = 0.5 * np.sin(3.0 * STEP * np.arange(SAMPLES))
+        rows[:, : model.arm.joints] += swing[:, None]
+    return rows
+
+
+@needs_compiler
+@pytest.mark.parametrize("sweeps", [False, True], ids=["at a posture", "along a sweep"])
+@pytest.mark.parametrize("name", MODELS)
+def test_the_step_is_that_of_our_own_simulation(name: str, sweeps: bool, tmp_path: Path) -> None:
+    model = MODELS[name]
+    outcome, rows = outcome_of(model), schedule(model, sweeps)
+    u = inputs(SAMPLES, len(outcome.model.inputs))
+    start = np.zeros(len(outcome.model.states))
+    start[: model.arm.joints] = rows[0, : model.arm.joints]
+    held = rows if sweeps else rows[:1]
+    ours = respond(model, [model.numbers()], [Task(STEP * np.arange(SAMPLES), u, start, held)])[0]
+    names = scheduled((*outcome.model.basis, *outcome.model.A_basis))
+    which = [model.arm.coordinate_names.index(n) for n in names]
+    y = stepped(outcome, tmp_path, start, midpoints(rows)[:, which], u)
+    own_states = outcome.model.C[:, 2 * model.arm.coordinates :]
+    expected = np.hstack([ours.q, ours.v]) @ outcome.model.C[:, : -own_states.shape[1] or None].T
+    if own_states.any():  # torques of a drive with states of its own are not in q and q'
+        kept = ~own_states.any(axis=1)
+        y, expected = y[:, kept], expected[:, kept]
+        direct = outcome.model.D[kept]
+    else:
+        direct = outcome.model.D
+    expected = expected + u @ direct.T
+    for one, other in zip(y.T, expected.T, strict=True):
+        assert relative_to_largest(one, other) < SAME
+
+
+@needs_compiler
+def test_the_matrices_are_made_once_for_a_posture(tmp_path: Path) -> None:
+    """What lies after the states in the struct stays where posture and step stay."""
+    outcome = outcome_of(MODELS["loop 1-1"])
+    code, model = library(outcome, tmp_path), outcome.model
+    nx, nu = len(model.states), len(model.inputs)
+    memory, u = np.zeros(nx + 2 + nx * nx + nx * nu), np.ones(nu)
+    for expected_change, theta in ((True, 0.4), (False, 0.4), (True, 0.5)):
+        before = memory[nx:].copy()
+        code.flexmodel_advance(
+            doubles(memory), doubles(np.array([theta])), doubles(u), ctypes.c_double(STEP)
+        )
+        assert (not np.array_equal(before, memory[nx:])) == expected_change
+
+
+def test_no_memory_is_allocated_and_nothing_is_global() -> None:
+    text = c_sources(outcome_of(MODELS["loop 2-2"]))["flexmodel.c"]
+    assert not [word for word in ("malloc", "calloc", "alloca", "stdlib") if word in text]
+    lines = [line for line in text.splitlines() if line.startswith("static ") and "(" not in line]
+    assert lines
+    assert all(line.startswith("static const") for line in lines)
+
+
+def test_a_title_cannot_leave_its_comment() -> None:
+    outcome = outcome_of(MODELS["loop 1-1"], title='evil */ int main(){} /* \n#include "x" \\')
+    header = c_sources(outcome)["flexmodel.h"]
+    comment = header[: header.index("#ifndef FLEXMODEL_H")].rstrip()
+    assert comment.startswith("/*")
+    assert comment.find("*/") == len(comment) - 2
+
+
+def test_both_files_lie_in_one_folder() -> None:
+    files = CCode().files(outcome_of(MODELS["loop 1-1"]))
+    assert set(files) == {f"{FOLDER}/flexmodel.c", f"{FOLDER}/flexmodel.h"}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("1", "1.0"),
+        ("cos(theta2)", "cos(theta[1])"),
+        ("-sin(theta2 + theta3)", "(-sin((theta[1] + theta[2])))"),
+        ("0.5*theta1**2", "(0.5 * (theta[0]*theta[0]))"),
+    ],
+)
+def test_functions_of_the_posture_in_c(text: str, expected: str) -> None:
+    assert in_c(text, ("theta1", "theta2", "theta3")) == expected
+
+
+@pytest.mark.parametrize("text", ["system(1)", "theta9", "__import__('os')", "theta1**0.5"])
+def test_anything_else_is_no_function_of_the_posture(text: str) -> None:
+    with pytest.raises(ValueError, match="no C for"):
+        in_c(text, ("theta1",))
+
+
+Export = Callable[[Outcome], dict[str, str]]
+
+
+def test_the_same_model_gives_the_same_text() -> None:
+    model = looped(MODELS["loop 1-1"].arm)
+    assert c_sources(outcome_of(model)) == c_sources(outcome_of(model))

@@ -1,0 +1,179 @@
+"""The exported MJCF, built by MuJoCo: it vibrates, hangs and is driven like the model."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from core.effects import effect
+from core.model import Model
+from core.results import Outcome
+from core.simulate.posture import Posture, posture
+from flexgui.export.chain import chain_frequencies
+from flexgui.export.formats.mjcf import Mjcf
+from tests.export.arms import GRAVITY, MODELS
+from tests.export.helpers import outcome_of
+from tests.helpers import ARMS, chain, loaded, looped, with_modes
+
+mujoco = pytest.importorskip("mujoco", reason="MuJoCo is not installed: pip install mujoco")
+
+MODES = 0.01
+"""Relative: the required agreement of the first three frequencies, where the model bends in as
+many shapes as that takes."""
+POLES = 0.01
+"""Relative to its size: a pole of the closed loop, damping included."""
+TORQUE = 1e-6
+"""Relative: the weight of the points that MuJoCo needs, and nothing else."""
+
+EFFECTS = {
+    "viscous_friction": {"fv1": 2.0, "fv2": 0.7},
+    "coulomb_friction": {"fc1": 0.8, "fc2": 0.3},
+    "camera_delay": {"td": 0.004},
+    "tip_payload": {"mt2": 0.4},
+}
+
+
+def built(outcome: Outcome):  # type: ignore[no-untyped-def]
+    """Model and data of MuJoCo at the posture of the mechanism."""
+    model = mujoco.MjModel.from_xml_string(Mjcf().files(outcome)["model.xml"].decode())
+    data = mujoco.MjData(model)
+    assert outcome.mechanism is not None
+    for k, place in enumerate(outcome.mechanism.posture):
+        data.qpos[model.joint(f"motor{k + 1}").qposadr[0]] = place
+    mujoco.mj_forward(model, data)
+    return model, data
+
+
+def matrices(model, data) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # type: ignore[no-untyped-def]
+    """M, K, D (nv, nv) without gravity, the velocity loops in D."""
+    M = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, data, M)
+    K, D = np.diag(model.jnt_stiffness), np.diag(model.dof_damping)
+    for k in range(model.nu):
+        joint = model.actuator_trnid[k, 0]
+        D[joint, joint] -= model.actuator_biasprm[k, 2]
+    return M, K, D
+
+
+def motors(model) -> list[int]:  # type: ignore[no-untyped-def]
+    return [k for k in range(model.njnt) if model.joint(k).name.startswith("motor")]
+
+
+def at(model: Model, outcome: Outcome) -> Posture:
+    assert outcome.mechanism is not None
+    return posture(model, np.array(outcome.mechanism.posture))
+
+
+@pytest.mark.parametrize(
+    "arm",
+    [with_modes(3, 3), loaded(with_modes(3, 3)), chain(3, 3, 3), loaded(chain(3, 3, 3))],
+    ids=["the paper's", "loaded", "three segments", "three loaded segments"],
+)
+def test_the_first_three_frequencies_are_the_models(arm) -> None:  # type: ignore[no-untyped-def]
+    outcome = outcome_of(looped(arm, 20.0))
+    model, data = built(outcome)
+    M, K, _ = matrices(model, data)
+    held = [k for k in range(model.nv) if k not in motors(model)]
+    inside = np.ix_(held, held)
+    found = np.sqrt(scipy.linalg.eigh(K[inside], M[inside], eigvals_only=True)[:3]) / (2 * np.pi)
+    assert outcome.mechanism is not None
+    assert outcome.mechanism.frequencies == pytest.approx(found, rel=MODES)
+
+
+@pytest.mark.parametrize("name", ["1-1", "slide", "ground", "0-2-1", "one mode"])
+def test_the_frequencies_in_the_header_are_those_of_the_file(name: str) -> None:
+    outcome = outcome_of(looped(loaded(ARMS[name]), 20.0))
+    model, data = built(outcome)
+    M, K, _ = matrices(model, data)
+    held = [k for k in range(model.nv) if k not in motors(model)]
+    inside = np.ix_(held, held)
+    found = np.sqrt(scipy.linalg.eigh(K[inside], M[inside], eigvals_only=True)) / (2 * np.pi)
+    assert outcome.mechanism is not None
+    stated = chain_frequencies(outcome.mechanism, outcome.mechanism.posture)
+    assert stated[:3] == pytest.approx(found[:3], rel=1e-5)
+
+
+def damped(arm=None) -> Model:  # type: ignore[no-untyped-def]
+    """The loaded arm of three modes with friction, payload and soft joints."""
+    bare = looped(loaded(with_modes(3, 3)) if arm is None else arm)
+    kinds = [effect("viscous_friction"), effect("tip_payload"), effect("joint_elasticity")]
+    values = {**EFFECTS["viscous_friction"], **EFFECTS["tip_payload"]}
+    return bare.with_effects(kinds, values)
+
+
+def test_hubs_payload_soft_joints_damping_and_loops_give_the_same_poles() -> None:
+    model = damped()
+    outcome = outcome_of(model)
+    engine, data = built(outcome)
+    M, K, D = matrices(engine, data)
+    zero, one = np.zeros_like(M), np.eye(len(M))
+    theirs = scipy.linalg.eigvals(np.block([[zero, one], [-K, -D]]),
+                                  np.block([[one, zero], [zero, M]]))  # fmt: skip
+    ours = at(model, outcome).poles
+    swinging = sorted(ours[ours.imag > 1.0], key=abs)[:4]
+    for pole in swinging:
+        assert np.abs(theirs - pole).min() < POLES * abs(pole)
+
+
+def test_gravity_pulls_with_the_same_torque() -> None:
+    model = looped(loaded(with_modes(3, 3), GRAVITY))
+    outcome = outcome_of(model)
+    engine, data = built(outcome)
+    here = at(model, outcome)
+    zero = np.zeros(model.arm.coordinates)
+    _, force = model.compiled.mass_and_force(here.q, zero, here.numbers.p)
+    pulled = -data.qfrc_bias[motors(engine)]
+    assert pulled == pytest.approx(force[:2], rel=TORQUE)
+
+
+def test_limits_and_dry_friction_are_carried_and_the_delay_is_said_to_be_missing() -> None:
+    model = looped(ARMS["2-2"])
+    values = {name: x for sizes in EFFECTS.values() for name, x in sizes.items()}
+    model = model.with_effects([effect(kind) for kind in EFFECTS], values)
+    outcome = outcome_of(model)
+    text = Mjcf().files(outcome)["model.xml"].decode()
+    inside, outside = text.split("NOT in this file")
+    for title in ("Coulomb friction (fc1 = 0.8 N m, fc2 = 0.3 N m)", "Viscous", "payload"):
+        assert title in " ".join(inside.split())
+    assert "Camera delay (td = 0.004 s)" in " ".join(outside.split())
+    engine, _ = built(outcome)
+    assert list(engine.dof_frictionloss[motors(engine)]) == pytest.approx([0.8, 0.3])
+    assert list(engine.dof_damping[motors(engine)]) == pytest.approx([2.0, 0.7])
+
+
+def test_the_step_is_stable() -> None:
+    outcome = outcome_of(looped(loaded(with_modes(3, 3), GRAVITY)))
+    engine, data = built(outcome)
+    start = data.site("tip").xpos.copy()
+    mujoco.mj_step(engine, data, 500)
+    assert np.all(np.isfinite(data.qpos))
+    assert np.abs(data.site("tip").xpos - start).max() < 0.1
+
+
+@pytest.mark.parametrize("name", list(MODELS))
+def test_every_arm_is_built_by_the_engine(name: str) -> None:
+    model, _ = built(outcome_of(MODELS[name]))
+    assert len(motors(model)) == MODELS[name].arm.joints
+
+
+def test_an_elastic_base_is_one_for_all_that_stands_on_the_ground() -> None:
+    bare = looped(ARMS["ground"], 20.0)
+    model = bare.with_effects([effect("base_compliance")])
+    engine, _ = built(outcome_of(model))
+    slides = [k for k in range(engine.njnt) if engine.jnt_stiffness[k] and engine.jnt_type[k] == 2]
+    assert len(slides) == 2
+
+
+def test_without_a_mechanism_there_is_a_sentence() -> None:
+    outcome = replace(outcome_of(MODELS["torque"]), mechanism=None)
+    assert Mjcf().unable(outcome)
+
+
+def test_a_title_cannot_leave_its_comment() -> None:
+    outcome = outcome_of(MODELS["torque"], title="evil --> <worldbody/> --")
+    root = ElementTree.fromstring(Mjcf().files(outcome)["model.xml"])
+    assert [child.tag for child in root][-2:] == ["worldbody", "actuator"]
