@@ -43,6 +43,8 @@ class Sensor(ABC):
     primary: bool = False
     """Whether it measures something of its own: with the full equations it is compared unless the
     scenario says otherwise. What follows from other sensors, or drives the arm, does not."""
+    optional: bool = False
+    """Whether few rigs have it: it is simulated only where `[sensors]` states its noise."""
     columns: ClassVar[tuple[ChannelKind, ...]] = ()
     """Columns of a recording that it brings, beside those in core.recording.channels."""
 
