@@ -18,8 +18,8 @@ from core.workbench import base_model
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
 from flexgui.jobs.tasks.read_file import headers, length_and_rate
+from flexgui.session.checking import Checking
 from flexgui.session.columns import POINT, Waiting, waiting_again, waiting_for
-from flexgui.session.demonstrating import Demonstrating
 from flexgui.session.edit import Document, put, recording, thawed
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
@@ -39,7 +39,7 @@ class Arrived:
     """What was read."""
 
 
-class Uploading(Demonstrating, ABC):
+class Uploading(Checking, ABC):
     """At most one file waits for its columns; it is forgotten when another one comes."""
 
     def __init__(self, key: str, folder: Path) -> None:
@@ -151,6 +151,7 @@ class Uploading(Demonstrating, ABC):
         self.say(" ".join(one.words for one in arrived))
         self.set_cursor(recording=self.scenario.recordings[-1].name, time=0.0, playing=False)
         self.tell(Topic.RECORDINGS)
+        self.check_recordings()
         return True
 
     def bring_back(self) -> bool:
@@ -259,6 +260,7 @@ class Uploading(Demonstrating, ABC):
         if self.change(*edits):
             self.say(words)
             self.set_cursor(recording=name, time=0.0, playing=False)
+            self.check_recordings()
 
     def _arrive(self, one: Arrived) -> None:
         """Asks where recordings of another origin stand alone; a person's own stand together."""
@@ -282,7 +284,7 @@ class Uploading(Demonstrating, ABC):
 
 
 def _references(model: Model) -> tuple[str, ...]:
-    return tuple(model.drive.reference_channels(model.arm))
+    return tuple(model.drive.needed_channels(model.arm))
 
 
 def _named(channel: str) -> str:
