@@ -18,6 +18,7 @@ from flexgui.panels.findings import FindingList, said_of
 from flexgui.panels.one_recording import OneRecording
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
+from flexgui.panels.rig import RigChoice
 from flexgui.panels.uploads import upload_hint
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
@@ -49,6 +50,9 @@ class DataPanel(Panel):
         self._next = widgets.button(
             desk, "Next: identify", lambda: session.show("Identify"), prominent=True
         )
+        # At the top, where what a file asks for will stand.
+        with gui.add_folder("Use your own files"):
+            self._own_controls()
         self._choice = widgets.choice(
             desk, "Recording", self._names(), self._name, self._chosen, "Which one is shown."
         )
@@ -58,12 +62,11 @@ class DataPanel(Panel):
         self._columns = ColumnChoice(desk)
         with gui.add_folder("Simulate experiments"):
             self._simulate_controls()
-        with gui.add_folder("Use your own files"):
-            self._own_controls()
         self._list = Words(gui)
 
     def _own_controls(self) -> None:
         desk, gui = self.desk, self.desk.gui
+        self._rig = RigChoice(desk)
         self._upload = gui.add_upload_button(
             "Upload a recording or a scenario",
             hint=upload_hint(desk.services),
@@ -167,6 +170,7 @@ class DataPanel(Panel):
         self._one.refresh()
         self._arrived.refresh()
         self._columns.refresh()
+        self._rig.refresh()
         recording = session.recording
         if recording is None or names == (NONE,):
             self._about.show(paragraph(EMPTY, "soft"))

@@ -74,7 +74,7 @@ def _lead(session: Session, recording: str, count: int) -> str:
     if not session.was_looked_at(recording):
         return "Simulated by the model; the recordings from files were checked."
     if not count:
-        return "Nothing is wrong with this recording."
+        return "The check finds nothing wrong with this recording."
     return "One finding." if count == 1 else f"{count} findings."
 
 

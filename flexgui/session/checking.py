@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from core.check.finding import Finding
+from core.check.mending import mended_columns
 from core.errors import InputError
 from core.scenario.schema import Scenario
-from core.units import parse_header
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
 from flexgui.jobs.tasks.check import findings
@@ -113,32 +113,9 @@ def _laid_over(index: int, line: dict[str, Any]) -> Edit:
         table = document["recordings"][index]
         for key, value in line.items():
             if key == "columns":
-                value = _columns(table.get(key, {}), value)
+                value = mended_columns(table.get(key, {}), value)
             elif isinstance(value, dict):
                 value = {**table.get(key, {}), **value}
             table[key] = value
 
     return edit
-
-
-def _columns(before: Document, line: Document) -> Document:
-    """A column of the file keeps its unit, gain and sign, whichever channel it goes to; what the
-    line says of them comes on top, since the check saw the channel with them."""
-    entries = {c: _entry(entry) for c, entry in before.items()}
-    of_header = {parse_header(entry["name"])[0]: entry for entry in entries.values()}
-    after = dict(before)
-    for channel, value in line.items():
-        said = _entry(value)
-        known = of_header.get(parse_header(said["name"])[0], {"name": said["name"]})
-        name = said["name"] if parse_header(said["name"])[1] else known["name"]
-        factors = {
-            key: known.get(key, 1) * said.get(key, 1)
-            for key in ("gain", "sign")
-            if key in known or key in said
-        }
-        after[channel] = {"name": name, **factors}
-    return after
-
-
-def _entry(value: Any) -> Document:
-    return {"name": value} if isinstance(value, str) else dict(value)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
+import numpy as np
 from markupsafe import Markup
 
 from core.check.finding import Finding
+from core.recording.channels import is_channel
 from flexgui.views.names import channel_symbol
 from flexgui.views.sparkline import sparkline
 
@@ -49,7 +52,7 @@ def title_of(fault: str) -> str:
 def finding_words(one: Finding) -> Markup:
     """Title, picture and evidence."""
     head = Markup("<p><b>{}</b> {}</p>").format(title_of(one.fault), channel_symbol(one.channel))
-    evidence = Markup("<p class='soft'>{}</p>").format(one.evidence)
+    evidence = Markup("<p class='soft'>{}</p>").format(_with_symbols(one.evidence))
     return head + _picture(one) + evidence
 
 
@@ -58,7 +61,37 @@ def _picture(one: Finding) -> Markup:
     if found is None or len(found.time) < 2:
         return Markup("")
     title = f"{one.channel} over time"
-    return sparkline(found.time, found.shown, found.expected, SIZE, title)
+    shown, expected = _apart(found.shown, found.expected)
+    return sparkline(found.time, shown, expected, SIZE, title)
+
+
+FLAT = 0.1
+"""Share of the picture's height below which both curves are drawn as changes from their medians: a
+sign or a unit puts them so far apart that neither is seen to move."""
+
+
+def _apart(shown: np.ndarray, expected: np.ndarray | None) -> tuple[np.ndarray, np.ndarray | None]:
+    """Both as they are, or both without their medians."""
+    if expected is None or not np.isfinite(shown).any() or not np.isfinite(expected).any():
+        return shown, expected
+    both = [shown[np.isfinite(shown)], expected[np.isfinite(expected)]]
+    whole = float(np.ptp(np.concatenate(both)))
+    if max(float(np.ptp(x)) for x in both) >= FLAT * whole:
+        return shown, expected
+    return shown - np.median(both[0]), expected - np.median(both[1])
+
+
+def _with_symbols(sentence: str) -> str:
+    """Channels by their symbols: θ₁ for theta1, θ̇₁* for dtheta1_ref."""
+
+    def symbol(word: re.Match[str]) -> str:
+        name = word.group()
+        if not is_channel(name) or name == "t":
+            return name
+        star = "*" if name.endswith("_ref") else ""
+        return channel_symbol(name.removesuffix("_ref")) + star
+
+    return re.sub(r"[a-z_]+\d(?:_ref)?", symbol, sentence)
 
 
 def lines_applied(lines: Sequence[str]) -> Markup:
