@@ -28,6 +28,7 @@ from core.recording.channels import known_kinds
 from core.recording.spec import (
     CameraSpec,
     ColumnSpec,
+    GapsSpec,
     LoggerFilterSpec,
     RecordingSpec,
     SimulateSpec,
@@ -58,6 +59,7 @@ SECTIONS: tuple[tuple[str, type[BaseModel], str], ...] = (
     ("`[[recordings]]`", RecordingSpec, ""),
     ("`simulate` of a recording", SimulateSpec, ""),
     ("a column of `columns`", ColumnSpec, ""),
+    ("`gaps` of a recording", GapsSpec, '`gaps = {{ how = "interpolate", longest = 0.02 }}`'),
     ("`camera` of a recording", CameraSpec, ""),
     ("a filter of `logger_filter`", LoggerFilterSpec, ""),
     ("`[identify]`", IdentifySpec, ""),
