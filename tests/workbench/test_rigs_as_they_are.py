@@ -295,3 +295,36 @@ def test_what_a_held_rig_cannot_be_compared_in_is_refused(bench_rig: Path, outpu
         update={"output": (output,)})})  # fmt: skip
     with pytest.raises(InputError, match="knows no torque"):
         run_scenario(asked, folder=bench_rig)
+
+
+def test_a_run_with_another_friction_is_named(tmp_path: Path) -> None:
+    """The slide four times on the same references; in the third run the guide is stiffer."""
+    names = ("first", "second", "third", "fourth")
+    for seed, name in enumerate(names):
+        friction = 24.0 if name == "third" else 20.0
+        made = simulated(
+            SLIDE.format(
+                mass=95.0, drive='kind = "velocity_loop"\ngains = [900.0]', effects="",
+                parameters="", recording=REPEATED.format(friction=friction),
+            )
+        )  # fmt: skip
+        noise = 2e-6 * np.random.default_rng(seed).standard_normal(len(made.time))
+        kept = {n: made[n] for n in ("u1", "dtheta1_ref")}
+        channels = {**kept, "theta1": made["theta1"] + noise}
+        save_recording(replace(made, channels=channels), tmp_path / f"{name}.csv")
+    files = "\n[[recordings]]\n".join(f'file = "{name}.csv"' for name in names)
+    text = SLIDE.format(
+        mass=80.0, drive='kind = "torque"', parameters='"m1"', recording=files,
+        effects='{ id = "coulomb_friction", fc1 = 5.0 }',
+    )  # fmt: skip
+    text = text.replace('name = "rig"\n', "").replace("[identify]", '[identify]\nmethod = "local"')
+    notes = run_scenario(scenario(text), folder=tmp_path).notes
+    accused = [note for note in notes if note.startswith("Run ")]
+    assert len(accused) == 1 and accused[0].startswith("Run third differs in fc1 by +20 %")
+    assert any(note.startswith("m1 repeats to") for note in notes)
+
+
+REPEATED = """
+simulate = {{ seconds = 3.0, amplitude = 0.15, hold = 0.3, seed = 2 }}
+hidden = {{ coulomb_friction = {{ fc1 = {friction} }} }}
+"""
