@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from core.recording.channels import channel_kind
+from core.recording.channels import channel_kind, is_channel
 from core.units import is_unit, parse_header
 
 WORDS: dict[str, tuple[str, ...]] = {
@@ -126,8 +126,8 @@ def _kinds(parts: Sequence[str]) -> set[str]:
 
 
 def _score(channel: str, header: str, values: np.ndarray, first: int) -> float:
-    if parse_header(header)[0] == channel:
-        return 100.0
+    if is_channel(parse_header(header)[0]):  # it says itself what it is
+        return 100.0 if parse_header(header)[0] == channel else WRONG
     pattern, parts = channel_kind(channel).pattern, _parts(header)
     wants, has = MEANS.get(pattern, ()), _kinds(parts)
     if channel == "t":
