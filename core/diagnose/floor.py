@@ -18,27 +18,7 @@ from core.diagnose.repetition import repeated, scatter
 from core.identify.predictor import Motion
 from core.identify.prepared import Prepared
 
-DIFFERENCES = 3
-"""Order of the differences that leave noise and take away what is smooth."""
-
-NORMAL_MAD = 0.6744897501960817
-"""Median of |x| for a standard normal x."""
-
 REPETITION = "repetition"
-
-
-def noise_of(error: np.ndarray) -> float:
-    """Standard deviation of the white noise in one channel's unfiltered error (N,), robustly.
-
-    The differences of order d of white noise have the variance binomial(2 d, d) times its own;
-    the median is not moved by the few places where the motion itself jumps.
-    """
-    x = np.asarray(error)[np.isfinite(error)]
-    if len(x) <= 2 * DIFFERENCES:
-        return 0.0
-    d = np.diff(x, DIFFERENCES)
-    gain = np.sqrt(20.0)  # binomial(6, 3)
-    return float(np.median(np.abs(d)) / NORMAL_MAD / gain)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.diagnose.error_over import errors_over
-from core.diagnose.floor import noise_of
+from core.diagnose.sensor_noise import noise_of
 from core.results import (
     ChannelComparison,
     ErrorMap,

@@ -7,27 +7,36 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from core.arm.arm import Arm
 from core.diagnose.sensor_noise import (
     ESTIMATED,
     STATED,
     ColumnNoise,
     estimated,
     is_command,
+    noise_of,
     step_of,
     with_colour,
 )
+from core.diagnose.servo_noise import MissingTorque, levels
 from core.drives.servo import FollowingServo
 from core.identify.predictor import Motion, motion_of
 from core.identify.prepared import TORQUE, Prepared, make_task, measured_outputs
+from core.model import Numbers
 from core.recording.logger_filter import apply_logger_filter
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import Sensor, sensor, sensors
+from core.trajectory import Trajectory
 
 ENCODER = "encoder"
 
 DRAWS = 8
 """Of the noise per recording: with a filter of 10 Hz and one second the rms is good to a tenth."""
+
+SERVO_DRAWS = 6
+"""The same where a servo leads the joints, and each draw is a simulation: the encoders' noise
+shakes lightly damped links, and what one draw says of them scatters by a quarter."""
 
 SERVO_STEPS = 2
 """Per sample: both passes are alike, and only what the noise changes counts."""
@@ -54,24 +63,33 @@ def noise_in_outputs(
     """channel -> rms of its noise over all recordings, and its source; `without` some channels."""
     routes = [_Route(e, *m) for e, m in zip(experiments, motions, strict=True)]
     known = _columns(routes, stated)
-    squares: dict[str, list[np.ndarray]] = {}
+    drawn: dict[str, list[list[np.ndarray]]] = {}
     sources: dict[str, set[str]] = {}
     for i, route in enumerate(routes):
-        for s in route.experiment.outputs:
-            names = [c.name for c in s.channels(route.experiment.model.arm)]
-            if all(name in without for name in names):
-                continue
-            for name, found in zip(names, route.noise(s, known, i), strict=True):
-                squares.setdefault(name, []).append(found)
-                sources.setdefault(name, set()).update(
-                    known[c].source for c in route.feeding(s) if c in known
-                )
-    return {name: (_rms(parts), _source(sources[name])) for name, parts in squares.items()}
+        feeding = [(c.name, s) for s in route.outputs for c in s.channels(route.arm)]
+        if all(name in without for name, _ in feeding):
+            continue
+        for (name, s), found in zip(feeding, route.noise(known, i), strict=True):
+            drawn.setdefault(name, []).append(found)
+            columns = route.feeding(s)
+            sources.setdefault(name, set()).update(known[c].source for c in columns if c in known)
+    scatters = any(route.driven for route in routes)
+    return {
+        name: (_level_of(parts, scatters), _source(sources[name])) for name, parts in drawn.items()
+    }
 
 
-def _rms(parts: Sequence[np.ndarray]) -> float:
-    together = np.concatenate(parts)
-    return float(np.sqrt(np.mean(together**2))) if together.size else 0.0
+def _level_of(parts: Sequence[Sequence[np.ndarray]], scatters: bool) -> float:
+    """rms over all recordings of the draws of each; where it scatters from draw to draw, what a
+    draw exceeds in one of six cases.
+
+    The encoders' noise shakes lightly damped links, which then swing for the whole recording: long
+    recordings hold few independent values of such a noise.
+    """
+    each = np.array([np.sqrt(np.mean(np.concatenate(x) ** 2)) for x in zip(*parts, strict=True)])
+    each = np.nan_to_num(each)
+    level = float(np.sqrt(np.mean(each**2)))
+    return level + float(np.std(each, ddof=1)) if scatters else level
 
 
 def _source(found: Collection[str]) -> str:
@@ -81,8 +99,10 @@ def _source(found: Collection[str]) -> str:
 def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str, ColumnNoise]:
     """column -> its noise, for all columns that any output comes from."""
     wanted = dict.fromkeys(c for r in routes for s in r.experiment.outputs for c in r.feeding(s))
-    found = {}
+    found = _of_missing_torque(routes, wanted, stated)
     for name in wanted:
+        if name in found:
+            continue
         able = [r for r in routes if r.recording.has(name)]
         limit = min((r.logged_to(name) for r in able), default=np.pi)
         narrow = limit < NARROW
@@ -91,16 +111,50 @@ def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str,
         if any(r.commanded(name) for r in able):
             found[name] = ColumnNoise(0.0, source=ESTIMATED)
             continue
-        level = next((x for r in able if (x := r.stated(name, stated)) is not None), None)
+        level = _level(able, name, stated)
         if level is not None:
             plain = ColumnNoise(level, step=step)
             found[name] = plain if narrow else with_colour(plain, pieces, limit)
             continue
         seen = estimated(pieces, np.pi if narrow else limit) or ColumnNoise(0.0, source=ESTIMATED)
-        # What the steps make is seen too, where the sensor moves through many of them.
-        rest = max(seen.std**2 - step**2 / 12.0, 0.0)
-        found[name] = replace(seen, std=float(np.sqrt(rest)), step=step, after_logger=narrow)
+        found[name] = replace(_beside_steps(seen, step), after_logger=narrow)
     return found
+
+
+def _beside_steps(seen: ColumnNoise, step: float) -> ColumnNoise:
+    """Of all that is seen, what the steps do not make where the sensor moves through many."""
+    rest = max(seen.std**2 - step**2 / 12.0, 0.0)
+    return replace(seen, std=float(np.sqrt(rest)), step=step)
+
+
+def _level(routes: Sequence[_Route], name: str, stated: Mapping[str, float]) -> float | None:
+    return next((x for r in routes if (x := r.stated(name, stated)) is not None), None)
+
+
+def _of_missing_torque(
+    routes: Sequence[_Route], wanted: Collection[str], stated: Mapping[str, float]
+) -> dict[str, ColumnNoise]:
+    """column -> its noise, of the encoders that a virtual servo follows.
+
+    A torque that was measured makes a part of the high band, but is seen better in itself.
+    """
+    driven = [r for r in routes if r.driven]
+    names = [n for n in dict.fromkeys(n for r in driven for n in r.leading()) if n in wanted]
+    able = [r for r in driven if all(r.recording.has(n) for n in names)]
+    if not able or any(r.recording.logger_filters.get(n) for r in able for n in names):
+        return {}
+    steps = {n: min(step_of(r.recording[n]) for r in able) for n in names}
+    known = {
+        n: ColumnNoise(level, step=steps[n])
+        for n in names if (level := _level(able, n, stated)) is not None
+    }  # fmt: skip
+    units = {n: able[0].unit(n, steps[n]) for n in names}
+    missing = [MissingTorque(r.experiment, r.numbers, r.values) for r in able]
+    return {
+        n: _beside_steps(ColumnNoise(level, source=ESTIMATED), steps[n])
+        for n, level in levels(missing, names, known, units).items()
+        if n in able[0].places
+    }
 
 
 @dataclass(frozen=True)
@@ -108,13 +162,21 @@ class _Route:
     """From a recording's columns to the outputs of an experiment."""
 
     experiment: Prepared
-    trajectory: object
-    numbers: object
+    trajectory: Trajectory
+    numbers: Numbers
     values: Mapping[str, float]
 
     @property
     def recording(self) -> Recording:
         return self.experiment.recording
+
+    @property
+    def arm(self) -> Arm:
+        return self.experiment.model.arm
+
+    @property
+    def outputs(self) -> tuple[Sensor, ...]:
+        return self.experiment.outputs
 
     @property
     def driven(self) -> bool:
@@ -127,6 +189,24 @@ class _Route:
         assert isinstance(steering, FollowingServo)
         return steering
 
+    def leading(self) -> list[str]:
+        """The noisy columns of which the torque of a virtual servo is made."""
+        model = self.experiment.model
+        own = model.drive.reference_channels(model.arm)
+        return [*(n for n in own if n[0] in "ui" and not self.commanded(n)), *self.places]
+
+    @property
+    def places(self) -> list[str]:
+        """The columns of the encoders."""
+        return [f"theta{k + 1}" for k in range(self.experiment.model.arm.joints)]
+
+    def unit(self, name: str, step: float) -> float:
+        """A level of noise of a column that a model answers linearly; the column's own at most."""
+        if step:
+            return step / np.sqrt(12.0)
+        column = self.recording[name]
+        return noise_of(column) or 1e-9 * float(np.ptp(column)) or 1e-9
+
     def followed(self, s: Sensor) -> bool:
         """Whether the output is the torque of a virtual servo."""
         return s.kind == TORQUE and self.driven
@@ -134,7 +214,7 @@ class _Route:
     def feeding(self, s: Sensor) -> tuple[str, ...]:
         """The noisy columns that an output comes from; under a servo the encoders always."""
         model = self.experiment.model
-        joints = [f"theta{k + 1}" for k in range(model.arm.joints)] if self.driven else []
+        joints = self.places if self.driven else []
         if self.followed(s):
             own = [n for n in model.drive.reference_channels(model.arm) if n[0] in "ui"]
         elif s.direct(self.recording, model.arm):
@@ -160,7 +240,7 @@ class _Route:
         """N m per unit of a column that drives the arm."""
         model = self.experiment.model
         place = model.drive.reference_channels(model.arm).index(name)
-        law = model.drive.law(model.arm, self.trajectory.p, self.values)  # type: ignore[attr-defined]
+        law = model.drive.law(model.arm, self.trajectory.p, self.values)
         return float(np.abs(law.R[:, place]).max()) or 1.0
 
     def smooth(self, name: str) -> np.ndarray | None:
@@ -172,7 +252,7 @@ class _Route:
             names = [c.name for c in s.channels(arm)]
             if name not in names or (kind in ("y", "ydot") and not arm.two_revolute):
                 continue
-            y = np.array(s.measure(self.trajectory))  # type: ignore[arg-type]
+            y = np.array(s.measure(self.trajectory))
             if (
                 self.driven and kind == ENCODER
             ):  # the model's joints are the encoders', noise and all
@@ -185,7 +265,7 @@ class _Route:
         """(N,) of the torque that the measured motion needs, without the encoders' noise."""
         e, dt = self.experiment, self.recording.sample_time
         place = e.model.drive.reference_channels(e.model.arm).index(name)
-        read = e.sensed(sensor(TORQUE), self.trajectory, self.numbers, self.values)  # type: ignore[arg-type]
+        read = e.sensed(sensor(TORQUE), self.trajectory, self.numbers, self.values)
         torque = read[:, min(place, e.model.arm.joints - 1)]
         wide = min(WIDE_SERVO * self._steering.hz, 0.4 / dt)
         return ZeroPhaseLowPass(cutoff_hz=wide).apply(torque, dt) / self._constant(name)
@@ -237,22 +317,18 @@ class _Route:
         window = np.fft.rfft(x - x.mean())
         return np.fft.irfft(window / gain, len(x))
 
-    def noise(self, s: Sensor, known: Mapping[str, ColumnNoise], number: int) -> list[np.ndarray]:
-        """Per channel of an output the draws of its noise, of the samples that count."""
+    def noise(self, known: Mapping[str, ColumnNoise], number: int) -> list[list[np.ndarray]]:
+        """Per channel the draws of its noise, of the samples that count."""
         e = self.experiment
-        kinds = [(o.kind, c.name) for o in e.outputs for c in o.channels(e.model.arm)]
-        mine = [k for k, (kind, _) in enumerate(kinds) if kind == s.kind]
         rng = np.random.default_rng([SEED, number])
-        smooth = {name: self.smooth(name) for name in self.feeding(s)}
-        drawn: list[list[np.ndarray]] = [[] for _ in mine]
-        for _ in range(1 if self.driven else DRAWS):
-            recording = self._noisy(known, smooth, rng)
-            apart = self._processed(recording, s) - self._processed(self.recording, s)
-            if self.driven:
-                apart = apart - self._answer(recording)[:, mine]
-            for column, k, found in zip(apart.T, mine, drawn, strict=True):
-                found.append(column[e.counted[:, k] & np.isfinite(column)])
-        return [np.concatenate(found) for found in drawn]
+        smooth = {n: self.smooth(n) for s in e.outputs for n in self.feeding(s)}
+        plain = self._compared(self.recording)
+        drawn: list[list[np.ndarray]] = [[] for _ in e.channels]
+        for _ in range(SERVO_DRAWS if self.driven else DRAWS):
+            apart = self._compared(self._noisy(known, smooth, rng)) - plain
+            for column, counted, found in zip(apart.T, e.counted.T, drawn, strict=True):
+                found.append(column[counted & np.isfinite(column)])
+        return drawn
 
     def _noisy(
         self,
@@ -268,17 +344,13 @@ class _Route:
                 channels[name] = channels[name] + own
         return replace(self.recording, channels=channels)
 
-    def _processed(self, recording: Recording, s: Sensor) -> np.ndarray:
-        """(M, k) the measured output through the filters."""
-        y, _ = measured_outputs(self.experiment.model, recording, s)
-        return self.experiment.processing.apply(y, recording.sample_time)
-
-    def _answer(self, recording: Recording) -> np.ndarray:
-        """(M, k): by how much all predictions change when a servo follows other encoders."""
+    def _compared(self, recording: Recording) -> np.ndarray:
+        """(M, k): what is measured, less what the model answers where a servo leads it along."""
         e = self.experiment
-        predictions = []
-        for one in (recording, self.recording):
-            again = replace(e, recording=one, task=make_task(e.model, one))
-            motion = motion_of(again, self.numbers, self.values, SERVO_STEPS)  # type: ignore[arg-type]
-            predictions.append(again.predicted(motion, self.numbers, self.values))  # type: ignore[arg-type]
-        return predictions[0] - predictions[1]
+        columns = [measured_outputs(e.model, recording, s)[0] for s in e.outputs]
+        measured = e.processing.apply(np.hstack(columns), recording.sample_time)
+        if not self.driven:
+            return measured
+        again = replace(e, recording=recording, task=make_task(e.model, recording))
+        motion = motion_of(again, self.numbers, self.values, SERVO_STEPS)
+        return measured - again.predicted(motion, self.numbers, self.values)

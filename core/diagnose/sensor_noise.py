@@ -106,6 +106,27 @@ ROUNDING = 1e-12
 """Of the largest number: steps of floating point are no sensor's."""
 
 
+DIFFERENCES = 3
+"""Order of the differences that leave noise and take away what is smooth."""
+
+NORMAL_MAD = 0.6744897501960817
+"""Median of |x| for a standard normal x."""
+
+
+def noise_of(error: np.ndarray) -> float:
+    """Standard deviation of the white noise in one channel's unfiltered error (N,), robustly.
+
+    The differences of order d of white noise have the variance binomial(2 d, d) times its own;
+    the median is not moved by the few places where the motion itself jumps.
+    """
+    x = np.asarray(error)[np.isfinite(error)]
+    if len(x) <= 2 * DIFFERENCES:
+        return 0.0
+    d = np.diff(x, DIFFERENCES)
+    gain = np.sqrt(20.0)  # binomial(6, 3)
+    return float(np.median(np.abs(d)) / NORMAL_MAD / gain)
+
+
 class Spectrum(NamedTuple):
     """Periodogram ordinates, all above zero and below the Nyquist frequency."""
 
@@ -161,7 +182,7 @@ def estimated(pieces: Sequence[np.ndarray], angle_limit: float = np.pi) -> Colum
 
     `angle_limit` (rad per sample): above it a logger's filter has left nothing.
     """
-    s = _without_lines(spectrum(pieces))
+    s = without_lines(spectrum(pieces))
     low, high = _own_band(angle_limit)
     if np.sum((s.angle > low) & (s.angle < high)) < FEWEST_ORDINATES:
         return None
@@ -183,7 +204,7 @@ def with_colour(
     stated: ColumnNoise, pieces: Sequence[np.ndarray], angle_limit: float = np.pi
 ) -> ColumnNoise:
     """The stated level with the colour that the upper half of the spectrum shows."""
-    s = _without_lines(spectrum(pieces))
+    s = without_lines(spectrum(pieces))
     low, high = _own_band(angle_limit)
     chosen = (s.angle > low) & (s.angle < high)
     variance = stated.std**2 + stated.step**2 / 12.0
@@ -209,7 +230,7 @@ def _own_band(angle_limit: float) -> tuple[float, float]:
     return HIGH[0] * share, HIGH[1] * share
 
 
-def _without_lines(s: Spectrum) -> Spectrum:
+def without_lines(s: Spectrum) -> Spectrum:
     """Ordinates cut to LINE times the mean around them, which is the median over log 2."""
     if len(s.power) < FEWEST_ORDINATES:
         return s

@@ -28,6 +28,8 @@ class DriveLaw:
     limit: np.ndarray
     interpolate: bool = False
     """Whether references run straight between samples (a measured motion) or are held."""
+    held: int = 0
+    """How many of the last references are held even so."""
 
     @property
     def states(self) -> int:
@@ -37,6 +39,11 @@ class DriveLaw:
     def references(self) -> int:
         return int(self.R.shape[1])
 
+    @property
+    def straight(self) -> int:
+        """How many of the first references run straight between samples."""
+        return self.references - self.held if self.interpolate else 0
+
 
 def static_law(
     R: np.ndarray,
@@ -44,6 +51,7 @@ def static_law(
     V: np.ndarray,
     limit: np.ndarray | None = None,
     interpolate: bool = False,
+    held: int = 0,
 ) -> DriveLaw:
     """A law without states of its own."""
     joints, references = R.shape
@@ -59,4 +67,5 @@ def static_law(
         Fr=np.zeros((0, references)),
         limit=np.full(joints, np.inf) if limit is None else limit,
         interpolate=interpolate,
+        held=held,
     )

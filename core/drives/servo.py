@@ -86,6 +86,10 @@ def begins_at_rest(place: np.ndarray) -> bool:
     return bool(np.all(steps[0] <= small))
 
 
+LEAD = 2
+"""Samples at rest before a motion that begins at rest, so that a spline begins flat."""
+
+
 class Recorded(NamedTuple):
     """What a virtual servo's rig recorded: signals (N, nr) of the drive, and the joints' positions
     and speeds (N, joints)."""
@@ -99,7 +103,8 @@ class Recorded(NamedTuple):
 class FollowingServo:
     """A drive together with a servo of double pole `hz` on the rigid inertia of each joint.
 
-    References: those of the drive, then the measured joint positions and velocities.
+    References: those of the drive as they were recorded, the same as what is smooth sees them
+    (`held`), then the measured joint positions and velocities.
     """
 
     base: Drive
@@ -107,7 +112,7 @@ class FollowingServo:
     inertia: tuple[float, ...]
     """Diagonal of M at the joints, kg m^2; fixed, so that it does not move with the estimates."""
     smoothing: ZeroPhaseLowPass | None = None
-    """Filter of all that was measured, positions before they are differentiated."""
+    """Filter of the motion that friction sees; None: the servo's own response."""
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         """The drive's own feedback acts on the measured joints; the servo on the difference."""
@@ -119,7 +124,8 @@ class FollowingServo:
                 f'be replayed; use kind = "torque" with the recorded torque or current.'
             )
         place, speed = self.gains()
-        R = np.hstack([own.R, place - own.P[:, :joints], speed - own.V[:, :joints]])
+        unseen = np.zeros_like(own.R)
+        R = np.hstack([unseen, own.R, place - own.P[:, :joints], speed - own.V[:, :joints]])
         P, V = np.zeros((joints, arm.coordinates)), np.zeros((joints, arm.coordinates))
         P[:, :joints], V[:, :joints] = place, speed
         return static_law(R, P, V, interpolate=True)
@@ -138,41 +144,38 @@ class FollowingServo:
         return np.asarray(found)
 
     def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
-        """(N, nr + 2 joints)"""
-        place, speed = self.motion(recording, arm)
-        return np.hstack([self._drive_signals(recording, arm), place, speed])
+        """(N, 2 nr + 2 joints)"""
+        signals = self.base.signals(recording, arm)
+        return np.hstack([signals, held(signals), *self.motion(recording, arm)])
 
-    def _drive_signals(self, recording: Recording, arm: Arm) -> np.ndarray:
-        return self.smoothed(held(self.base.signals(recording, arm)), recording.sample_time)
+    def jumps(self, law: DriveLaw, references: np.ndarray) -> np.ndarray:
+        """(N, joints): torque that the drive holds from each sample to the next, of references
+        (N, 2 nr + 2 joints) and the servo's law; what its feedback adds is smooth."""
+        nr = (law.references - 2 * len(law.R)) // 2
+        return np.asarray(references[:, :nr] @ law.R[:, nr : 2 * nr].T)
 
-    def smoothed(self, columns: np.ndarray, dt: float) -> np.ndarray:
-        """(N, k), through the smoothing filter where there is one."""
-        if self.smoothing is None or not columns.shape[1]:
-            return columns
-        return np.column_stack([self.smoothing.apply(x, dt) for x in columns.T])
+    def seen_by_friction(self, place: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and speeds (N, joints) without the encoders' noise, which would turn the sign
+        of a friction wherever a joint rests."""
+        if self.smoothing is None:
+            smooth = self.response(place, dt)
+        else:
+            smooth = self.smoothing.apply_complete(place, dt)
+        return smooth, rates(smooth, dt)
 
     def motion(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray]:
-        """Measured joint positions and velocities (N, joints), smoothed where so chosen."""
+        """Measured joint positions and velocities (N, joints)."""
         place, before = self.places(recording, arm)
         whole = place if before is None else np.vstack([before, place])
         return place, rates(whole, recording.sample_time)[-len(place) :]
 
     def places(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray | None]:
-        """Measured joint positions (N, joints), smoothed where so chosen, and those of the time
-        before (L, joints) where the motion begins at rest.
-
-        A filter without phase answers before it is asked: the smoothed motion begins earlier than
-        the recording, and what bends begins with it.
-        """
-        dt = recording.sample_time
-        raw = np.column_stack([recording[f"theta{k + 1}"] for k in range(arm.joints)])
-        if not begins_at_rest(raw):
-            return self.smoothed(raw, dt), None
-        filtered = self.smoothing
-        lasts = 0.0 if filtered is None else 2.0 * filtered.order / (np.pi * filtered.cutoff_hz)
-        count = max(int(np.ceil(lasts / dt)), 2)
-        whole = self.smoothed(np.vstack([np.repeat(raw[:1], 2 * count, axis=0), raw]), dt)
-        return whole[2 * count :], whole[count : 2 * count]
+        """Measured joint positions (N, joints), and those of LEAD samples before where the motion
+        begins at rest."""
+        place = np.column_stack([recording[f"theta{k + 1}"] for k in range(arm.joints)])
+        if not begins_at_rest(place):
+            return place, None
+        return place, np.repeat(place[:1], LEAD, axis=0)
 
     def between_samples(self, place: np.ndarray, dt: float) -> np.ndarray:
         """(N, joints): by how much the servo's torque around a sample exceeds that at it.
@@ -185,8 +188,9 @@ class FollowingServo:
         return bend(place) @ self.gains()[0] + bend(rates(place, dt)) @ self.gains()[1]
 
     def recorded(self, recording: Recording, arm: Arm) -> Recorded:
-        """What was measured of drive and joints, smoothed where so chosen."""
-        return Recorded(self._drive_signals(recording, arm), *self.motion(recording, arm))
+        """What was measured of drive and joints."""
+        signals = held(self.base.signals(recording, arm))
+        return Recorded(signals, *self.motion(recording, arm))
 
     def recorded_torque(
         self, known: Recorded, arm: Arm, p: np.ndarray, values: Mapping[str, float]

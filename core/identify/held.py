@@ -76,8 +76,8 @@ def effects_in_steps(model: Model) -> tuple[Effect, ...]:
 def with_held(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
     """The motion with the torque that overcomes the forces at held joints as well.
 
-    Where the joints are prescribed, friction sees their motion through the servo's response: the
-    encoders' noise would turn its sign at rest.
+    Where the joints are prescribed, friction sees a smooth motion: the encoders' noise would turn
+    its sign at rest.
     """
     simulated = simulated_part(model, numbers)
     if simulated is numbers:
@@ -87,7 +87,7 @@ def with_held(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
     dt, joints = float(motion.time[1] - motion.time[0]), model.arm.joints
     place, speed = motion.q[:, :joints], motion.v[:, :joints]
     if is_prescribed(model, simulated):
-        place, speed = (joint_servo(model).response(x, dt) for x in (place, speed))
+        place, speed = joint_servo(model).seen_by_friction(place, dt)
     torque = motion.torque.copy()
     for e in sorted(elements, key=lambda one: one.law.loaded):  # losses see all other forces
         k = int(np.flatnonzero(e.directions[0])[0])

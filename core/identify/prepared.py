@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from core.drives.servo import FollowingServo, Recorded, rates
+from core.drives.servo import AT_ONCE, FollowingServo, Recorded, rates
 from core.errors import InputError
 from core.identify.held import simulated_part
 from core.identify.prescribed import is_prescribed
@@ -149,7 +149,7 @@ class Prepared:
         dt = self.recording.sample_time
         stated = steering.recorded_torque(self._recorded, arm, base.p, {})
         if is_prescribed(self.model, simulated_part(self.model, numbers)):
-            missing = steering.response(y - applied, dt)
+            missing = steering.response(_with_ends(y - applied), dt)
         else:
             place = self._place_at(values)[0][-len(y) :]
             missing = y + steering.between_samples(place, dt) - applied
@@ -168,6 +168,14 @@ class Prepared:
             y = np.interp(t - delay, t, y)
         logged = self.recording.logger_filters.get(name)
         return y if logged is None else apply_logger_filter(y, dt, logged)
+
+
+def _with_ends(x: np.ndarray) -> np.ndarray:
+    """(N, k) with both ends as the mean of their neighbours: they have no second difference, and
+    what the drive held before the first sample nobody knows. Filters go on from an end as it is,
+    and of second differences the noise of a mean is small."""
+    x[0], x[-1] = x[1 : 1 + AT_ONCE].mean(axis=0), x[-1 - AT_ONCE : -1].mean(axis=0)
+    return x
 
 
 def _in_stated_units(missing: np.ndarray, applied: np.ndarray, stated: np.ndarray) -> np.ndarray:
@@ -242,8 +250,6 @@ def measured_outputs(
         y = steering.recorded_torque(known, arm, model.numbers().p, {})
     else:
         y = np.array(sensor.measured(recording, arm))
-        if isinstance(steering, FollowingServo):  # as the joints that the model is led along
-            y = steering.smoothed(y, recording.sample_time)
     mask = np.isfinite(y)
     for k, name in enumerate(names):
         chosen = recording.counted.get(name)

@@ -2,9 +2,15 @@
 
 A virtual servo takes the joints along the encoders' signals, whatever the arm is. So the joints
 need no simulation: they move as the encoders say, and only what bends or twists beyond them is
-integrated, along a cubic spline through the encoders' places. The servo's stiffness, which grows as
-a joint's inertia shrinks, does not enter, and the steps need only resolve what the arm does by
-itself. Its response is a filter of the missing torque (core.identify.prepared).
+integrated. The servo's stiffness, which grows as a joint's inertia shrinks, does not enter, and the
+steps need only resolve what the arm does by itself. Its response is a filter of the missing torque
+(core.identify.prepared).
+
+Between the samples the joints move as the drive makes them: it holds a torque u from one sample to
+the next, so their acceleration jumps at the samples by S^-1 times the jump of u, where
+S = M_jj - M_je M_ee^-1 M_ej is what a joint weighs at once. That part is integrated twice, and what
+the encoders say beyond it is smooth: a cubic spline. Without the jumps, a spline through a motion
+that switches in every third period of a vibration drives that vibration by some per cent.
 
 The torque follows from M q'' - f = u, averaged over the two samples around each with the weight of
 a triangle: a second difference is that average of an acceleration, and the mean of two neighbours
@@ -23,6 +29,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, types
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import uniform_filter1d
 
 from core.arm.signatures import DYNAMICS, OPTIONS, TIP, matrix, vector
 from core.arm.slots import HUB_INERTIA, slot
@@ -39,9 +46,10 @@ HEAVY = 1e6
 """Times the arm's inertia at a joint: what the joints are given while the rest is simulated, so
 that the arm moves them by a millionth of what it would."""
 
-DRIFT_HZ = 5.0
+DRIFT_HZ = 0.1
 """Takes back what the integrated acceleration drifts from the prescribed motion; slow, since there
-is next to nothing to take back, and no step has to resolve it."""
+is next to nothing to take back, and between samples straight lines lie beside the curved speed: at
+5 Hz that alone made an acceleration of a hundredth."""
 
 
 def is_prescribed(model: Model, numbers: Numbers) -> bool:
@@ -62,19 +70,27 @@ def is_given(model: Model, numbers: Numbers) -> bool:
     return is_prescribed(model, numbers) and model.arm.coordinates == model.arm.joints
 
 
+AVERAGE = 32
+"""Samples over which a mean is taken off the held acceleration, so that its integral stays small
+beside the places; the mean runs straight between samples and makes no jump."""
+
+
 class Led(NamedTuple):
-    """A prescribed motion of the joints: places, speeds and accelerations (L + N, joints), of which
-    the first L = `lead` samples lie before the recording."""
+    """A prescribed motion of the joints, (L + N, joints) each, of which the first L = `lead`
+    samples lie before the recording."""
 
     place: np.ndarray
     speed: np.ndarray
-    acceleration: np.ndarray
+    straight: np.ndarray
+    """Part of the acceleration that runs straight between samples."""
+    held: np.ndarray
+    """Part that is held from each sample to the next."""
     lead: int
 
 
-def joint_motion(model: Model, task: Task) -> Led:
-    """Along a spline through what the encoders say; with the time before the recording where it
-    begins at rest and nothing is known of what the arm does at the first sample."""
+def joint_motion(model: Model, numbers: Numbers, task: Task) -> Led:
+    """Through what the encoders say; with the time before the recording where it begins at rest and
+    nothing is known of what the arm does at the first sample."""
     joints, n = model.arm.joints, model.arm.coordinates
     place = task.references[:, -2 * joints : -joints]
     known = np.any(task.start[joints:n]) or np.any(task.start[n + joints : 2 * n])
@@ -82,35 +98,71 @@ def joint_motion(model: Model, task: Task) -> Led:
     whole = np.vstack([task.before, place]) if lead and task.before is not None else place
     if not np.isfinite(whole).all():  # a simulation that goes astray is told as such
         nothing = np.full_like(whole, np.nan)
-        return Led(nothing, nothing, nothing, lead)
-    spline = CubicSpline(np.arange(len(whole)) * task.sample_time, whole, bc_type="natural")
-    return Led(whole, spline(spline.x, 1), spline(spline.x, 2), lead)
+        return Led(nothing, nothing, nothing, nothing, lead)
+    dt = task.sample_time
+    at_once = _held_acceleration(model, numbers, task, whole, lead)
+    mean = uniform_filter1d(at_once, AVERAGE, axis=0, mode="nearest")
+    place, speed = _integrated(at_once, mean, dt)
+    # At rest there is no acceleration; what it is at the other ends nobody knows.
+    begin = (2, mean[0] - at_once[0]) if lead else "not-a-knot"
+    spline = CubicSpline(np.arange(len(whole)) * dt, whole - place, bc_type=(begin, "not-a-knot"))
+    straight = spline(spline.x, 2) - mean
+    return Led(whole, spline(spline.x, 1) + speed, straight, at_once, lead)
+
+
+def _held_acceleration(
+    model: Model, numbers: Numbers, task: Task, place: np.ndarray, lead: int
+) -> np.ndarray:
+    """(L + N, joints): what the drive's torque does to the joints at once."""
+    joints, n = place.shape[1], model.arm.coordinates
+    torque = joint_servo(model).jumps(numbers.law, task.references)
+    if n == joints or not np.any(np.diff(torque, axis=0)) or not np.isfinite(torque).all():
+        return np.zeros_like(place)
+    q = np.zeros((len(torque), n))
+    q[:, :joints] = place[lead:]
+    found = _at_once(model.compiled.dynamics, q, numbers.p, np.ascontiguousarray(torque))
+    if not lead:
+        return found
+    # From rest: the first step says how much of the first torque made the joint move.
+    first = 2.0 * (place[lead + 1] - place[lead]) / task.sample_time**2
+    moves = np.clip(first, np.minimum(found[0], 0.0), np.maximum(found[0], 0.0))
+    return np.vstack([np.repeat((found[0] - moves)[None], lead, axis=0), found])
+
+
+def _integrated(held: np.ndarray, mean: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places and speeds (N, joints) of accelerations `held` (N, joints) minus `mean` (N, joints),
+    which runs straight between samples."""
+    a, b = held[:-1] - mean[:-1], held[:-1] - mean[1:]
+    nothing = np.zeros((1, held.shape[1]))
+    speed = np.vstack([nothing, np.cumsum(0.5 * (a + b) * dt, axis=0)])
+    steps = speed[:-1] * dt + (2.0 * a + b) * dt**2 / 6.0
+    return np.vstack([nothing, np.cumsum(steps, axis=0)]), speed
 
 
 def given_motion(model: Model, numbers: Numbers, task: Task) -> Trajectory:
     """The motion and torque of an arm that has no coordinate but its joints."""
-    motion = joint_motion(model, task)
+    motion = joint_motion(model, numbers, task)
     return _with_torque(model, numbers, task, motion.place, motion.speed, motion.lead)
 
 
 def prescribed_job(model: Model, numbers: Numbers, task: Task) -> Job:
     """The simulation of what the joints take along; its result has the joints' torque."""
     joints, n = model.arm.joints, model.arm.coordinates
-    motion = joint_motion(model, task)
+    motion = joint_motion(model, numbers, task)
     inertia = HEAVY * np.diag(joint_servo(model).inertia)
     w = 2.0 * np.pi * DRIFT_HZ
     P, V = np.zeros((joints, n)), np.zeros((joints, n))
     P[:, :joints], V[:, :joints] = w * w * inertia, 2.0 * w * inertia
-    R = np.hstack([P[:, :joints], V[:, :joints], inertia])
+    R = np.hstack([P[:, :joints], V[:, :joints], inertia, inertia])
     p = numbers.p.copy()
     p[[slot(k, HUB_INERTIA) for k in range(joints)]] += np.diag(inertia)
     start = task.start.copy()
     start[:joints], start[n : n + joints] = motion.place[0], motion.speed[0]
     led = replace(
         task, time=np.arange(len(motion.place)) * task.sample_time, start=start,
-        references=np.hstack(motion[:3]), before=None,
+        references=np.hstack(motion[:4]), before=None,
     )  # fmt: skip
-    law = static_law(R, P, V, interpolate=True)
+    law = static_law(R, P, V, interpolate=True, held=joints)
     finish = _finished(model, numbers, task, motion)
     return Job(model, numbers._replace(p=p, law=law), led, finish)
 
@@ -170,6 +222,24 @@ def _equations(dynamics, tip, q, v, p, given):  # type: ignore[no-untyped-def]
             see(tip, elements, q[t], v[t], p, x, xd, z, J)
             push(elements, x, xd, w, out, f[t], dw)
     return M, f
+
+
+@njit(matrix(DYNAMICS, matrix, vector, matrix), **OPTIONS)
+def _at_once(dynamics, q, p, torque):  # type: ignore[no-untyped-def]
+    """(N, nj) accelerations that torques (N, nj) cause at once at places q (N, n)."""
+    N, n = q.shape
+    nj = torque.shape[1]
+    M, f, still = np.empty((n, n)), np.empty(n), np.zeros(n)
+    found = np.empty((N, nj))
+    for t in range(N):
+        dynamics(q[t], still, p, M, f)
+        for i in range(n):
+            f[i] = torque[t, i] if i < nj else 0.0
+        factor_positive(M)
+        substitute_positive(M, f)
+        for i in range(nj):
+            found[t, i] = f[i]
+    return found
 
 
 @njit(matrix(cube, matrix, matrix), **OPTIONS)

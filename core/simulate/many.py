@@ -139,7 +139,7 @@ def _structure(job: Job, elements: ElementArrays) -> tuple[object, ...]:
         Structure.of(job.model.arm),
         law.states,
         law.references,
-        law.interpolate,
+        law.straight,
         *(
             tuple(part.ravel().tolist())
             for part in (
@@ -190,7 +190,7 @@ def _run_pass(
         length = rows.stop - rows.start
         states, torques, weak = integrate(
             arm.dynamics, arm.tip, p, law, implicit, elements,
-            _interleaved([r[rows] for r in references]), first.numbers.law.interpolate, start, dt,
+            _interleaved([r[rows] for r in references]), first.numbers.law.straight, start, dt,
             length, substeps, limited,
         )  # fmt: skip
         states, torques = states.reshape(length, -1, LANES), torques.reshape(length, -1, LANES)

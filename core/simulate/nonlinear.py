@@ -68,7 +68,7 @@ def run(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory
     for rows in stretches(len(references), substeps):
         states[rows], torque[rows] = integrate(
             model.compiled.dynamics, model.compiled.tip, p, arrays, parts, elements.packed(),
-            references[rows], law.interpolate, start, dt, substeps,
+            references[rows], law.straight, start, dt, substeps,
         )  # fmt: skip
         start = states[rows.stop - 1].copy()
     return Trajectory(

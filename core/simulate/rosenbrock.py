@@ -140,13 +140,16 @@ def solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq, kv, ks, kw): 
 
 @njit(
     types.Tuple((matrix, matrix))(
-        DYNAMICS, TIP, vector, LAW, IMPLICIT, ELEMENTS, matrix, types.boolean, vector,
+        DYNAMICS, TIP, vector, LAW, IMPLICIT, ELEMENTS, matrix, int64, vector,
         types.float64, int64,
     ),
     **OPTIONS,
 )  # fmt: skip
-def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, substeps):  # type: ignore[no-untyped-def]
-    """States (N, 2 n + ns + nw) and drive torques (N, nj) at the N samples of the references r."""
+def integrate(dynamics, tip, p, law, parts, given, r, straight, y0, dt, substeps):  # type: ignore[no-untyped-def]
+    """States (N, 2 n + ns + nw) and drive torques (N, nj) at the N samples of references r (N, nr).
+
+    The first `straight` references run straight between samples, the others are held.
+    """
     addresses, ports, states_of, values_of, _, _, tips, bristles, loads = given
     # The tip's directions and loads are written here, and other threads may run the same model.
     directions, values = given[4].copy(), given[5].copy()
@@ -194,9 +197,8 @@ def integrate(dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, subst
         write_row(torques, k, 0, u)
         if k == N - 1:
             break
-        if interpolate:
-            for i in range(slope.size):
-                slope[i] = (r[k + 1, i] - r[k, i]) / substeps
+        for i in range(straight):
+            slope[i] = (r[k + 1, i] - r[k, i]) / substeps
         for _ in range(substeps):
             combine(r1, r2, 0.0, slope)
             combine(r2, r1, 1.0, slope)

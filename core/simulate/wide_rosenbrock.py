@@ -150,16 +150,17 @@ def solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq, kv, ks, kw): 
 @njit(
     types.Tuple((matrix, matrix, matrix))(
         WIDE_DYNAMICS, WIDE_TIP, matrix, WIDE_LAW, WIDE_PARTS, WIDE_ELEMENTS, matrix,
-        types.boolean, matrix, matrix, int64, int64, types.boolean,
+        int64, matrix, matrix, int64, int64, types.boolean,
     ),
     **OPTIONS,
 )  # fmt: skip
 def integrate(  # type: ignore[no-untyped-def]
-    dynamics, tip, p, law, parts, given, r, interpolate, y0, dt, samples, substeps, limited,
+    dynamics, tip, p, law, parts, given, r, straight, y0, dt, samples, substeps, limited,
 ):  # fmt: skip
     """States (N (2 n + ns + nw), LANES), drive torques (N nj, LANES), and the weakest pivot (1,).
 
-    p (np, LANES); r (N nr, LANES); y0 (2 n + ns + nw, LANES); dt (1, LANES); `limited` says
+    p (np, LANES); r (N nr, LANES), the first `straight` of a row
+    run straight between samples; y0 (2 n + ns + nw, LANES); dt (1, LANES); `limited` says
     whether any drive has a limit.
     """
     addresses, ports, states_of, values_of, _, _, tips, bristles, loads = given
@@ -220,9 +221,8 @@ def integrate(  # type: ignore[no-untyped-def]
         write(torques, k * joints, u)
         if k == N - 1:
             break
-        if interpolate:
-            for i in range(nr):
-                put(slope, i, (get(r, (k + 1) * nr + i) - get(r, k * nr + i)) / substeps)
+        for i in range(straight):
+            put(slope, i, (get(r, (k + 1) * nr + i) - get(r, k * nr + i)) / substeps)
         for _ in range(substeps):
             copy(r1, r2)
             add(r2, r1, slope)

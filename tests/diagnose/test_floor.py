@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from core.arm.presets import presets
-from core.diagnose.floor import Floor, noise_of
-from core.diagnose.sensor_noise import is_command
+from core.diagnose.floor import Floor
+from core.diagnose.sensor_noise import is_command, noise_of
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.effects import effect

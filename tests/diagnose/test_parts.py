@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.diagnose.descent import Limits, descend
-from core.diagnose.floor import noise_of
 from core.diagnose.gram import explain, gram
 from core.diagnose.lines import line_of
+from core.diagnose.sensor_noise import noise_of
 from core.diagnose.whitening import fit_whitener, no_whitening
 
 ROUNDING = 1e-8

@@ -43,7 +43,7 @@ def shares(model: Model, task, substeps: int) -> np.ndarray:  # type: ignore[no-
     states, _ = integrate(
         model.compiled.dynamics, model.compiled.tip, numbers.p, arrays,
         implicit_parts(K, D, arrays, dt / substeps), packed.packed(), task.references,
-        numbers.law.interpolate, start, dt, substeps,
+        numbers.law.straight, start, dt, substeps,
     )  # fmt: skip
     return np.asarray(states[:, task.start.size :])
 

@@ -107,7 +107,8 @@ def test_one_step_per_sample_is_enough(kind: str, values: dict[str, float]) -> N
 
 def test_the_joints_go_where_the_servo_leads_them_whatever_rubs() -> None:
     e = led("viscous_friction", values={"fv1": 5.0, "fv2": 1.0}, hz=60.0)
-    place, speed, _, lead = joint_motion(e.model, e.task)
+    led_along = joint_motion(e.model, e.model.numbers(), e.task)
+    place, speed, lead = led_along.place, led_along.speed, led_along.lead
     found = motion(e)
     assert np.array_equal(found.joint_positions, place[lead:])
     assert np.array_equal(found.v[:, : BENCH.joints], speed[lead:])

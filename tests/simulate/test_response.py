@@ -104,11 +104,11 @@ def test_references_that_run_straight_are_as_scipy_interpolates_them() -> None:
     servo = FollowingServo(Torque(), hz=60.0, inertia=(4.0, 1.0))
     model = Model(arm, Torque(), steering=servo)
     numbers = model.numbers()
-    references = np.cumsum(levels(300, seed=5, nr=6), axis=0) * 0.01
+    references = np.cumsum(levels(300, seed=5, nr=8), axis=0) * 0.01
     task = task_from(model, start_of(model), references)
     motion = respond(model, [numbers], [task])[0]
     A, B = state_matrices(model, numbers, JOINTS)
-    system = (A, B, np.eye(8), np.zeros((8, 6)))
+    system = (A, B, np.eye(8), np.zeros((8, 8)))
     _, expected, _ = lsim(system, references, task.time, X0=task.start, interp=True)
     assert_same_motion(states_of(motion), expected, AGREEMENT)
 

@@ -1,0 +1,85 @@
+"""A light motor that switches faster than its link swings: nothing of it is left in the torque."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.arm.segment import Segment
+from core.diagnose.noise_route import noise_in_outputs
+from core.drives.servo import FollowingServo
+from core.drives.torque import Torque
+from core.identify.predictor import motion_of
+from core.identify.prepared import Prepared, Processing, prepare
+from core.model import Model
+from core.recording.recording import Recording
+from core.recording.velocity import ZeroPhaseLowPass
+from core.sensors import sensor
+from core.simulate.motion import Task, at_rest
+from core.simulate.nonlinear import simulate_within
+
+LINK = Arm(segments=(Segment(length=0.46, mass=3.5, EI=545.0, hub_inertia=0.04, modes=1),))
+STEP, SAMPLES, HOLD = 2e-3, 500, 5
+"""s; its vibration lasts ten samples, and the torque may switch in every fifth."""
+
+PROCESSING = Processing(ZeroPhaseLowPass(cutoff_hz=30.0))
+
+LEFT = 0.01
+"""Of the torque's rms; a spline that knew nothing of the jumps left 0.03, and a filter of the
+places before they are differentiated 0.2 near their ends."""
+
+COUNT = 1.2e-5
+"""rad, of an encoder of 2^19 steps"""
+
+FACTOR = 1.5
+"""Between noise floor and truth, as for all noise floors."""
+
+DRAWS = 10
+"""Of the encoder's steps: its link swings with them for the whole recording, so one may leave a
+third of what another does, and the noise floor is what few exceed."""
+
+
+def recording(count: float, turned: float = 0.0) -> Recording:
+    """`turned` by how much the encoder's marks lie elsewhere, in counts."""
+    rng = np.random.default_rng(5)
+    torque = 8.6 * np.repeat(rng.choice([-1.0, 1.0], SAMPLES // HOLD), HOLD)[:, None]
+    model = Model(LINK, Torque(), "nonlinear")
+    start = at_rest(np.array([-0.2]), LINK.coordinates)
+    task = Task(np.arange(SAMPLES) * STEP, torque, start, np.zeros((1, LINK.coordinates)))
+    place = simulate_within(model, model.numbers(), task, 1e-9).trajectory.joint_positions[:, 0]
+    place = count * (np.round(place / count + turned) - turned) if count else place
+    return Recording("r", task.time, {"u1": torque[:, 0], "theta1": place})
+
+
+def prepared(count: float, turned: float = 0.0) -> Prepared:
+    model = Model(LINK, Torque(), "nonlinear")
+    servo = FollowingServo(Torque(), 60.0, (0.29,), PROCESSING.filter)
+    return prepare(
+        model.steered_by(servo), recording(count, turned), [sensor("torque")], PROCESSING
+    )
+
+
+def missing(e: Prepared) -> np.ndarray:
+    """(M,) of the samples that count."""
+    numbers = e.model.numbers()
+    apart = e.predicted(motion_of(e, numbers, {}, 4), numbers, {}) - e.measured
+    return np.asarray(apart[e.counted])
+
+
+def rms(x: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(x**2)))
+
+
+def test_the_whole_model_leaves_nothing() -> None:
+    e = prepared(0.0)
+    assert rms(missing(e)) < LEFT * rms(e.measured)
+
+
+def test_the_noise_floor_is_what_the_encoder_leaves() -> None:
+    """What the encoder reads beyond a low-pass is motion; only the missing torque has it not."""
+    e = prepared(COUNT)
+    numbers = e.model.numbers()
+    floor, source = noise_in_outputs([e], [(motion_of(e, numbers, {}, 4), numbers, {})], {})["u1"]
+    assert source == "estimated"
+    true = [rms(missing(prepared(COUNT, turned))) for turned in np.linspace(0.0, 0.9, DRAWS)]
+    assert max(true) / FACTOR < floor < max(true) * FACTOR
