@@ -50,7 +50,7 @@ def _read(
 ) -> Recording:
     assert spec.file is not None
     path = resolve_file(spec.file, folder, data_folder)
-    required = model.drive.reference_channels(model.arm)
+    required = model.drive.needed_channels(model.arm)
     return load_recording(path, spec, required, joint_units(model.arm), progress)
 
 
@@ -61,7 +61,8 @@ def joint_units(arm: Arm) -> dict[str, str]:
         kind = joint(segment.joint)
         place = kind.coordinate_unit
         units |= {f"theta{k}": place, f"theta{k}_ref": place, f"dtheta{k}_ref": f"{place}/s"}
-        units[f"u{k}"] = kind.effort_unit
+        units |= {f"link_theta{k}": place}
+        units |= {f"u{k}": kind.effort_unit, f"known_torque{k}": kind.effort_unit}
     return units
 
 

@@ -15,6 +15,7 @@ from core.arm.build import build_arm
 from core.diagnose.diagnose import Options, diagnose
 from core.diagnose.level import AUTO, choose_level
 from core.diagnose.phrases import linear_line
+from core.diagnose.repeated_runs import notes_on_runs
 from core.diagnose.stated_noise import stated_noise
 from core.diagnosed import diagnosed_scenario
 from core.errors import InputError
@@ -112,7 +113,13 @@ def run_scenario(
         equations=equations(standing),
         variants=variants,
         seconds=clock.seconds,
-        notes=(*setup.notes, *_fit_notes(fits), *_error_notes(fits), *_warnings(recordings)),
+        notes=(
+            *setup.notes,
+            *_fit_notes(fits),
+            *notes_on_runs(fits),
+            *_error_notes(fits),
+            *_warnings(recordings),
+        ),
         arm_table=_arm_table(model),
         diagnosis=diagnosis,
         origins=_origins(setup.model, fits),

@@ -28,6 +28,7 @@ from core.recording.channels import known_kinds
 from core.recording.spec import (
     CameraSpec,
     ColumnSpec,
+    GapsSpec,
     LoggerFilterSpec,
     RecordingSpec,
     SimulateSpec,
@@ -59,6 +60,7 @@ SECTIONS: tuple[tuple[str, type[BaseModel], str], ...] = (
     ("`[[recordings]]`", RecordingSpec, ""),
     ("`simulate` of a recording", SimulateSpec, ""),
     ("a column of `columns`", ColumnSpec, ""),
+    ("`gaps` of a recording", GapsSpec, '`gaps = {{ how = "interpolate", longest = 0.02 }}`'),
     ("`camera` of a recording", CameraSpec, ""),
     ("a filter of `logger_filter`", LoggerFilterSpec, ""),
     ("`[identify]`", IdentifySpec, ""),
@@ -135,6 +137,12 @@ def _arm() -> Iterable[str]:
 def _drives() -> Iterable[str]:
     yield "## `[drive]`\n"
     yield "`kind` is one of the following; its settings stand beside it.\n"
+    yield (
+        "Where something else pushes a joint with a torque that is known (a second motor, a weight "
+        "on a string), `known_torque = [1]` beside them lists the joints, and the recordings have "
+        "columns `known_torque1` (N m, on a slide N), which are added to the drive's torque; their "
+        "scales `kx1` can be estimated.\n"
+    )
     for kind, drive in sorted(drive_classes().items()):
         yield f"### `{kind}`\n"
         yield f"{_doc(drive)}\n"
@@ -143,9 +151,9 @@ def _drives() -> Iterable[str]:
 
 
 def _references(drive: type[Drive]) -> str:
-    """Columns that drive an arm of two joints; no drive's settings but these change them."""
+    """Columns that an arm of two joints needs; no drive's settings but these change them."""
     arm = presets()["paper"]
-    names = drive.model_construct(torque_constants=None).reference_channels(arm)
+    names = drive.model_construct(torque_constants=None).needed_channels(arm)
     return ", ".join(f"`{name}`" for name in names)
 
 

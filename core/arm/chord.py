@@ -96,6 +96,11 @@ def rigid_angles(theta: np.ndarray, z: np.ndarray, l1: float, l2: float) -> np.n
 
 
 def rigid_rates(y: np.ndarray, tip_speed: np.ndarray, l1: float, l2: float) -> np.ndarray:
-    """y' (N, 2) = J(y)^-1 z' from the rigid arm's angles y and the tip's velocity (N, 2)."""
+    """y' (N, 2) = J(y)^-1 z' from the rigid arm's angles y and the tip's velocity (N, 2); NaN where
+    the arm is stretched or folded exactly, as an arm that starts at zero is."""
     J = rigid_jacobian(y, l1, l2)
-    return np.asarray(np.linalg.solve(J, tip_speed[:, :, None])[:, :, 0])
+    singular = np.linalg.det(J) == 0.0
+    J[singular] = np.eye(2)
+    rates = np.linalg.solve(J, tip_speed[:, :, None])[:, :, 0]
+    rates[singular] = np.nan
+    return np.asarray(rates)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from core.drives.drive import Drive, drive_classes
+from core.drives.known_torque import SETTING, with_known_torque
 from core.errors import InputError
 from core.sentences import did_you_mean
 from core.validation import validated
@@ -16,4 +17,6 @@ def build_drive(kind: str, options: Mapping[str, Any]) -> Drive:
     classes = drive_classes()
     if kind not in classes:
         raise InputError(f"[drive] kind {kind!r} is not known; {did_you_mean(kind, classes)}")
-    return validated(classes[kind], options, "[drive]", beside=("kind",))
+    own = {key: value for key, value in options.items() if key != SETTING}
+    drive = validated(classes[kind], own, "[drive]", beside=("kind", SETTING))
+    return with_known_torque(drive, options.get(SETTING, ()))

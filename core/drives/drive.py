@@ -37,6 +37,9 @@ class Drive(BaseModel):
     kind: ClassVar[str] = ""
     sliders: ClassVar[tuple[DriveSlider, ...]] = ()
     """What of it the page shows as sliders."""
+    torque_known: ClassVar[bool] = True
+    """Whether the torque follows from the recording; False: only what the joints take along can be
+    compared."""
 
     def check(self, arm: Arm) -> None:
         """InputError where the drive does not fit the arm."""
@@ -52,6 +55,15 @@ class Drive(BaseModel):
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         """The law for an arm with numbers p and the drive's parameters in `values`."""
         raise NotImplementedError
+
+    def needed_channels(self, arm: Arm) -> tuple[str, ...]:
+        """Columns without which a recording says nothing of a rig with this drive."""
+        return self.reference_channels(arm)
+
+    def holds_joints(self, law: DriveLaw) -> bool:
+        """Whether feedback keeps a simulation beside its recording; a torque that is only replayed
+        lets it drift away, and a virtual servo has to hold the joints."""
+        return bool(np.any(law.P) or np.any(law.V) or law.states)
 
     def latex(self) -> str:
         """The law as a formula, for display."""

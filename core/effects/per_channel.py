@@ -15,11 +15,16 @@ from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.replayed import torque_is_replayed
 from core.effects.sizes import typical
 
-LETTERS = {"encoder": "e", "deflection": "g", "torque": "u"}
-"""Kind of output -> the letter of its channels: encoders, gauges, currents. The camera has effects
-of its own."""
+LETTERS = {"encoder": "e", "deflection": "g", "torque": "u", "link_encoder": "l"}
+"""Kind of output -> the letter of its channels: encoders, gauges, currents, encoders on the links.
+The camera has effects of its own."""
 
-CALLED = {"encoder": "encoder", "deflection": "gauge", "torque": "the measured torque of motor"}
+CALLED = {
+    "encoder": "encoder",
+    "deflection": "gauge",
+    "torque": "the measured torque of motor",
+    "link_encoder": "link-side encoder",
+}
 
 MOST_JOINTS = 9
 

@@ -24,8 +24,9 @@ def visible_outputs(model: Model, recording: Recording, fitted: Sequence[Sensor]
     """The fitted outputs, then every other one that the recording holds."""
     shown = list(fitted)
     servo = isinstance(model.steering, FollowingServo)
+    torque = servo and model.drive.torque_known
     for kind, sensor in sensors().items():
-        known = servo if kind == "torque" else sensor.available(recording, model.arm)
+        known = torque if kind == "torque" else sensor.available(recording, model.arm)
         if sensor in shown or not known or (kind == "encoder" and servo):
             continue
         try:

@@ -234,8 +234,8 @@ def _inside(processing: Processing, N: int, dt: float) -> np.ndarray:
 
 
 def can_measure(model: Model, recording: Recording, sensor: Sensor) -> bool:
-    """Whether the recording tells an output; with a servo its torque is always known."""
-    servo = isinstance(model.steering, FollowingServo)
+    """Whether the recording tells an output; a servo knows the torque wherever the drive does."""
+    servo = isinstance(model.steering, FollowingServo) and model.drive.torque_known
     return (servo and sensor.kind == TORQUE) or sensor.available(recording, model.arm)
 
 

@@ -16,6 +16,8 @@ from core.scenario.schema import IdentifySpec
 from core.sensors import Sensor, sensor, sensors
 from core.simulate.motion import at_rest
 
+ENCODER = "encoder"
+
 PREFERENCE = ("ydot", "z", "deflection", "encoder")
 """Default output: the first that all estimation recordings have and that is defined there.
 ydot is the paper's stable output; y integrates, and z is right for any arm."""
@@ -42,7 +44,8 @@ def make_setup(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
     outputs = _outputs(model, spec, chosen)
     processing = Processing(spec.filter, spec.decimate, spec.output_filter)
     servo = None
-    if spec.servo_hz is not None or any(s.kind == TORQUE for s in outputs):
+    unknown = not model.drive.torque_known
+    if spec.servo_hz is not None or unknown or any(s.kind == TORQUE for s in outputs):
         servo = _servo(model, spec, chosen)
         model = model.steered_by(servo)
     notes = tuple(_notes(model, spec, outputs, chosen, servo))
@@ -53,11 +56,11 @@ def _outputs(
     model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
 ) -> tuple[Sensor, ...]:
     if spec.output is not None:
-        return tuple(sensor(kind) for kind in spec.output)
+        return _with_known_torque(model, tuple(sensor(kind) for kind in spec.output))
     if _replayed(model):
-        shown = [sensor(kind) for kind in ("z", "deflection")]
+        shown = [s for s in primary_sensors() if s.kind != ENCODER]
         direct = [s for s in shown if all(s.direct(r, model.arm) for r in recordings)]
-        return (sensor(TORQUE), *direct)
+        return _with_known_torque(model, (sensor(TORQUE), *direct), stated=False)
     measured = tuple(
         s for s in primary_sensors() if all(s.direct(r, model.arm) for r in recordings)
     )
@@ -73,11 +76,28 @@ def _outputs(
     )
 
 
+def _with_known_torque(
+    model: Model, outputs: tuple[Sensor, ...], stated: bool = True
+) -> tuple[Sensor, ...]:
+    """Without what a drive that knows no torque cannot be compared in."""
+    if model.drive.torque_known:
+        return outputs
+    follows = {TORQUE, ENCODER}
+    left = tuple(s for s in outputs if s.kind not in follows)
+    if len(left) < len(outputs) and stated or not left:
+        raise InputError(
+            f"[drive] kind {model.drive.kind!r} knows no torque and leads the joints along the "
+            f"encoders, so these cannot be compared; add columns of a camera, strain gauges or "
+            f"link-side encoders and compare those."
+        )
+    return left
+
+
 def _replayed(model: Model) -> bool:
     """Whether the recorded torque moves the arm with nothing fed back: alone it would drift away,
     so a servo has to hold it on the encoders."""
     law = model.drive.law(model.arm, model.numbers().p, {})
-    return model.steering is None and not (np.any(law.P) or np.any(law.V) or law.states)
+    return model.steering is None and not model.drive.holds_joints(law)
 
 
 def _usable(candidate: Sensor, model: Model, recording: Recording) -> bool:
@@ -128,9 +148,11 @@ def _notes(
     if spec.decimate > 1:
         said.append(f"Every sample number {spec.decimate} was kept after filtering.")
     if servo is not None:
+        torque = "its torque is the missing joint torque"
+        unknown = "no torque is known, so none is compared"
         said.append(
             f"A virtual servo of {servo.hz:g} Hz holds the model's joints on the measured ones; "
-            f"its torque is the missing joint torque."
+            f"{torque if model.drive.torque_known else unknown}."
         )
     for r in recordings:
         for channel, logged in r.logger_filters.items():

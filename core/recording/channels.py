@@ -38,6 +38,8 @@ CHANNEL_KINDS = (
     ChannelKind("u#", "123", ("N m", "N"), "joint torque or force"),
     ChannelKind("i#_ref", "123", ("A",), "motor current reference"),
     ChannelKind("i#", "123", ("A",), "motor current"),
+    ChannelKind("voltage#", "123", ("V",), "motor voltage"),
+    ChannelKind("known_torque#", "123", ("N m", "N"), "known extra torque or force"),
     ChannelKind("z#", "12", ("m",), "end effector (camera)", sparse=True, camera=True),
     ChannelKind("y#", "12", ("rad",), "fictitious rigid joint angle", sparse=True, camera=True),
     ChannelKind("ydot#", "12", ("rad/s",), "its velocity", sparse=True, camera=True),

@@ -12,11 +12,12 @@ from core.errors import InputError
 from core.quantities import LARGEST
 from core.recording.camera import in_base_frame, shifted
 from core.recording.channels import channel_kind, is_channel
-from core.recording.clock import check_rising, choose_rows, even_time
+from core.recording.clock import MIN_SAMPLES, check_rising, choose_rows, even_time
+from core.recording.gaps import bridged, longest_complete, too_long
 from core.recording.read_table import read_table
 from core.recording.reading import Watching
 from core.recording.recording import CameraPose, Recording
-from core.recording.spec import RecordingSpec
+from core.recording.spec import GapsSpec, RecordingSpec
 from core.recording.table import Table, number
 from core.sentences import brief, did_you_mean, few
 from core.units import factor_to_si, parse_header
@@ -62,12 +63,20 @@ def _load(
             )
     _check_named(table, spec, sources)
     rows, time = _read_time(table, spec, sources["t"])
-    channels, warnings = {}, list(table.warnings)
+    rows, time, cut = _complete(table, spec, sources, rows, time)
+    channels, warnings = {}, [*table.warnings, *cut]
+    counted = {name: _counted(time, stretches) for name, stretches in spec.mask.items()}
     for name in (name for name in sources if name != "t"):
-        values = _read_channel(table, name, sources[name], rows)
+        values = _read_channel(table, name, sources[name], rows, spec.gaps is not None)
         if np.isnan(values).all():
             warnings.append(f"Column {sources[name].header} has no sample at all and is left out.")
             continue
+        empty = np.isnan(values)
+        if empty.any() and not channel_kind(name).sparse and spec.gaps is not None:
+            values = _bridged(table, sources[name].header, values, time, spec.gaps)
+            warnings.append(f"Column {sources[name].header}: {int(empty.sum())} cells bridged.")
+            if spec.gaps.how == "mask":
+                counted[name] = counted.get(name, np.ones(len(time), dtype=bool)) & ~empty
         channels[name] = values
         warnings += _remarks(sources[name].header, values)
     dt = float(time[-1] - time[0]) / (len(time) - 1)
@@ -78,7 +87,7 @@ def _load(
         time=time,
         channels=channels,
         role=spec.role,
-        counted={name: _counted(time, stretches) for name, stretches in spec.mask.items()},
+        counted=counted,
         logger_filters={name: each.filter() for name, each in spec.logger_filter.items()},
         camera=CameraPose(delay=spec.camera.delay),
         source=table.source,
@@ -241,17 +250,57 @@ def _read_time(table: Table, spec: RecordingSpec, source: _Source) -> tuple[slic
     return rows, even_time(table, source.header, time[rows], rows.start)
 
 
-def _read_channel(table: Table, channel: str, source: _Source, rows: slice) -> np.ndarray:
+def _read_channel(
+    table: Table, channel: str, source: _Source, rows: slice, gaps: bool
+) -> np.ndarray:
+    """`gaps`: whether somebody has said what happens to empty cells."""
     values = source.factor * table.numbers(source.header)[rows]
     _check_sizes(table, source.header, values, rows.start)
     empty = np.flatnonzero(np.isnan(values))
-    if empty.size and not channel_kind(channel).sparse:
+    if empty.size and not gaps and not channel_kind(channel).sparse:
         raise InputError(
             f"{table.source}: column {source.header} is empty in "
             f"{table.row(rows.start + int(empty[0]))}; only camera and strain columns may have "
-            f"empty cells, fill it or cut the row off with window."
+            f"empty cells, fill it, cut the row off with window, or say what to do with gaps."
         )
     return values
+
+
+def _complete(
+    table: Table, spec: RecordingSpec, sources: dict[str, _Source], rows: slice, time: np.ndarray
+) -> tuple[slice, np.ndarray, list[str]]:
+    """The rows and times that are kept where gaps are cut, and a word on it."""
+    if spec.gaps is None or spec.gaps.how != "cut":
+        return rows, time, []
+    needed = [s.header for name, s in sources.items() if not channel_kind(name).sparse]
+    empties = [np.isnan(table.numbers(header)[rows]) for header in needed]
+    kept = longest_complete(empties, len(time))
+    if kept.stop - kept.start == len(time):
+        return rows, time, []
+    if kept.stop - kept.start < MIN_SAMPLES:
+        raise InputError(
+            f"{table.source} has no {MIN_SAMPLES} rows in a row without an empty cell; bridge the "
+            f'gaps with gaps = {{ how = "interpolate" }}.'
+        )
+    first = rows.start + kept.start
+    said = f"Kept {time[kept][0]:.6g} to {time[kept][-1]:.6g} s, the longest part without a gap."
+    return slice(first, first + kept.stop - kept.start), time[kept], [said]
+
+
+def _bridged(
+    table: Table, header: str, values: np.ndarray, time: np.ndarray, gaps: GapsSpec
+) -> np.ndarray:
+    """Straight lines over short gaps; InputError where one is longer than the user allows."""
+    empty = np.isnan(values)
+    dt = float(time[-1] - time[0]) / (len(time) - 1)
+    row = too_long(empty, max(int(gaps.longest / dt + 0.5), 1))
+    if row is not None:
+        raise InputError(
+            f"{table.source}: column {header} has a gap from {time[row]:.6g} s on that is longer "
+            f"than gaps.longest, {gaps.longest:g} s, or at an end; raise longest, cut, or set a "
+            f"window."
+        )
+    return bridged(values, empty)
 
 
 def _check_sizes(table: Table, header: str, values: np.ndarray, first_row: int) -> None:

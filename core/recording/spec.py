@@ -94,6 +94,18 @@ class LoggerFilterSpec(Settings):
         return LoggerFilter(self.frequency, self.damping)
 
 
+class GapsSpec(Settings):
+    """What happens to empty cells of encoders, references and torques; without it they are
+    refused."""
+
+    how: Literal["interpolate", "mask", "cut"]
+    """interpolate: straight lines; mask: the same, and the samples do not count; cut: the longest
+    stretch of complete rows is kept."""
+    longest: Positive = 0.02
+    """s, of a gap that is bridged; a longer one is refused. A bending link swings once in a tenth
+    of a second: a fifth of that hides no swing."""
+
+
 LONGEST = 3600.0
 """s of one simulated recording."""
 Duration = Annotated[float, Field(strict=True, gt=0, le=LONGEST, allow_inf_nan=False)]
@@ -171,6 +183,8 @@ class RecordingSpec(Settings):
     """Channel -> the file's column, `"q1 [deg]"` or a table."""
     window: Interval | None = None
     """s, in the file's time: rows outside it are left out."""
+    gaps: GapsSpec | None = None
+    """What happens to empty cells of columns that need a number in every row."""
     time_shift: Real = 0.0
     """s: a camera sample written at t belongs to t - time_shift."""
     camera: CameraSpec = CameraSpec()

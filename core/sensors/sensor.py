@@ -47,6 +47,8 @@ class Sensor(ABC):
     """Whether the camera gives it: the stated signal-to-noise ratio of a simulation is about it."""
     at_camera_rate: bool = False
     """Whether a simulated recording has samples of it at [sensors] camera_rate only."""
+    optional: bool = False
+    """Whether few rigs have it: it is simulated only where `[sensors]` states its noise."""
     columns: ClassVar[tuple[ChannelKind, ...]] = ()
     """Columns of a recording that it brings, beside those in core.recording.channels."""
 

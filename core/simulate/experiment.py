@@ -45,6 +45,11 @@ def simulate_recording(
     Noise of `spec.snr_db` is white with SNR = 10 log10(cov y / cov noise) per channel, added
     after sampling.
     """
+    if not model.drive.torque_known:
+        raise InputError(
+            f"Recording {name}: [drive] kind {model.drive.kind!r} needs recorded joints to follow; "
+            f"simulate with the loop that the rig has, such as velocity_loop."
+        )
     task, theta2 = make_task(model, spec, name)
     numbers = model.numbers()
     remarks: tuple[str, ...] = ()
@@ -95,6 +100,8 @@ def make_task(model: Model, spec: SimulateSpec, name: str) -> tuple[Task, float 
     rng = np.random.default_rng([spec.seed, 0])
     signal = build_excitation(spec.excitation, options).signal(samples, arm.joints, dt, rng)
     channels = model.drive.reference_channels(arm)
+    # Known torques come after the references of the joints; nobody pulls here.
+    signal = np.hstack([signal, np.zeros((samples, max(len(channels) - arm.joints, 0)))])
     for k, channel in enumerate(channels):
         if channel == f"theta{k + 1}_ref":
             signal[:, k] += joints[k]
@@ -137,6 +144,8 @@ def read_sensors(
     channels: dict[str, np.ndarray] = {}
     for kind, sensor in sorted(sensors().items()):
         if not sensor.defined_on(trajectory.arm):
+            continue
+        if sensor.optional and kind not in noise.by_output:
             continue
         values = np.array(sensor.measure(trajectory))
         values = np.array(model.sensed(kind, values, spec.sample_time, {}))

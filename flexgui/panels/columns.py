@@ -12,10 +12,16 @@ from flexgui.panels.arrivals import TOP
 from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.columns import POINT, Waiting
-from flexgui.views.html import html_table
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.finding import title_of
+from flexgui.views.sparkline import sparkline
 
-ROWS = (Column("What"), Column("Column of the file"), Column("Scale factor", numeric=True))
+GAPS = {
+    "Interpolate": "interpolate",
+    "Interpolate, without counting them": "mask",
+    "Keep the longest part without gaps": "cut",
+}
+PICTURE = (96, 26)
+"""px: three cells of a row fit a panel of 340."""
 ALL_KNOWN = "All required signals are assigned."
 REST = "Read the file, or assign another column."
 
@@ -29,11 +35,20 @@ class ColumnChoice:
         self._folder = gui.add_folder("Which column is which", order=TOP, visible=False)
         with self._folder:
             self._said = Words(gui)
-            self._question_controls()
-            self._again = widgets.button(desk, "Start over", lambda: desk.session.ask_again())
+            self._gaps: Any = gui.add_dropdown(
+                "Empty cells", tuple(GAPS), disabled=desk.read_only, visible=False
+            )
+            if not desk.read_only:
+                self._gaps.on_update(self._put_gaps)
             self._read = widgets.button(
                 desk, "Read the file", lambda: desk.session.read_waiting(), prominent=True
             )
+            self._correcting = False
+            self._correct = widgets.button(desk, "Correct a row", self._begin_correcting)
+            self._more = gui.add_folder("Correct a row")
+            with self._more:
+                self._question_controls()
+                self._again = widgets.button(desk, "Start over", lambda: desk.session.ask_again())
             widgets.button(desk, "Cancel import", lambda: desk.session.leave_file())
 
     def _question_controls(self) -> None:
@@ -60,6 +75,7 @@ class ColumnChoice:
         """Hidden where no file waits."""
         waiting, before = self._desk.session.waiting, self._shown
         self._shown = waiting
+        self._correcting = self._correcting and waiting is not None
         if waiting is not None and waiting is not before:
             self._draw(waiting)
         self._folder.visible = waiting is not None
@@ -77,8 +93,19 @@ class ColumnChoice:
         self._assign.color = "blue" if open_ else "gray"
         left = len(waiting.missing)
         state = f"Signals still missing: {left}." if left else ALL_KNOWN
-        self._said.show(joined(paragraph(f"{waiting.file}: {state}"), _known(waiting)))
+        lead = paragraph(f"{waiting.file}: {state}")
+        self._said.show(joined(lead, _known(waiting), _empty_cells(waiting)))
+        self._gaps.visible = waiting.gaps is not None
+        if waiting.gaps is not None:
+            self._gaps.value = next(w for w, how in GAPS.items() if how == waiting.gaps["how"])
+        self._more.visible = bool(open_) or self._correcting
+        self._correct.visible = not self._more.visible
         self._show_question()
+
+    def _begin_correcting(self) -> None:
+        self._correcting = True
+        if self._shown is not None:
+            self._draw(self._shown)
 
     def _show_question(self) -> None:
         waiting = self._shown
@@ -102,6 +129,10 @@ class ColumnChoice:
         said = {waiting.words(c): c for c in waiting.offered}
         return said.get(str(self._channel.value), waiting.offered[0])
 
+    def _put_gaps(self, event: Any) -> None:
+        if event.client_id is not None:  # not where the page itself has set it
+            self._desk.session.choose_gaps(GAPS[str(self._gaps.value)])
+
     def _put(self) -> bool:
         gain = float(self._gain.value)
         if not math.isfinite(gain) or gain == 0.0:
@@ -123,18 +154,63 @@ class ColumnChoice:
 
 
 def _known(waiting: Waiting) -> Markup:
-    """What is known, also by a column's own name."""
-    rows = []
-    for channel in (c for c in waiting.offered if c in waiting.known):
-        entry = waiting.columns.get(channel)
-        factor = "" if entry is None else f"{entry['gain'] * entry['sign']:g}"
-        header = waiting.known[channel] if entry is None else entry["name"]
-        rows.append(Row((waiting.words(channel).removeprefix("the "), header, factor)))
-    if waiting.theta2 is not None and POINT not in waiting.known:
-        degrees = waiting.units.get(POINT, "rad") == "rad"
-        place = f"{math.degrees(waiting.theta2):g}°" if degrees else f"{waiting.theta2:g} m"
-        rows.append(Row((waiting.words(POINT).removeprefix("the "), f"fixed at {place}", "")))
-    return html_table(Table(ROWS, tuple(rows))) if rows else Markup("")
+    """A row per signal that the rig needs or the file has: its column, a picture, the check."""
+    shown = [c for c in waiting.offered if c in waiting.known or c in waiting.needed]
+    rows = [_row(waiting, channel) for channel in shown]
+    frame = Markup("<div class='scroll'><table class='signals'><tbody>{}</tbody></table></div>")
+    return frame.format(Markup("").join(rows)) if rows else Markup("")
+
+
+def _row(waiting: Waiting, channel: str) -> Markup:
+    words, header = waiting.words(channel).removeprefix("the "), waiting.known.get(channel)
+    if header is None:
+        at = _fixed(waiting) if channel == POINT and waiting.theta2 is not None else ""
+        state = Markup("<td class='{}'>{}</td>").format("" if at else "alarm", at or "missing")
+        return Markup("<tr><td><b>{}</b></td><td></td>{}</tr>").format(words, state)
+    cell = Markup("<td><b>{}</b><br><span class='soft'>{}</span></td>").format(
+        words, _source(waiting, channel, header)
+    )
+    return Markup("<tr>{}<td>{}</td>{}</tr>").format(
+        cell, _drawn(waiting, header), _judged(waiting, channel)
+    )
+
+
+def _source(waiting: Waiting, channel: str, header: str) -> str:
+    """'enc_1 [deg], × −1'"""
+    entry = waiting.columns.get(channel)
+    factor = 1.0 if entry is None else entry["gain"] * entry["sign"]
+    name = header if entry is None else entry["name"]
+    return name if factor == 1.0 else f"{name}, × {factor:g}".replace("-", "−")
+
+
+def _drawn(waiting: Waiting, header: str) -> Markup:
+    found = None if waiting.glance is None else waiting.glance.pictures.get(header)
+    return Markup("") if found is None else sparkline(*found, size=PICTURE, title=header)
+
+
+def _judged(waiting: Waiting, channel: str) -> Markup:
+    said, glance = waiting.said_of(channel), waiting.glance
+    if said is not None:
+        text, evidence = title_of(said[0]), said[1]
+        return Markup("<td class='alarm' title='{}'>{}</td>").format(evidence, text)
+    changed = None if glance is None else glance.taken_in.get(channel)
+    if changed is not None:
+        return Markup("<td class='soft'>{}</td>").format(changed)
+    return Markup("<td>{}</td>").format("✓" if glance is not None else "")
+
+
+def _fixed(waiting: Waiting) -> str:
+    degrees = waiting.units.get(POINT, "rad") == "rad"
+    value = waiting.theta2 or 0.0
+    return f"fixed at {math.degrees(value):g}°" if degrees else f"fixed at {value:g} m"
+
+
+def _empty_cells(waiting: Waiting) -> Markup:
+    glance = waiting.glance
+    if glance is None or not glance.empty:
+        return Markup("")
+    counts = ", ".join(f"{count} in {header}" for header, count in glance.empty.items())
+    return paragraph(f"Empty cells: {counts}; the longest gap lasts {glance.longest_gap:.3g} s.")
 
 
 def _offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -13,9 +14,11 @@ from core.scenario.schema import Scenario
 from flexgui.panels import widgets
 from flexgui.panels.arrivals import Arrivals
 from flexgui.panels.columns import ColumnChoice
+from flexgui.panels.findings import FindingList, said_of
 from flexgui.panels.one_recording import OneRecording
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
+from flexgui.panels.rig import RigChoice
 from flexgui.panels.uploads import upload_hint
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
@@ -30,7 +33,7 @@ EMPTY = (
     "Simulate experiments or upload a recording: its references and measurements appear here, "
     "with their units and anything unusual about them."
 )
-COLUMNS = (Column("Recording"), Column("Role"), Column("From"))
+COLUMNS = (Column("Recording"), Column("Role"), Column("From"), Column("Check"))
 ROLES = {"estimate": "to fit", "validate": "to validate"}
 
 
@@ -47,20 +50,23 @@ class DataPanel(Panel):
         self._next = widgets.button(
             desk, "Next: identify", lambda: session.show("Identify"), prominent=True
         )
+        # At the top, where what a file asks for will stand.
+        with gui.add_folder("Use your own files"):
+            self._own_controls()
         self._choice = widgets.choice(
             desk, "Recording", self._names(), self._name, self._chosen, "Which one is shown."
         )
+        self._findings = FindingList(desk)
         self._one = OneRecording(desk)
         self._arrived = Arrivals(desk)
         self._columns = ColumnChoice(desk)
         with gui.add_folder("Simulate experiments"):
             self._simulate_controls()
-        with gui.add_folder("Use your own files"):
-            self._own_controls()
         self._list = Words(gui)
 
     def _own_controls(self) -> None:
         desk, gui = self.desk, self.desk.gui
+        self._rig = RigChoice(desk)
         self._upload = gui.add_upload_button(
             "Upload a recording or a scenario",
             hint=upload_hint(desk.services),
@@ -155,13 +161,16 @@ class DataPanel(Panel):
         specs = session.scenario.recordings
         fitted = sum(spec.role == "estimate" for spec in specs)
         self._said.show(paragraph(f"{fitted} to fit, {len(specs) - fitted} to validate.", "lead"))
-        self._list.show(html_table(listed(session.scenario)))
+        said = {spec.name: said_of(session, spec.name) for spec in specs}
+        self._list.show(html_table(listed(session.scenario, said)))
         # Where nothing can be fitted yet, or a file waits for an answer, that comes first.
         asked = session.waiting is not None or session.arrived
         self._next.color = "blue" if fitted and not asked else "gray"
+        self._findings.refresh(self._name())
         self._one.refresh()
         self._arrived.refresh()
         self._columns.refresh()
+        self._rig.refresh()
         recording = session.recording
         if recording is None or names == (NONE,):
             self._about.show(paragraph(EMPTY, "soft"))
@@ -185,12 +194,13 @@ class DataPanel(Panel):
         self._plot.move_cursor(self._cursor())
 
 
-def listed(scenario: Scenario) -> Table:
-    """The scenario's recordings."""
+def listed(scenario: Scenario, checked: Mapping[str, str] | None = None) -> Table:
+    """The scenario's recordings; `checked`: name -> what the check says in a word."""
+    said = checked or {}
     rows = []
     for spec in scenario.recordings:
         source = spec.file or "simulated"
         if spec.simulate is not None and spec.simulate.snr_db is not None:
             source = f"simulated, {spec.simulate.snr_db:g} dB"
-        rows.append(Row((spec.name, ROLES[spec.role], source)))
+        rows.append(Row((spec.name, ROLES[spec.role], source, said.get(spec.name, ""))))
     return Table(COLUMNS, tuple(rows))

@@ -92,6 +92,10 @@ div:has(> .fx > .tour.pair) + div + div { position: relative; left: calc(50% - 5
   margin: 0 .35em 0 .7em; vertical-align: -.05em; }
 .fx .glimpse { display: block; background: var(--mantine-color-default-hover);
   border-radius: 4px; margin-top: .2em; }
+.fx .spark { display: block; max-width: 100%; background: var(--mantine-color-default-hover);
+  border-radius: 4px; margin: .2em 0; }
+.fx table.signals { width: 100%; }
+.fx table.signals td { white-space: normal; vertical-align: top; padding-right: .5em; }
 .fx summary { cursor: pointer; color: var(--fx-link); font-weight: 600; padding: .25em 0; }
 .fx .rank { display: flex; gap: .6em; align-items: baseline; margin-top: .5em; }
 .fx .rank b { font-size: 1.08em; flex: 1; } .fx .rank i { font-style: normal; font-weight: 700; }

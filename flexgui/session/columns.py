@@ -10,12 +10,22 @@ from core.arm.arm import Arm
 from core.errors import InputError
 from core.loading import joint_units
 from core.recording.channels import channel_kind, channel_names, is_channel, joint_of
-from core.recording.spec import RecordingSpec
+from core.recording.spec import GapsSpec, RecordingSpec
 from core.units import parse_header
+from flexgui.jobs.tasks.glance import Glance
 from flexgui.views.names import channel_symbol
 
 POINT = "theta2"
 """The channel that says at which working point the arm stood, where nothing else does."""
+
+
+SHORT_GAP = GapsSpec(how="interpolate").longest
+
+
+def gaps_entry(how: str, glance: Glance) -> dict[str, Any]:
+    """The entry under `gaps`; a person who asks for longer gaps to be bridged says how long."""
+    long = glance.longest_gap > SHORT_GAP and how != "cut"
+    return {"how": how} | ({"longest": round(1.01 * glance.longest_gap, 6)} if long else {})
 
 
 @dataclass(frozen=True)
@@ -42,6 +52,39 @@ class Waiting:
     """rad (m): where joint 2 stood, in a file without a column of it."""
     recording: str = ""
     """The recording that is read anew; a new one where empty."""
+    glance: Glance | None = None
+    """What a first look into the file has found; None before it."""
+    gaps: dict[str, Any] | None = None
+    """The scenario's entry under `gaps`, in a file with empty cells."""
+
+    def guessed(self, glance: Glance) -> Waiting:
+        """With the columns as a first look guesses them, and gaps bridged where they are short."""
+        gaps = None
+        if glance.empty:
+            short = glance.longest_gap <= SHORT_GAP
+            gaps = gaps_entry("interpolate" if short else "mask", glance)
+        columns = {c: {"gain": 1.0, "sign": 1, **entry} for c, entry in glance.columns.items()}
+        named = {c: parse_header(entry["name"])[0] for c, entry in columns.items()}
+        headers = {parse_header(h)[0]: h for h in self.headers}
+        return replace(
+            self, columns=columns, headers_of={c: headers[n] for c, n in named.items()},
+            glance=glance, gaps=gaps,
+        )  # fmt: skip
+
+    def with_gaps(self, how: str) -> Waiting:
+        """With empty cells treated as `core.recording.spec.GapsSpec.how` says."""
+        return self if self.glance is None else replace(self, gaps=gaps_entry(how, self.glance))
+
+    def said_of(self, channel: str) -> tuple[str, str] | None:
+        """Fault and evidence of a channel that stands as the first look has guessed it."""
+        glance = self.glance
+        if glance is None or self.columns.get(channel) != self._as_guessed(channel):
+            return None
+        return glance.said.get(channel)
+
+    def _as_guessed(self, channel: str) -> dict[str, Any] | None:
+        entry = None if self.glance is None else self.glance.columns.get(channel)
+        return None if entry is None else {"gain": 1.0, "sign": 1, **entry}
 
     @property
     def known(self) -> dict[str, str]:
@@ -103,7 +146,10 @@ class Waiting:
     def begun_again(self) -> Waiting:
         """Without all answers; the working point that a recording had is none."""
         theta2 = self.theta2 if self.recording else None
-        return replace(self, columns={}, headers_of={}, absent=frozenset(), theta2=theta2)
+        glance = self.glance and replace(self.glance, said={}, taken_in={})
+        return replace(
+            self, columns={}, headers_of={}, absent=frozenset(), theta2=theta2, glance=glance
+        )
 
     def words(self, channel: str) -> str:
         """'the time t [s]'"""
@@ -132,6 +178,17 @@ def waiting_again(
     return replace(
         found, columns=columns, headers_of=chosen, theta2=spec.theta2, recording=spec.name
     )
+
+
+def wanted_channels(arm: Arm, references: Iterable[str]) -> tuple[str, ...]:
+    """What a file of that rig may hold and a first look may guess: not what follows from others."""
+    found = _waiting("", (), arm, tuple(references))
+    derived = ("y", "ydot")
+    told = {*found.needed, *found.useful}
+    extra = [c for c in found.offered if c.startswith(("deflection", "link_theta"))]
+    bends = [k + 1 for k, modes in enumerate(arm.modes) if modes]
+    more = [c for c in extra if c.startswith("link") or int(c[-1]) in bends]
+    return tuple(c for c in found.offered if (c in told or c in more) and c[:-1] not in derived)
 
 
 def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[str, ...]) -> Waiting:

@@ -25,7 +25,7 @@ class Session(Keeping):
     """State and what may be done with it; subscribers hear which part changed, then read it.
 
     Its parts stand in files of their own: listened -> editing -> playing -> running ->
-    diagnosing -> demonstrating -> uploading -> challenging -> studying ->
+    diagnosing -> demonstrating -> checking -> uploading -> challenging -> studying ->
     keeping -> here.
     """
 
@@ -69,6 +69,7 @@ class Session(Keeping):
             self.scenario, self.recording, self.playback = scenario, None, None
             self.outcome, self.outcome_of = None, None
             self.looks, self.pending, self.challenge = (), None, None
+            self.mended = {}
             self.cursor = Cursor()
         self.notify(Topic.SCENARIO, Topic.RECORDINGS, Topic.RUN, Topic.OUTCOME, Topic.CURSOR)
         self.notify(Topic.DIAGNOSIS, Topic.CHALLENGE)
@@ -85,6 +86,7 @@ class Session(Keeping):
         self._unsubscribe()
         self.end_demonstration()
         self.end_study()
+        self.end_check()
         self.stop()
         leave(self.key)
         self._live_worker.close()

@@ -11,22 +11,32 @@ from typing import Any
 
 from core.errors import InputError
 from core.model import Model
+from core.recording.spec import RecordingSpec
 from core.scenario.data_folder import check_plain
 from core.scenario.read import LONGEST, parse_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
+from flexgui.jobs.tasks.glance import Glance, glance
 from flexgui.jobs.tasks.read_file import headers, length_and_rate
-from flexgui.session.columns import POINT, Waiting, waiting_again, waiting_for
-from flexgui.session.demonstrating import Demonstrating
+from flexgui.session.checking import Checking
+from flexgui.session.columns import (
+    POINT,
+    Waiting,
+    waiting_again,
+    waiting_for,
+    wanted_channels,
+)
 from flexgui.session.edit import Document, put, recording, thawed
+from flexgui.session.rigs import RIGS, rig_edit, rig_of
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 from flexgui.session.uploads import keep_upload, unpack, unpacking_folder
 
 ASKED = "{} has no column {}: assign one below under “Which column is which”."
 MORE = "{} has columns with other names: assign them below, or read the file as it is."
+GUESSED = "{}: what its columns seem to be stands below; read it, or correct the table."
 
 
 @dataclass(frozen=True)
@@ -39,7 +49,7 @@ class Arrived:
     """What was read."""
 
 
-class Uploading(Demonstrating, ABC):
+class Uploading(Checking, ABC):
     """At most one file waits for its columns; it is forgotten when another one comes."""
 
     def __init__(self, key: str, folder: Path) -> None:
@@ -132,7 +142,9 @@ class Uploading(Demonstrating, ABC):
         try:
             if waiting.missing:
                 raise InputError(_still(waiting))
-            self._read(waiting.file, waiting.columns, waiting.theta2, waiting.recording)
+            self._read(
+                waiting.file, waiting.columns, waiting.theta2, waiting.recording, waiting.gaps
+            )
         except InputError as error:
             self.show_message(str(error), bad=True)
             return False
@@ -151,6 +163,7 @@ class Uploading(Demonstrating, ABC):
         self.show_message(" ".join(one.words for one in arrived))
         self.set_cursor(recording=self.scenario.recordings[-1].name, time=0.0, playing=False)
         self.notify(Topic.RECORDINGS)
+        self.check_recordings()
         return True
 
     def bring_back(self) -> bool:
@@ -192,13 +205,42 @@ class Uploading(Demonstrating, ABC):
         model = base_model(self.scenario)
         headings = self._headings(path.name)
         waiting = waiting_for(path.name, headings, model.arm, _references(model))
-        if waiting is None:
+        found = self._glance(path.name, model)
+        if waiting is None and not found.empty:
             return False
+        if waiting is None:
+            plain = RecordingSpec(file=path.name)
+            waiting = waiting_again(headings, model.arm, _references(model), plain)
+        waiting = waiting.guessed(found)
         self._wait(waiting)
         missing = waiting.missing
-        said = ASKED.format(path.name, _named(missing[0])) if missing else MORE.format(path.name)
+        done = MORE if waiting.questions else GUESSED
+        said = ASKED.format(path.name, _named(missing[0])) if missing else done.format(path.name)
         self.show_message(said, bad=bool(missing))
         return True
+
+    def choose_gaps(self, how: str) -> None:
+        """Says what happens to the empty cells of the waiting file."""
+        if self.waiting is not None and self.waiting.gaps is not None:
+            self._answered(self.waiting.with_gaps(how))
+
+    def choose_rig(self, title: str) -> bool:
+        """Makes the scenario one of another kind of rig; a waiting file is looked at anew."""
+        rig = next((r for r in RIGS if r.title == title), None)
+        if rig is None or rig == rig_of(self.scenario):
+            return False
+        if not self.change(rig_edit(self.scenario, rig)):
+            return False
+        waiting = self.waiting
+        if waiting is not None and not waiting.recording:
+            self._waits(self.folder / waiting.file)
+        self.notify(Topic.RECORDINGS)
+        return True
+
+    def _glance(self, file: str, model: Model) -> Glance:
+        wanted = wanted_channels(model.arm, _references(model))
+        found: Glance = self._asked(glance, file, scenario=self.scenario, wanted=wanted)
+        return found
 
     def _headings(self, file: str) -> tuple[str, ...]:
         found: tuple[str, ...] = self._asked(headers, file)
@@ -242,11 +284,17 @@ class Uploading(Demonstrating, ABC):
         self._read(path.name, {}, None, "")
 
     def _read(
-        self, file: str, columns: dict[str, dict[str, Any]], theta2: float | None, name: str
+        self,
+        file: str,
+        columns: dict[str, dict[str, Any]],
+        theta2: float | None,
+        name: str,
+        gaps: dict[str, Any] | None = None,
     ) -> None:
         """Takes the file in, or gives the recording of that name other columns; InputError else."""
         entry: Document = {"file": file} | ({"columns": columns} if columns else {})
         entry |= {} if theta2 is None else {"theta2": theta2}
+        entry |= {} if gaps is None else {"gaps": gaps}
         arguments = {"entry": entry, "scenario": self.scenario}
         samples, rate = self._asked(length_and_rate, file, **arguments)
         words = f"{file}: {samples} samples at {rate:.4g} Hz."
@@ -259,6 +307,7 @@ class Uploading(Demonstrating, ABC):
         if self.change(*edits):
             self.show_message(words)
             self.set_cursor(recording=name, time=0.0, playing=False)
+            self.check_recordings()
 
     def _arrive(self, one: Arrived) -> None:
         """Asks where recordings of another origin stand alone; a person's own stand together."""
@@ -282,7 +331,7 @@ class Uploading(Demonstrating, ABC):
 
 
 def _references(model: Model) -> tuple[str, ...]:
-    return tuple(model.drive.reference_channels(model.arm))
+    return tuple(model.drive.needed_channels(model.arm))
 
 
 def _named(channel: str) -> str:

@@ -27,10 +27,14 @@ OPTIONS = {
         "gauge_filter": {"frequency": 200.0, "damping": 0.7},
         "current_limits": [10.0, 5.0],
     },
+    "voltage": {"torque_constants": [0.02, 0.01], "resistances": [2.6, 1.3], "gears": [70.0, 20.0]},
+    "held": {},
 }
 """Settings of each drive for the paper's arm; a new drive adds its line."""
 
 KINDS = sorted(drive_classes())
+DRIVEN = [kind for kind in KINDS if kind != "held"]
+"""All that a column drives; joints that are held follow their encoders and have no settings."""
 
 
 def built(kind: str) -> Drive:
@@ -88,7 +92,7 @@ def test_law_takes_the_values_of_its_parameters(kind: str) -> None:
         assert not np.array_equal(other.R, before.R)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", DRIVEN)
 def test_signals_are_the_reference_columns_of_a_recording(kind: str) -> None:
     drive, time = built(kind), np.arange(4) * 1e-3
     names = drive.reference_channels(PAPER)
@@ -97,19 +101,19 @@ def test_signals_are_the_reference_columns_of_a_recording(kind: str) -> None:
     assert np.array_equal(signals, np.column_stack(list(columns.values())))
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", DRIVEN)
 def test_a_recording_without_the_references_is_named(kind: str) -> None:
     with pytest.raises(InputError, match=f"r1.*{built(kind).reference_channels(PAPER)[0]}"):
         built(kind).signals(Recording("r1", np.arange(4) * 1e-3, {}), PAPER)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", DRIVEN)
 def test_a_drive_for_two_joints_is_refused_by_three(kind: str) -> None:
     with pytest.raises(InputError, match="one per joint"):
         built(kind).check(ARMS["3-3-3"])
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", DRIVEN)
 def test_an_unknown_setting_is_named_with_the_nearest_known_one(kind: str) -> None:
     setting = next(iter(OPTIONS[kind]))
     with pytest.raises(InputError) as caught:
@@ -131,6 +135,9 @@ def test_an_unknown_setting_is_named_with_the_nearest_known_one(kind: str) -> No
         ("state_feedback", {"rate_filter": 0.0}, "rate_filter"),
         ("state_feedback", {"gauge_filter": {"frequency": 10.0}}, "gauge_filter.damping"),
         ("state_feedback", {"torque_constants": [float("inf"), 1.0]}, "torque_constants.0"),
+        ("voltage", {"resistances": [0.0, 1.0]}, "resistances.0"),
+        ("voltage", {"gears": [-70.0, 20.0]}, "gears.0"),
+        ("held", {"gains": [1.0]}, "gains"),
     ],
 )
 def test_bad_settings_are_said_in_one_line(kind: str, change: dict, words: str) -> None:
@@ -148,6 +155,52 @@ def test_a_missing_setting_is_named() -> None:
 def test_an_unknown_kind_is_named_with_the_nearest_known_one() -> None:
     with pytest.raises(InputError, match="did you mean 'velocity_loop'"):
         build_drive("velocty_loop", {})
+
+
+def test_joints_that_are_held_need_their_encoders_and_know_no_torque() -> None:
+    drive = built("held")
+    assert drive.needed_channels(PAPER) == ("theta1", "theta2")
+    assert not drive.torque_known and not drive.parameters(PAPER)
+
+
+def test_back_emf_brakes_as_the_motors_equations_say() -> None:
+    """u = N kt i, voltage = Ra i + kt N theta'."""
+    law = built("voltage").law(PAPER, arm_vector(PAPER), {})
+    N, kt, Ra, voltage, speed = 70.0, 0.02, 2.6, 5.0, 1.5
+    current = (voltage - kt * N * speed) / Ra
+    assert law.R[0, 0] * voltage - law.V[0, 0] * speed == pytest.approx(N * kt * current)
+    assert not built("voltage").holds_joints(law)
+
+
+@pytest.mark.parametrize("kind", DRIVEN)
+def test_a_known_torque_is_added_to_any_drive(kind: str) -> None:
+    plain, p = built(kind), arm_vector(PAPER)
+    both = build_drive(kind, {**OPTIONS[kind], "known_torque": [2]})
+    both.check(PAPER)
+    own, law = plain.law(PAPER, p, {}), both.law(PAPER, p, {"kx2": 0.5})
+    assert both.reference_channels(PAPER) == (*plain.reference_channels(PAPER), "known_torque2")
+    assert np.array_equal(law.R[:, :-1], own.R) and law.R[:, -1].tolist() == [0.0, 0.5]
+    assert law.Fr.shape == (own.states, law.references) and np.array_equal(law.V, own.V)
+    assert both.holds_joints(law) == plain.holds_joints(own)
+
+
+@pytest.mark.parametrize(
+    ("kind", "stated", "words"),
+    [
+        ("torque", 1, "list of joints"),
+        ("torque", [1, 1], "each once"),
+        ("torque", [0], "list of joints"),
+        ("held", [1], "follow the encoders"),
+    ],
+)
+def test_a_known_torque_that_has_no_place_is_refused(kind: str, stated, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        build_drive(kind, {**OPTIONS[kind], "known_torque": stated})
+
+
+def test_a_known_torque_of_a_joint_that_is_not_there_is_refused() -> None:
+    with pytest.raises(InputError, match="names joint 3; the arm has 2"):
+        build_drive("torque", {"known_torque": [3]}).check(PAPER)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -110,6 +110,7 @@ def rig(outputs=("z", "encoder"), servo=False, arm=PAPER, drive=None) -> Rig:
         (rig(outputs=("encoder", "torque")), "eu"),
         (rig(outputs=("torque",), servo=True), "e"),
         (rig(outputs=("torque", "deflection"), servo=True), "eg"),
+        (rig(outputs=("torque", "link_encoder"), servo=True), "el"),
         (rig(outputs=("encoder", "torque"), drive=Torque()), "e"),
     ],
 )
@@ -118,7 +119,7 @@ def test_only_what_the_rig_compares_can_be_late_or_scaled(kind, where, letters):
     assert not one.not_applicable(where)
     names = [k.parameter.name for k in one.parameters(PAPER, where.drive, typical(PAPER))]
     assert {name[1] for name in names if one.shown(name, where)} == set(letters)
-    assert len(names) == 6
+    assert len(names) == 8  # two joints: encoders, gauges, torques, encoders on the links
 
 
 @pytest.mark.parametrize("kind", ["sensor_delay", "sensor_gain"])
@@ -129,7 +130,7 @@ def test_a_rig_with_nothing_but_a_camera_is_told_so(kind):
 
 def test_a_rigid_segment_has_no_gauge():
     names = [k.parameter.name for k in effect("sensor_gain").parameters(SLIDE, Torque(), None)]
-    assert names == ["ge1", "gu1"]
+    assert names == ["ge1", "gu1", "gl1"]
 
 
 @pytest.mark.parametrize(

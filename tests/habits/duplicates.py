@@ -13,8 +13,12 @@ LEAST = 50
 """Nodes of a syntax tree, some eight lines: smaller ones are alike because Python is."""
 ALIKE = {
     frozenset(
-        {"core/sensors/encoder.py channels", "core/sensors/motor_torque.py channels"}
-    ): "two sensors of the joints, each to be read in its own file",
+        {
+            "core/sensors/encoder.py channels",
+            "core/sensors/link_encoder.py channels",
+            "core/sensors/motor_torque.py channels",
+        }
+    ): "three sensors of the joints, each to be read in its own file",
 }
 """Functions -> why they may have one shape."""
 

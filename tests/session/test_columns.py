@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from flexgui.session import Session
@@ -21,16 +24,19 @@ def foreign(session: Session) -> bytes:
 
 
 def waits(session: Session, services: Offered) -> None:
+    """Without what a first look has guessed."""
     assert not session.upload("rig.csv", foreign(session), services)
     assert session.waiting is not None
+    session.ask_again()
 
 
 def test_a_file_with_other_names_waits_for_its_columns(session: Session, services: Offered) -> None:
-    waits(session, services)
+    assert not session.upload("rig.csv", foreign(session), services)
     waiting = session.waiting
     assert waiting is not None and "clock" in waiting.headers
-    assert waiting.missing == ("t", "dtheta1_ref")
-    assert session.message.bad and "column t" in session.message.text
+    assert waiting.headers_of == {"t": "clock", "theta1": "motor"}
+    assert waiting.missing == ("dtheta1_ref",)
+    assert session.message.bad and "column dtheta1_ref" in session.message.text
     assert "Which column is which" in session.message.text
     assert (session.folder / "rig.csv").is_file()
 
@@ -137,6 +143,7 @@ ANSWERS = {"t": "Zeit", "dtheta1_ref": "ref A", "dtheta2_ref": "ref B", "theta1"
 
 def test_what_is_asked_follows_the_answers_and_ends(session: Session, services: Offered) -> None:
     assert not session.upload("rig.csv", bare(session), services)
+    session.ask_again()
     asked = []
     for _ in range(len(ANSWERS) + 1):
         assert session.waiting is not None and session.waiting.questions
@@ -172,7 +179,7 @@ def test_the_working_point_is_needed_where_no_column_has_it(
     session: Session, services: Offered
 ) -> None:
     before = session.scenario
-    content = good_csv(session).replace(b",theta2,", b",angle,", 1)
+    content = good_csv(session).replace(b",theta2,", b",column 7,", 1)
     assert not session.upload("rig.csv", content, services)
     assert session.waiting is not None and session.waiting.missing == ("theta2",)
     assert not session.read_waiting() and session.scenario == before
@@ -198,6 +205,29 @@ def test_begun_again_nothing_is_known(session: Session, services: Offered) -> No
     assert session.map_column("t", "clock")
     session.ask_again()
     assert session.waiting == first
+
+
+def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session, services: Offered) -> None:
+    """Degrees without a unit, encoders under each other's name, six empty cells: one table."""
+    table = pd.read_csv(io.BytesIO(good_csv(session)))
+    table = table.rename(columns={
+        "t [s]": "clock", "dtheta1_ref": "vel_cmd_1", "dtheta2_ref": "vel_cmd_2",
+        "theta1": "enc_2", "theta2": "enc_1", "z1 [m]": "cam_x", "z2 [m]": "cam_y",
+    })  # fmt: skip
+    table[["enc_1", "enc_2"]] = np.degrees(table[["enc_1", "enc_2"]])
+    table.loc[400:405, "enc_1"] = np.nan
+    kept = ["clock", "vel_cmd_1", "vel_cmd_2", "enc_1", "enc_2", "cam_x", "cam_y"]
+    content = table[kept].to_csv(index=False).encode()
+    assert not session.upload("rig.csv", content, services)
+    waiting = session.waiting
+    assert waiting is not None and not waiting.missing and not waiting.questions
+    assert waiting.gaps == {"how": "interpolate"}
+    assert waiting.glance is not None and waiting.glance.empty == {"enc_1": 6}
+    names = {c: entry["name"] for c, entry in waiting.columns.items()}
+    assert names["theta1"] == "enc_2 [deg]" and names["theta2"] == "enc_1 [deg]"
+    assert session.read_waiting() and session.use_arrived(alone=True), session.message.text
+    spec = session.scenario.recordings[-1]
+    assert spec.gaps is not None and spec.gaps.how == "interpolate"
 
 
 def test_channels_are_named_in_plain_words(session: Session, services: Offered) -> None:

@@ -33,7 +33,7 @@ def length_and_rate(
 
     model = base_model(scenario)
     spec = RecordingSpec.model_validate(dict(entry))
-    references = model.drive.reference_channels(model.arm)
+    references = model.drive.needed_channels(model.arm)
     path = Within(Path(folder)).find(file)
     found = load_recording(path, spec, references, joint_units(model.arm), progress)
     if model.arm.joints > 1 and found.theta2 is None and not found.has("theta2"):

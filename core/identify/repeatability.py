@@ -1,0 +1,131 @@
+"""Runs of the same experiment: how well each parameter repeats, and which run disagrees.
+
+Each run has estimates of its own, with deviations that say how well it knows them. Between runs
+they scatter by more where the rig itself changes (a random-effects model; DerSimonian & Laird,
+Controlled Clinical Trials 7, 1986). A run is tested against what all the others say of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import stdtr, stdtrit
+
+from core.results import Estimate
+
+FEWEST = 3
+"""Runs: of two that differ nobody knows which one is the odd one."""
+LEVEL = 0.05
+"""Of a false word on any run and parameter of a set, shared among all that are tested."""
+WORTH = 0.02
+"""Share of the parameter below which a difference is nobody's concern, however sure it is: motors'
+constants change by that from a cold to a warm room."""
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """A run whose parameter is not what the other runs say."""
+
+    run: str
+    share: float
+    """Of the others' mean by which it differs."""
+    p_value: float
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """One parameter over the runs of an experiment."""
+
+    name: str
+    unit: str
+    mean: float
+    between: float
+    """Standard deviation between runs, those left out that disagree; what a next run will do."""
+    within: float
+    """Root mean square of the runs' own deviations."""
+    interval: tuple[float, float]
+    """95 %, of the mean; Student's, since few runs tell the scatter between them."""
+    disagreeing: tuple[Disagreement, ...]
+
+
+def repeatability(runs: Mapping[str, Sequence[Estimate]]) -> tuple[Repeated, ...]:
+    """Of every parameter that each of the runs has estimated; nothing of fewer than FEWEST runs.
+
+    Args:
+        runs: Name of the run -> its estimates.
+    """
+    if len(runs) < FEWEST:
+        return ()
+    tables = [{e.name: e for e in estimates} for estimates in runs.values()]
+    names = [n for n in tables[0] if all(n in table for table in tables)]
+    names = [n for n in names if all(_known(table[n]) for table in tables)]
+    tests = max(len(runs) * len(names), 1)
+    return tuple(_one(list(runs), [table[n] for table in tables], tests) for n in names)
+
+
+def _known(e: Estimate) -> bool:
+    return e.identifiable and bool(np.isfinite(e.std)) and e.std > 0.0 and not e.at_bound
+
+
+def _one(runs: Sequence[str], estimates: Sequence[Estimate], tests: int) -> Repeated:
+    x = np.array([e.value for e in estimates])
+    s = np.array([e.std for e in estimates])
+    odd: list[Disagreement] = []
+    kept = list(range(len(x)))
+    while len(kept) >= FEWEST:  # one odd run makes the others' scatter look large: the worst first
+        found = [_against_the_others(x, s, i, [k for k in kept if k != i]) for i in kept]
+        worst = int(np.argmin([p for p, _ in found]))
+        p, share = found[worst]
+        if p > LEVEL / tests or abs(share) < WORTH:
+            break
+        odd.append(Disagreement(runs[kept[worst]], share, p))
+        del kept[worst]
+    own, e = x[kept], estimates[0]
+    between = float(np.std(own, ddof=1)) if len(own) > 1 else float(s[kept][0])
+    within = float(np.sqrt(np.mean(s[kept] ** 2)))
+    half = float(stdtrit(max(len(own) - 1, 1), 0.975)) * between / np.sqrt(len(own))
+    mean = float(own.mean())
+    return Repeated(e.name, e.unit, mean, between, within, (mean - half, mean + half), tuple(odd))
+
+
+def _against_the_others(
+    x: np.ndarray, s: np.ndarray, i: int, others: Sequence[int]
+) -> tuple[float, float]:
+    """(p-value, share) of run i beside the mean of the others.
+
+    Student's distribution throughout: that the others happen to agree within their own deviations
+    does not say that they always do.
+    """
+    o = list(others)
+    weights = 1.0 / s[o] ** 2
+    mean = float(weights @ x[o] / weights.sum())
+    spread = float(weights @ (x[o] - mean) ** 2)
+    room = weights.sum() - (weights**2).sum() / weights.sum()
+    tau2 = max((spread - (len(o) - 1)) / room, 0.0) if room > 0 else 0.0
+    weights = 1.0 / (s[o] ** 2 + tau2)
+    mean = float(weights @ x[o] / weights.sum())
+    z = abs(x[i] - mean) / np.sqrt(s[i] ** 2 + tau2 + 1.0 / weights.sum())
+    share = float(x[i] / mean - 1.0) if mean else 0.0
+    return float(2.0 * stdtr(len(o) - 1, -z)), share
+
+
+def sentences(found: Sequence[Repeated]) -> tuple[str, ...]:
+    """What a person is told: how well each parameter repeats, then the runs that disagree."""
+    said = [
+        f"{one.name} repeats to {_percent(one.between, one.mean)} between runs; one run knows it "
+        f"to {_percent(one.within, one.mean)}."
+        for one in found
+    ]
+    for one in found:
+        for each in one.disagreeing:
+            size = f"{100.0 * each.share:+.2g} %"
+            said.append(
+                f"Run {each.run} differs in {one.name} by {size}: temperature, load or gain."
+            )
+    return tuple(said)
+
+
+def _percent(deviation: float, value: float) -> str:
+    return f"{100.0 * deviation / abs(value):.2g} %" if value else f"{deviation:.2g}"

@@ -1,0 +1,47 @@
+"""Encoders behind the gear, on the link."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from core.arm.arm import Arm
+from core.arm.joints import joint
+from core.drives.law import DriveLaw
+from core.recording.channels import ChannelKind
+from core.sensors.sensor import Channel, OutputRows, Sensor, rows_of
+from core.trajectory import Trajectory
+
+
+def link_rows(arm: Arm) -> np.ndarray:
+    """(joints, n): position of each segment's root, behind the joint's twist if it has one."""
+    rows = np.eye(arm.joints, arm.coordinates)
+    for k in range(arm.joints):
+        place = arm.twist_place(k)
+        if place is not None:
+            rows[k, place] = 1.0
+    return rows
+
+
+class LinkEncoder(Sensor):
+    """Position of each joint on the side of the link: with an elastic joint the twist is in it."""
+
+    kind = "link_encoder"
+    title = "link-side encoders"
+    noise = "link_encoder_noise"
+    primary = True
+    optional = True
+    columns: ClassVar[tuple[ChannelKind, ...]] = (
+        ChannelKind("link_theta#", "123", ("rad", "m"), "link-side position", sparse=True),
+    )
+
+    def channels(self, arm: Arm) -> tuple[Channel, ...]:
+        units = [joint(s.joint).coordinate_unit for s in arm.segments]
+        return tuple(Channel(f"link_theta{k + 1}", unit) for k, unit in enumerate(units))
+
+    def measure(self, trajectory: Trajectory) -> np.ndarray:
+        return trajectory.q @ link_rows(trajectory.arm).T
+
+    def rows(self, arm: Arm, p: np.ndarray, law: DriveLaw) -> OutputRows:
+        rows = rows_of(arm, law, arm.joints)
+        rows.Q[:, :] = link_rows(arm)
+        return rows

@@ -1,0 +1,156 @@
+"""A laboratory's file with names, units and faults of its own, to a right fit in six clicks."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from core.recording.save import save_recording
+from flexgui.session import Session
+from flexgui.session.edit import put
+from flexgui.stage.recorded import read_one
+from tests.page.conftest import Desktop
+from tests.page.helpers import press, sees
+from tests.page.test_walk import BOXES, SETTLED
+from tests.session.helpers import until
+
+CLICKS = 6
+TRUE_EI = 520.83
+"""N m^2, of the paper's arm, which made the recording."""
+CLOSE = 0.02
+"""Of the true value: one recording of three seconds."""
+PATIENT = 240_000
+"""ms for a search on a busy machine."""
+SIZES = ((1600, 900), (390, 844))
+
+NAMES = {
+    "t [s]": "clock", "dtheta1_ref": "vel_cmd_1", "dtheta2_ref": "vel_cmd_2",
+    "theta1": "enc_2", "theta2": "enc_1", "z1 [m]": "cam_x", "z2 [m]": "cam_y",
+}  # fmt: skip
+"""The encoders are under each other's name."""
+
+
+@pytest.fixture
+def foreign(session: Session, tmp_path: Path) -> Path:
+    """Other names, degrees, one gap and a swap."""
+    made = tmp_path / "made.csv"
+    name = session.scenario.recordings[0].name
+    save_recording(read_one(session.scenario, name, session.folder), made)
+    table = pd.read_csv(made).rename(columns=NAMES)[list(NAMES.values())]
+    table[["enc_1", "enc_2"]] = np.degrees(table[["enc_1", "enc_2"]])
+    table.loc[400:405, "enc_1"] = np.nan
+    path = tmp_path / "bench.csv"
+    table.to_csv(path, index=False)
+    return path
+
+
+class Clicks:
+    """Presses buttons and counts."""
+
+    def __init__(self, page: Any) -> None:
+        self.page, self.count = page, 0
+
+    def press(self, name: str) -> None:
+        press(self.page, name)
+        self.count += 1
+
+    def upload(self, path: Path) -> None:
+        with self.page.expect_file_chooser() as chooser:
+            self.press("Upload a recording or a scenario")
+        chooser.value.set_files(path)
+
+
+def shot(page: Any, name: str) -> None:
+    """For eyes, where FLEXGUI_SHOTS names a folder."""
+    folder = os.environ.get("FLEXGUI_SHOTS")
+    if folder:
+        page.wait_for_timeout(1500)
+        page.screenshot(path=Path(folder) / f"import_{page.viewport_size['width']}_{name}.png")
+
+
+def test_a_foreign_file_is_fitted_right_in_six_clicks(
+    page: Any, session: Session, foreign: Path
+) -> None:
+    session.change(put(("identify", "population"), 12), put(("identify", "generations"), 15))
+    page.set_default_timeout(PATIENT)
+    hand = Clicks(page)
+    hand.press("Data")
+    hand.upload(foreign)
+    sees(page, "All required signals are assigned.")
+    sees(page, "Exchanged: the others fit only so.")
+    sees(page, "Empty cells: 6 in enc_1; the longest gap lasts 0.006 s.")
+    shot(page, "table")
+    hand.press("Read the file")
+    sees(page, "bench.csv: 3000 samples at 1000 Hz.")
+    hand.press("Use it alone")
+    sees(page, "1 to fit, 0 to validate.")
+    until(lambda: session.is_checked and not session.checking, PATIENT / 1000)
+    shot(page, "check")
+    hand.press("Next: identify")
+    hand.press("Start identification")
+    until(lambda: session.outcome is not None and not session.busy, PATIENT / 1000)
+    assert hand.count <= CLICKS
+    assert session.outcome is not None
+    (fit,) = session.outcome.fits
+    found = {e.name: e.value for e in (*fit.estimates, *fit.derived)}
+    assert found["EI"] == pytest.approx(TRUE_EI, rel=CLOSE)
+    columns = session.scenario.recordings[0].columns
+    assert columns["theta1"].name == "enc_2 [deg]" and columns["theta2"].name == "enc_1 [deg]"
+
+
+def test_a_finding_is_shown_and_mended_with_one_click(
+    page: Any, session: Session, foreign: Path
+) -> None:
+    table = pd.read_csv(foreign).rename(columns={new: old for old, new in NAMES.items()})
+    table[["theta1", "theta2"]] = np.radians(table[["theta1", "theta2"]].interpolate())
+    table["z1 [m]"] *= -1.0
+    spoilt = foreign.with_name("spoilt.csv")
+    table.to_csv(spoilt, index=False)
+    page.set_default_timeout(PATIENT)
+    hand = Clicks(page)
+    hand.press("Data")
+    hand.upload(spoilt)
+    hand.press("Use it alone")
+    sees(page, "Wrong sign")
+    shot(page, "finding")
+    hand.press("Mend z1")
+    sees(page, "The check finds nothing wrong with this recording.")
+    sees(page, "In the scenario by now:")
+    shot(page, "mended")
+    assert session.scenario.recordings[0].columns["z1"].sign == -1
+
+
+@pytest.mark.parametrize("size", SIZES, ids=lambda size: f"{size[0]}x{size[1]}")
+def test_nothing_of_the_table_is_cut_off(
+    desktop: Desktop, chromium: Any, session: Session, foreign: Path, size: tuple[int, int]
+) -> None:
+    session.show("Data")
+    session.upload(foreign.name, foreign.read_bytes(), desktop.services)
+    context = chromium.new_context(viewport={"width": size[0], "height": size[1]})
+    context.set_default_timeout(PATIENT)
+    page = context.new_page()
+    page.goto(desktop.address)
+    sees(page, "All required signals are assigned.")
+    page.wait_for_timeout(SETTLED)
+    shot(page, "fits")
+    found = page.evaluate(BOXES)
+    page.locator("table.signals").first.scroll_into_view_if_needed()
+    shot(page, "rows")
+    context.close()
+    assert not found
+
+
+def test_another_rig_asks_for_other_signals(page: Any, session: Session) -> None:
+    press(page, "Data")
+    field = page.get_by_text("Rig", exact=True).first.get_attribute("for")
+    page.locator(f'[id="{field}"]').click()
+    page.get_by_role("option", name="Voltage recorded", exact=True).click()
+    until(lambda: session.scenario.drive.kind == "voltage")
+    sees(page, "Resistances [Ω]")
+    shot(page, "voltage")
+    assert session.scenario.recordings == ()

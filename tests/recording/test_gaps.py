@@ -1,0 +1,72 @@
+"""Empty cells of encoders: bridged, left out or cut off, as the scenario says."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.errors import InputError
+from core.recording.gaps import bridged, longest_complete, runs, too_long
+from core.recording.load import load_recording
+from core.recording.spec import RecordingSpec
+
+N, DT = 200, 1e-3
+GAP = slice(50, 56)
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """One ramp with six empty cells, and a camera with fewer samples."""
+    t = DT * np.arange(N)
+    rows = ["t,theta1,z1"]
+    for k in range(N):
+        theta = "" if GAP.start <= k < GAP.stop else f"{2.0 * t[k]:.9g}"
+        rows.append(f"{t[k]:.9g},{theta},{0.1 if k % 5 == 0 else ''}")
+    path = tmp_path / "rig.csv"
+    path.write_text("\n".join(rows) + "\n")
+    return path
+
+
+def spec(**gaps: object) -> RecordingSpec:
+    return RecordingSpec.model_validate({"file": "rig.csv", **({"gaps": gaps} if gaps else {})})
+
+
+def test_without_a_word_on_gaps_they_are_refused(file: Path) -> None:
+    with pytest.raises(InputError, match=r"theta1 is empty in data row 51 .*say what to do"):
+        load_recording(file, spec())
+
+
+def test_straight_lines_bridge_a_short_gap(file: Path) -> None:
+    found = load_recording(file, spec(how="interpolate"))
+    assert found["theta1"] == pytest.approx(2.0 * found.time, abs=1e-12)
+    assert found.mask("theta1").all()
+    assert "6 cells bridged" in " ".join(found.warnings)
+
+
+def test_masked_gaps_do_not_count(file: Path) -> None:
+    found = load_recording(file, spec(how="mask"))
+    assert np.flatnonzero(~found.mask("theta1")).tolist() == list(range(GAP.start, GAP.stop))
+
+
+def test_the_longest_complete_part_is_kept(file: Path) -> None:
+    found = load_recording(file, spec(how="cut"))
+    assert found.time[0] == pytest.approx(GAP.stop * DT) and len(found.time) == N - GAP.stop
+    assert np.isnan(found["z1"]).any()  # a slower camera has no gaps
+
+
+def test_a_gap_that_is_too_long_is_named(file: Path) -> None:
+    with pytest.raises(InputError, match=r"gap from 0.05 s on that is longer than gaps.longest"):
+        load_recording(file, spec(how="interpolate", longest=0.004))
+
+
+def test_runs_and_their_ends() -> None:
+    empty = np.array([1, 0, 0, 1, 1, 0], dtype=bool)
+    assert runs(empty) == [(0, 1), (3, 5)]
+    assert (
+        too_long(empty, 9) == 0 and too_long(empty[1:], 2) is None and too_long(empty[1:], 1) == 2
+    )
+    assert longest_complete([empty], 6) == slice(1, 3)
+    values = np.where(empty[1:], np.nan, np.arange(5.0))
+    assert np.array_equal(bridged(values, empty[1:]), np.arange(5.0))

@@ -1,0 +1,92 @@
+"""The check beside each recording: what it says, and what one button mends."""
+
+from __future__ import annotations
+
+import io
+import tomllib
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from core.check.finding import Finding
+from core.scenario.write import scenario_toml
+from flexgui.panels.findings import said_of
+from flexgui.session import Session
+from flexgui.views.finding import finding_words, title_of
+from flexgui.views.sparkline import sparkline
+from tests.session.conftest import Offered
+from tests.session.helpers import bring, good_csv, until
+
+
+def spoilt(session: Session) -> bytes:
+    """Joint 1 in degrees, the camera in millimetres; no heading says so."""
+    table = pd.read_csv(io.BytesIO(good_csv(session)))
+    table["theta1"] = np.degrees(table["theta1"])
+    table["z1 [m]"] *= 1e3
+    text: str = table.rename(columns={"z1 [m]": "z1"}).to_csv(index=False)
+    return text.encode()
+
+
+def checked(session: Session) -> bool:
+    return session.is_checked and not session.checking
+
+
+@pytest.fixture
+def brought(session: Session, services: Offered) -> Session:
+    assert bring(session, "rig.csv", spoilt(session), services)
+    until(lambda: checked(session))
+    return session
+
+
+def test_a_file_that_arrives_is_checked_and_mended_by_buttons(brought: Session) -> None:
+    """One fault hides the other: it is found once the first is mended."""
+    (first,) = brought.findings_of("rig")
+    assert (first.fault, first.channel) == ("millimetres", "z1")
+    assert said_of(brought, "rig") == "1 finding"
+    said = finding_words(first)
+    assert title_of(first.fault) in said and "<svg" in said
+    assert brought.mend(first)
+    until(lambda: checked(brought))
+    (second,) = brought.findings_of("rig")
+    assert (second.fault, second.channel) == ("degrees", "theta1")
+    assert brought.mend(second)
+    until(lambda: checked(brought))
+    assert said_of(brought, "rig") == "good"
+    columns = brought.scenario.recordings[-1].columns
+    names = {c: entry.name for c, entry in columns.items()}
+    assert names == {"theta1": "theta1 [deg]", "z1": "z1 [mm]"}
+    assert len(brought.mended["rig"]) == 2
+    written = tomllib.loads(scenario_toml(brought.scenario))
+    assert "theta1 [deg]" in str(written["recordings"][-1]["columns"])
+    swap = 'columns = { theta1 = "theta2", theta2 = "theta1" }'
+    assert brought.mend(Finding("swapped_joints", "rig", "theta1", 1.0, "", "Said.", swap))
+    columns = brought.scenario.recordings[-1].columns
+    assert columns["theta2"].name == "theta1 [deg]"  # a column keeps its unit
+    assert columns["theta1"].name == "theta2"
+    assert not brought.is_checked and said_of(brought, "rig") in ("", "…")
+
+
+def test_a_second_factor_comes_on_top_of_the_first(brought: Session) -> None:
+    for sign, gain in ((-1, 2.0), (1, 4.0)):
+        line = 'columns = { theta2 = { name = "theta2", sign = -1, gain = 2.0 } }'
+        assert brought.mend(Finding("sign", "rig", "theta2", -1.0, "", "Said.", line))
+        entry = brought.scenario.recordings[-1].columns["theta2"]
+        assert (entry.sign, entry.gain) == (sign, gain)
+
+
+def test_what_cannot_be_mended_changes_nothing(brought: Session) -> None:
+    before = brought.scenario
+    assert not brought.mend(Finding("delay", "rig", "z1", 0.1, "s", "Said."))
+    assert not brought.mend(Finding("sign", "gone", "z1", 0.1, "s", "Said.", "x = 1"))
+    assert not brought.mend(Finding("sign", "rig", "z1", 0.1, "s", "Said.", "x = ["))
+    assert brought.scenario == before
+
+
+def test_a_sparkline_breaks_at_gaps_and_escapes_its_title() -> None:
+    t = np.arange(100.0)
+    values = np.sin(0.1 * t)
+    values[40:60] = np.nan
+    drawn = sparkline(t, values, title="<script>")
+    assert drawn.count("M") == 2 and "<script>" not in drawn
+    assert sparkline(t, np.full(100, np.nan)) == ""
