@@ -8,7 +8,7 @@ from markupsafe import Markup
 
 from core.check.finding import Finding
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Session
 from flexgui.views.finding import finding_words, lines_applied
@@ -21,7 +21,7 @@ hide one another, so what comes sixth is worth a look once the first are mended.
 class FindingList:
     """A folder with a place for each finding; places that are not needed are hidden."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk, gui = desk, desk.gui
         self._found: tuple[Finding, ...] = ()
         self._folder = gui.add_folder("Check of this recording")

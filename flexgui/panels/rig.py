@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from flexgui.panels import widgets
-from flexgui.panels.desk import Desk
+from flexgui.panels.page_context import PageContext
 from flexgui.session.edit import put
 from flexgui.session.rigs import CONSTANTS, RIGS, rig_of
 
@@ -15,7 +15,7 @@ OTHER = "Another one (see the scenario)"
 class RigChoice:
     """Asked first: it says which signals a file must hold."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: PageContext) -> None:
         self._desk = desk
         titles = tuple(rig.title for rig in RIGS)
         widgets.choice(

@@ -1,0 +1,23 @@
+"""Every module of the program can be imported: what is only imported by a page is found here too."""
+
+from __future__ import annotations
+
+import pkgutil
+from importlib import import_module
+
+import pytest
+
+import core
+import flexgui
+
+MODULES = sorted(
+    found.name
+    for package in (core, flexgui)
+    for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    if not found.name.endswith("__main__")
+)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_each_module_can_be_imported(name: str) -> None:
+    assert import_module(name).__name__ == name
