@@ -1,4 +1,4 @@
-"""Every module of the program can be imported: what is only imported by a page is found here too."""
+"""Every module of the program can be imported, those too that only a page imports."""
 
 from __future__ import annotations
 
