@@ -29,10 +29,10 @@ def add_to(app: typer.Typer, plain_words: Callable[[], AbstractContextManager[No
         with plain_words():
             from core.errors import InputError
             from core.files import replacing
-            from core.study.challenge import sealed_truth
+            from core.study.challenge import obfuscated_truth
             from flexgui.session.hand_in import HandIn, most_guesses, stated_guess
 
-            sealed = sealed_truth(place)
+            sealed = obfuscated_truth(place)
             if len(guess) > most_guesses(sealed):
                 raise InputError(
                     f"{len(guess)} guesses are too many: this challenge hides "

@@ -230,10 +230,10 @@ def reveal(place: Path) -> str:
 
     `place` is a challenge's folder, its zip, or the sealed file itself.
     """
-    return truth_in_words(opened(sealed_truth(place), SEALED))
+    return truth_in_words(opened(obfuscated_truth(place), SEALED))
 
 
-def sealed_truth(place: Path) -> str:
+def obfuscated_truth(place: Path) -> str:
     """What lies obfuscated in a challenge's folder or zip; InputError where it is none."""
     path = place / SEALED if place.is_dir() else place
     try:

@@ -189,7 +189,7 @@ def _drawn(waiting: Waiting, header: str) -> Markup:
 
 
 def _judged(waiting: Waiting, channel: str) -> Markup:
-    said, glance = waiting.said_of(channel), waiting.glance
+    said, glance = waiting.wording_of(channel), waiting.glance
     if said is not None:
         text, evidence = title_of(said[0]), said[1]
         return Markup("<td class='alarm' title='{}'>{}</td>").format(evidence, text)

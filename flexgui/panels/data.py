@@ -14,7 +14,7 @@ from core.scenario.schema import Scenario
 from flexgui.panels import widgets
 from flexgui.panels.arrivals import Arrivals
 from flexgui.panels.columns import ColumnChoice
-from flexgui.panels.findings import FindingList, said_of
+from flexgui.panels.findings import FindingList, wording_of
 from flexgui.panels.one_recording import OneRecording
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
@@ -161,7 +161,7 @@ class DataPanel(Panel):
         specs = session.scenario.recordings
         fitted = sum(spec.role == "estimate" for spec in specs)
         self._said.show(paragraph(f"{fitted} to fit, {len(specs) - fitted} to validate.", "lead"))
-        said = {spec.name: said_of(session, spec.name) for spec in specs}
+        said = {spec.name: wording_of(session, spec.name) for spec in specs}
         self._list.show(html_table(listed(session.scenario, said)))
         # Where nothing can be fitted yet, or a file waits for an answer, that comes first.
         asked = session.waiting is not None or session.arrived

@@ -82,7 +82,7 @@ def _look(session: Session, found: tuple[Finding, ...]) -> str:
     return "lead" if found and not session.checking else "soft"
 
 
-def said_of(session: Session, recording: str) -> str:
+def wording_of(session: Session, recording: str) -> str:
     """One word for the list of recordings."""
     if not session.is_checked or not session.was_looked_at(recording):
         return "…" if session.checking else ""

@@ -75,7 +75,7 @@ class Waiting:
         """With empty cells treated as `core.recording.spec.GapsSpec.how` says."""
         return self if self.glance is None else replace(self, gaps=gaps_entry(how, self.glance))
 
-    def said_of(self, channel: str) -> tuple[str, str] | None:
+    def wording_of(self, channel: str) -> tuple[str, str] | None:
         """Fault and evidence of a channel that stands as the first look has guessed it."""
         glance = self.glance
         if glance is None or self.columns.get(channel) != self._as_guessed(channel):

@@ -165,8 +165,8 @@ def test_the_delay_under_a_servo_is_an_unknown_like_any_other():
     ready = prepare(model.steered_by(servo), recording, [sensor("torque")], Processing())
     at = [ready.task_at({"te1": x}).references for x in (0.0, 0.003)]
     place = simulate_within(model, model.numbers(), experiment_of(recording, model)).trajectory
-    assert np.abs(at[1][10:-10, 1] - place.joint_positions[10:-10, 0]).max() < 1e-6
-    assert np.array_equal(at[0][:, 1], recording["theta1"])
+    assert np.abs(at[1][10:-10, -2] - place.joint_positions[10:-10, 0]).max() < 1e-6
+    assert np.array_equal(at[0][:, -2], recording["theta1"])
 
 
 def experiment_of(recording, model):  # type: ignore[no-untyped-def]

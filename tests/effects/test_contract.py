@@ -65,7 +65,7 @@ UNITS = UnitRegistry()
 
 def test_the_ids_are_those_that_result_files_use() -> None:
     wanted = {kind: room for room, kinds in ROOMS.items() for kind in kinds.split()}
-    assert {kind: one.room for kind, one in catalogue().items()} == wanted
+    assert {kind: one.location for kind, one in catalogue().items()} == wanted
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -202,7 +202,7 @@ def test_effects_that_apply_to_a_slide_build_on_it(kind: str) -> None:
     one = effect(kind)
     model = Model(SINGLE.arm, VelocityLoop(gains=(200.0,))).with_effects([one])
     assert all(np.isfinite(element.values).all() for element in model.numbers().elements)
-    if one.room == "joint":
+    if one.location == "joint":
         quantities = one.parameters(model.arm, model.drive, typical(SINGLE.arm))
         assert not any("rad" in quantity.parameter.unit for quantity in quantities)
 

@@ -11,7 +11,7 @@ import pytest
 
 from core.check.finding import Finding
 from core.scenario.write import scenario_toml
-from flexgui.panels.findings import said_of
+from flexgui.panels.findings import wording_of
 from flexgui.session import Session
 from flexgui.views.finding import finding_words, title_of
 from flexgui.views.sparkline import sparkline
@@ -43,7 +43,7 @@ def test_a_file_that_arrives_is_checked_and_mended_by_buttons(brought: Session) 
     """One fault hides the other: it is found once the first is mended."""
     (first,) = brought.findings_of("rig")
     assert (first.fault, first.channel) == ("millimetres", "z1")
-    assert said_of(brought, "rig") == "1 finding"
+    assert wording_of(brought, "rig") == "1 finding"
     said = finding_words(first)
     assert title_of(first.fault) in said and "<svg" in said
     assert brought.mend(first)
@@ -52,7 +52,7 @@ def test_a_file_that_arrives_is_checked_and_mended_by_buttons(brought: Session) 
     assert (second.fault, second.channel) == ("degrees", "theta1")
     assert brought.mend(second)
     until(lambda: checked(brought))
-    assert said_of(brought, "rig") == "good"
+    assert wording_of(brought, "rig") == "good"
     columns = brought.scenario.recordings[-1].columns
     names = {c: entry.name for c, entry in columns.items()}
     assert names == {"theta1": "theta1 [deg]", "z1": "z1 [mm]"}
@@ -64,7 +64,7 @@ def test_a_file_that_arrives_is_checked_and_mended_by_buttons(brought: Session) 
     columns = brought.scenario.recordings[-1].columns
     assert columns["theta2"].name == "theta1 [deg]"  # a column keeps its unit
     assert columns["theta1"].name == "theta2"
-    assert not brought.is_checked and said_of(brought, "rig") in ("", "…")
+    assert not brought.is_checked and wording_of(brought, "rig") in ("", "…")
 
 
 def test_a_second_factor_comes_on_top_of_the_first(brought: Session) -> None:

@@ -50,8 +50,8 @@ def test_the_planned_matrix_is_the_one_that_was_asked_for() -> None:
 def test_pairs_are_of_different_rooms_and_no_pair_comes_twice() -> None:
     pairs = Choice(parts=("pairs",), noises=("white",)).cases()
     assert len({c.what for c in pairs}) == len(pairs) == 20
-    rooms = {kind: one.room for kind, one in candidates().items()}
-    assert all(rooms[c.what[0]] != rooms[c.what[1]] for c in pairs)
+    locations = {kind: one.location for kind, one in candidates().items()}
+    assert all(locations[c.what[0]] != locations[c.what[1]] for c in pairs)
 
 
 def test_both_colours_hide_the_same_truth_and_the_noise_is_as_stated() -> None:
