@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import viser
-import viser._assignable_props_api
 import websockets.asyncio.server as websocket_server
 from viser import _messages, infra
 

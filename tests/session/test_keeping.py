@@ -172,9 +172,9 @@ def test_a_verdict_is_kept_while_the_last_fit_goes_on(
     session: Session, work: KeptWork, found: Session
 ) -> None:
     session.scenario, session.pending = found.scenario, found.looks[-1]
-    session.tell(Topic.DIAGNOSIS)
+    session.notify(Topic.DIAGNOSIS)
     written = (session.folder / RESULTS).stat().st_mtime_ns
-    session.tell(Topic.DIAGNOSIS)
+    session.notify(Topic.DIAGNOSIS)
     assert (session.folder / RESULTS).stat().st_mtime_ns == written, "once"
     dead(session)
     made = revived(work)
