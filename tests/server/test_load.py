@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.server.helpers import apart
 from tests.server.load import (
     Left,
     Looks,
@@ -24,7 +25,7 @@ FEW, SECONDS = 3, 12.0
 
 def test_a_few_are_answered_and_kept_apart(tmp_path: Path) -> None:
     with served(tmp_path, "--workers", "1") as server:
-        members, looks = asyncio.run(crowd_at_work(server, FEW, SECONDS, jobs=1))
+        members, looks = apart(asyncio.run, crowd_at_work(server, FEW, SECONDS, jobs=1))
         lines = {line.what: line for line in of_crowd(members, looks, server)}
         assert left(server, tmp_path).folders == FEW, "they were just there"
     assert lines["3: last moves shown"].good and lines["3: others' moves shown"].good

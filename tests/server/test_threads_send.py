@@ -7,7 +7,7 @@ from typing import Any
 
 from flexgui.server.guarded import NewsEvent
 from tests.server.conftest import Place
-from tests.server.helpers import Browser
+from tests.server.helpers import Browser, apart
 
 
 class Waiter:
@@ -20,7 +20,7 @@ class Waiter:
 def test_a_thread_that_sends_leaves_the_loops_waiters_alone() -> None:
     event: Any = NewsEvent()
     event._waiters.append(Waiter())
-    event.set()
+    apart(event.set)
     assert event.is_set()
 
 
@@ -34,7 +34,7 @@ def test_who_waits_wakes_by_a_set_on_the_loop_even_after_one_of_a_thread() -> No
         event.set()
         return await waiting
 
-    assert asyncio.run(wake())
+    assert apart(asyncio.run, wake())
 
 
 def test_every_browsers_messages_are_announced_so(place: Place) -> None:
