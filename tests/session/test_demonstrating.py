@@ -9,7 +9,7 @@ from flexgui.jobs.looked import Looked
 from flexgui.session import Session
 from flexgui.session.edit import Document
 from flexgui.session.look import Look
-from flexgui.views.demonstration import demonstration, told
+from flexgui.views.demonstration import demonstration, demonstration_summary
 from flexgui.views.live_missing import missing_cloud
 from tests.session.conftest import Offered
 from tests.session.helpers import until
@@ -31,7 +31,8 @@ def test_an_effect_is_shown_where_it_changes_most(session: Session, services: Of
     shown = session.demonstration
     assert shown is not None, session.not_shown
     assert shown.kind == session.demonstrated == "coulomb_friction"
-    assert {p.name for p in shown.sizes} == {"fc1", "fc2"} and "f<sub>c1</sub>" in told(shown)
+    assert {p.name for p in shown.sizes} == {"fc1", "fc2"}
+    assert "f<sub>c1</sub>" in demonstration_summary(shown)
     assert np.abs(shown.with_it - shown.without).max() > 0.0
     assert len(shown.time) == len(shown.measured) < 1000
     names = [t["name"] for t in demonstration(shown)["data"]]
