@@ -303,7 +303,10 @@ def _exchange(state: _State, options: Options, progress: Progress) -> None:
             return
         refit, effects = found
         data, refit = converged(state.data, refit.hypothesis, seen.whitener, progress.stopped)
-        if _gate(state)(data, refit):
+        # The whitener knows the error of the model as it stands; one that leaves relevantly more
+        # of it is no better explanation, whatever its colour says.
+        worse = refit.cost - state.refit.cost > RELEVANT * data.count
+        if worse or _gate(state)(data, refit):
             return
         _replace(state, seen, data, refit, effects)
         _prune(state, progress)

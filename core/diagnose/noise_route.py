@@ -86,10 +86,13 @@ def _level_of(parts: Sequence[Sequence[np.ndarray]], scatters: bool) -> float:
     The encoders' noise shakes lightly damped links, which then swing for the whole recording: long
     recordings hold few independent values of such a noise.
     """
-    each = np.array([np.sqrt(np.mean(np.concatenate(x) ** 2)) for x in zip(*parts, strict=True)])
-    each = np.nan_to_num(each)
+    each = np.array([_rms(np.concatenate(draw)) for draw in zip(*parts, strict=True)])
     level = float(np.sqrt(np.mean(each**2)))
     return level + float(np.std(each, ddof=1)) if scatters else level
+
+
+def _rms(x: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(x**2))) if x.size else 0.0
 
 
 def _source(found: Collection[str]) -> str:
@@ -136,9 +139,10 @@ def _of_missing_torque(
 ) -> dict[str, ColumnNoise]:
     """column -> its noise, of the encoders that a virtual servo follows.
 
-    A torque that was measured makes a part of the high band, but is seen better in itself.
+    A torque that was measured makes a part of the high band, but is seen better in itself. Where
+    nobody knows the torque, all of it would be missing, the motion's too.
     """
-    driven = [r for r in routes if r.driven]
+    driven = [r for r in routes if r.driven and r.experiment.model.drive.torque_known]
     names = [n for n in dict.fromkeys(n for r in driven for n in r.leading()) if n in wanted]
     able = [r for r in driven if all(r.recording.has(n) for n in names)]
     if not able or any(r.recording.logger_filters.get(n) for r in able for n in names):
@@ -253,9 +257,8 @@ class _Route:
             if name not in names or (kind in ("y", "ydot") and not arm.two_revolute):
                 continue
             y = np.array(s.measure(self.trajectory))
-            if (
-                self.driven and kind == ENCODER
-            ):  # the model's joints are the encoders', noise and all
+            # Under a servo the model's joints are the encoders', noise and all.
+            if self.driven and kind == ENCODER:
                 y = self._steering.response(y, self.recording.sample_time)
             y = e.model.sensed(kind, y, self.recording.sample_time, self.values)
             return self._logged(name, y[:, names.index(name)])

@@ -221,10 +221,9 @@ def prepare(
 def _inside(processing: Processing, N: int, dt: float) -> np.ndarray:
     """(N,) whether a sample is further from both ends than a filter's answer to them lasts.
 
-    A torque is made from accelerations, and what a filter must invent beyond the ends of a
-    position is differentiated twice. A Butterworth filter of order n at f answers for about twice
-    its group delay, which is below n / (2 pi f). Without a filter the first and the last sample
-    have no second difference.
+    What a filter must invent beyond the ends of a torque stands beside it there. A Butterworth
+    filter of order n at f answers for about twice its group delay, which is below n / (2 pi f).
+    Without a filter the first and the last sample have no second difference.
     """
     filters = [f for f in (processing.filter, processing.output_filter) if f is not None]
     edge = max((f.order / (np.pi * f.cutoff_hz) for f in filters), default=0.0)

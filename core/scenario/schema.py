@@ -241,8 +241,7 @@ class IdentifySpec(Settings):
     output: Annotated[tuple[Output, ...] | None, BeforeValidator(_one_as_list)] = None
     """Ids of the sensors that are compared; None: what suits level and recordings."""
     filter: ZeroPhaseLowPass | None = None
-    """Low-pass of measurement and model alike; positions pass it before they are
-    differentiated."""
+    """Low-pass of measurement and model alike."""
     output_filter: ZeroPhaseLowPass | None = None
     """A further low-pass of the compared outputs, measured and modelled alike."""
     decimate: Annotated[Whole, Field(ge=1)] = 1

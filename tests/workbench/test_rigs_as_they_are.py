@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from core.diagnose.verdict import NOTHING
 from core.drives import build_drive
 from core.effects import effect
 from core.errors import InputError
@@ -16,7 +17,7 @@ from core.progress import Silent
 from core.recording.recording import Recording
 from core.recording.save import save_recording
 from core.recording.spec import SimulateSpec
-from core.results import Outcome
+from core.results import Diagnosis, Outcome
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 from core.simulate.experiment import NO_NOISE, make_task, read_sensors
@@ -280,6 +281,41 @@ def test_a_bench_held_by_its_servo_is_right(bench_rig: Path) -> None:
     for name in ("tg1", "tg2"):
         assert values[name] == pytest.approx(5e-3, abs=DELAY)
     assert {c.channel for c in found.comparisons[0].channels} == {"deflection1", "deflection2"}
+
+
+NOISES = "[sensors]\nencoder_noise = 1e-5\ndeflection_noise = 1e-4\n"
+
+
+def diagnosed(text: str, folder: Path) -> Diagnosis:
+    """Of a scenario that says nothing of the sensors, up to three effects."""
+    plain = text.replace(NOISES, "").replace("[[rec", "[diagnose]\nmax_effects = 3\n[[rec")
+    found = run_scenario(scenario(plain), folder=folder).diagnosis
+    assert found is not None
+    return found
+
+
+@pytest.mark.long
+def test_what_a_rig_on_voltage_lacks_is_named(rotary_rig: Path) -> None:
+    """The delay comes first; friction must not give way to what leaves more of the error."""
+    found = diagnosed(rotary(FILE, 0.2, 7.68e-3, "", '"EI1"'), rotary_rig)
+    assert set(found.steps[-1].model) == {"sensor_delay", "coulomb_friction"}
+    assert found.final_verdict == NOTHING
+    assert found.values["fc1"] == pytest.approx(0.03, rel=CLOSE)
+    assert found.values["tg1"] - found.values["te1"] == pytest.approx(4e-3, abs=DELAY)
+
+
+@pytest.mark.long
+def test_what_a_held_rig_lacks_is_named_without_a_torque(bench_rig: Path) -> None:
+    text = BENCH.format(
+        drive=HELD, effects="", parameters='"EI1", "EI2"', start="EI1 = 3.5, EI2 = 0.36",
+        recording=FILE,
+    )  # fmt: skip
+    found = diagnosed(text, bench_rig)
+    assert found.steps[-1].model == ("sensor_delay",)
+    assert found.final_verdict == NOTHING
+    for k in "12":
+        late = found.values[f"tg{k}"] - found.values[f"te{k}"]
+        assert late == pytest.approx(5e-3, abs=DELAY)
 
 
 def test_a_held_rig_is_not_simulated_without_a_recording() -> None:
