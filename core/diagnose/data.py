@@ -111,10 +111,15 @@ class Hypothesis:
 
     def errors(self, vector: np.ndarray) -> list[np.ndarray]:
         """Weighted errors (M, k) per recording."""
-        found = self.residuals.blocks(vector)
+        return self.errors_of([vector])[0]
+
+    def errors_of(self, vectors: Sequence[np.ndarray]) -> list[list[np.ndarray]]:
+        """The errors at each of several vectors (P,), simulated together."""
+        found = self.residuals.blocks_of(vectors)
         if self.anchor is None or self.steps is None or self.model.level == "lpv":
             return found
-        return [a + b for a, b in zip(found, self.anchor.correction(self.steps), strict=True)]
+        missed = self.anchor.correction(self.steps)
+        return [[a + b for a, b in zip(one, missed, strict=True)] for one in found]
 
     def slopes(self, vector: np.ndarray) -> list[np.ndarray]:
         """Their derivatives (M, k, P) per recording, with half the steps: a direction need not be

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.descent import cost_of
 from core.diagnose.resonance import resonant_sizes
 from core.effects.effect import Effect
+from core.lanes.wide import LANES
 
 CLOSER = 1.15
 """Ratio of neighbouring sizes in the second scan: a spring that swings ten times in a recording
@@ -46,18 +47,30 @@ def narrowed(
     the screen tried, of those at which the arm would swing as the error of `base` does, and of
     those between the best's neighbours."""
     best = dict(values)
-    cost = _cost_at(data, effects, best) if scanned else np.inf
+    cost = _costs(data, effects, [best])[0] if scanned else np.inf
     grids = _grids(data, effects)
     for name in scanned:
         for sizes in (_others, _swinging, _between):
-            for size in sizes(Scan(data, base, effects, best, name, grids.get(name, ()))):
+            scan = Scan(data, base, effects, best, name, grids.get(name, ()))
+            for some in batched(sizes(scan), TOGETHER):
                 if stopped():
                     return best
-                tried = {**best, name: size}
-                found = _cost_at(data, effects, tried)
-                if found < cost:
-                    best, cost = tried, found
+                tried = [{**best, name: size} for size in some]
+                found = _costs(data, effects, tried)
+                least = int(np.argmin(found))
+                if found[least] < cost:
+                    best, cost = tried[least], found[least]
     return best
+
+
+TOGETHER = LANES
+"""Sizes between two looks at whether the search was stopped: one recording fills the lanes."""
+
+
+def batched(sizes: Sequence[float], count: int) -> Iterator[Sequence[float]]:
+    """Up to `count` of them at a time."""
+    for first in range(0, len(sizes), count):
+        yield sizes[first : first + count]
 
 
 def _grids(data: Data, effects: Sequence[Effect]) -> dict[str, tuple[float, ...]]:
@@ -94,6 +107,22 @@ def _between(scan: Scan) -> list[float]:
     return [float(np.sign(scan.size) * x) for x in np.geomspace(low, high, count)[1:-1]]
 
 
-def _cost_at(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> float:
-    h = hypothesis(data, effects, values).coarse
-    return cost_of(h.errors(h.vector))
+def _costs(
+    data: Data, effects: Sequence[Effect], tried: Sequence[Mapping[str, float]]
+) -> list[float]:
+    """Weighted squared error at each of some sets of values; those that differ in unknowns only
+    are simulated together."""
+    places = [hypothesis(data, effects, values).coarse for values in tried]
+    if not all(_differ_in_unknowns(places[0], h) for h in places):
+        return [cost_of(h.errors(h.vector)) for h in places]
+    return [cost_of(errors) for errors in places[0].errors_of([h.vector for h in places])]
+
+
+def _differ_in_unknowns(a: Hypothesis, b: Hypothesis) -> bool:
+    """Whether one is the other at another vector."""
+
+    def fixed(h: Hypothesis) -> dict[str, float]:
+        known = h.model.effect_values
+        return {name: x for name, x in known.items() if name not in h.unknowns.labels}
+
+    return a.unknowns.labels == b.unknowns.labels and a.steps == b.steps and fixed(a) == fixed(b)

@@ -77,7 +77,11 @@ class Residuals:
 
     def blocks(self, vector: np.ndarray) -> list[np.ndarray]:
         """Weighted errors (M_i, k), zero where a sample does not count."""
-        return self._blocks([(vector, range(len(self.experiments)))])[0]
+        return self.blocks_of([vector])[0]
+
+    def blocks_of(self, vectors: Sequence[np.ndarray]) -> list[list[np.ndarray]]:
+        """The blocks at each of several vectors, simulated together."""
+        return self._blocks([(vector, range(len(self.experiments))) for vector in vectors])
 
     @cached_property
     def linear(self) -> LinearOutputs | None:
