@@ -4,6 +4,7 @@ A part is a module with
 
 - TITLE, ORDER (its place on the page) and FILES (recordings that it needs, not shipped),
 - CASES: name -> function of the data folder that returns plain values (JSON),
+- SOURCES, where there are any: patterns below `tests` of what its cases are made with,
 - section(found): Markdown from case -> those values; cases that were not run are missing.
 
 One line of JSON per case; the same command goes on where it stopped. A part whose source has
@@ -68,8 +69,10 @@ def parts() -> dict[str, ModuleType]:
 
 
 def digest(name: str) -> str:
-    """Of a part's file and of what stands beside the frame."""
+    """Of a part's file, of what stands beside the frame and of what its cases are made with."""
     files = [HERE / "parts" / f"{name}.py", *sorted(HERE.glob("*_rules.py"))]
+    for pattern in getattr(parts()[name], "SOURCES", ()):
+        files += sorted(HERE.parent.glob(pattern))
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:12]
 
 
