@@ -54,6 +54,15 @@ CASES: dict[str, Callable[[Path], dict[str, Any]]] = {
 }
 
 
+def _confusion(found: Mapping[str, Any]) -> Any:
+    from tests.evidence.figures import confusion, first_named
+
+    return confusion(first_named(found)) if first_named(found) else None
+
+
+FIGURES = {"engine_confusion": ("Hidden alone, and named first", _confusion)}
+
+
 def section(found: Mapping[str, Any]) -> str:
     """Markdown."""
     return text(found, len(WIDE))
