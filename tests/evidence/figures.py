@@ -49,7 +49,7 @@ def beside(names: Sequence[str], ours: Sequence[float], judged: Sequence[float])
     axes.set_yticks(places, names)
     axes.invert_yaxis()
     axes.set_xlabel("free run's error [mm rms]")
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return figure
 
 
@@ -85,9 +85,11 @@ def _plain(name: str) -> str:
 
 
 def first_named(found: Mapping[str, Mapping[str, Any]]) -> list[tuple[str, str]]:
-    """(hidden, named first) of the cases with one hidden effect or none."""
-    return [
+    """(hidden, named first) of the cases with one hidden effect or none; empty where all hide the
+    same, which leaves nothing to confuse."""
+    pairs = [
         (next(iter(one["truth"]), NOTHING), one["first"] or NOTHING)
         for one in found.values()
         if len(one["truth"]) < 2
     ]
+    return pairs if len({hidden for hidden, _ in pairs}) > 1 else []
