@@ -97,11 +97,10 @@ def _tip(one: Found) -> str:
 
 def _every(found: Mapping[str, Found]) -> str:
     rows = [
-        [name, one["first"] or "–", "yes" if set_right(one) else "NO", _worst(one), _tip(one),
-         f"{one['seconds']:.0f} s"]
+        [name, one["first"] or "–", "yes" if set_right(one) else "NO", _worst(one), _tip(one)]
         for name, one in found.items()
     ]  # fmt: skip
-    head = ("case", "first", "named right", "worst size", "tip error", "time")
+    head = ("case", "first", "named right", "worst size", "tip error")
     return table(head, rows)
 
 

@@ -25,7 +25,7 @@ FOLDER = Path(__file__).resolve().parents[3] / "scenarios" / "mujoco"
 TRUTH = tomllib.loads((FOLDER / "truth.toml").read_text(encoding="utf-8"))
 SINGLE = tuple(name for name, effects in TRUTH.items() if len(effects) < 2)
 ITERATIONS = 25
-"""Most of the optimiser's; all that were looked at ended before."""
+"""Most of the optimiser's, three times what a short recording with viscous friction took."""
 
 
 def refitted(case: str, _: Path, samples: int | None = None) -> dict[str, Any]:
