@@ -207,15 +207,19 @@ def wanted_channels(arm: Arm, references: Iterable[str]) -> tuple[str, ...]:
     found = _waiting("", (), arm, tuple(references))
     derived = ("y", "ydot")
     told = {*found.needed, *found.useful}
-    extra = [c for c in found.offered if c.startswith(("deflection", "link_theta"))]
-    bends = [k + 1 for k, modes in enumerate(arm.modes) if modes]
-    more = [c for c in extra if c.startswith("link") or int(c[-1]) in bends]
+    bends = [f"deflection{k + 1}" for k, modes in enumerate(arm.modes) if modes]
+    turns = any(segment.joint == "revolute" for segment in arm.segments)
+    camera = ("z1", "z2") if turns else ()  # a slide's encoder says all that a camera could
+    links = [c for c in found.offered if c.startswith("link_theta")]
+    more = (*bends, *links, *camera)
     return tuple(c for c in found.offered if (c in told or c in more) and c[:-1] not in derived)
 
 
 def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[str, ...]) -> Waiting:
     encoders = tuple(f"theta{k + 1}" for k in range(arm.joints))
-    useful = (*encoders, "z1", "z2")
+    # Where torques are recorded the encoders are enough; of a rig in loops the camera says most.
+    loops = any(name.endswith("_ref") for name in references)
+    useful = (*encoders, *(("z1", "z2") if loops else ()))
     needed = ("t", *references, *((POINT,) if arm.joints > 1 else ()))
     joints = [(name, joint_of(name)) for name in channel_names()]
     own = [name for name, joint in joints if joint is None or joint < arm.joints]
