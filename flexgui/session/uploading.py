@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from core.arm.presets import presets
 from core.errors import InputError
 from core.model import Model
 from core.recording.spec import RecordingSpec
@@ -31,8 +32,8 @@ from flexgui.session.columns import (
     waiting_for,
     wanted_channels,
 )
-from flexgui.session.edit import Document, put, recording, thawed
-from flexgui.session.rigs import RIGS, rig_edit, rig_of
+from flexgui.session.edit import Document, Edit, put, recording, thawed
+from flexgui.session.rigs import RIGS, arm_edit, rig_edit, rig_of
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 from flexgui.session.uploads import keep_upload, unpack, unpacking_folder
@@ -305,7 +306,17 @@ class Uploading(Checking, ABC):
         rig = next((r for r in RIGS if r.title == title), None)
         if rig is None or rig == rig_of(self.scenario):
             return False
-        if not self.change(rig_edit(self.scenario, rig)):
+        return self._become(rig_edit(self.scenario, rig))
+
+    def choose_arm(self, preset: str) -> bool:
+        """Makes the scenario's arm one that ships; a waiting file is looked at anew."""
+        if preset == self.scenario.arm.preset or preset not in presets():
+            return False
+        return self._become(arm_edit(self.scenario, preset))
+
+    def _become(self, edit: Edit) -> bool:
+        """Another rig: a waiting file is looked at anew."""
+        if not self.change(edit):
             return False
         waiting = self.waiting
         if waiting is not None and not waiting.recording:
