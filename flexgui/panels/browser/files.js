@@ -3,17 +3,35 @@
 (() => {
   if (window.fxFiles) return;
   window.fxFiles = true;
-  const NEXT = 300;  // ms: one transfer begins before the next file is chosen
+  const LOOK = 300;  // ms between two looks at the note of a transfer
+  const SHOWN = 1000;  // ms within which the note of a transfer appears
   const MOST = 50;
+  const waits = [];
+  let going = false;
+  let given = -Infinity;
 
-  const give = (input, file) => {
+  const give = ([button, file]) => {
+    const input = button.isConnected ? button : target();
+    if (!input) return;
+    given = performance.now();
     const one = new DataTransfer();
     one.items.add(file);
     input.files = one.files;
     input.dispatchEvent(new Event("change", {bubbles: true}));
   };
-  const giveAll = (input, files) => [...files].slice(0, MOST)
-    .forEach((file, k) => setTimeout(() => give(input, file), k * NEXT));
+  // A button's client knows one transfer at a time: a second one would leave the first one's note
+  // standing for ever.
+  const busy = () => performance.now() - given < SHOWN || [...document.querySelectorAll(".mantine-Notification-root")]
+    .some(note => note.innerText.trim().startsWith("Uploading"));
+  const next = () => {
+    if (!busy() && waits.length) give(waits.shift());
+    going = waits.length > 0;
+    if (going) setTimeout(next, LOOK);
+  };
+  const giveAll = (input, files) => {
+    waits.push(...[...files].slice(0, MOST).map(file => [input, file]));
+    if (!going) { going = true; next(); }
+  };
 
   document.addEventListener("change", event => {
     const input = event.target;
