@@ -15,7 +15,7 @@ from core.arm.build import build_arm
 from core.diagnose.diagnose import Options, diagnose
 from core.diagnose.level import AUTO, choose_level
 from core.diagnose.phrases import linear_line
-from core.diagnose.repeated_runs import notes_on_runs
+from core.diagnose.repeated_runs import runs_compared
 from core.diagnose.stated_noise import stated_noise
 from core.diagnosed import diagnosed_scenario
 from core.errors import InputError
@@ -23,6 +23,7 @@ from core.identify import predictor
 from core.identify.compare import compare, shared_values
 from core.identify.fit import Fitted, identify
 from core.identify.prepared import prepare
+from core.identify.repeatability import sentences
 from core.identify.setup import Setup, make_setup
 from core.identify.shortened import MOST_SAMPLES
 from core.identify.unknowns import Unknowns, collect_unknowns, fixed_values
@@ -103,6 +104,7 @@ def run_scenario(
             if setup.model.level == "lpv":
                 diagnosis = replace(diagnosis, linear_model=linear_model(comparisons, diagnosis))
     standing, values = _as_it_stands(scenario, setup, fits, diagnosis)
+    repeated = runs_compared(fits)
     return Outcome(
         title=scenario.title,
         method=scenario.identify.method,
@@ -116,12 +118,13 @@ def run_scenario(
         notes=(
             *setup.notes,
             *_fit_notes(fits),
-            *notes_on_runs(fits),
+            *sentences(repeated),
             *_error_notes(fits),
             *_warnings(recordings),
         ),
         arm_table=_arm_table(model),
         diagnosis=diagnosis,
+        repeated=repeated,
         origins=_origins(setup.model, fits),
         mechanism=mechanism(standing, values),
     )

@@ -31,6 +31,7 @@ from core.recording.spec import (
     GapsSpec,
     LoggerFilterSpec,
     RecordingSpec,
+    ResampleSpec,
     SimulateSpec,
 )
 from core.recording.velocity import ZeroPhaseLowPass
@@ -61,6 +62,7 @@ SECTIONS: tuple[tuple[str, type[BaseModel], str], ...] = (
     ("`simulate` of a recording", SimulateSpec, ""),
     ("a column of `columns`", ColumnSpec, ""),
     ("`gaps` of a recording", GapsSpec, '`gaps = {{ how = "interpolate", longest = 0.02 }}`'),
+    ("`resample` of a recording", ResampleSpec, "`resample = {{ rate = 1000.0 }}`"),
     ("`camera` of a recording", CameraSpec, ""),
     ("a filter of `logger_filter`", LoggerFilterSpec, ""),
     ("`[identify]`", IdentifySpec, ""),

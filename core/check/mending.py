@@ -9,6 +9,10 @@ from core.units import parse_header
 
 Entry = dict[str, Any]
 
+EVEN = 'resample = { how = "interpolate" }'
+"""Mends what is wrong with the clock alone; where the rows were taken evenly and only the stamps
+scatter, `count` is right, which nobody can see in the file."""
+
 
 def mended_columns(before: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, Any]:
     """`columns` of a recording with those of a line on top.

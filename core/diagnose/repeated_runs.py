@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from core.diagnose.repetition import repeated
 from core.identify.fit import Fitted
-from core.identify.repeatability import Repeated, repeatability, sentences
-from core.results import Estimate
+from core.identify.repeatability import repeatability
+from core.results import Estimate, Repeated
 
 
 def runs_compared(fits: Sequence[Fitted]) -> tuple[Repeated, ...]:
@@ -22,11 +22,6 @@ def runs_compared(fits: Sequence[Fitted]) -> tuple[Repeated, ...]:
         if len(runs) == len(names) == len(set(names)):
             found += repeatability(runs)
     return tuple(found)
-
-
-def notes_on_runs(fits: Sequence[Fitted]) -> tuple[str, ...]:
-    """The sentences of `runs_compared`."""
-    return sentences(runs_compared(fits))
 
 
 def _own_estimates(fits: Sequence[Fitted]) -> dict[str, list[Estimate]]:

@@ -8,12 +8,11 @@ Controlled Clinical Trials 7, 1986). A run is tested against what all the others
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import stdtr, stdtrit
 
-from core.results import Estimate
+from core.results import Disagreement, Estimate, Repeated
 
 FEWEST = 3
 """Runs: of two that differ nobody knows which one is the odd one."""
@@ -22,32 +21,6 @@ LEVEL = 0.05
 WORTH = 0.02
 """Share of the parameter below which a difference is nobody's concern, however sure it is: motors'
 constants change by that from a cold to a warm room."""
-
-
-@dataclass(frozen=True)
-class Disagreement:
-    """A run whose parameter is not what the other runs say."""
-
-    run: str
-    share: float
-    """Of the others' mean by which it differs."""
-    p_value: float
-
-
-@dataclass(frozen=True)
-class Repeated:
-    """One parameter over the runs of an experiment."""
-
-    name: str
-    unit: str
-    mean: float
-    between: float
-    """Standard deviation between runs, those left out that disagree; what a next run will do."""
-    within: float
-    """Root mean square of the runs' own deviations."""
-    interval: tuple[float, float]
-    """95 %, of the mean; Student's, since few runs tell the scatter between them."""
-    disagreeing: tuple[Disagreement, ...]
 
 
 def repeatability(runs: Mapping[str, Sequence[Estimate]]) -> tuple[Repeated, ...]:

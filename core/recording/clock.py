@@ -14,6 +14,9 @@ JITTER = 0.01
 DRIFT = 0.5
 """Of the sample time: farther from the even grid, a row belongs to the neighbouring instant."""
 
+RESAMPLE = 'set resample = { how = "interpolate" }'
+"""What a person does about an uneven clock, in the scenario."""
+
 
 def check_rising(table: Table, header: str, time: np.ndarray) -> None:
     """Every row has a time, later than the one before."""
@@ -29,7 +32,7 @@ def check_rising(table: Table, header: str, time: np.ndarray) -> None:
         verb = "repeats" if time[row] == time[row - 1] else "falls back to"
         raise InputError(
             f"{table.source}: column {header} {verb} {time[row]:.9g} s in {table.row(row)} after "
-            f"{time[row - 1]:.9g} s; sort the rows and remove doubled ones."
+            f"{time[row - 1]:.9g} s; {RESAMPLE}, or sort the rows and remove doubled ones."
         )
 
 
@@ -59,7 +62,7 @@ def even_time(table: Table, header: str, time: np.ndarray, first_row: int) -> np
         raise InputError(
             f"{table.source}: column {header} is not uniform: it steps by {steps[k]:.6g} s into "
             f"{table.row(first_row + k + 1)} where {usual:.6g} s is usual; "
-            f"resample the recording, or cut it with window."
+            f"{RESAMPLE}, or cut it with window."
         )
     n = len(time)
     grid = time[0] + (time[-1] - time[0]) / (n - 1) * np.arange(n)
@@ -68,6 +71,6 @@ def even_time(table: Table, header: str, time: np.ndarray, first_row: int) -> np
     if off[worst] > DRIFT * usual:
         raise InputError(
             f"{table.source}: column {header} is not uniform: {table.row(first_row + worst)} is "
-            f"{off[worst]:.3g} s off an even grid; resample the recording, or cut it with window."
+            f"{off[worst]:.3g} s off an even grid; {RESAMPLE}, or cut it with window."
         )
     return np.asarray(grid)

@@ -17,6 +17,7 @@ from core.recording.gaps import bridged, longest_complete, too_long
 from core.recording.read_table import read_table
 from core.recording.reading import Watching
 from core.recording.recording import CameraPose, Recording
+from core.recording.resampling import Even, at_rate, even_table
 from core.recording.spec import GapsSpec, RecordingSpec
 from core.recording.table import Table, number
 from core.sentences import brief, did_you_mean, few
@@ -62,12 +63,13 @@ def _load(
                 f"{_nearest(table, name)}"
             )
     _check_named(table, spec, sources)
+    table, factor, resampled = _even(table, spec, sources)
     rows, time = _read_time(table, spec, sources["t"])
     rows, time, cut = _complete(table, spec, sources, rows, time)
-    channels, warnings = {}, [*table.warnings, *cut]
+    channels, warnings = {}, [*table.warnings, *([resampled] if resampled else []), *cut]
     counted = {name: _counted(time, stretches) for name, stretches in spec.mask.items()}
     for name in (name for name in sources if name != "t"):
-        values = _read_channel(table, name, sources[name], rows, spec.gaps is not None)
+        values = _read_channel(table, name, sources[name], rows, spec)
         if np.isnan(values).all():
             warnings.append(f"Column {sources[name].header} has no sample at all and is left out.")
             continue
@@ -82,7 +84,7 @@ def _load(
     dt = float(time[-1] - time[0]) / (len(time) - 1)
     warnings += _apply_camera(channels, spec, dt, table.source)
     warnings += _unused(table, sources)
-    return Recording(
+    found = Recording(
         name=spec.name or file_stem(table.source),
         time=time,
         channels=channels,
@@ -94,6 +96,7 @@ def _load(
         warnings=tuple(warnings),
         theta2=spec.theta2,
     )
+    return at_rate(found, factor)
 
 
 class Unchecked(NamedTuple):
@@ -123,6 +126,8 @@ def load_unchecked(
         table = read_table(path, progress)
         _check_numbers(table)
         sources = _find_sources(table, spec, units or {})
+        if "t" in sources:
+            table = _even(table, spec, sources).table
         values = {c: s.factor * table.numbers(s.header) for c, s in sources.items()}
     time = values.pop("t", None)
     if time is not None:
@@ -130,7 +135,21 @@ def load_unchecked(
         # Rows without a time are kept: they are one of the faults.
         keep = ~((time < low) | (time > high))
         time, values = time[keep], {c: v[keep] for c, v in values.items()}
+        values = {c: _settled(c, v, time, spec.gaps) for c, v in values.items()}
     return Unchecked(table, time, values, {c: s.header for c, s in sources.items()})
+
+
+def _settled(
+    channel: str, values: np.ndarray, time: np.ndarray, gaps: GapsSpec | None
+) -> np.ndarray:
+    """Without the gaps of which a person has said that they are bridged or cut off."""
+    empty = np.isnan(values)
+    if gaps is None or channel_kind(channel).sparse or empty.all() or not empty.any():
+        return values
+    steps = np.diff(time[np.isfinite(time)])
+    usual = float(np.median(steps)) if steps.size else 0.0
+    most = len(values) if gaps.how == "cut" or usual <= 0 else int(gaps.longest / usual + 0.5)
+    return bridged(values, empty) if too_long(empty, max(most, 1)) is None else values
 
 
 def _check_numbers(table: Table) -> None:
@@ -242,6 +261,16 @@ def _check_named(table: Table, spec: RecordingSpec, sources: dict[str, _Source])
                 )
 
 
+def _even(table: Table, spec: RecordingSpec, sources: Mapping[str, _Source]) -> Even:
+    """The table on an even clock where the scenario says so."""
+    if spec.resample is None:
+        return Even(table, 1, "")
+    clock = sources["t"]
+    _check_sizes(table, clock.header, clock.factor * table.numbers(clock.header), 0)
+    headers = {c: s.header for c, s in sources.items()}
+    return even_table(table, headers, clock.factor, spec.resample, spec.window)
+
+
 def _read_time(table: Table, spec: RecordingSpec, source: _Source) -> tuple[slice, np.ndarray]:
     time = source.factor * table.numbers(source.header)
     _check_sizes(table, source.header, time, 0)
@@ -251,17 +280,19 @@ def _read_time(table: Table, spec: RecordingSpec, source: _Source) -> tuple[slic
 
 
 def _read_channel(
-    table: Table, channel: str, source: _Source, rows: slice, gaps: bool
+    table: Table, channel: str, source: _Source, rows: slice, spec: RecordingSpec
 ) -> np.ndarray:
-    """`gaps`: whether somebody has said what happens to empty cells."""
+    """Empty cells are let through where somebody has said what happens to them."""
     values = source.factor * table.numbers(source.header)[rows]
     _check_sizes(table, source.header, values, rows.start)
     empty = np.flatnonzero(np.isnan(values))
-    if empty.size and not gaps and not channel_kind(channel).sparse:
+    if empty.size and spec.gaps is None and not channel_kind(channel).sparse:
+        row = table.row(rows.start + int(empty[0]))
+        row += " of the resampled table" if spec.resample is not None else ""
         raise InputError(
-            f"{table.source}: column {source.header} is empty in "
-            f"{table.row(rows.start + int(empty[0]))}; only camera and strain columns may have "
-            f"empty cells, fill it, cut the row off with window, or say what to do with gaps."
+            f"{table.source}: column {source.header} is empty in {row}; only camera and strain "
+            f"columns may have empty cells, fill it, cut the row off with window, or say what to "
+            f'do with gaps, such as gaps = {{ how = "mask" }}.'
         )
     return values
 

@@ -106,6 +106,19 @@ class GapsSpec(Settings):
     of a second: a fifth of that hides no swing."""
 
 
+class ResampleSpec(Settings):
+    """An even clock for rows that are not even in time, or a lower rate for a fast log; without it
+    uneven rows are refused."""
+
+    how: Literal["interpolate", "count"] = "interpolate"
+    """interpolate: values belong to their time stamps, encoders pass through a cubic spline, inputs
+    are held and averaged over each step; count: the rows were taken evenly and only their stamps
+    scatter."""
+    rate: Positive | None = None
+    """Hz; that of the densest channel where not stated. Below it the recording is thinned behind a
+    symmetric low-pass, so that nothing is folded."""
+
+
 LONGEST = 3600.0
 """s of one simulated recording."""
 Duration = Annotated[float, Field(strict=True, gt=0, le=LONGEST, allow_inf_nan=False)]
@@ -185,6 +198,8 @@ class RecordingSpec(Settings):
     """s, in the file's time: rows outside it are left out."""
     gaps: GapsSpec | None = None
     """What happens to empty cells of columns that need a number in every row."""
+    resample: ResampleSpec | None = None
+    """What happens to rows that are not even in time, and the rate that is kept."""
     time_shift: Real = 0.0
     """s: a camera sample written at t belongs to t - time_shift."""
     camera: CameraSpec = CameraSpec()

@@ -21,6 +21,7 @@ from core.results.identification import Estimate, Fit, Generation, Identifiabili
 from core.results.maps import ErrorMap, ErrorMaps, ErrorOver, WorstCell
 from core.results.mechanism import Link, Mechanism, PresentEffect
 from core.results.outcome import Outcome
+from core.results.repeated import Disagreement, Repeated
 
 __all__ = [
     "ChannelComparison",
@@ -28,6 +29,7 @@ __all__ = [
     "DescriptorModel",
     "Diagnosis",
     "DiagnosisRound",
+    "Disagreement",
     "Equation",
     "ErrorMap",
     "ErrorMaps",
@@ -47,6 +49,7 @@ __all__ = [
     "PresentEffect",
     "RankedEffect",
     "RecordingComparison",
+    "Repeated",
     "Valley",
     "Variant",
     "WorstCell",

@@ -10,6 +10,7 @@ from core.results.description import DescriptorModel, Equation
 from core.results.diagnosis import Diagnosis
 from core.results.identification import Estimate, Fit
 from core.results.mechanism import Mechanism
+from core.results.repeated import Repeated
 
 
 @dataclass(frozen=True)
@@ -35,5 +36,7 @@ class Outcome:
     """Name of an estimate -> arm, drive, sensor, or the id of the effect it belongs to."""
     as_given: tuple[Estimate, ...] = ()
     """Estimates of the first fit, where `fits` are of a model that has grown since."""
+    repeated: tuple[Repeated, ...] = ()
+    """Parameters over the runs of one experiment, where each run has estimates of its own."""
     mechanism: Mechanism | None = None
     """The arm of `model` in plain numbers; None where nobody stated it."""

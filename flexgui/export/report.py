@@ -18,6 +18,7 @@ from flexgui.export.diagnosis_report import diagnosis_block
 from flexgui.export.glance import glance, has_ladder
 from flexgui.export.motion import Motion
 from flexgui.export.plot import Plot, packed_plotly, plot
+from flexgui.views.between_runs import between_runs
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.correlation import correlation
@@ -121,6 +122,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "diagnosis": diagnosis_block(outcome),
         "parameters": standing_parameters(outcome) if outcome.fits else None,
         "parameters_as_given": given_parameters(outcome),
+        "between_runs": between_runs(outcome.repeated),
         "given_open": grown(outcome),
         # Of a way on the page the last fit is of the grown model.
         "first_fit": FIRST_FIT if grown(outcome) and not outcome.as_given else "",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 from core.results import (
@@ -69,6 +70,7 @@ def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
             {"name": name, "title": title, "value": value, "unit": unit}
             for name, title, value, unit in outcome.arm_table
         ],
+        "repeatability": [asdict(one) for one in outcome.repeated],
         "notes": outcome.notes,
         "files": list(files),
     }

@@ -59,8 +59,27 @@ def tables(outcome: Outcome) -> Tables:
     }
     if outcome.diagnosis is not None:
         named["parameters_as_given"] = parameter_table_as_given
+    if outcome.repeated:
+        named["repeatability"] = repeatability_table
     made = {name: make(outcome) for name, make in named.items()}
     return made | diagnosis_tables(outcome) | recording_tables(outcome)
+
+
+REPEATED_COLUMNS = (
+    "parameter unit mean lower95 upper95 std_between std_within runs_differing"
+).split()
+
+
+def repeatability_table(outcome: Outcome) -> pd.DataFrame:
+    """A row per parameter that several runs of one experiment have estimated, in SI."""
+    rows = [
+        (
+            one.name, one.unit, one.mean, *one.interval, one.between, one.within,
+            " ".join(each.run for each in one.disagreeing),
+        )
+        for one in outcome.repeated
+    ]  # fmt: skip
+    return pd.DataFrame(rows, columns=REPEATED_COLUMNS)
 
 
 PARAMETER_COLUMNS = (

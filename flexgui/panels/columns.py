@@ -10,16 +10,12 @@ from markupsafe import Markup
 from flexgui.panels import widgets
 from flexgui.panels.arrivals import TOP
 from flexgui.panels.page_context import PageContext
+from flexgui.panels.rows import RowChoice, rows_words
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.columns import POINT, Waiting
 from flexgui.views.finding import title_of
 from flexgui.views.sparkline import sparkline
 
-GAPS = {
-    "Interpolate": "interpolate",
-    "Interpolate, without counting them": "mask",
-    "Keep the longest part without gaps": "cut",
-}
 PICTURE = (96, 26)
 """px: three cells of a row fit a panel of 340."""
 ALL_KNOWN = "All required signals are assigned."
@@ -35,11 +31,7 @@ class ColumnChoice:
         self._folder = gui.add_folder("Which column is which", order=TOP, visible=False)
         with self._folder:
             self._said = Words(gui)
-            self._gaps: Any = gui.add_dropdown(
-                "Empty cells", tuple(GAPS), disabled=desk.read_only, visible=False
-            )
-            if not desk.read_only:
-                self._gaps.on_update(self._put_gaps)
+            self._rows = RowChoice(desk)
             self._read = widgets.button(
                 desk, "Read the file", lambda: desk.session.read_waiting(), prominent=True
             )
@@ -93,11 +85,9 @@ class ColumnChoice:
         self._assign.color = "blue" if open_ else "gray"
         left = len(waiting.missing)
         state = f"Signals still missing: {left}." if left else ALL_KNOWN
-        lead = paragraph(f"{waiting.file}: {state}")
-        self._said.show(joined(lead, _known(waiting), _empty_cells(waiting)))
-        self._gaps.visible = waiting.gaps is not None
-        if waiting.gaps is not None:
-            self._gaps.value = next(w for w, how in GAPS.items() if how == waiting.gaps["how"])
+        lead = paragraph(f"{waiting.file}{_more(waiting)}: {state}")
+        self._said.show(joined(lead, _known(waiting), rows_words(waiting)))
+        self._rows.show(waiting)
         self._more.visible = bool(open_) or self._correcting
         self._correct.visible = not self._more.visible
         self._show_question()
@@ -129,10 +119,6 @@ class ColumnChoice:
         said = {waiting.words(c): c for c in waiting.offered}
         return said.get(str(self._channel.value), waiting.offered[0])
 
-    def _put_gaps(self, event: Any) -> None:
-        if event.client_id is not None:  # not where the page itself has set it
-            self._desk.session.choose_gaps(GAPS[str(self._gaps.value)])
-
     def _put(self) -> bool:
         gain = float(self._gain.value)
         if not math.isfinite(gain) or gain == 0.0:
@@ -151,6 +137,14 @@ class ColumnChoice:
             return
         turns = waiting.units.get(POINT, "rad") == "rad"
         self._desk.session.stood_at(math.radians(value) if turns else value)
+
+
+def _more(waiting: Waiting) -> str:
+    """The files that are read with the same table."""
+    count = len(waiting.companions)
+    if not count:
+        return ""
+    return " and one more file" if count == 1 else f" and {count} more files with the same columns"
 
 
 def _known(waiting: Waiting) -> Markup:
@@ -203,14 +197,6 @@ def _fixed(waiting: Waiting) -> str:
     degrees = waiting.units.get(POINT, "rad") == "rad"
     value = waiting.theta2 or 0.0
     return f"fixed at {math.degrees(value):g}°" if degrees else f"fixed at {value:g} m"
-
-
-def _empty_cells(waiting: Waiting) -> Markup:
-    glance = waiting.glance
-    if glance is None or not glance.empty:
-        return Markup("")
-    counts = ", ".join(f"{count} in {header}" for header, count in glance.empty.items())
-    return paragraph(f"Empty cells: {counts}; the longest gap lasts {glance.longest_gap:.3g} s.")
 
 
 def _offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:

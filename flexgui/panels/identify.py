@@ -10,7 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from core.errors import InputError
-from core.results import Fit
+from core.results import Fit, Repeated
 from core.sensors import sensors
 from core.workbench import base_model
 from flexgui.panels import widgets
@@ -22,6 +22,7 @@ from flexgui.session import Topic
 from flexgui.session.edit import put
 from flexgui.session.identified import noisy, paper_points, stated
 from flexgui.session.run import PAUSED, QUEUED, RUNNING, STOPPING
+from flexgui.views.between_runs import short_between_runs
 from flexgui.views.html import html_table
 from flexgui.views.live_fit import live_fit
 from flexgui.views.live_parameters import live_parameters
@@ -104,6 +105,7 @@ class IdentifyPanel(Panel):
         self._about = Words(gui)
         self._cost, self._plane = Plot(gui, 0.33), Plot(gui, 0.42)
         self._table = Words(gui)
+        self._repeated = Words(gui)
         self._fit = Plot(gui, 0.30)
         self._paper = Words(gui)
 
@@ -121,10 +123,12 @@ class IdentifyPanel(Panel):
         if outcome is None:
             table = live_parameters(history, searched)
             self._table.show(html_table(table) if table else "")
+            self._repeated.show("")
             self._fit.show(None)
             self._summary.show("")
         else:
             self._table.show(html_table(_short(outcome.fits)))
+            self._repeated.show(_runs(outcome.repeated))
             self._fit.show(live_fit(outcome.comparisons))
             self._summary.show(_sentences(summary(outcome), self._old(), session.known_biased))
         self._show_paper()
@@ -215,6 +219,16 @@ def _sentences(sentences: tuple[str, ...], old: bool, biased: bool) -> Markup:
     note = paragraph("The settings have changed since; start again to renew this.", "bad")
     doubt = paragraph(BIASED_NOTE, "bad") if biased else ""
     return joined(doubt, *(paragraph(s) for s in sentences), note if old else "")
+
+
+def _runs(found: Sequence[Repeated]) -> Markup:
+    """How well the parameters repeat, and which run differs; nothing where nothing was repeated."""
+    table = short_between_runs(found)
+    if table is None:
+        return Markup("")
+    odd = any(one.disagreeing for one in found)
+    lead = paragraph("Runs of the same experiment differ." if odd else "The runs agree.", "lead")
+    return joined(lead, Markup("<div class='scroll'>{}</div>").format(html_table(table)))
 
 
 def _short(fits: Sequence[Fit]) -> Table:

@@ -7,9 +7,10 @@ from typing import Any
 from flexgui.panels import widgets
 from flexgui.panels.page_context import PageContext
 from flexgui.session.edit import put
-from flexgui.session.rigs import CONSTANTS, RIGS, rig_of
+from flexgui.session.rigs import CONSTANTS, RIGS, arm_choices, rig_of
 
 OTHER = "Another one (see the scenario)"
+OWN = "One of its own (see the scenario)"
 
 
 class RigChoice:
@@ -23,11 +24,21 @@ class RigChoice:
             lambda title: desk.session.choose_rig(title) if title != OTHER else False,
             "What drives the joints, and what of it was recorded.",
         )  # fmt: skip
+        arms = arm_choices()
+        widgets.choice(
+            desk, "Arm", (*arms, OWN), self._arm,
+            lambda name: desk.session.choose_arm(arms[name]) if name in arms else False,
+            "Its values can be changed in the stage Arm.",
+        )  # fmt: skip
         self._fields = {name: self._field(name, label) for name, label in CONSTANTS.items()}
 
     def _title(self) -> str:
         rig = rig_of(self._desk.session.scenario)
         return OTHER if rig is None else rig.title
+
+    def _arm(self) -> str:
+        preset = self._desk.session.scenario.arm.preset
+        return next((name for name, known in arm_choices().items() if known == preset), OWN)
 
     def _field(self, name: str, label: str) -> Any:
         desk = self._desk

@@ -10,22 +10,23 @@ from core.arm.arm import Arm
 from core.errors import InputError
 from core.loading import joint_units
 from core.recording.channels import channel_kind, channel_names, is_channel, joint_of
-from core.recording.spec import GapsSpec, RecordingSpec
+from core.recording.spec import RecordingSpec
 from core.units import parse_header
 from flexgui.jobs.tasks.glance import Glance
+from flexgui.jobs.tasks.rows import Rows, settings
 from flexgui.views.names import channel_symbol
 
 POINT = "theta2"
 """The channel that says at which working point the arm stood, where nothing else does."""
 
 
-SHORT_GAP = GapsSpec(how="interpolate").longest
+@dataclass(frozen=True)
+class Companion:
+    """A file with the same columns, brought together with the one that waits."""
 
-
-def gaps_entry(how: str, glance: Glance) -> dict[str, Any]:
-    """The entry under `gaps`; a person who asks for longer gaps to be bridged says how long."""
-    long = glance.longest_gap > SHORT_GAP and how != "cut"
-    return {"how": how} | ({"longest": round(1.01 * glance.longest_gap, 6)} if long else {})
+    file: str
+    rows: Rows
+    """What its rows are like."""
 
 
 @dataclass(frozen=True)
@@ -54,26 +55,47 @@ class Waiting:
     """The recording that is read anew; a new one where empty."""
     glance: Glance | None = None
     """What a first look into the file has found; None before it."""
-    gaps: dict[str, Any] | None = None
-    """The scenario's entry under `gaps`, in a file with empty cells."""
+    gaps: str = ""
+    """What happens to empty cells and missing rows, as `core.recording.spec.GapsSpec.how` says;
+    empty: as `flexgui.jobs.tasks.rows.settings` proposes."""
+    clock: str = "interpolate"
+    """How uneven rows are made even."""
+    rate: float | None = None
+    """Hz, that is kept of a fast log."""
+    companions: tuple[Companion, ...] = ()
+    """Files that are read with the same columns."""
 
     def guessed(self, glance: Glance) -> Waiting:
-        """With the columns as a first look guesses them, and gaps bridged where they are short."""
-        gaps = None
-        if glance.empty:
-            short = glance.longest_gap <= SHORT_GAP
-            gaps = gaps_entry("interpolate" if short else "mask", glance)
+        """With the columns as a first look guesses them."""
         columns = {c: {"gain": 1.0, "sign": 1, **entry} for c, entry in glance.columns.items()}
         named = {c: parse_header(entry["name"])[0] for c, entry in columns.items()}
         headers = {parse_header(h)[0]: h for h in self.headers}
-        return replace(
-            self, columns=columns, headers_of={c: headers[n] for c, n in named.items()},
-            glance=glance, gaps=gaps,
-        )  # fmt: skip
+        chosen = {c: headers[n] for c, n in named.items()}
+        return replace(self, columns=columns, headers_of=chosen, glance=glance)
 
-    def with_gaps(self, how: str) -> Waiting:
-        """With empty cells treated as `core.recording.spec.GapsSpec.how` says."""
-        return self if self.glance is None else replace(self, gaps=gaps_entry(how, self.glance))
+    @property
+    def rows(self) -> tuple[Rows, ...]:
+        """What the rows of the file and of its companions are like."""
+        own = Rows() if self.glance is None else self.glance.rows
+        return (own, *(each.rows for each in self.companions))
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The file and its companions."""
+        return (self.file, *(each.file for each in self.companions))
+
+    def settings(self, index: int = 0) -> dict[str, Any]:
+        """The scenario's entries on clock and gaps of one of the files."""
+        entries = settings(self.rows[index], self.gaps, self.clock)
+        if self.rate is not None:
+            entries["resample"] = {**entries.get("resample", {}), "rate": self.rate}
+        return entries
+
+    @property
+    def gaps_chosen(self) -> str:
+        """What happens to gaps as things stand; empty where no file has any."""
+        found = [self.settings(k).get("gaps", {}) for k in range(len(self.rows))]
+        return next((str(each["how"]) for each in found if each), "")
 
     def wording_of(self, channel: str) -> tuple[str, str] | None:
         """Fault and evidence of a channel that stands as the first look has guessed it."""
@@ -185,15 +207,19 @@ def wanted_channels(arm: Arm, references: Iterable[str]) -> tuple[str, ...]:
     found = _waiting("", (), arm, tuple(references))
     derived = ("y", "ydot")
     told = {*found.needed, *found.useful}
-    extra = [c for c in found.offered if c.startswith(("deflection", "link_theta"))]
-    bends = [k + 1 for k, modes in enumerate(arm.modes) if modes]
-    more = [c for c in extra if c.startswith("link") or int(c[-1]) in bends]
+    bends = [f"deflection{k + 1}" for k, modes in enumerate(arm.modes) if modes]
+    turns = any(segment.joint == "revolute" for segment in arm.segments)
+    camera = ("z1", "z2") if turns else ()  # a slide's encoder says all that a camera could
+    links = [c for c in found.offered if c.startswith("link_theta")]
+    more = (*bends, *links, *camera)
     return tuple(c for c in found.offered if (c in told or c in more) and c[:-1] not in derived)
 
 
 def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[str, ...]) -> Waiting:
     encoders = tuple(f"theta{k + 1}" for k in range(arm.joints))
-    useful = (*encoders, "z1", "z2")
+    # Where torques are recorded the encoders are enough; of a rig in loops the camera says most.
+    loops = any(name.endswith("_ref") for name in references)
+    useful = (*encoders, *(("z1", "z2") if loops else ()))
     needed = ("t", *references, *((POINT,) if arm.joints > 1 else ()))
     joints = [(name, joint_of(name)) for name in channel_names()]
     own = [name for name, joint in joints if joint is None or joint < arm.joints]

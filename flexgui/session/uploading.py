@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import shutil
+import threading
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from core.arm.presets import presets
 from core.errors import InputError
 from core.model import Model
 from core.recording.spec import RecordingSpec
@@ -20,22 +22,25 @@ from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
 from flexgui.jobs.tasks.glance import Glance, glance
 from flexgui.jobs.tasks.read_file import headers, length_and_rate
+from flexgui.jobs.tasks.rows import Rows, rows_of, settings
 from flexgui.session.checking import Checking
 from flexgui.session.columns import (
     POINT,
+    Companion,
     Waiting,
     waiting_again,
     waiting_for,
     wanted_channels,
 )
-from flexgui.session.edit import Document, put, recording, thawed
-from flexgui.session.rigs import RIGS, rig_edit, rig_of
+from flexgui.session.edit import Document, Edit, put, recording, thawed
+from flexgui.session.rigs import RIGS, arm_edit, rig_edit, rig_of
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 from flexgui.session.uploads import keep_upload, unpack, unpacking_folder
 
 ASKED = "{} has no column {}: assign one below under “Which column is which”."
 MORE = "{} has columns with other names: assign them below, or read the file as it is."
+REST = " The other files were read: {}."
 GUESSED = "{}: what its columns seem to be stands below; read it, or correct the table."
 
 
@@ -50,7 +55,7 @@ class Arrived:
 
 
 class Uploading(Checking, ABC):
-    """At most one file waits for its columns; it is forgotten when another one comes."""
+    """At most one file waits for its columns, with those that have the same ones."""
 
     def __init__(self, key: str, folder: Path) -> None:
         super().__init__(key, folder)
@@ -59,6 +64,10 @@ class Uploading(Checking, ABC):
         """Files of which the person has not said yet whether they are used alone."""
         self.aside: tuple[Document, ...] = ()
         """Recordings that made room for them."""
+        self._bringing = threading.Lock()
+        """Held while one file is looked at: several that are chosen at once come one by one."""
+        self._queued: tuple[str, ...] = ()
+        """Files with other columns, which are asked about once the one that waits is settled."""
         self._own: frozenset[str] = frozenset()
         """Files of the person that are recordings by now."""
 
@@ -73,13 +82,20 @@ class Uploading(Checking, ABC):
     def upload(self, name: str, content: bytes, services: Services) -> bool:
         """Keeps a file and reads it, or asks for its columns; a scenario file is opened instead.
 
-        Whether it is used alone is asked where recordings of another origin stand already.
+        Whether it is used alone is asked where recordings of another origin stand already. A file
+        with the columns of the one that waits is read with it; one with others is asked about next.
         """
-        self.leave_file()
+        with self._bringing:
+            return self._brought(name, content, services)
+
+    def _brought(self, name: str, content: bytes, services: Services) -> bool:
+        table = not name.lower().endswith((".zip", ".toml"))
+        if self.waiting is not None and (self.waiting.recording or not table):
+            self.leave_file()
         try:
             path = keep_upload(self.folder, name, content, services.upload_limit_bytes)
             try:
-                if path.suffix.lower() not in (".zip", ".toml") and self._waits(path):
+                if table and (self._joins(path) or self._waits(path)):
                     return False
                 self._take_in(path, services.upload_limit_bytes)
             except InputError:
@@ -139,17 +155,27 @@ class Uploading(Checking, ABC):
         waiting = self.waiting
         if waiting is None:
             return False
-        try:
-            if waiting.missing:
-                raise InputError(_still(waiting))
-            self._read(
-                waiting.file, waiting.columns, waiting.theta2, waiting.recording, waiting.gaps
-            )
-        except InputError as error:
-            self.show_message(str(error), bad=True)
+        if waiting.missing:
+            self.show_message(_still(waiting), bad=True)
+            return False
+        failed = [said for k in range(len(waiting.files)) if (said := self._why_not(waiting, k))]
+        if failed:
+            rest = len(waiting.files) - len(failed)
+            self.show_message(f"{failed[0]}{REST.format(rest) if rest else ''}", bad=True)
+        if len(failed) == len(waiting.files):
             return False
         self._wait(None)
+        self._ask_next()
         return True
+
+    def _why_not(self, waiting: Waiting, index: int) -> str:
+        """Why one of the files cannot be read; empty where it is read now."""
+        file, settings = waiting.files[index], waiting.settings(index)
+        try:
+            self._read(file, waiting.columns, waiting.theta2, waiting.recording, settings)
+        except InputError as error:
+            return str(error)
+        return ""
 
     def use_arrived(self, alone: bool) -> bool:
         """Makes what has arrived recordings, in place of those that stand or beside them."""
@@ -186,11 +212,17 @@ class Uploading(Checking, ABC):
     def leave_file(self) -> None:
         """Forgets the waiting file; a recording that has it already keeps it."""
         if self.waiting is not None:
-            self._drop(self.waiting.file)
+            for file in self.waiting.files:
+                self._drop(file)
             self._wait(None)
+            self._ask_next()
 
     def leave_waiting(self) -> None:
         """Forgets all that a person was asked about, and what stands aside."""
+        with self._lock:
+            queued, self._queued = self._queued, ()
+        for file in queued:
+            self._drop(file)
         self.leave_file()
         self.leave_arrived()
         with self._lock:
@@ -200,13 +232,48 @@ class Uploading(Checking, ABC):
         if file not in {spec.file for spec in self.scenario.recordings}:
             (self.folder / file).unlink(missing_ok=True)
 
+    def _joins(self, path: Path) -> bool:
+        """Whether it is read together with the file that waits, or asked about after it."""
+        waiting = self.waiting
+        if waiting is None:
+            return False
+        if self._headings(path.name) != waiting.headers:
+            with self._lock:
+                self._queued = (*self._queued, path.name)
+            return True
+        found: Rows = self._asked(rows_of, path.name, columns=waiting.columns)
+        companions = (*waiting.companions, Companion(path.name, found))
+        self._wait(replace(waiting, companions=companions))
+        return True
+
+    def _ask_next(self) -> None:
+        """Looks at the files that came while another one waited."""
+        while self.waiting is None and self._queued:
+            with self._lock:
+                file, self._queued = self._queued[0], self._queued[1:]
+            try:
+                if not self._waits(self.folder / file):
+                    self._take_in(self.folder / file, 0)
+            except InputError as error:
+                self._drop(file)
+                self.show_message(str(error), bad=True)
+            self._queue_again()
+
+    def _queue_again(self) -> None:
+        """Those behind may have the columns of the one that waits now."""
+        with self._lock:
+            queued, self._queued = self._queued, ()
+        for file in queued:
+            if not self._joins(self.folder / file):
+                self._queued = (*self._queued, file)
+
     def _waits(self, path: Path) -> bool:
         """Whether its columns have to be asked for."""
         model = base_model(self.scenario)
         headings = self._headings(path.name)
         waiting = waiting_for(path.name, headings, model.arm, _references(model))
         found = self._glance(path.name, model)
-        if waiting is None and not found.empty:
+        if waiting is None and not settings(found.rows):
             return False
         if waiting is None:
             plain = RecordingSpec(file=path.name)
@@ -220,20 +287,42 @@ class Uploading(Checking, ABC):
         return True
 
     def choose_gaps(self, how: str) -> None:
-        """Says what happens to the empty cells of the waiting file."""
-        if self.waiting is not None and self.waiting.gaps is not None:
-            self._answered(self.waiting.with_gaps(how))
+        """Says what happens to empty cells and missing rows, as in `gaps` of a scenario."""
+        if self.waiting is not None:
+            self._answered(replace(self.waiting, gaps=how))
+
+    def choose_clock(self, how: str) -> None:
+        """Says how uneven rows are made even, as in `resample` of a scenario."""
+        if self.waiting is not None:
+            self._answered(replace(self.waiting, clock=how))
+
+    def choose_rate(self, rate: float | None) -> None:
+        """Says which rate in Hz is kept of a fast log; None: all of it."""
+        if self.waiting is not None:
+            self._answered(replace(self.waiting, rate=rate))
 
     def choose_rig(self, title: str) -> bool:
         """Makes the scenario one of another kind of rig; a waiting file is looked at anew."""
         rig = next((r for r in RIGS if r.title == title), None)
         if rig is None or rig == rig_of(self.scenario):
             return False
-        if not self.change(rig_edit(self.scenario, rig)):
+        return self._become(rig_edit(self.scenario, rig))
+
+    def choose_arm(self, preset: str) -> bool:
+        """Makes the scenario's arm one that ships; a waiting file is looked at anew."""
+        if preset == self.scenario.arm.preset or preset not in presets():
+            return False
+        return self._become(arm_edit(self.scenario, preset))
+
+    def _become(self, edit: Edit) -> bool:
+        """Another rig: a waiting file is looked at anew."""
+        if not self.change(edit):
             return False
         waiting = self.waiting
         if waiting is not None and not waiting.recording:
             self._waits(self.folder / waiting.file)
+            if self.waiting is not None:
+                self._wait(replace(self.waiting, companions=waiting.companions))
         self.notify(Topic.RECORDINGS)
         return True
 
@@ -289,12 +378,12 @@ class Uploading(Checking, ABC):
         columns: dict[str, dict[str, Any]],
         theta2: float | None,
         name: str,
-        gaps: dict[str, Any] | None = None,
+        settings: Mapping[str, Any] | None = None,
     ) -> None:
         """Takes the file in, or gives the recording of that name other columns; InputError else."""
         entry: Document = {"file": file} | ({"columns": columns} if columns else {})
         entry |= {} if theta2 is None else {"theta2": theta2}
-        entry |= {} if gaps is None else {"gaps": gaps}
+        entry |= settings or {}
         arguments = {"entry": entry, "scenario": self.scenario}
         samples, rate = self._asked(length_and_rate, file, **arguments)
         words = f"{file}: {samples} samples at {rate:.4g} Hz."
@@ -304,7 +393,8 @@ class Uploading(Checking, ABC):
             return
         place = recording(names.index(name))
         edits = put((*place, "columns"), columns or None), put((*place, POINT), theta2)
-        if self.change(*edits):
+        more = [put((*place, key), value) for key, value in (settings or {}).items()]
+        if self.change(*edits, *more):
             self.show_message(words)
             self.set_cursor(recording=name, time=0.0, playing=False)
             self.check_recordings()

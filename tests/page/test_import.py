@@ -154,3 +154,41 @@ def test_another_rig_asks_for_other_signals(page: Any, session: Session) -> None
     sees(page, "Resistances [Ω]")
     shot(page, "voltage")
     assert session.scenario.recordings == ()
+
+
+def test_several_files_of_one_choice_share_one_table(
+    page: Any, session: Session, foreign: Path
+) -> None:
+    second = foreign.with_name("second.csv")
+    second.write_bytes(foreign.read_bytes())
+    page.set_default_timeout(PATIENT)
+    hand = Clicks(page)
+    hand.press("Data")
+    with page.expect_file_chooser() as chooser:
+        hand.press("Upload a recording or a scenario")
+    chooser.value.set_files([foreign, second])
+    sees(page, "bench.csv and one more file: All required signals are assigned.")
+    shot(page, "several")
+    hand.press("Read the file")
+    hand.press("Use these 2 alone")
+    sees(page, "2 to fit, 0 to validate.")
+    assert [spec.file for spec in session.scenario.recordings] == ["bench.csv", "second.csv"]
+
+
+DROP = """names => {
+    const given = new DataTransfer();
+    for (const [name, text] of names) given.items.add(new File([text], name));
+    const of = {bubbles: true, cancelable: true, dataTransfer: given};
+    document.body.dispatchEvent(new DragEvent("drop", of));
+}"""
+
+
+def test_files_that_are_dropped_on_the_page_are_brought(
+    page: Any, session: Session, foreign: Path
+) -> None:
+    page.set_default_timeout(PATIENT)
+    press(page, "Data")
+    page.get_by_text("Upload a recording or a scenario").wait_for()
+    text = foreign.read_text()
+    page.evaluate(DROP, [["a.csv", text], ["b.csv", text]])
+    until(lambda: session.waiting is not None and len(session.waiting.files) == 2, PATIENT / 1000)

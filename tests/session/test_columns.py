@@ -221,8 +221,8 @@ def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session, service
     assert not session.upload("rig.csv", content, services)
     waiting = session.waiting
     assert waiting is not None and not waiting.missing and not waiting.questions
-    assert waiting.gaps == {"how": "interpolate"}
-    assert waiting.glance is not None and waiting.glance.empty == {"enc_1": 6}
+    assert waiting.settings() == {"gaps": {"how": "interpolate"}}
+    assert waiting.rows[0].empty == {"enc_1": 6}
     names = {c: entry["name"] for c, entry in waiting.columns.items()}
     assert names["theta1"] == "enc_2 [deg]" and names["theta2"] == "enc_1 [deg]"
     assert session.read_waiting() and session.use_arrived(alone=True), session.message.text

@@ -8,6 +8,7 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.check.mending import EVEN
 
 GAP = 1.75
 """Times the usual step: a row is missing; jitter hardly reaches that."""
@@ -28,12 +29,18 @@ class Dropouts(Check):
             said = (
                 f"{lost} rows are missing in {gaps.size} gaps of t, the longest {gaps.max():.4g} s"
             )
-            yield case.finding(self.kind, "t", lost, "samples", said)
+            mend = _masked(float(gaps.max()))
+            yield case.finding(self.kind, "t", lost, "samples", said, mend)
         for name, values in found.channels.items():
             lost = _missing(found.counted(name), name in found.masks) + _zeros(values)
             if lost:
                 said = f"{name} has no sample in {lost} rows between others"
                 yield case.finding(self.kind, name, lost, "samples", said)
+
+
+def _masked(longest: float) -> str:
+    """Lines that put the rows on an even clock; what is missing is bridged and does not count."""
+    return f'{EVEN}\ngaps = {{ how = "mask", longest = {1.01 * longest:.4g} }}'
 
 
 def _missing(values: np.ndarray, masked: bool) -> int:

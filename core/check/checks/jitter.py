@@ -8,6 +8,7 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.check.mending import EVEN
 
 SHARE = 0.02
 """Of the sample time; rounding of the time column and real loggers stay below 1 %."""
@@ -31,4 +32,4 @@ class Jitter(Check):
         many = float(np.mean(np.abs(plain - np.median(plain)) > SHARE * found.step))
         if spread > SHARE * found.step and many > 0.2:
             said = f"t scatters by {1e3 * spread:.3g} ms around an even clock of {found.step:.4g} s"
-            yield case.finding(self.kind, "t", spread, "s", said)
+            yield case.finding(self.kind, "t", spread, "s", said, EVEN)

@@ -8,6 +8,7 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.check.mending import EVEN
 
 
 class RepeatedTimes(Check):
@@ -22,4 +23,4 @@ class RepeatedTimes(Check):
         if count:
             back = int(np.sum(steps < 0))
             said = f"t repeats in {count - back} rows and falls back in {back}"
-            yield case.finding(self.kind, "t", count, "samples", said)
+            yield case.finding(self.kind, "t", count, "samples", said, EVEN)

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexgui.jobs.tasks.rows import Rows, headers_of, rows, settings
+
 if TYPE_CHECKING:
     from core.check.finding import Finding
     from core.progress import Progress
@@ -39,10 +41,8 @@ class Glance:
     """Channel -> fault and evidence, of what the check finds in the file as guessed."""
     taken_in: Mapping[str, str] = field(default_factory=dict)
     """Channel -> evidence that changed the guess."""
-    empty: Mapping[str, int] = field(default_factory=dict)
-    """Header -> its empty cells between others."""
-    longest_gap: float = 0.0
-    """s, of those of the columns that need a number in every row."""
+    rows: Rows = Rows()
+    """Whether its rows are even in time, and what is empty."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,8 @@ class _File:
     name: str
     scenario: Scenario
     progress: Progress
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    """Of the recording, beside its columns."""
 
     def findings(self, columns: Mapping[str, Any]) -> tuple[Finding, ...]:
         """Of this file alone; nothing where it cannot be checked as it stands."""
@@ -62,6 +64,7 @@ class _File:
         from core.scenario.data_folder import Within
 
         entry = {"name": self.name, "file": self.name, "columns": dict(columns)}
+        entry |= self.settings
         try:
             spec = RecordingSpec.model_validate(entry)
             alone = self.scenario.model_copy(update={"recordings": (spec,)})
@@ -87,13 +90,13 @@ def glance(
     table = read_table(Within(Path(folder)).find(file), progress)
     numbers = _numbers(table)
     columns = _guessed(numbers, wanted)
-    one = _File(Path(folder), file, scenario, progress)
+    found = rows(numbers, headers_of(tuple(table.columns), columns), columns)
+    one = _File(Path(folder), file, scenario, progress, settings(found))
     columns, said, taken_in = _checked(one, columns, numbers)
-    headers = _headers_of(tuple(table.columns), columns, wanted)
-    empty, longest = _gaps(numbers, headers)
+    found = rows(numbers, headers_of(tuple(table.columns), columns), columns)
     return Glance(
         tuple(table.columns), columns, {h: _picture(x) for h, x in numbers.items()}, said,
-        taken_in, empty, longest,
+        taken_in, found,
     )  # fmt: skip
 
 
@@ -221,21 +224,6 @@ def _headers_of(
     named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
     own = {c: plain[c] for c in wanted if c in plain}
     return {c: h for c, h in {**own, **named}.items() if h}
-
-
-def _gaps(
-    numbers: Mapping[str, np.ndarray], headers: Mapping[str, str]
-) -> tuple[dict[str, int], float]:
-    """Empty cells of columns that need a number in every row, and the longest gap in s."""
-    from core.recording.channels import channel_kind
-    from core.recording.gaps import runs
-
-    complete = [h for c, h in headers.items() if c != "t" and not channel_kind(c).sparse]
-    empty = {h: np.isnan(numbers[h]) for h in complete if h in numbers}
-    most = max((b - a for mask in empty.values() for a, b in runs(mask)), default=0)
-    time = numbers.get(headers.get("t", ""), np.zeros(0))
-    step = float(np.nanmedian(np.diff(time))) if len(time) > 1 else 0.0
-    return {h: int(mask.sum()) for h, mask in empty.items() if mask.any()}, most * step
 
 
 def _picture(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

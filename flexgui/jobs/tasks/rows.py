@@ -1,0 +1,143 @@
+"""The rows of a file that a person brought: whether they are even in time, and what is empty."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from core.progress import Progress
+
+
+@dataclass(frozen=True)
+class Rows:
+    """What a person decides of before the file is read."""
+
+    empty: Mapping[str, int] = field(default_factory=dict)
+    """Header -> its empty cells, of columns that need a number in every row."""
+    longest_gap: float = 0.0
+    """s, without a row or without a number in such a column."""
+    uneven: str = ""
+    """What is wrong with the clock; empty where it is even."""
+    rate: float = 0.0
+    """Hz, the usual one; 0 without a clock."""
+
+
+def rows_of(folder: str, file: str, columns: Mapping[str, Any], *, progress: Progress) -> Rows:
+    """InputError where the file is no table, or none of the folder.
+
+    Args:
+        folder: The session's.
+        file: A name in it.
+        columns: Channel -> the scenario's entry under `columns`.
+        progress: How much of the file is read.
+    """
+    from core.recording.read_table import read_table
+    from core.scenario.data_folder import Within
+
+    table = read_table(Within(Path(folder)).find(file), progress)
+    numbers = {}
+    for header in table.columns:
+        if header not in table.faults and table.columns[header].dtype.kind == "f":
+            numbers[header] = table.numbers(header)
+    return rows(numbers, headers_of(tuple(table.columns), columns), columns)
+
+
+def rows(
+    numbers: Mapping[str, np.ndarray], headers: Mapping[str, str], columns: Mapping[str, Any]
+) -> Rows:
+    """Of the columns (N,) of a file; `headers`: channel -> column."""
+    from core.recording.channels import channel_kind
+    from core.recording.gaps import runs
+
+    needed = [h for c, h in headers.items() if c != "t" and not channel_kind(c).sparse]
+    empty = {h: np.isnan(numbers[h]) for h in needed if h in numbers}
+    most = max((b - a for mask in empty.values() for a, b in runs(mask)), default=0)
+    time = _seconds(numbers, headers, columns)
+    usual, said, missing = _clock(time)
+    return Rows(
+        {h: int(mask.sum()) for h, mask in empty.items() if mask.any()},
+        max(most * usual, missing), said, 1.0 / usual if usual > 0 else 0.0,
+    )  # fmt: skip
+
+
+SHORT_GAP = 0.02
+"""s, as `core.recording.spec.GapsSpec.longest`, which a test holds: hides no swing of a link."""
+
+
+def settings(found: Rows, how: str = "", clock: str = "interpolate") -> dict[str, Any]:
+    """The scenario's entries that make such a file one that can be read; none for a good one.
+
+    Args:
+        found: What its rows are like.
+        how: Of the gaps; left out: short ones are bridged, long ones bridged and not counted.
+        clock: How an uneven clock is made even.
+    """
+    entries: dict[str, Any] = {"resample": {"how": clock}} if found.uneven else {}
+    if not found.empty and not found.longest_gap:
+        return entries
+    long = found.longest_gap > SHORT_GAP
+    chosen = how or ("mask" if long else "interpolate")
+    entries["gaps"] = {"how": chosen}
+    if long and chosen != "cut":
+        entries["gaps"]["longest"] = round(1.01 * found.longest_gap, 6)
+    return entries
+
+
+def headers_of(headers: tuple[str, ...], columns: Mapping[str, Any]) -> dict[str, str]:
+    """Channel -> header: what `columns` names, then columns of a channel's own name."""
+    from core.recording.channels import is_channel
+    from core.units import parse_header
+
+    plain = {parse_header(h)[0]: h for h in headers}
+    named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
+    own = {name: h for name, h in plain.items() if is_channel(name) and h not in named.values()}
+    return {c: h for c, h in {**own, **named}.items() if h}
+
+
+def _seconds(
+    numbers: Mapping[str, np.ndarray], headers: Mapping[str, str], columns: Mapping[str, Any]
+) -> np.ndarray:
+    """(N,) s; nothing where no column is the time."""
+    from core.errors import InputError
+    from core.units import factor_to_si, parse_header
+
+    header = headers.get("t", "")
+    if header not in numbers:
+        return np.zeros(0)
+    entry = columns.get("t", {"name": header})
+    unit = parse_header(entry["name"])[1] or parse_header(header)[1]
+    try:
+        factor = factor_to_si(unit, ("s",)) * entry.get("gain", 1.0)
+    except InputError:  # the reader has a sentence on that
+        return np.zeros(0)
+    return np.asarray(factor * numbers[header])
+
+
+def _clock(time: np.ndarray) -> tuple[float, str, float]:
+    """The usual step in s, what is uneven, and the longest stretch without a row in s."""
+    from core.recording.clock import JITTER
+    from core.recording.resampling import GAP
+
+    good = time[np.isfinite(time)]
+    steps = np.diff(good)
+    rising = steps[steps > 0]
+    if not rising.size:
+        return 0.0, "", 0.0
+    usual = float(np.median(rising))
+    off = int(np.sum(np.abs(steps - usual) > JITTER * usual))
+    repeated, lost = int(np.sum(steps <= 0)), len(time) - len(good)
+    if not off and not lost:
+        return usual, "", 0.0
+    wide = np.sort(good)[1:] - np.sort(good)[:-1]
+    said = [f"{off} of {len(steps)} steps differ from {1e3 * usual:.4g} ms"]
+    said += [f"{repeated} rows repeat a time or fall back"] if repeated else []
+    said += [f"{lost} rows have none"] if lost else []
+    longest = float(wide.max())
+    missing = longest > GAP * usual and np.mean(wide > GAP * usual) < 0.5 / GAP
+    said += [f"the longest takes {longest:.3g} s"] if missing else []
+    return usual, f"The time is uneven: {', '.join(said)}.", longest if missing else 0.0

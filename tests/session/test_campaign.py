@@ -1,0 +1,137 @@
+"""Several files at once: one table of columns for all that share them, each with its own gaps."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from core.recording.spec import GapsSpec
+from flexgui.jobs.tasks.rows import SHORT_GAP, Rows, settings
+from flexgui.session import Session
+from tests.session.conftest import Offered
+from tests.session.test_columns import good_csv
+
+NAMES = {
+    "t [s]": "clock", "dtheta1_ref": "vel_cmd_1", "dtheta2_ref": "vel_cmd_2",
+    "theta1": "enc_1 [rad]", "theta2": "enc_2 [rad]", "z1 [m]": "cam_x [m]", "z2 [m]": "cam_y [m]",
+}  # fmt: skip
+STEP = 1e-3
+"""s, of the recording."""
+
+
+def foreign(session: Session) -> pd.DataFrame:
+    """With the laboratory's own names."""
+    table = pd.read_csv(io.BytesIO(good_csv(session)))
+    return table.rename(columns=NAMES)[list(NAMES.values())]
+
+
+def content(table: pd.DataFrame) -> bytes:
+    return table.to_csv(index=False).encode()
+
+
+def test_files_with_the_same_columns_are_read_with_one_table(
+    session: Session, services: Offered
+) -> None:
+    good = foreign(session)
+    gap = good.copy()
+    gap.loc[400:405, "enc_1 [rad]"] = np.nan
+    for name, table in (("a.csv", good), ("b.csv", gap), ("c.csv", good)):
+        assert not session.upload(name, content(table), services)
+    waiting = session.waiting
+    assert waiting is not None and waiting.files == ("a.csv", "b.csv", "c.csv")
+    assert session.read_waiting() and session.use_arrived(alone=True), session.message.text
+    specs = session.scenario.recordings
+    assert [spec.file for spec in specs] == ["a.csv", "b.csv", "c.csv"]
+    assert len({str(spec.columns) for spec in specs}) == 1
+    assert [spec.gaps is not None for spec in specs] == [False, True, False]
+    session.end_check()
+
+
+def test_an_uneven_clock_is_no_dead_end(session: Session, services: Offered) -> None:
+    table = foreign(session)
+    rng = np.random.default_rng(0)
+    table["clock"] += STEP * rng.uniform(-0.3, 0.3, len(table))
+    table = table.drop(index=range(300, 306))
+    assert not session.upload("rig.csv", content(table), services)
+    waiting = session.waiting
+    assert waiting is not None and "uneven" in waiting.rows[0].uneven
+    assert session.read_waiting() and session.use_arrived(alone=True), session.message.text
+    spec = session.scenario.recordings[-1]
+    assert spec.resample is not None and spec.resample.how == "interpolate"
+    assert spec.gaps is not None and spec.gaps.longest > 6 * STEP * 0.9
+    assert session.wait_idle() and session.recording is not None
+    assert "Resampled to" in " ".join(session.recording.warnings)
+    session.end_check()
+
+
+def test_a_choice_of_clock_gaps_and_rate_is_written_into_the_scenario(
+    session: Session, services: Offered
+) -> None:
+    table = foreign(session)
+    table["clock"] += STEP * np.random.default_rng(0).uniform(-0.3, 0.3, len(table))
+    table.loc[400:405, "enc_1 [rad]"] = np.nan
+    session.upload("rig.csv", content(table), services)
+    session.choose_clock("count")
+    session.choose_gaps("cut")
+    session.choose_rate(500.0)
+    assert session.read_waiting() and session.use_arrived(alone=True), session.message.text
+    spec = session.scenario.recordings[-1]
+    assert spec.resample is not None and (spec.resample.how, spec.resample.rate) == ("count", 500.0)
+    assert spec.gaps is not None and spec.gaps.how == "cut"
+    session.end_check()
+
+
+def test_a_file_with_other_columns_is_asked_about_next(session: Session, services: Offered) -> None:
+    one = foreign(session)
+    other = one.rename(columns={"clock": "zeit"})
+    session.upload("a.csv", content(one), services)
+    session.upload("b.csv", content(other), services)
+    session.upload("c.csv", content(one), services)
+    session.upload("d.csv", content(other), services)
+    assert session.waiting is not None and session.waiting.files == ("a.csv", "c.csv")
+    assert session.read_waiting()
+    assert session.waiting is not None and session.waiting.files == ("b.csv", "d.csv")
+    assert session.read_waiting() and session.waiting is None
+    assert [one.entry["file"] for one in session.arrived] == ["a.csv", "c.csv", "b.csv", "d.csv"]
+
+
+def test_a_bad_file_among_good_ones_is_named_and_the_others_are_read(
+    session: Session, services: Offered
+) -> None:
+    good = foreign(session)
+    bad = good.copy()
+    bad["clock"] = np.r_[good["clock"][:1500], good["clock"][: len(good) - 1500]]
+    for name, table in (("a.csv", good), ("b.csv", bad)):
+        session.upload(name, content(table), services)
+    assert session.read_waiting() and session.waiting is None
+    assert session.message.bad and session.message.text.startswith("b.csv: column clock falls back")
+    assert [one.entry["file"] for one in session.arrived] == ["a.csv"]
+
+
+def test_what_is_left_leaves_no_file_behind(session: Session, services: Offered) -> None:
+    one = foreign(session)
+    session.upload("a.csv", content(one), services)
+    session.upload("b.csv", content(one), services)
+    session.upload("c.csv", content(one.rename(columns={"clock": "zeit"})), services)
+    session.leave_waiting()
+    assert session.waiting is None and not list(session.folder.glob("*.csv"))
+
+
+def test_the_short_gap_is_that_of_the_scenario() -> None:
+    assert GapsSpec(how="interpolate").longest == SHORT_GAP
+
+
+@pytest.mark.parametrize(
+    ("rows", "expected"),
+    [
+        (Rows(), {}),
+        (Rows({"a": 1}, 0.005), {"gaps": {"how": "interpolate"}}),
+        (Rows({"a": 1}, 0.1), {"gaps": {"how": "mask", "longest": 0.101}}),
+        (Rows(uneven="x"), {"resample": {"how": "interpolate"}}),
+    ],
+)
+def test_what_is_proposed_for_rows(rows: Rows, expected: dict[str, object]) -> None:
+    assert settings(rows) == expected

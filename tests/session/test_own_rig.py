@@ -1,0 +1,75 @@
+"""Arm and drive chosen on the page: what follows can be run, and real files are guessed right."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from core.progress import Silent
+from core.recording.read_table import read_table
+from core.recording.spec import RecordingSpec
+from core.scenario.schema import Scenario
+from core.workbench import base_model
+from flexgui.jobs.tasks.glance import CONTRADICT, glance
+from flexgui.session.columns import Waiting, waiting_again, wanted_channels
+from flexgui.session.demo import demo_scenario
+from flexgui.session.edit import put, thawed
+from flexgui.session.rigs import RIGS, arm_choices, arm_edit, rig_edit, rig_of
+
+DATA = Path(os.environ.get("FLEXGUI_DATA", ""))
+needs_data = pytest.mark.skipif(
+    not (DATA / "emps.csv").is_file(), reason="the real recordings are not here: FLEXGUI_DATA"
+)
+
+
+def chosen(arm: str, rig: str) -> Scenario:
+    """The demonstration with another arm, then another rig."""
+    found = demo_scenario()
+    one = next(r for r in RIGS if r.title == rig)
+    for make in (lambda s: arm_edit(s, arm), lambda s: rig_edit(s, one)):
+        document = thawed(found.model_dump(exclude_defaults=True))
+        make(found)(document)
+        found = Scenario.model_validate(document)
+    return found
+
+
+@pytest.mark.parametrize("rig", [r.title for r in RIGS])
+@pytest.mark.parametrize("arm", arm_choices().values())
+def test_every_rig_with_every_arm_is_a_scenario(arm: str, rig: str) -> None:
+    found = chosen(arm, rig)
+    model = base_model(found)
+    assert set(found.identify.parameters) <= set(model.parameters)
+    one = rig_of(found)
+    assert one is not None and one.kind == next(r.kind for r in RIGS if r.title == rig)
+    slide = rig.startswith("Slide")
+    assert (found.arm.preset == "single_axis") == slide or arm == "single_axis"
+
+
+def first_look(scenario: Scenario, file: str) -> Waiting:
+    model = base_model(scenario)
+    references = tuple(model.drive.needed_channels(model.arm))
+    wanted = wanted_channels(model.arm, references)
+    found = glance(str(DATA), file, scenario, wanted, progress=Silent())
+    headings = tuple(read_table(DATA / file).columns)
+    spec = RecordingSpec(file=file)
+    return waiting_again(headings, model.arm, references, spec).guessed(found)
+
+
+@needs_data
+def test_nothing_is_asked_about_the_recorded_slide() -> None:
+    waiting = first_look(chosen("single_axis", "Slide, force recorded"), "emps.csv")
+    assert not waiting.questions and not waiting.glance.said
+    assert {c: e["name"] for c, e in waiting.columns.items()} == {"theta1": "q", "u1": "force"}
+
+
+@needs_data
+@pytest.mark.parametrize("file", ["quanser_2dsfl_steps.csv", "ctu_2dsfl_lqr.csv"])
+def test_nothing_contradicts_the_bench_once_its_arm_is_chosen(file: str) -> None:
+    scenario = chosen("two_stage_bench", "Current recorded")
+    document = thawed(scenario.model_dump(exclude_defaults=True))
+    put(("drive", "torque_constants"), [8.925, 0.87])(document)
+    waiting = first_look(Scenario.model_validate(document), file)
+    assert not waiting.questions
+    assert not {fault for fault, _ in waiting.glance.said.values()} & set(CONTRADICT)
