@@ -45,7 +45,7 @@ class DataPanel(Panel):
     topics: ClassVar[frozenset[Topic]] = frozenset({Topic.SCENARIO, Topic.RECORDINGS})
 
     def build_controls(self) -> None:
-        desk, session, gui = self.desk, self.desk.session, self.desk.gui
+        desk, gui = self.desk, self.desk.gui
         self._wanted = Experiments()
         self._said = Words(gui)
         self._next = widgets.button(

@@ -10,7 +10,7 @@ from flexgui.views.channel_colours import channel_colour, channel_edge
 
 TOGETHER = ("z1", "z2", "theta1", "theta2", "deflection1", "deflection2", "u1", "u2")
 SEVERAL = 0.05
-"""Relative luminance by which two channels of one kind differ at least (one grey step of a print)."""
+"""Relative luminance by which two channels of one kind differ at least: one grey of a print."""
 
 
 def luminance(colour: str) -> float:
