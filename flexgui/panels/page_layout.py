@@ -122,6 +122,11 @@ def aspect(window: Window) -> float:
     return (window.picture or left) / window.height
 
 
+def covered(window: Window) -> float:
+    """Share of the picture's height that the time-line lies over, from below."""
+    return min((widths(window).line_height + 2.0 * LINE_MARGIN) / window.height, 0.5)
+
+
 Take = Callable[[Window, Widths], None]
 
 

@@ -12,13 +12,13 @@ from flexgui.panels.drawn_bending import exaggeration, plays
 from flexgui.panels.errors_in_scene import ErrorsInScene
 from flexgui.panels.keys import help_hands
 from flexgui.panels.page_context import PageContext
-from flexgui.panels.page_layout import Widths, Window, aspect
+from flexgui.panels.page_layout import Widths, Window, aspect, covered
 from flexgui.session import Topic
 from flexgui.session.crew import CREW
 from flexgui.session.effects import places
 from flexgui.session.live import LiveModel
 from flexgui.stage.effect_nodes import Drawn, show_effects
-from flexgui.stage.look import HOME
+from flexgui.stage.look import HOME, lowered
 from flexgui.stage.recorded import Playback
 from flexgui.stage.scene import Stage
 
@@ -148,8 +148,11 @@ class Scene:
         self._reach, self._aimed = stage.body.reach, time.monotonic()
         camera, phone = self._desk.client.camera, self._window.phone
         eye = stage.view(min(aspect(self._window), ASPECT), self._side)
-        # On a phone the panels cover the lower part: the arm goes up, the aim down.
-        down = np.array([0.0, -DOWN if phone else 0.0, 0.0]) * self._reach
+        # Panels cover the lower part: the arm goes up, the aim down.
+        if phone:
+            down = np.array([0.0, -DOWN, 0.0]) * self._reach
+        else:
+            down = lowered(eye, covered(self._window))
         self._eye = eye.position + down
         camera.up_direction, camera.fov = eye.up, eye.fov
         camera.position, camera.look_at = self._eye, eye.look_at + down

@@ -64,7 +64,7 @@ div:has(> .fx > .tour.pair) + div + div { position: relative; left: calc(50% - 5
 .fx .alarm { color: var(--fx-bad); font-weight: 600; }
 .fx ul { margin: .2em 0; padding-left: 1.2em; }
 .fx .scroll { overflow-x: auto; container-type: inline-size; }
-@container (max-width: 500px) { .fx table { font-size: .8em; }
+@container (max-width: 500px) { .fx table { font-size: .75em; }
   .fx th, .fx td { padding-right: .5em !important; } }
 /* The bar that scrolls a panel stands beside its buttons, not on them. */
 .mantine-ScrollArea-viewport > div:has(.fx-bar) { padding-right: 8px; box-sizing: border-box; }

@@ -67,6 +67,16 @@ def view_of(
     return View(aim + away, aim, np.array([0.0, 0.0, 1.0]), FIELD)
 
 
+def lowered(view: View, share: float) -> np.ndarray:
+    """(3,) m to move eye and aim by, so that the aim stands in the middle of what a panel leaves
+    that covers the lower `share` of the picture."""
+    ahead = view.look_at - view.position
+    distance = float(np.linalg.norm(ahead))
+    right = np.cross(ahead / distance, view.up)
+    up = np.cross(right / np.linalg.norm(right), ahead / distance)
+    return -share * np.tan(0.5 * view.fov) * distance * up
+
+
 def _around(
     places: np.ndarray, aim: np.ndarray, half: np.ndarray, margin: float
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flexgui.stage.look import AIM, DIRECTIONS, HOME, SIDE, TOP, View, view_of
+from flexgui.stage.look import AIM, DIRECTIONS, HOME, SIDE, TOP, View, lowered, view_of
 
 ASPECTS = (0.46, 0.7, 1.3, 2.0)
 REACHES = (0.3, 1.0, 4.0)
@@ -51,3 +51,18 @@ def test_top_looks_down_and_side_along_the_plane() -> None:
         view = view_of(1.0, 1.0, side)
         ahead = view.look_at - view.position
         assert least <= abs(ahead[2]) / np.linalg.norm(ahead) <= most
+
+
+@pytest.mark.parametrize("side", DIRECTIONS)
+@pytest.mark.parametrize("share", [0.0, 0.2, 0.5])
+def test_the_aim_stands_in_the_middle_of_what_a_panel_leaves(side: str, share: float) -> None:
+    view = view_of(1.0, 1.0, side)
+    down = lowered(view, share)
+    moved = view._replace(position=view.position + down, look_at=view.look_at + down)
+    ahead = moved.look_at - moved.position
+    ahead = ahead / np.linalg.norm(ahead)
+    right = np.cross(ahead, moved.up)
+    up = np.cross(right / np.linalg.norm(right), ahead)
+    to = view.look_at - moved.position
+    height = (to @ up) / (to @ ahead) / np.tan(0.5 * moved.fov)
+    assert height == pytest.approx(share, abs=1e-9)  # from -1 below to +1 above
