@@ -48,6 +48,8 @@ div:has(> div > .fx > .fx-line) > :nth-child(n+3) div:has(> .mantine-Text-root >
   position: absolute !important; width: 1px !important; height: 1px; overflow: hidden;
   clip-path: inset(50%); padding: 0; }
 [role="tab"], [role="tab"] * { color: var(--fx-link) !important; }
+.fx .follows { margin: 0; padding: .4em .7em; border-left: 4px solid var(--fx-link);
+  background: rgba(25,113,194,.10); }
 .fx .purpose { margin: 0; font-size: .95em; font-weight: 500; }
 div:has(> .fx > .tour.pair) + div, div:has(> .fx > .tour.pair) + div + div {
   width: calc(50% - 15px); }

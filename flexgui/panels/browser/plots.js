@@ -67,9 +67,12 @@
     const k = (node.layout?.shapes ?? []).findIndex(shape => shape.name === "cursor");
     const line = node.querySelector(`.shapelayer path[data-index="${k}"]`);
     if (time === undefined || !axis || !line) return;
-    const at = axis.l2p(time);
+    // Figures that are copied or drawn again have it there; where this one was drawn, its line knows.
+    const shape = node.layout.shapes[k], at = axis.l2p(time);
+    line.fxAt ??= shape.x0;
+    shape.x0 = shape.x1 = time;
     line.style.display = at < 0 || at > axis._length ? "none" : "";
-    line.setAttribute("transform", `translate(${at - axis.l2p(node.layout.shapes[k].x0)}, 0)`);
+    line.setAttribute("transform", `translate(${at - axis.l2p(line.fxAt)}, 0)`);
   };
   window.fxCursor = (key, time) => {
     cursors[key] = time;
