@@ -103,8 +103,12 @@ class Scene:
 
     def _show_camera(self, stage: Stage) -> None:
         """Only where the recording has what a camera saw."""
-        recording = self._desk.session.recording
-        stage.set_visible(camera=recording is None or recording.has("z1", "z2"))
+        session = self._desk.session
+        if session.recording is not None:
+            seen = session.recording.has("z1", "z2")
+        else:  # what a file holds is not known yet
+            seen = all(spec.simulate is not None for spec in session.scenario.recordings)
+        stage.set_visible(camera=seen)
 
     def _show_effects(self, stage: Stage) -> None:
         """What was added to the model, where it acts; anew where the arm's nodes were."""
