@@ -8,7 +8,7 @@ import time
 import numpy as np
 
 from core.arm.arm import Arm
-from flexgui.panels.drawn_bending import exaggeration, plays
+from flexgui.panels.drawn_bending import exaggeration, has_camera, plays
 from flexgui.panels.errors_in_scene import ErrorsInScene
 from flexgui.panels.keys import help_hands
 from flexgui.panels.page_context import PageContext
@@ -94,21 +94,12 @@ class Scene:
                 self._show_live(stage, view)
             else:
                 self._show_recording(stage, motion)
-            self._show_camera(stage)
+            stage.set_visible(camera=has_camera(session))
             self._show_effects(stage)
             self._errors.draw(stage)
             if session.live.mode is not None and not self._swings:
                 self._swings = True
                 CREW.run(self._swing)
-
-    def _show_camera(self, stage: Stage) -> None:
-        """Only where the recording has what a camera saw."""
-        session = self._desk.session
-        if session.recording is not None:
-            seen = session.recording.has("z1", "z2")
-        else:  # what a file holds is not known yet
-            seen = all(spec.simulate is not None for spec in session.scenario.recordings)
-        stage.set_visible(camera=seen)
 
     def _show_effects(self, stage: Stage) -> None:
         """What was added to the model, where it acts; anew where the arm's nodes were."""
