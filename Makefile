@@ -27,7 +27,7 @@ help:
 	@echo "make fuzz    1,500 damaged recordings, scenarios, archives and command lines (SEED=... for others),"
 	@echo "             then a table of all that was once open or fragile, tried again (TRIES=--quick)"
 	@echo "make bench   how fast and how exact it is on this machine"
-	@echo "make evidence  docs/evidence.md: published recordings, peers, speed; goes on where it stopped"
+	@echo "make evidence  docs/evidence.md: published recordings, an independent engine, peers; goes on"
 	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
 	@echo "make matrix  480 plain scenarios of random rigs, some hours; goes on where it stopped"
 	@echo "make mujoco  the recordings of the independent engine in scenarios/mujoco, where they are missing"

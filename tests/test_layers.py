@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
-
-import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -73,6 +72,8 @@ itself is the public face: it names what lies below and imports it when it is fi
 
 CORE_NEVER = {"flexgui", "viser", "plotly", "typer", "rich", "jinja2"}
 VIEWS_NEVER = {"viser", "typer", "jinja2"}
+PICKLERS = {"pickle", "marshal", "shelve", "dill", "cloudpickle", "joblib"}
+EVALUATORS = {"eval", "sympify", "parse_expr"}
 
 
 def modules() -> list[Path]:
@@ -84,13 +85,25 @@ def dotted(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def imports(path: Path) -> Iterator[str]:
+def imports(tree: ast.Module) -> Iterator[str]:
     """Full names of all that a file imports, inside functions too."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+@cache
+def trees() -> dict[str, ast.Module]:
+    """Each file is read once, where it is needed: a test per file and rule took longer to list than
+    to run."""
+    return {dotted(path): ast.parse(path.read_text(encoding="utf-8")) for path in modules()}
+
+
+@cache
+def imports_of(name: str) -> frozenset[str]:
+    return frozenset(imports(trees()[name]))
 
 
 def room(name: str) -> str:
@@ -101,46 +114,61 @@ def room(name: str) -> str:
     )
 
 
-@pytest.mark.parametrize("path", modules(), ids=dotted)
-def test_imports_go_down(path: Path) -> None:
-    own = room(dotted(path))
-    ours = {name for name in imports(path) if name.split(".")[0] in ("core", "flexgui")}
-    upward = {name for name in ours if room(name) != own and RANKS[room(name)] >= RANKS[own]} - {
-        "flexgui.__version__"
+def upward(name: str) -> set[str]:
+    """What a module imports from a higher room, or from another one as high."""
+    own = room(name)
+    ours = {each for each in imports_of(name) if each.split(".")[0] in ("core", "flexgui")}
+    found = {each for each in ours if room(each) != own and RANKS[room(each)] >= RANKS[own]}
+    return found - {"flexgui.__version__"}
+
+
+def outside(name: str) -> set[str]:
+    """The packages that a module imports from."""
+    return {each.split(".")[0] for each in imports_of(name)}
+
+
+def calls(tree: ast.Module) -> set[str]:
+    """Names of the functions that a file calls by their bare name."""
+    called = (node.func for node in ast.walk(tree) if isinstance(node, ast.Call))
+    return {each.id for each in called if isinstance(each, ast.Name)}
+
+
+def test_there_is_something_to_look_at() -> None:
+    assert {"core.workbench", "flexgui.cli"} <= set(trees())
+
+
+def test_imports_go_down() -> None:
+    found = {name: sorted(upward(name)) for name in trees() if upward(name)}
+    assert not found, f"these import upwards: {found}"
+
+
+def test_every_module_has_a_room() -> None:
+    packages = {dotted(path) for path in modules() if path.name == "__init__.py"}
+    lost = [name for name in trees() if room(name) in {"core", "flexgui"} and name not in packages]
+    assert not lost, f"these stand in no room of RANKS; give them a rank: {lost}"
+
+
+def test_imports_are_absolute() -> None:
+    relative = [
+        name
+        for name, tree in trees().items()
+        if any(isinstance(n, ast.ImportFrom) and n.level for n in ast.walk(tree))
+    ]
+    assert not relative
+
+
+def test_core_has_no_user_interface_and_views_have_no_viewer() -> None:
+    never = {"core": CORE_NEVER, "flexgui.views": VIEWS_NEVER}
+    found = {
+        name: forbidden & outside(name)
+        for start, forbidden in never.items()
+        for name in trees()
+        if name.startswith(start) and forbidden & outside(name)
     }
-    assert not upward, f"{dotted(path)} (in {own}) imports upwards: {sorted(upward)}"
+    assert not found
 
 
-@pytest.mark.parametrize("path", modules(), ids=dotted)
-def test_every_module_has_a_room(path: Path) -> None:
-    assert room(dotted(path)) not in {"core", "flexgui"} or path.name == "__init__.py", (
-        f"{dotted(path)} stands in no room of RANKS; give it a rank"
-    )
-
-
-@pytest.mark.parametrize("path", modules(), ids=dotted)
-def test_imports_are_absolute(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    assert not [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.level]
-
-
-@pytest.mark.parametrize("path", modules(), ids=dotted)
-def test_core_has_no_user_interface_and_views_have_no_viewer(path: Path) -> None:
-    outside = {name.split(".")[0] for name in imports(path)}
-    name = dotted(path)
-    if name.startswith("core"):
-        assert not outside & CORE_NEVER
-    if name.startswith("flexgui.views"):
-        assert not outside & VIEWS_NEVER
-
-
-@pytest.mark.parametrize("path", modules(), ids=dotted)
-def test_nothing_is_pickled_or_evaluated(path: Path) -> None:
-    forbidden = {"pickle", "marshal", "shelve", "dill", "cloudpickle", "joblib"}
-    assert not {name.split(".")[0] for name in imports(path)} & forbidden
-    called = {
-        node.func.id
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
-    }
-    assert not called & {"eval", "sympify", "parse_expr"}
+def test_nothing_is_pickled_or_evaluated() -> None:
+    assert not {name: outside(name) & PICKLERS for name in trees() if outside(name) & PICKLERS}
+    found = {name: calls(tree) & EVALUATORS for name, tree in trees().items()}
+    assert not {name: called for name, called in found.items() if called}

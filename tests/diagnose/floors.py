@@ -118,7 +118,7 @@ def floors(
 
 
 def found_and_true(
-    case: Case, outputs: Sequence[str] = ("z", "encoder"), stated: bool = False, count: int = 3
+    case: Case, outputs: tuple[str, ...] = ("z", "encoder"), stated: bool = False, count: int = 3
 ) -> dict[str, tuple[Floor, float]]:
     """channel -> the floor that is found of some recordings, and the true noise."""
     plain = [clean(case.dt, case.seconds, case.excitation, seed) for seed in range(1, count + 1)]
@@ -127,5 +127,11 @@ def found_and_true(
     names = ("z1", "z2", "theta1", "theta2")
     known = dict.fromkeys(names, case.std) if stated else {}
     found = floors(model_of(case), recordings, outputs, case.processing, known)
-    true = truth(case, plain[0], outputs)
+    true = true_of(case, outputs)
     return {name: (floor, true[name]) for name, floor in found.items()}
+
+
+@cache
+def true_of(case: Case, outputs: tuple[str, ...]) -> dict[str, float]:
+    """Of a case's first recording: the same whether the noise is stated or estimated."""
+    return truth(case, clean(case.dt, case.seconds, case.excitation, 1), outputs)

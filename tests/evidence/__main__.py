@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from core.files import replacing
-from tests.evidence.frame import JOURNAL, PAGE, page, parts, run
+from tests.evidence.frame import JOURNAL, PAGE, PICTURES, page, parts, pictures, run
 
 
 def main() -> int:
@@ -28,10 +28,17 @@ def main() -> int:
         return 2
     if not given.write_only:
         run(given.parts or list(parts()), given.data, given.journal, given.workers)
-    with replacing(given.out) as temporary:
-        temporary.write_text(page(given.data, given.journal), encoding="utf-8", newline="\n")
+    for name, drawing in pictures(given.journal).items():
+        _write(given.out.parent / PICTURES / name, drawing)
+    _write(given.out, page(given.data, given.journal))
     print(f"Written: {given.out}")
     return 0
+
+
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":

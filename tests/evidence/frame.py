@@ -4,6 +4,10 @@ A part is a module with
 
 - TITLE, ORDER (its place on the page) and FILES (recordings that it needs, not shipped),
 - CASES: name -> function of the data folder that returns plain values (JSON),
+- NEEDS, where there are any: modules of packages that the extra `peers` installs,
+- SOURCES, where there are any: patterns below `tests` of what its cases are made with,
+- FIGURES, where there are any: file name without ending -> title and function of (case -> values),
+  None where they do not hold what it shows,
 - section(found): Markdown from case -> those values; cases that were not run are missing.
 
 One line of JSON per case; the same command goes on where it stopped. A part whose source has
@@ -22,6 +26,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -34,8 +39,13 @@ PACKAGE = f"{__package__}.parts"
 HERE = Path(__file__).resolve().parent
 JOURNAL = Path("reports/evidence.jsonl")
 PAGE = HERE.parents[1] / "docs" / "evidence.md"
+PICTURES = "evidence"
+"""The folder of the figures, beside the page."""
 
 PACKAGES = ("flexgui", "numpy", "scipy", "numba", "mujoco")
+
+MOST_NAMED = 10
+"""Cases that were not run and are named one by one."""
 
 HEAD = """# Evidence
 
@@ -68,8 +78,10 @@ def parts() -> dict[str, ModuleType]:
 
 
 def digest(name: str) -> str:
-    """Of a part's file and of what stands beside the frame."""
+    """Of a part's file, of what stands beside the frame and of what its cases are made with."""
     files = [HERE / "parts" / f"{name}.py", *sorted(HERE.glob("*_rules.py"))]
+    for pattern in getattr(parts()[name], "SOURCES", ()):
+        files += sorted(HERE.parent.glob(pattern))
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()[:12]
 
 
@@ -78,10 +90,15 @@ def missing(part: ModuleType, folder: Path | None) -> list[str]:
     return [f for f in part.FILES if folder is None or not (folder / f).is_file()]
 
 
+def lacking(part: ModuleType) -> list[str]:
+    """Modules that the part needs and that are not installed."""
+    return [name for name in getattr(part, "NEEDS", ()) if find_spec(name) is None]
+
+
 def cases(names: Sequence[str], folder: Path | None) -> list[Case]:
     """All cases of those parts that have what they need."""
     known = parts()
-    able = [name for name in names if not missing(known[name], folder)]
+    able = [n for n in names if not missing(known[n], folder) and not lacking(known[n])]
     place = "" if folder is None else str(folder)
     return [Case(name, what, digest(name), place) for name in able for what in known[name].CASES]
 
@@ -145,25 +162,62 @@ def page(folder: Path | None, journal: Path = JOURNAL) -> str:
     return "\n\n".join(text.strip() for text in (HEAD, *sections)) + "\n"
 
 
+def pictures(journal: Path = JOURNAL) -> dict[str, str]:
+    """File name -> SVG, of the figures that the journal's records can make."""
+    from tests.evidence.figures import svg
+
+    records, found = Journal(journal).records, {}
+    for name, part in parts().items():
+        good = _good(_records(name, part, records))
+        for file, (_, draw) in getattr(part, "FIGURES", {}).items():
+            drawn = draw(good)
+            if drawn is not None:
+                found[f"{file}.svg"] = svg(drawn)
+    return found
+
+
+def _records(
+    name: str, part: ModuleType, records: Mapping[str, dict[str, Any]]
+) -> dict[str, dict[str, Any]]:
+    """Case -> record, of the part as it now stands."""
+    source = digest(name)
+    keys = {what: f"{name}/{what}/{source}" for what in part.CASES}
+    return {what: records[key] for what, key in keys.items() if key in records}
+
+
+def _good(done: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
+    return {what: r["found"] for what, r in done.items() if "found" in r}
+
+
 def _section(
     name: str, part: ModuleType, folder: Path | None, records: Mapping[str, dict[str, Any]]
 ) -> str:
-    source = digest(name)
-    mine = {what: records.get(f"{name}/{what}/{source}") for what in part.CASES}
-    done = {what: r for what, r in mine.items() if r is not None}
-    good = {what: r["found"] for what, r in done.items() if "found" in r}
+    done = _records(name, part, records)
+    good = _good(done)
     lines = [f"## {part.TITLE}", f"`make evidence PARTS={name}`"]
-    absent = missing(part, folder)
-    if absent and not done:
-        lines.append(
-            f"Not run: it needs {', '.join(absent)}, which are not part of FlexGUI; set "
-            "FLEXGUI_DATA to the folder that holds them."
-        )
-    else:
-        lines += [f"Not run: {w}." for w in mine if w not in done]
+    lines += _not_run(part, folder, done)
     lines += [f"Failed: {w}: {r['failed']}." for w, r in done.items() if "failed" in r]
     lines += [part.section(good)] if good or not part.CASES else []
+    lines += [
+        f"![{title}]({PICTURES}/{file}.svg)"
+        for file, (title, draw) in getattr(part, "FIGURES", {}).items()
+        if draw(good) is not None
+    ]
     return "\n\n".join(lines + _dated([r for r in done.values() if "found" in r]))
+
+
+def _not_run(part: ModuleType, folder: Path | None, done: Mapping[str, Any]) -> list[str]:
+    """Why, and what to do; of many cases their number."""
+    absent, packages = missing(part, folder), lacking(part)
+    left = [what for what in part.CASES if what not in done]
+    if absent and not done:
+        return [f"Not run: it needs {', '.join(absent)}, which are not part of FlexGUI; set "
+                "FLEXGUI_DATA to the folder that holds them."]  # fmt: skip
+    if packages and not done:
+        return [f"Not run: it needs {', '.join(packages)}; pip install 'flexgui[peers]'."]
+    if len(left) > MOST_NAMED:
+        return [f"Not run yet: {len(left)} of {len(part.CASES)} cases; the same command goes on."]
+    return [f"Not run: {what}." for what in left]
 
 
 def _dated(records: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -91,10 +91,15 @@ def table(case: str, experiment: str, motion: Motion) -> np.ndarray:
     return np.column_stack([np.round(c, d) for c, d in zip(measured.T, DECIMALS, strict=True)])
 
 
-def write_table(rows: np.ndarray, path: Path) -> None:
+def write_table(
+    rows: np.ndarray,
+    path: Path,
+    columns: tuple[str, ...] = COLUMNS,
+    decimals: tuple[int, ...] = DECIMALS,
+) -> None:
     """As .csv.gz."""
-    lines = [",".join(COLUMNS)]
-    lines += [",".join(map(_number, row, DECIMALS)) for row in rows.tolist()]
+    lines = [",".join(columns)]
+    lines += [",".join(map(_number, row, decimals)) for row in rows.tolist()]
     text = "\n".join(lines) + "\n"
     # No date inside: a recording made again is the same file.
     _replace(path, gzip.compress(text.encode(), compresslevel=9, mtime=0))

@@ -18,6 +18,16 @@ from tests.jobs.helpers import EVEN, warm_readers
 from tests.page.helpers import FIRST
 
 UPLOAD_LIMIT = 1_000_000
+VIEWPORT = {"width": 1600, "height": 900}
+FORGET = """() => {
+  localStorage.clear();
+  sessionStorage.clear();
+  for (const plot of document.querySelectorAll('.uplot, .js-plotly-plot')) plot.dataset.before = '';
+}"""
+FIRST_ANEW = """document.querySelectorAll('.uplot:not([data-before])').length >= 2
+  && document.querySelectorAll('.js-plotly-plot:not([data-before])').length >= 1
+  && document.querySelectorAll('[data-before]').length === 0"""
+"""The plots of the first stage stand, and none from before."""
 PATIENCE = 30_000
 """ms that a click or a sentence may take on a busy machine without a graphics card."""
 
@@ -81,13 +91,30 @@ def session(desktop: Desktop, tmp_path: Path) -> Iterator[Session]:
     made.close()
 
 
-@pytest.fixture
-def page(desktop: Desktop, chromium: Any, session: Session) -> Iterator[Any]:
-    """The browser's page once the first plots stand."""
-    context = chromium.new_context(viewport={"width": 1600, "height": 900}, accept_downloads=True)
+@pytest.fixture(scope="module")
+def tab(desktop: Desktop, chromium: Any) -> Iterator[Any]:
+    """One for the tests of a file: two thirds of what a page costs is its scripts, read again."""
+    context = chromium.new_context(viewport=VIEWPORT, accept_downloads=True)
     context.set_default_timeout(PATIENCE)
-    opened = context.new_page()
-    opened.goto(desktop.address)
-    opened.wait_for_function(FIRST)
-    yield opened
+    yield context.new_page()
     context.close()
+
+
+@pytest.fixture
+def page(desktop: Desktop, tab: Any, session: Session) -> Any:
+    """The browser's page once the first plots stand: a person's who was never here.
+
+    A test that replaces what the page's scripts stand on leaves it at about:blank.
+    """
+    if tab.url == "about:blank":
+        tab.goto(desktop.address)
+        tab.wait_for_function(FIRST)
+        return tab
+    tab.set_viewport_size(VIEWPORT)
+    tab.emulate_media(reduced_motion="null", color_scheme="null")
+    tab.mouse.move(0, 0)
+    tab.evaluate(FORGET)
+    # It comes back by itself, as after every lost connection, and is built anew from the session.
+    desktop.server._websock_server.disconnect_all_clients()
+    tab.wait_for_function(FIRST_ANEW)
+    return tab

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,13 @@ FOUND = 60_000
 
 HEADLESS = 0.02
 """Relative: the command line goes on from a rough refit, the page from the end of one."""
+
+
+@pytest.fixture(autouse=True)
+def apart(page: Any) -> Iterator[None]:
+    """The view that a test turns and the stories that it opens are gone before the next begins."""
+    yield
+    page.goto("about:blank")
 
 
 def few(session: Session) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -36,15 +37,22 @@ def after(page: Any, milliseconds: float) -> float:
     return found
 
 
-def test_the_dots_move_to_what_is_left(page: Any) -> None:
+@pytest.fixture
+def by_hand(page: Any) -> Iterator[Any]:
+    """The page with frames by hand; no other test can use it afterwards."""
     page.wait_for_function(READY)
     page.evaluate(HAND)
-    assert page.evaluate(DRAW, 2.0) == 2.0
-    assert page.evaluate(DRAW, 0.0) == 2.0, "it begins where it was"
-    places = [after(page, share * LASTS) for share in (0.25, 0.5, 0.75, 1.0)]
+    yield page
+    page.goto("about:blank")
+
+
+def test_the_dots_move_to_what_is_left(by_hand: Any) -> None:
+    assert by_hand.evaluate(DRAW, 2.0) == 2.0
+    assert by_hand.evaluate(DRAW, 0.0) == 2.0, "it begins where it was"
+    places = [after(by_hand, share * LASTS) for share in (0.25, 0.5, 0.75, 1.0)]
     assert places == sorted(places, reverse=True)
     assert places[1] == pytest.approx(1.0) and places[-1] == 0.0
-    assert after(page, 2.0 * LASTS) == 0.0
+    assert after(by_hand, 2.0 * LASTS) == 0.0
 
 
 def test_who_asked_for_calm_gets_it(page: Any) -> None:

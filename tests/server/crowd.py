@@ -23,7 +23,17 @@ LOWEST, HIGHEST = 10.0, 170.0
 EVERY = 5
 """Each fifth move is one of ε, the others of θ2."""
 POPULATION, GENERATIONS = 300, 10_000
-"""A search that outlasts the test."""
+"""The longest search that the page offers. It ends by itself once all members of the population
+cost the same, to the last digit: on a quiet core after a minute."""
+AWAY = 1.0
+"""s until the page has drawn another stage, and until it stands again."""
+START = "Start identification"
+RUNS, RESTS = "Identifying ", "recordings to fit; parameters: "
+"""Words of the page while a search runs, and while it would begin one."""
+
+
+class LateError(Exception):
+    """A wait has run out; its words say which."""
 
 
 class Member:
@@ -37,12 +47,15 @@ class Member:
         """Angles that it never asked for."""
         self.superseded = 0
         self.last_moved = self.last_shown = 0.0
-        self.running = False
+        self._search = ""
+        """Which of these words the page said last, since the last press."""
         self._widgets: dict[str, str] = {}
         self._plots: set[str] = set()
         self._waiting: deque[tuple[str, float, float]] = deque()
         self._mine: set[float] = set()
         self._start = 0.0
+        self.searches = 0
+        """That it has started."""
         self._watches = True
         """Another stage than the first draws a recording's angles, which nobody asked for."""
         self._socket: ClientConnection | None = None
@@ -50,7 +63,7 @@ class Member:
         self._moves = 0
 
     async def arrive(self, patience: float) -> None:
-        """Until the page stands."""
+        """Until the page stands; LateError after `patience` s."""
         self._socket = await connect(
             f"ws://127.0.0.1:{self._port}/",
             origin=f"http://127.0.0.1:{self._port}",  # type: ignore[arg-type]
@@ -61,9 +74,12 @@ class Member:
         )
         await self._send(CAMERA)
         self._reader = asyncio.create_task(self._read())
-        async with asyncio.timeout(patience):
-            while self.last_shown == 0.0:
-                await asyncio.sleep(0.05)
+        try:
+            async with asyncio.timeout(patience):
+                while self.last_shown == 0.0:
+                    await asyncio.sleep(0.05)
+        except TimeoutError:
+            raise LateError(f"browser {self.number} saw no page in {patience:g} s") from None
         self._start = self.last_shown
 
     async def identify(self) -> None:
@@ -71,17 +87,36 @@ class Member:
         await self.set("Population", POPULATION)
         await self.set("Generations", GENERATIONS)
         await asyncio.sleep(0.3)
-        await self.set("Start identification", True)
+        await self._press()
 
-    async def working(self, patience: float) -> None:
-        """Until the page tells of its running search."""
-        self.running = self._watches = False
+    async def working(self, patience: float) -> bool:
+        """Whether the page says within `patience` s that its search runs."""
+        self._search, self._watches = "", False
         await self.set("Stage", "Identify")
-        async with asyncio.timeout(patience):
-            while not self.running:
-                await asyncio.sleep(0.05)
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(patience):
+                while self._search != RUNS:
+                    await asyncio.sleep(0.05)
+        await self._back()
+        return self._search == RUNS
+
+    async def identify_again(self) -> None:
+        """Another search, where the page says that none runs."""
+        self._watches = False
+        await self.set("Stage", "Identify")
+        await asyncio.sleep(AWAY)
+        if self._search == RESTS:
+            await self._press()
+        await self._back()
+
+    async def _press(self) -> None:
+        self._search = ""
+        await self.set(START, True)
+        self.searches += 1
+
+    async def _back(self) -> None:
         await self.set("Stage", "Arm")
-        await asyncio.sleep(1.0)
+        await asyncio.sleep(AWAY)
         self._watches = True
 
     async def set(self, label: str, value: Any) -> None:
@@ -89,11 +124,12 @@ class Member:
         await self._send({"type": "GuiUpdateMessage", **update})
 
     async def move(self, seconds: float, every: float, delay: float) -> None:
-        """Sliders, at a steady pace whatever the answers do."""
+        """Sliders, at a steady pace whatever the answers do; none while it is at another stage."""
         await asyncio.sleep(delay)
         begin = time.monotonic()
         for k in range(1, int(seconds / every) + 1):
-            await self._next_move()
+            if self._watches:
+                await self._next_move()
             await asyncio.sleep(max(begin + k * every - time.monotonic(), 0.0))
 
     async def leave(self) -> None:
@@ -138,7 +174,8 @@ class Member:
                 await self._send(no_key(message))
             updates = message.get("updates", {})
             plotted = plotted or "_plotly_json_str" in updates
-            self.running = self.running or "Identifying " in str(updates.get("content"))
+            said = str(updates.get("content"))
+            self._search = next((words for words in (RUNS, RESTS) if words in said), self._search)
             text = updates.get("text") or message.get("props", {}).get("text") or ""
             if found := ANGLE.fullmatch(text):
                 angle = float(found[1])

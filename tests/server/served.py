@@ -71,6 +71,11 @@ class Served:
         """MB of the server itself, and of its workers together."""
         return _resident(self.process.pid), sum(_resident(pid) for pid in self.workers)
 
+    @property
+    def worked(self) -> dict[int, float]:
+        """Process id -> s of a processor that each of its job workers has taken so far."""
+        return {pid: _processor_time(pid) for pid in self.workers}
+
     def browser(self, **more: Any) -> Browser:
         return Browser(self, **more)  # type: ignore[arg-type]
 
@@ -148,6 +153,12 @@ def _command_line(pid: int) -> str:
 def _resident(pid: int) -> float:
     found = re.search(r"VmRSS:\s+(\d+) kB", _read(Path(f"/proc/{pid}/status")))
     return int(found[1]) * 1024 / MEGA if found else 0.0
+
+
+def _processor_time(pid: int) -> float:
+    """s, from the fields utime and stime of proc(5), which come after the name in brackets."""
+    fields = _read(Path(f"/proc/{pid}/stat")).rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK") if fields else 0.0
 
 
 def _read(path: Path) -> str:

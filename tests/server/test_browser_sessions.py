@@ -44,6 +44,16 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
         yield found
 
 
+@pytest.fixture(scope="module")
+def taught(tmp_path_factory: pytest.TempPathFactory, browser: Any) -> Iterator[tuple[Served, Any]]:
+    """A demo and its teacher's page, which all followers share as they do in a class."""
+    with (
+        served(tmp_path_factory.mktemp("demo"), "--demo", "--workers", "1") as demo,
+        visit(browser, demo.address) as teacher,
+    ):
+        yield demo, teacher
+
+
 def test_a_reload_keeps_sliders_and_data(server: Served, browser: Any) -> None:
     with visit(browser, server.address) as page:
         before = drawn(page)
@@ -75,12 +85,11 @@ def test_two_browsers_do_not_see_each_other(server: Served, browser: Any) -> Non
         shows(yours, THETA2, "60")
 
 
-def test_a_follower_sees_the_teacher_and_takes_a_copy(tmp_path: Path, browser: Any) -> None:
-    with (
-        served(tmp_path, "--demo", "--workers", "1") as demo,
-        visit(browser, demo.address) as teacher,
-        visit(browser, demo.address) as follower,
-    ):
+def test_a_follower_sees_the_teacher_and_takes_a_copy(
+    taught: tuple[Served, Any], browser: Any
+) -> None:
+    demo, teacher = taught
+    with visit(browser, demo.address) as follower:
         before = drawn(follower)
         box(teacher, THETA2).fill("100")
         redrawn(follower, before)
@@ -115,13 +124,10 @@ def test_a_follower_sees_the_teacher_and_takes_a_copy(tmp_path: Path, browser: A
         assert "Traceback" not in demo.log, demo.log
 
 
-def test_a_copy_in_a_small_window_is_a_live_page(tmp_path: Path, browser: Any) -> None:
+def test_a_copy_in_a_small_window_is_a_live_page(taught: tuple[Served, Any], browser: Any) -> None:
     """Its figures are narrower than those of a wide window, from which they begin."""
-    with (
-        served(tmp_path, "--demo", "--workers", "1") as demo,
-        visit(browser, demo.address),
-        visit(browser, demo.address, SMALL) as follower,
-    ):
+    demo, _ = taught
+    with visit(browser, demo.address, SMALL) as follower:
         for way, back in ((COPY, FOLLOW), (FOLLOW, COPY), (COPY, FOLLOW)):
             press(follower, way)
             follower.get_by_role("button", name=back).wait_for()

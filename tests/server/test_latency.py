@@ -72,12 +72,12 @@ async def raw(port: int, busy: bool) -> Member:
     await member.arrive(WARM)
     if busy:
         await member.identify()
-        await member.working(WARM)
+        assert await member.working(WARM)
     await asyncio.sleep(1.0)
     await member.move(MOVES * PAUSE, PAUSE, 0.0)
     await asyncio.sleep(1.0)
     if busy:
-        await member.working(WARM)  # it still does
+        assert await member.working(WARM), "it still does"
         await member.set("Stop", True)
     await member.leave()
     return member

@@ -60,7 +60,9 @@ def over(session: Session) -> None:
     until(lambda: not session.busy and session.pending is None)
 
 
-def test_the_hidden_effect_comes_first_and_streams(friction: Session, services: Offered) -> None:
+def test_the_hidden_effect_comes_first_and_streams_with_residuals_in_floors(
+    friction: Session, services: Offered
+) -> None:
     seen: list[tuple[str, ...]] = []
     friction.subscribe(
         lambda _: (
@@ -76,18 +78,24 @@ def test_the_hidden_effect_comes_first_and_streams(friction: Session, services: 
     assert any(CANDIDATES[0] in each for each in seen[:-1]), "a ranking before the last"
     assert friction.outcome is not None and friction.outcome_of == friction.scenario
     found = friction.look.found
-    assert found is not None
+    assert isinstance(found, Looked)
     assert [r.shape for r in found.residual] == [p.shape for p in found.ranking[0].predicted]
+    mean = np.sqrt(np.mean(np.concatenate([r.ravel() for r in found.residual]) ** 2))
+    assert mean == pytest.approx(np.sqrt(found.step.cost_per_sample), rel=1e-3)
 
 
 def test_add_lets_the_error_fall_and_undo_brings_it_back(
     friction: Session, services: Offered, tmp_path: Path
 ) -> None:
+    """The whole way in one test: what is asserted of its end needs all that came before."""
+    assert not friction.known_biased
     friction.diagnose(services)
     over(friction)
+    assert friction.known_biased, "once something is missing"
     given, outcome = friction.scenario, friction.outcome
     assert friction.add("coulomb_friction", services)
     over(friction)
+    assert not friction.known_biased
     assert friction.run.phase == DONE, friction.message
     first, second = ladder_steps(friction.looks)
     assert first.cost_per_sample > FLOOR**2 > second.cost_per_sample
@@ -101,11 +109,13 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(
         "missing",
         "nothing_missing",
     )
+    every_channel_agrees(friction)
     headless = exported(scenario_toml(friction.scenario), tmp_path)
     rms = [e["rms"] for e in headless["steps"][0]["errors"]]
     assert rms == pytest.approx([e.rms for e in second.errors], rel=SAME_LADDER)
     headline_of_the_whole_way(friction, reported(friction, services))
     assert friction.undo()
+    assert friction.comparisons is friction.looks[0].comparisons
     assert friction.scenario == given and friction.outcome is outcome
     assert len(friction.looks) == 1 and not present(friction.scenario)
 
@@ -129,36 +139,17 @@ def headline_of_the_whole_way(session: Session, told: dict[str, Any]) -> None:
     assert again.identify.start["EI"] == pytest.approx(fitted["EI"])
 
 
-def test_the_first_result_is_known_to_be_biased_once_something_is_missing(
-    friction: Session, services: Offered
-) -> None:
-    assert not friction.known_biased
-    friction.diagnose(services)
-    over(friction)
-    assert friction.known_biased
-    assert friction.add("coulomb_friction", services)
-    over(friction)
-    assert not friction.known_biased
-
-
-def test_map_ladder_and_compare_agree_on_every_channel(
-    friction: Session, services: Offered
-) -> None:
-    friction.diagnose(services)
-    over(friction)
-    assert friction.add("coulomb_friction", services)
-    over(friction)
-    for shown in (friction.looks[1].comparisons, friction.comparisons):
-        last = ladder_steps(friction.looks)[-1]
+def every_channel_agrees(session: Session) -> None:
+    """Map, ladder and Compare."""
+    for shown in (session.looks[1].comparisons, session.comparisons):
+        last = ladder_steps(session.looks)[-1]
         for role, name in (("estimate", "rms"), ("validate", "validation_rms")):
             seen = {e.channel: e.rms for e in channel_errors(with_role(shown, role))}
             told = {e.channel: getattr(e, name) for e in last.errors}
             assert {c: seen[c] for c in told} == pytest.approx(told, rel=SAME_FIT)
-    maps = error_maps(friction.comparisons, friction.floors)
+    maps = error_maps(session.comparisons, session.floors)
     assert {m.channel for m in maps.by_time} == {e.channel for e in last.errors}
-    assert friction.floors == {e.channel: e.floor for e in last.errors}
-    assert friction.undo()
-    assert friction.comparisons is friction.looks[0].comparisons
+    assert session.floors == {e.channel: e.floor for e in last.errors}
 
 
 def reported(session: Session, services: Offered) -> dict[str, Any]:
@@ -258,16 +249,6 @@ def test_parameters_are_read_with_their_units() -> None:
         "c": {"start": 2.0, "unit": ""},
     }
     assert own_parameters(" ") == {}
-
-
-def test_residuals_are_in_floors(friction: Session, services: Offered) -> None:
-    friction.diagnose(services)
-    over(friction)
-    assert friction.look is not None
-    found = friction.look.found
-    assert isinstance(found, Looked)
-    mean = np.sqrt(np.mean(np.concatenate([r.ravel() for r in found.residual]) ** 2))
-    assert mean == pytest.approx(np.sqrt(found.step.cost_per_sample), rel=1e-3)
 
 
 class SlowPool:

@@ -118,6 +118,16 @@ CASES = {
     "free_run_limits": free_run_limits,
 }
 
+
+def _ladder(found: Mapping[str, Any]) -> Any:
+    from tests.evidence.figures import ladder
+
+    one = found.get("diagnosis")
+    return None if one is None else ladder(one["steps"], one["floor"], "N")
+
+
+FIGURES = {"emps_ladder": ("What each step of the diagnosis leaves on EMPS", _ladder)}
+
 PUBLISHED = {
     "symmetric": ("4.083", "5.982"), "asymmetric": ("3.112", "–"),
 }  # fmt: skip

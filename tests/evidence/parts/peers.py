@@ -40,8 +40,8 @@ def _percent(measured: np.ndarray, modelled: np.ndarray) -> float:
 CASES = {"least_squares_emps": least_squares_emps}
 
 OPEN = (
-    "Not made yet: `mujoco.sysid` and PySINDy on the recordings of the independent engine, SciPy "
-    "and lmfit over CVODES, and subspace models interpolated over θ2. `flexgui bench` holds a "
+    "Not made yet: PySINDy on the missing torque, SciPy and lmfit over CVODES as a fit of their "
+    "own, and subspace models whose outputs are interpolated over θ2. `flexgui bench` holds a "
     "comparison with SciPy over CVODES for one fit; `flexgui study` holds interpolated subspace "
     "models of an earlier make."
 )
