@@ -31,7 +31,7 @@ help:
 	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
 	@echo "make matrix  480 plain scenarios of random rigs, some hours; goes on where it stopped"
 	@echo "make mujoco  the recordings of the independent engine in scenarios/mujoco, where they are missing"
-	@echo "make lint    ruff, mypy, dead code and duplicates only"
+	@echo "make lint    ruff, mypy, spelling, dead code and duplicates only"
 	@echo "make format  let ruff put the code in order"
 	@echo "make clean   remove what was made, the virtual environment too"
 
@@ -78,6 +78,7 @@ lint: $(VENV)/.installed-test
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
+	@$(BIN)/codespell README.md CHANGELOG.md docs core flexgui scenarios --skip "*.csv,*.png,*.svg,*.js"
 	@$(BIN)/python -m tests.habits.dead_code
 	@$(BIN)/python -m tests.habits.duplicates
 

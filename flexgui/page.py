@@ -67,7 +67,7 @@ class Page:
         self._left.dock_left()
         self._left.set_width(PLOTS)
         self._scene = Scene(desk)
-        self._timeline = TimeLine(desk)
+        self._timeline = TimeLine(desk, self._scene.look_from)
         self._layout.begin(self.desk.theme.fit, self._fit, self._timeline.fit, self._scene.fit)
         if desk.read_only:
             grey(gui, others)

@@ -53,7 +53,10 @@ class StudySettings(Settings):
                     f"recordings with simulate = {{...}}."
                 )
             if spec.hidden:
-                raise ValueError(f"has hidden effects in recording {spec.name!r}; leave them out.")
+                raise ValueError(
+                    f"repeats the identification of a complete model; recording {spec.name!r} has "
+                    "a hidden effect."
+                )
         for spec in experiments:
             assert spec.simulate is not None
             if spec.simulate.theta2 is None:

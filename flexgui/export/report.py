@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -22,6 +23,7 @@ from flexgui.views.between_runs import between_runs
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.correlation import correlation
+from flexgui.views.decimate import POINTS
 from flexgui.views.equations import mathml
 from flexgui.views.fit_bars import bar_label, fit_bars
 from flexgui.views.fit_table import ROLES, fit_table, in_unit
@@ -61,6 +63,14 @@ LEFT_OUT = (
     "The motion in 3-D would make this report larger than 4 MB. The page saves it as a file of its "
     "own: Export, 3-D playback."
 )
+
+SIGNALS = 130_000
+"""Points of all signals together: one takes 11 bytes, and beside plotly.js, which takes 2 MB, they
+leave the report below 4 MB."""
+FEWEST = 400
+"""Of a line, on an A4 page two to a millimetre; the tables hold every sample."""
+PER_CHANNEL = 4
+"""Lines: measured, model, and the residuals of the model as given and as it stands."""
 
 OPEN = 3
 """So many recordings are open; the others open with a click, which keeps the page quick."""
@@ -151,16 +161,31 @@ FIRST_FIT = "Of the identification: the first fit, of the model as given."
 def _recordings(
     comparisons: tuple[RecordingComparison, ...], before: tuple[RecordingComparison, ...]
 ) -> list[RecordingBlock]:
+    points = points_per_line(comparisons)
     return [
-        _block(recording, bar_label(recording, comparisons), k < OPEN, beside(recording, before))
+        _block(
+            recording,
+            bar_label(recording, comparisons),
+            k < OPEN,
+            beside(recording, before),
+            points,
+        )
         for k, recording in enumerate(comparisons)
         if recording.channels
     ]
 
 
+def points_per_line(comparisons: Sequence[RecordingComparison]) -> int:
+    """How finely the signals are drawn, so that many recordings still make a report that is quick
+    to load."""
+    lines = PER_CHANNEL * sum(len(recording.channels) for recording in comparisons)
+    return min(max(SIGNALS // max(lines, 1), FEWEST), POINTS)
+
+
 def _block(
-    recording: RecordingComparison, label: str, opened: bool, before: RecordingComparison | None
-) -> RecordingBlock:
+    recording: RecordingComparison, label: str, opened: bool,
+    before: RecordingComparison | None, points: int,
+) -> RecordingBlock:  # fmt: skip
     fitted = [c for c in recording.channels if c.fitted]
     others = [c for c in recording.channels if not c.fitted]
     about = [ROLES.get(recording.role, recording.role)]
@@ -172,8 +197,8 @@ def _block(
         title=f"{label} – {', '.join(about)}",
         note=recording.note,
         open=opened,
-        fitted=plot(comparison(recording, fitted, before)) if fitted else None,
-        others=plot(comparison(recording, others, before)) if others else None,
+        fitted=plot(comparison(recording, fitted, before, points)) if fitted else None,
+        others=plot(comparison(recording, others, before, points)) if others else None,
     )
 
 

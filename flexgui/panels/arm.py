@@ -16,7 +16,7 @@ from flexgui.panels.theme import THEMES
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.tour_card import holds_way_on
-from flexgui.views.frequency_response import frequency_response
+from flexgui.views.frequency_response import frequency_response, phase_response
 from flexgui.views.html import html_equations, html_matrices, html_table
 from flexgui.views.matrices import affine, matrices
 from flexgui.views.mode_table import mode_table
@@ -93,8 +93,9 @@ class ArmPanel(Panel):
         gui = self.desk.gui
         self._about = Words(gui, paragraph(ABOUT, "soft"))
         self._step = Lines(self.desk, HEIGHT, "Step")
-        self._response = Lines(self.desk, HEIGHT, "Gain")
+        self._response = Lines(self.desk, HEIGHT, "Magnitude")
         self._poles = Plot(gui, 0.46, "Poles")
+        self._phase = Lines(self.desk, HEIGHT, "Phase")
 
     def refresh(self) -> None:
         session, view = self.desk.session, self.desk.session.view
@@ -112,7 +113,10 @@ class ArmPanel(Panel):
             self._equations.show(html_equations(view.equations))
 
     def settle(self) -> None:
+        """What a hand on a slider need not wait for: the phase below the poles, the matrices."""
         view = self.desk.session.view
+        if view is not None:
+            self._phase.show(phase_response(view.frequency))
         if view is not None and view.scenario is not self._shown_matrices:
             self._shown_matrices = view.scenario
             self._matrices.show(_all_matrices(view.descriptor))

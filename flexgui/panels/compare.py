@@ -10,6 +10,7 @@ import numpy as np
 from core.results import ChannelComparison, RecordingComparison
 from flexgui.panels import widgets
 from flexgui.panels.failing import Failing
+from flexgui.panels.onward import to_diagnosis
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
@@ -51,7 +52,7 @@ class ComparePanel(Panel):
             desk, "Identify first", lambda: session.show("Identify"), prominent=True
         )
         self._next = widgets.button(
-            desk, "Next: diagnose", lambda: session.show("Diagnose"), prominent=True
+            desk, "Next: diagnose", lambda: to_diagnosis(desk), prominent=True
         )
         self._shown_output = WORST
         self._choice = widgets.choice(desk, "Recording", (NONE,), self._name, self._chosen)

@@ -10,7 +10,11 @@ from viser import _messages
 PURPOSE = "Find out what your robot model does not know."
 """What the page is for, in one line."""
 
-BUILDING = "Building the model and the arm …"
+CONNECTING = "Loading the page"
+PREPARING = "Preparing the equations and the integrator"
+BUILDING = "Building the model and its responses"
+DRAWING = "Drawing the arm and the plots"
+"""What is prepared, in this order; the curtain ticks them off."""
 
 
 def show_progress(client: viser.ClientHandle, text: str) -> None:

@@ -16,6 +16,7 @@ from flexgui.panels.arrivals import Arrivals
 from flexgui.panels.columns import ColumnChoice
 from flexgui.panels.findings import FindingList, wording_of
 from flexgui.panels.one_recording import OneRecording
+from flexgui.panels.onward import to_identification
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
 from flexgui.panels.rig import RigChoice
@@ -44,11 +45,11 @@ class DataPanel(Panel):
     topics: ClassVar[frozenset[Topic]] = frozenset({Topic.SCENARIO, Topic.RECORDINGS})
 
     def build_controls(self) -> None:
-        desk, session, gui = self.desk, self.desk.session, self.desk.gui
+        desk, gui = self.desk, self.desk.gui
         self._wanted = Experiments()
         self._said = Words(gui)
         self._next = widgets.button(
-            desk, "Next: identify", lambda: session.show("Identify"), prominent=True
+            desk, "Next: identify", lambda: to_identification(desk), prominent=True
         )
         # At the top, where what a file asks for will stand.
         with gui.add_folder("Use your own files"):

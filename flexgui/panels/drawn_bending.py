@@ -1,4 +1,5 @@
-"""How much larger the bending is drawn: as a person chose, else as the recording needs it."""
+"""What the scene draws of a recording: how much larger the bending, whether a camera, and the words
+for it."""
 
 from __future__ import annotations
 
@@ -20,6 +21,14 @@ def exaggeration(session: Session) -> float:
     if motion is None or not plays(session) or chosen != BEFORE:
         return chosen
     return motion.exaggeration
+
+
+def has_camera(session: Session) -> bool:
+    """Whether a camera is drawn: only where the recording holds what one saw. What a file holds is
+    not known before it was read; simulated recordings have a camera."""
+    if session.recording is not None:
+        return session.recording.has("z1", "z2")
+    return all(spec.simulate is not None for spec in session.scenario.recordings)
 
 
 def legend(session: Session) -> str:

@@ -27,7 +27,7 @@ from flexgui.views.html import html_table
 from flexgui.views.live_fit import live_fit
 from flexgui.views.live_parameters import live_parameters
 from flexgui.views.live_search import History, Searched, live_convergence, live_plane
-from flexgui.views.names import plain_symbol
+from flexgui.views.names import typeset
 from flexgui.views.paper_table import paper_table
 from flexgui.views.parameters import parameters
 from flexgui.views.summary import summary
@@ -153,14 +153,14 @@ class IdentifyPanel(Panel):
             return []
         return [Searched(p.name, p.symbol, p.unit, p.lower, p.upper) for p in found]
 
-    def _fitted(self) -> list[str]:
+    def _fitted(self) -> list[Markup]:
         """Symbols of what a fit of the scenario varies, the sizes of its effects too."""
         try:
             sizes = base_model(self.desk.session.scenario).effect_parameters.values()
         except InputError:
             return []
-        searched = [plain_symbol(s.symbol, s.name) for s in self._searched()]
-        return searched + [plain_symbol(p.symbol, p.name) for p in sizes]
+        searched = [typeset(s.symbol, s.name) for s in self._searched()]
+        return searched + [typeset(p.symbol, p.name) for p in sizes]
 
     def _old(self) -> bool:
         session = self.desk.session
@@ -183,12 +183,12 @@ class IdentifyPanel(Panel):
         self._bar.animated = busy and run.phase == RUNNING
         self._state.show(paragraph(self._sentence(), "lead"))
 
-    def _sentence(self) -> str:
+    def _sentence(self) -> Markup | str:
         session, run = self.desk.session, self.desk.session.run
         if not self._running:
             count = sum(r.role == "estimate" for r in session.scenario.recordings)
-            what = ", ".join(self._fitted()) or "none yet"
-            return f"{count} recordings to fit; parameters: {what}."
+            what = Markup(", ").join(self._fitted()) or "none yet"
+            return Markup("{} recordings to fit; parameters: {}.").format(count, what)
         if run.phase == QUEUED:
             place = "" if run.place is None else f", place {run.place} in the queue"
             return f"Waiting{place}."

@@ -25,9 +25,9 @@ LEAST_PLOTS, LEAST_CONTROLS = 320.0, 340.0
 """px below which figures cannot be read, and the stages' buttons not be pressed."""
 PHONE = 576.0
 """px: viser puts all panels into one sheet, up to here."""
-LINE, LINE_HEIGHT, LINE_MARGIN = 600.0, 204.0, 10.0
+LINE, LINE_HEIGHT, LINE_MARGIN = 600.0, 236.0, 10.0
 """px of the time-line over the 3-D picture; it shrinks with it."""
-LEAST_LINE, NARROW_LINE, NARROW_LINE_HEIGHT = 260.0, 480.0, 240.0
+LEAST_LINE, NARROW_LINE, NARROW_LINE_HEIGHT = 260.0, 480.0, 252.0
 """A narrow one needs more lines for its words."""
 
 STORED_AS, THEME_KEPT_AS = "flexgui-window", "flexgui-theme"
@@ -39,6 +39,14 @@ SCRIPT = f"""(() => {{
   try {{
     const theme = localStorage.getItem("viser-user:{THEME_KEPT_AS}");
     if (theme === "dark" || theme === "light") noted.push(theme);
+    if (window.fxGpu === undefined) {{
+      const gl = document.createElement("canvas").getContext("webgl");
+      const named = gl && gl.getExtension("WEBGL_debug_renderer_info");
+      const by = named ? gl.getParameter(named.UNMASKED_RENDERER_WEBGL) : "";
+      window.fxGpu = by !== "" && !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(by);
+      gl?.getExtension("WEBGL_lose_context")?.loseContext();
+    }}
+    if (window.fxGpu) noted.push("gpu");
     localStorage.setItem("viser-user:{STORED_AS}", noted.join(" "));
   }} catch (error) {{}}
 }})();"""
@@ -49,7 +57,9 @@ LATER, LONG = 1.0, 4.0
 that takes a phone for a wide window would hide the arm."""
 NOTICED = 0.005
 """Share by which the picture's shape changes when it counts."""
-_TOLD = re.compile(r"(\d{2,5}) (\d{2,5}) (\d{1,5})(?: (light|dark)(?: (light|dark))?)?", re.ASCII)
+_TOLD = re.compile(
+    r"(\d{2,5}) (\d{2,5}) (\d{1,5})(?: (light|dark)(?: (light|dark))?)?( gpu)?", re.ASCII
+)
 
 
 @dataclass(frozen=True)
@@ -62,6 +72,8 @@ class Window:
     system_dark: bool = False
     theme: str = ""
     """ "light" or "dark" where one was chosen in this browser before."""
+    gpu: bool = False
+    """Whether a graphics card draws the arm."""
 
     @property
     def phone(self) -> bool:
@@ -84,8 +96,9 @@ def window_of(text: str | None) -> Window | None:
     found = _TOLD.fullmatch(text or "")
     if found is None:
         return None
-    width, height, picture, system, theme = found.groups()
-    return Window(float(width), float(height), float(picture), system == "dark", theme or "")
+    width, height, picture, system, theme, gpu = found.groups()
+    sizes = float(width), float(height), float(picture)
+    return Window(*sizes, system == "dark", theme or "", bool(gpu))
 
 
 def widths(window: Window) -> Widths:
@@ -107,6 +120,11 @@ def aspect(window: Window) -> float:
     shares = widths(window)
     left = window.width - shares.plots - shares.controls - BORDERS
     return (window.picture or left) / window.height
+
+
+def covered(window: Window) -> float:
+    """Share of the picture's height that the time-line lies over, from below."""
+    return min((widths(window).line_height + 2.0 * LINE_MARGIN) / window.height, 0.5)
 
 
 Take = Callable[[Window, Widths], None]

@@ -8,16 +8,17 @@ import time
 import numpy as np
 
 from core.arm.arm import Arm
-from flexgui.panels.drawn_bending import exaggeration, plays
+from flexgui.panels.drawn_bending import exaggeration, has_camera, plays
 from flexgui.panels.errors_in_scene import ErrorsInScene
 from flexgui.panels.keys import help_hands
 from flexgui.panels.page_context import PageContext
-from flexgui.panels.page_layout import Widths, Window, aspect
+from flexgui.panels.page_layout import Widths, Window, aspect, covered
 from flexgui.session import Topic
 from flexgui.session.crew import CREW
 from flexgui.session.effects import places
 from flexgui.session.live import LiveModel
 from flexgui.stage.effect_nodes import Drawn, show_effects
+from flexgui.stage.look import HOME, lowered
 from flexgui.stage.recorded import Playback
 from flexgui.stage.scene import Stage
 
@@ -66,9 +67,10 @@ class Scene:
         """How many times too far from the model the measured arm's path is drawn."""
         self._errors = ErrorsInScene(desk)
         self._reach = 1.0
-        self._window = Window()
+        self._window, self._side = Window(), HOME
         self._aimed = 0.0
         """When that was, by the monotonic clock."""
+        self._was_aimed = False
         self._eye = np.zeros(3)
         """Where the camera was put, (3,) m."""
         self._lock = threading.RLock()
@@ -92,6 +94,7 @@ class Scene:
                 self._show_live(stage, view)
             else:
                 self._show_recording(stage, motion)
+            stage.set_visible(camera=has_camera(session))
             self._show_effects(stage)
             self._errors.draw(stage)
             if session.live.mode is not None and not self._swings:
@@ -107,7 +110,9 @@ class Scene:
 
     def _made(self, view: LiveModel) -> Stage:
         if self._stage is None:
-            self._stage = Stage(self._desk.client, view.model.arm, view.numbers.p, view.q)
+            self._stage = Stage(
+                self._desk.client, view.model.arm, view.numbers.p, view.q, self._window.gpu
+            )
             self._stage.set_dark(self._desk.theme.dark)
             self._aim(self._stage)
         return self._stage
@@ -121,6 +126,13 @@ class Scene:
             if self._is_aimed() or time.monotonic() - self._aimed < SETTLING:
                 self._aim(self._stage)
 
+    def look_from(self, side: str) -> None:
+        """Of the stage's directions; the whole arm comes into sight."""
+        with self._lock:
+            if self._stage is not None:
+                self._side = side
+                self._aim(self._stage)
+
     def _is_aimed(self) -> bool:
         """Whether nobody has turned the view since."""
         moved = self._desk.client.camera.position - self._eye
@@ -130,9 +142,12 @@ class Scene:
         """Looks at the whole arm; what a person turns stays so until another arm comes."""
         self._reach, self._aimed = stage.body.reach, time.monotonic()
         camera, phone = self._desk.client.camera, self._window.phone
-        eye = stage.view(min(aspect(self._window), ASPECT))
-        # On a phone the panels cover the lower part: the arm goes up, the aim down.
-        down = np.array([0.0, -DOWN if phone else 0.0, 0.0]) * self._reach
+        eye = stage.view(min(aspect(self._window), ASPECT), self._side)
+        # Panels cover the lower part: the arm goes up, the aim down.
+        if phone:
+            down = np.array([0.0, -DOWN, 0.0]) * self._reach
+        else:
+            down = lowered(eye, covered(self._window))
         self._eye = eye.position + down
         camera.up_direction, camera.fov = eye.up, eye.fov
         camera.position, camera.look_at = self._eye, eye.look_at + down
@@ -153,12 +168,16 @@ class Scene:
 
     def _show_recording(self, stage: Stage, motion: Playback) -> None:
         cursor = self._desk.session.cursor
-        if self._shown is not motion:
+        fresh = self._shown is not motion
+        if fresh:
+            self._was_aimed = self._is_aimed()
             self._shown, self._apart = motion, 0.0
             self._rebuild(stage, motion.arm, motion.motion.p, motion.motion.q[0])
         if self._apart != cursor.error:
             self._apart = cursor.error
             stage.show_paths(motion.motion.q, motion.apart(cursor.error))
+        if fresh and self._was_aimed:
+            self._aim(stage)
         k, ghost = motion.frame(cursor.time), motion.apart(cursor.error)
         stage.show_both(motion.motion.q[k], None if ghost is None else ghost[k])
 

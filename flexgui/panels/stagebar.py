@@ -11,6 +11,10 @@ from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.state import STAGES
 
 PURPOSE_LINE = Markup("<p class='purpose'>{}</p>").format(PURPOSE)
+FOLLOWS = Markup("<p class='follows'><b>You follow the teacher.</b> {}</p>").format(
+    "Stages and settings are the teacher's. Turn the arm with the mouse as you like; take your own "
+    "copy to change things. It stays yours after a reload."
+)
 BAR = Markup("<span class='fx-bar'></span>")
 
 
@@ -19,7 +23,7 @@ class StageBar:
 
     def __init__(self, desk: PageContext) -> None:
         self._desk = desk
-        Words(desk.gui, PURPOSE_LINE)
+        Words(desk.gui, FOLLOWS if desk.read_only else PURPOSE_LINE)
         self._mark = Words(desk.gui, self._style())
         self._buttons = desk.gui.add_button_group("Stage", STAGES)
         if not desk.read_only:

@@ -114,7 +114,7 @@ class StudyPanel(Panel):
         self._save.disabled = session.run.busy or follows
         self._save.color = "blue" if state.phase == DONE else "gray"
         lead = paragraph(self._sentence(state), "lead")
-        self._state.show(paragraph(refusal, "bad") if refusal else lead)
+        self._state.show(paragraph(refusal) if refusal else lead)
         self._said.show(self._about(state, open_to_choose))
         self._results.refresh()
 

@@ -41,13 +41,15 @@ STYLE = Markup("""<style>
 /* The time-line's inputs in one row; their options say what they are. */
 div:has(> div > .fx > .fx-line) { display: flex; flex-wrap: wrap; }
 div:has(> div > .fx > .fx-line) > * { flex: 1 0 100%; min-width: 0; box-sizing: border-box; }
-div:has(> div > .fx > .fx-line) > :nth-child(3) { flex: 3 1 11em; padding-right: 0; }
-div:has(> div > .fx > .fx-line) > :nth-child(n+4) { flex: 1 1 5.4em; }
-div:has(> div > .fx > .fx-line) > :nth-child(4) { padding-right: 0; }
+div:has(> div > .fx > .fx-line) > :nth-child(6) { flex: 3 1 10em; }
+div:has(> div > .fx > .fx-line) > :is(:nth-child(4), :nth-child(5)) { flex: 1 1 5.4em; }
+div:has(> div > .fx > .fx-line) > :is(:nth-child(4), :nth-child(5)) { padding-right: 0; }
 div:has(> div > .fx > .fx-line) > :nth-child(n+3) div:has(> .mantine-Text-root > label) {
   position: absolute !important; width: 1px !important; height: 1px; overflow: hidden;
   clip-path: inset(50%); padding: 0; }
 [role="tab"], [role="tab"] * { color: var(--fx-link) !important; }
+.fx .follows { margin: 0; padding: .4em .7em; border-left: 4px solid var(--fx-link);
+  background: rgba(25,113,194,.10); }
 .fx .purpose { margin: 0; font-size: .95em; font-weight: 500; }
 div:has(> .fx > .tour.pair) + div, div:has(> .fx > .tour.pair) + div + div {
   width: calc(50% - 15px); }
@@ -63,7 +65,11 @@ div:has(> .fx > .tour.pair) + div + div { position: relative; left: calc(50% - 5
 .fx .good { border-color: var(--fx-good); background: rgba(31,148,112,.10); }
 .fx .alarm { color: var(--fx-bad); font-weight: 600; }
 .fx ul { margin: .2em 0; padding-left: 1.2em; }
-.fx .scroll { overflow-x: auto; }
+.fx .scroll { overflow-x: auto; container-type: inline-size; }
+@container (max-width: 500px) { .fx table { font-size: .75em; }
+  .fx th, .fx td { padding-right: .5em !important; } }
+/* The bar that scrolls a panel stands beside its buttons, not on them. */
+.mantine-ScrollArea-viewport > div:has(.fx-bar) { padding-right: 8px; box-sizing: border-box; }
 .fx table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: .93em; }
 .fx th, .fx td { padding: .18em .8em .18em 0; text-align: left; white-space: nowrap;
   border-bottom: 1px solid var(--mantine-color-default-border); }

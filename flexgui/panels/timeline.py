@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from markupsafe import Markup
 
@@ -12,6 +12,7 @@ from flexgui.panels.errors_in_scene import COLOURED
 from flexgui.panels.page_context import PageContext
 from flexgui.panels.page_layout import LINE_MARGIN, Widths, Window
 from flexgui.panels.words import Words, joined, paragraph
+from flexgui.stage.look import DIRECTIONS
 from flexgui.views.error_now import words as error_words
 
 SPEEDS = {f"speed ×{speed:g}": speed for speed in (0.1, 0.25, 0.5, 1.0, 2.0)}
@@ -27,7 +28,8 @@ STEP = 0.02
 class TimeLine:
     """Play, pause, step, seek, speed."""
 
-    def __init__(self, desk: PageContext) -> None:
+    def __init__(self, desk: PageContext, look_from: Callable[[str], None]) -> None:
+        """`look_from` turns the view of the arm to one of DIRECTIONS."""
         self._desk, session = desk, desk.session
         gui = desk.gui
         self._panel = gui.add_panel()
@@ -46,6 +48,8 @@ class TimeLine:
                 lambda v: session.set_cursor(error=ERRORS[v]),
                 "Draws the measured arm farther from the model.",
             )  # fmt: skip
+            views = gui.add_button_group("View", tuple(DIRECTIONS))
+            views.on_click(lambda _: look_from(str(views.value)))
         self._size = (0.0, 0.0)
         if not desk.read_only:
             self._buttons.on_click(lambda _: self._pressed(str(self._buttons.value)))
@@ -74,10 +78,7 @@ class TimeLine:
             return
         who = "identified model" if motion.fitted else "model as stated"
         pace = "" if cursor.speed == 1.0 else f", speed ×{cursor.speed:g}"
-        now = (
-            f"{motion.recording}: {who}, {cursor.time:.2f} s of {motion.seconds:.2f} s"
-            f"{pace}{self._error()}"
-        )
+        now = f"{motion.recording}: {who}{pace}{self._error()}"
         what = legend(session)
         soft = paragraph(what, "soft") if what else ""
         self._about.show(joined(ROW, paragraph(now), soft))

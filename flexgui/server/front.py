@@ -9,15 +9,21 @@ from __future__ import annotations
 
 import html
 
-from flexgui.panels.curtain import BUILDING, PURPOSE
+from flexgui.panels.curtain import BUILDING, CONNECTING, DRAWING, PREPARING, PURPOSE
 from flexgui.panels.page_layout import THEME_KEPT_AS
-
-CONNECTING = "Loading the page …"
 
 LONGEST = 150_000
 """ms after which the curtain goes in any case: longer than a first start compiles."""
 SOON = 4_000
 """ms that the first picture may take once the page says that it is drawn."""
+
+STEPS = "".join(f"<li>{text}</li>" for text in (CONNECTING, PREPARING, BUILDING, DRAWING))
+AHEAD = (
+    "What you can do in five minutes",
+    "Watch an arm whose model lacks something, see where the model fails, let every known effect "
+    "be tried on what is left, add the one that fits, and watch the error fall.",
+)
+"""Something to read meanwhile: on a busy machine it takes half a minute."""
 
 CURTAIN = f"""
 <style>
@@ -30,18 +36,24 @@ CURTAIN = f"""
 #fx-curtain .bar {{ width: min(20rem, 70vw); height: 6px; border-radius: 3px; overflow: hidden;
   background: #dde2e7; margin-top: .6rem; }}
 #fx-curtain .bar i {{ display: block; height: 100%; width: 8%; background: #1971c2;
-  transition: width .6s;
-  background-size: 200% 100%; animation: fx-going 1.6s linear infinite; background-image:
-  linear-gradient(90deg, #1971c2 0 40%, #74b4e8 50%, #1971c2 60%); }}
-@keyframes fx-going {{
-  from {{ background-position: 100% 0; }} to {{ background-position: -100% 0; }} }}
-@media (prefers-reduced-motion: reduce) {{ #fx-curtain .bar i {{ animation: none; }} }}
+  transition: width .6s; }}
+#fx-curtain ol {{ list-style: none; margin: 0; padding: 0; text-align: left; }}
+#fx-curtain li {{ color: #59616b; }} #fx-curtain li::before {{ content: "○"; display: inline-block;
+  width: 1.4em; }}
+#fx-curtain li.now {{ color: inherit; font-weight: 600; }}
+#fx-curtain li.now::before {{ content: "●"; color: #1971c2; }}
+#fx-curtain li.done::before {{ content: "✓"; color: #157356; }}
+#fx-curtain .first {{ max-width: 34rem; margin-top: 1.2rem; text-align: left; }}
+#fx-curtain .first b {{ display: block; }}
+#fx-curtain.dark li, #fx-curtain.dark .first {{ color: #b3bbc4; }}
+#fx-curtain.dark li.now {{ color: #eceff2; }}
 #fx-curtain.dark {{ background: #141414; color: #eceff2; }}
 #fx-curtain.dark .state {{ color: #b3bbc4; }} #fx-curtain.dark .bar {{ background: #3a4149; }}
 </style>
 <div id="fx-curtain" role="status" aria-live="polite"><h1>FlexGUI</h1>
-<p class="purpose">{html.escape(PURPOSE)}</p><p class="state">{CONNECTING}</p>
-<div class="bar"><i></i></div></div>
+<p class="purpose">{html.escape(PURPOSE)}</p>
+<div class="bar"><i></i></div><ol>{STEPS}</ol><p class="state"></p>
+<div class="first"><b>{AHEAD[0]}</b>{AHEAD[1]}</div></div>
 <script>(() => {{
   const curtain = document.getElementById("fx-curtain"), began = Date.now();
   let chosen = null;
@@ -50,16 +62,20 @@ CURTAIN = f"""
     || (chosen !== "light" && matchMedia("(prefers-color-scheme: dark)").matches);
   curtain.classList.toggle("dark", dark);
   const state = curtain.querySelector(".state"), bar = curtain.querySelector("i");
-  // How far it is follows from what stands in the page behind the curtain.
-  const steps = [
-    ["canvas", 30, "{BUILDING}"], [".fx-bar", 65, ""], [".uplot, .js-plotly-plot", 90, ""],
-  ];
-  let said = "";
+  const items = [...curtain.querySelectorAll("li")], shares = [8, 30, 50, 80];
+  // How far it is follows from what stands in the page behind the curtain, and from the server.
+  const steps = [["canvas", 1], [".fx-bar", 3]];
+  let at = -1;
+  const reach = place => {{
+    if (place <= at) return;
+    at = place;
+    bar.style.width = shares[at] + "%";
+    items.forEach((item, k) => {{ item.className = k < at ? "done" : k === at ? "now" : ""; }});
+  }};
+  reach(0);
   const look = setInterval(() => {{
-    for (const [what, share, text] of steps) if (document.querySelector(what)) {{
-      bar.style.width = share + "%";
-      if (text && !said) state.textContent = text;
-    }}
+    for (const [what, place] of steps) if (document.querySelector(what)) reach(place);
+    if (document.querySelector(".uplot, .js-plotly-plot")) bar.style.width = "92%";
     if (Date.now() - began > {LONGEST}) away();
   }}, 100);
   const away = () => {{
@@ -67,7 +83,11 @@ CURTAIN = f"""
     curtain.style.opacity = 0;
     setTimeout(() => curtain.remove(), 250);
   }};
-  window.fxTell = text => {{ said = state.textContent = text; }};
+  window.fxTell = text => {{
+    const place = items.findIndex(item => item.textContent === text);
+    state.textContent = place < 0 ? text : "";
+    if (place >= 0) reach(place);
+  }};
   window.fxLift = () => {{
     window.fxLift = null;
     const since = Date.now();

@@ -36,6 +36,8 @@ class Diagnosing(Comparing, ABC):
         super().__init__(key, folder)
         self._then: Callable[[], object] | None = None
         """What is done once the worker has stopped."""
+        self.to_add = ""
+        """Title of the effect that is added once a ranking has been ended for it."""
         self._formulas: dict[str, tuple[str, str, str]] = {}
         """Own effects that were tried, by their id: target, formula, parameters."""
 
@@ -50,7 +52,9 @@ class Diagnosing(Comparing, ABC):
         """Puts a listed effect into the model and fits it; a ranking that still goes on ends."""
         if self.busy and self.pending is not None and self.pending.found is not None:
             self._then = lambda: self.add(kind, services)
+            self.to_add = titled([kind])[0]
             self.stop()
+            self.notify(Topic.DIAGNOSIS)
             return True
         found = (
             next((r for r in self.look.ranking if r.effect == kind), None) if self.look else None
@@ -185,6 +189,7 @@ class Diagnosing(Comparing, ABC):
         then, self._then = self._then, None
         if then is not None:
             then()
+            self.to_add = ""
         elif isinstance(event, Stopped):
             self.show_message(_stopped(kept, bool(self.looks)))
         elif isinstance(event, Finished) and look.title:

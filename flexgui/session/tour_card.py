@@ -48,7 +48,7 @@ AT_DATA = Card(
     LOOK,
     "An effect is in these recordings that the model does not know. Press Play in the time-line "
     "and watch the arm bend; the plots show its references and what the sensors measured. Then "
-    "press Next: identify.",
+    "press Next: identify, which fits the model as it is.",
 )
 TO_FIT = Card(
     COMPARE,
@@ -64,7 +64,7 @@ UNFITTED = Card(COMPARE, "The model has to be fitted first: press Identify first
 AT_COMPARE = Card(
     COMPARE,
     "The worst places are buttons: press one, and plots, time-line and arm go there. Then press "
-    "Next: diagnose.",
+    "Next: diagnose, which tries every known effect on the residual.",
 )
 TO_FIND = Card(DIAGNOSE, f"Press Find what is missing. {TRIED}")
 LOOKING = Card(DIAGNOSE, TRIED)
@@ -74,9 +74,25 @@ def card(session: Session) -> Card | None:
     """The card to show; None where there is nothing to be said."""
     if session.tour == OFFERED:
         return OFFER if session.stage == FIRST_STAGE else None
-    if session.tour is None or not is_of_tour(session.scenario):
+    if not is_on_tour(session):
         return None
     return AT.get(session.stage, _elsewhere)(session)
+
+
+def is_on_tour(session: Session) -> bool:
+    """Whether the card goes along with the person."""
+    return session.tour == BEGUN and is_of_tour(session.scenario)
+
+
+def is_to_be_fitted(session: Session) -> bool:
+    """Whether the model has no fit at its present settings, and nothing is being computed."""
+    fresh = session.outcome is not None and session.outcome_of == session.scenario
+    return not (fresh or session.busy)
+
+
+def is_to_be_searched(session: Session) -> bool:
+    """Whether nobody has looked yet for what the present model lacks."""
+    return not (session.busy or any(k.scenario == session.scenario for k in session.looks))
 
 
 def holds_way_on(session: Session) -> bool:
@@ -108,8 +124,10 @@ def _compare(session: Session) -> Card:
 
 def _diagnose(session: Session) -> Card:
     look, pending = session.look, session.pending
+    if session.to_add:
+        return Card(ADD, _fitted_with(session.to_add))
     if pending is not None:
-        return _adding(session, pending) if pending.added else LOOKING
+        return _adding(session, pending) if pending.added else _looking(pending)
     if look is None or look.scenario != session.scenario or not look.ranking:
         return TO_FIND
     if look.added:
@@ -124,14 +142,29 @@ def _diagnose(session: Session) -> Card:
     )
 
 
+def _looking(pending: Look) -> Card:
+    """While effects are tried: the first one of the list can be added before the end."""
+    if not pending.ranking:
+        return LOOKING
+    first = pending.ranking[0].title
+    return Card(
+        DIAGNOSE,
+        f"{first} explains most of the error so far; the line through the residual is what it "
+        f"predicts. Press Add {first}, or wait until every effect was tried.",
+    )
+
+
+def _fitted_with(title: str) -> str:
+    return (
+        f"The model is fitted with {title}. If that is what was missing, its error falls on the "
+        "ladder."
+    )
+
+
 def _adding(session: Session, pending: Look) -> Card:
     change = last_change(session.shown_looks) if pending.found is not None else None
     if change is None:
-        return Card(
-            ADD,
-            f"The model is fitted with {pending.title}. If that is what was missing, its error "
-            "falls on the ladder.",
-        )
+        return Card(ADD, _fitted_with(pending.title))
     went = "fell" if change.fell else "went"
     return Card(
         ADD,

@@ -13,7 +13,7 @@ from core.arm.arm import Arm
 from flexgui.stage.arm_nodes import GHOST, MODEL, ArmNodes, MarkNodes
 from flexgui.stage.camera_nodes import CameraNodes, PathNodes
 from flexgui.stage.floor import add_floor
-from flexgui.stage.look import ROOT, Owner, View, light, view_of
+from flexgui.stage.look import HOME, ROOT, Owner, View, light, view_of
 from flexgui.stage.paint import Rgb
 from flexgui.stage.pose import LIFT, Body, Pose
 
@@ -100,6 +100,8 @@ class Stage:
         """Shows or hides whole groups: model, ghost, angles, camera, paths."""
         with self._lock, self._owner.atomic():
             for name, visible in groups.items():
+                if self._shown[name] == visible:
+                    continue
                 self._shown[name] = visible
                 self._groups[name].visible = visible
             self._ghost_group.visible = self._shown["ghost"] and self._ghost_q is not None
@@ -177,9 +179,15 @@ class Stage:
         """The model's pose as shown."""
         return self._pose
 
-    def view(self, aspect: float = 1.3) -> View:
+    def view(self, aspect: float = 1.3, side: str = HOME) -> View:
         """A good place to look from, for a canvas `aspect` times as wide as it is high."""
-        return view_of(self.body.reach, aspect)
+        return view_of(self.body.reach, aspect, side, self._places())
+
+    def _places(self) -> np.ndarray:
+        """(k, 3) m of the base, the posture's parts and the tips of the motions."""
+        spots = [spot.place for spot in (*self._pose.joints, *self._pose.ends)]
+        tips = [self.body.tip_points(q, 1.0) for q in self._motions if q is not None]
+        return np.concatenate([np.zeros((1, 3)), np.array(spots), *tips])
 
     def _build(self, arm: Arm, p: np.ndarray, q: np.ndarray) -> None:
         self.body = Body(arm, p)

@@ -15,6 +15,9 @@ START = "#7d858f"
 """Where the search began, and whatever is only context."""
 BOUND = "#d64545"
 
+DRIVE = "#8a6d1f"
+"""Torques and currents."""
+
 JOINTS = ("#2a93a8", "#a06cd5", "#b58a00")
 JOINT_DASHES = ("solid", "dash", "dot")
 """A joint, and what is measured or predicted at it, wherever several stand in one figure; told

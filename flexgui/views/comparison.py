@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,22 +29,24 @@ def comparison(
     recording: RecordingComparison,
     channels: Sequence[ChannelComparison] | None = None,
     before: RecordingComparison | None = None,
+    points: int = POINTS,
 ) -> go.Figure:
     """Two rows per output (signal and residual) over a shared time axis in s; `before`: what the
-    model as given left, pale beside the residual.
+    model as given left, pale beside the residual; `points`: of each line at the most.
 
     Written as plain data: adding traces and axes one by one costs a quarter of a second each
     time that a figure has twenty of them.
     """
     shown = recording.channels if channels is None else tuple(channels)
     height = HEIGHT_OF_FRAME + HEIGHT_PER_CHANNEL * len(shown)
-    layout = frame(height, _caption(shown)) | {"hovermode": "x unified"}
+    layout = frame(height, _caption(shown, points)) | {"hovermode": "x unified"}
     layout["xaxis"] = axis("time [s]") | {"anchor": f"y{2 * len(shown)}", "domain": [0.0, 1.0]}
     given = {} if before is None else {c.channel: c for c in before.channels}
     traces: list[dict[str, Any]] = []
-    for k, channel in enumerate(shown):
+    lines_of = [_lines(channel, given.get(channel.channel), points) for channel in shown]
+    for k in range(len(shown)):
         rows = _domains(k, len(shown))
-        for place, (label, lines) in enumerate(_lines(channel, given.get(channel.channel))):
+        for place, (label, lines) in enumerate(lines_of[k]):
             number = 2 * k + place + 1
             name = f"yaxis{number}" if number > 1 else "yaxis"
             layout[name] = axis(label) | {"anchor": "x", "domain": rows[place]}
@@ -65,19 +68,20 @@ def _placing(number: int, legend: bool) -> dict[str, Any]:
 
 
 def _lines(
-    channel: ChannelComparison, before: ChannelComparison | None
+    channel: ChannelComparison, before: ChannelComparison | None, points: int
 ) -> list[tuple[str, list[dict[str, Any]]]]:
     """(axis title, traces) of the signal and of the residual."""
     symbol = channel_symbol(channel.channel)
     signal = shown_unit(np.concatenate([channel.measured, channel.model]), channel.unit)
     counted = np.where(channel.counted, channel.residual, np.nan)
     small = shown_unit(counted, channel.unit)
-    measured = _line(channel, "measured", channel.measured, signal, symbol, MEASURED_LINE)
-    model = _line(channel, "model", channel.model, signal, symbol, MODEL_LINE)
-    left = [_line(channel, "residual", counted, small, symbol, RESIDUAL_LINE)]
+    line = partial(_line, channel, symbol, points)
+    measured = line("measured", channel.measured, signal, MEASURED_LINE)
+    model = line("model", channel.model, signal, MODEL_LINE)
+    left = [line("residual", counted, small, RESIDUAL_LINE)]
     if before is not None and before.time.shape == channel.time.shape:
         was = np.where(before.counted, before.residual, np.nan)
-        left.insert(0, _line(channel, "residual as given", was, small, symbol, GIVEN_LINE))
+        left.insert(0, line("residual as given", was, small, GIVEN_LINE))
     return [
         (signal.label(symbol), [measured, model]),
         (small.label(f"Δ{symbol}"), left),
@@ -86,13 +90,14 @@ def _lines(
 
 def _line(
     channel: ChannelComparison,
+    symbol: str,
+    points: int,
     name: str,
     values: np.ndarray,
     unit: ShownUnit,
-    symbol: str,
     line: dict[str, Any],
 ) -> dict[str, Any]:
-    x, y = trace(channel.time, values * unit.factor)
+    x, y = trace(channel.time, values * unit.factor, points)
     return {
         "type": "scatter",
         "x": x,
@@ -105,11 +110,11 @@ def _line(
     }
 
 
-def _caption(shown: Sequence[ChannelComparison]) -> str:
+def _caption(shown: Sequence[ChannelComparison], points: int) -> str:
     text = "Residual: measured minus model, over the samples that count."
-    if any(channel.time.size > POINTS for channel in shown):
+    if any(channel.time.size > points for channel in shown):
         text += (
-            f" Long traces are drawn with about {POINTS} points, the least and the greatest value "
+            f" Long traces are drawn with about {points} points, the least and the greatest value "
             "of each stretch; the tables hold every sample."
         )
     return text

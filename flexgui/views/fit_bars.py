@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from core.results import RecordingComparison
-from flexgui.views import colours
+from flexgui.views.channel_colours import channel_colour, channel_edge
 from flexgui.views.layout import styled
 from flexgui.views.names import channel_symbol
 from flexgui.views.pooled import VALIDATE
@@ -21,14 +21,15 @@ def fit_bars(comparisons: Sequence[RecordingComparison]) -> go.Figure | None:
     if not names:
         return None
     figure = go.Figure()
-    for k, name in enumerate(names):
+    for name in names:
         bars = [(r, c) for r in comparisons for c in r.channels if c.fitted and c.channel == name]
         figure.add_bar(
             x=[bar_label(r, comparisons) for r, _ in bars],
             y=[c.fit_percent for _, c in bars],
             name=channel_symbol(name),
             marker={
-                "color": colours.series(k),
+                "color": channel_colour(name),
+                "line": {"color": channel_edge(name), "width": 1},
                 "pattern": {
                     "shape": ["/" if r.role == VALIDATE else "" for r, _ in bars],
                     "fillmode": "overlay",

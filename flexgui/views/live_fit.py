@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from core.results import RecordingComparison
-from flexgui.views import colours
+from flexgui.views.channel_colours import channel_colour, channel_edge
 from flexgui.views.fit_bars import bar_label
 from flexgui.views.live import Figure, ax, figure
 from flexgui.views.names import channel_symbol
@@ -20,7 +20,7 @@ def live_fit(comparisons: Sequence[RecordingComparison]) -> Figure | None:
     names = list(dict.fromkeys(c.channel for c in known))
     if not names:
         return None
-    traces = [_bars(name, k, comparisons) for k, name in enumerate(names)]
+    traces = [_bars(name, comparisons) for name in names]
     return figure(
         traces, ax("", type="category", tickangle=0 if len(comparisons) < 10 else 45),
         ax("FIT [%]", range=[0.0, 100.0]), "FIT (hatched: validation)", barmode="group",
@@ -28,13 +28,16 @@ def live_fit(comparisons: Sequence[RecordingComparison]) -> Figure | None:
     )  # fmt: skip
 
 
-def _bars(name: str, k: int, comparisons: Sequence[RecordingComparison]) -> Figure:
+def _bars(name: str, comparisons: Sequence[RecordingComparison]) -> Figure:
     bars = [(r, c) for r in comparisons for c in r.channels if c.fitted and c.channel == name]
     hatch = ["/" if r.role == VALIDATE else "" for r, _ in bars]
     return {
         "type": "bar", "name": channel_symbol(name),
         "x": [bar_label(r, comparisons).removeprefix("θ2 = ") for r, _ in bars],
         "y": [round(c.fit_percent, 3) if np.isfinite(c.fit_percent) else None for _, c in bars],
-        "marker": {"color": colours.series(k), "pattern": {"shape": hatch, "fillmode": "overlay"}},
+        "marker": {
+            "color": channel_colour(name), "line": {"color": channel_edge(name), "width": 1},
+            "pattern": {"shape": hatch, "fillmode": "overlay"},
+        },
         "hovertemplate": "%{x}: %{y:.2f} %<extra></extra>",
     }  # fmt: skip

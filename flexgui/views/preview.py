@@ -139,9 +139,14 @@ def masked(recording: Recording, kinds: Sequence[Sequence[str]]) -> list[dict[st
     return shapes
 
 
+CURSOR = "cursor"
+"""Name of the line among a figure's shapes."""
+
+
 def cursor_shape(time: float) -> dict[str, Any]:
     """The time-line's cursor in any figure whose first axis is time in s."""
     return {
-        "type": "line", "xref": "x", "yref": "paper", "x0": time, "x1": time, "y0": 0, "y1": 1,
+        "type": "line", "name": CURSOR,
+        "xref": "x", "yref": "paper", "x0": time, "x1": time, "y0": 0, "y1": 1,
         "line": {"color": colours.START, "width": 1.5, "dash": "dot"},
     }  # fmt: skip

@@ -18,10 +18,11 @@ from core.simulate.posture import Posture, posture
 from core.simulate.response import frequency_response as gains_of
 from core.simulate.response import step_response
 from flexgui.views.figure_json import figure_json
-from flexgui.views.frequency_response import frequency_response
+from flexgui.views.frequency_response import frequency_response, phase_response
 from flexgui.views.live import Figure, short
 from flexgui.views.mode_table import mode_table
 from flexgui.views.names import channel_symbol
+from flexgui.views.pairs import NEGLIGIBLE
 from flexgui.views.poles import poles, window
 from flexgui.views.small import HEIGHT
 from flexgui.views.step import step
@@ -32,6 +33,9 @@ LARGEST_MESSAGE = 60_000
 
 SINGLE = 1e-6
 """Relative: numbers travel in single precision."""
+
+PHASE = 1e-4
+"""Relative: hundreds of degrees in single precision, in radians."""
 
 NAMES = ["one mode", "2-2", "slide", "ground", "rigid pair"]
 
@@ -45,6 +49,7 @@ FIGURES: dict[str, Callable[[Posture], Figure]] = {
     "poles": lambda h: poles(h.poles, vibration_modes(h), vibration_modes(h, clamped=True)),
     "step": lambda h: step(step_response(h)),
     "frequency_response": lambda h: frequency_response(gains_of(h)),
+    "phase_response": lambda h: phase_response(gains_of(h)),
 }
 
 
@@ -152,3 +157,16 @@ def test_what_is_not_a_number_is_a_gap() -> None:
 
 def decoded(vector: dict[str, str]) -> np.ndarray:
     return np.frombuffer(base64.b64decode(vector["bdata"]), np.dtype(vector["dtype"]))
+
+
+@pytest.mark.parametrize("arm", NAMES)
+def test_magnitude_and_phase_give_the_gain_again(arm: str) -> None:
+    found = gains_of(at(arm))
+    strong, late = (view(found)["data"] for view in (frequency_response, phase_response))
+    assert [trace["name"] for trace in late] == [trace["name"] for trace in strong]
+    columns = found.gain.reshape(len(found.frequency), -1).T
+    largest = np.abs(columns).max()
+    drawn = [c for c in columns if np.abs(c).max() > NEGLIGIBLE * largest]
+    for gain, size, turned in zip(drawn, strong, late, strict=True):
+        again = size["y"] * np.exp(1j * np.deg2rad(turned["y"].astype(float)))
+        assert again == pytest.approx(gain, rel=PHASE, abs=PHASE * np.abs(gain).max())

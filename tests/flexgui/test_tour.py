@@ -15,6 +15,8 @@ from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
 from core.results import ChannelError, Diagnosis, LadderStep, Outcome, RankedEffect
 from flexgui.jobs.looked import Looked
 from flexgui.panels.busy import how_it_stands
+from flexgui.panels.onward import to_diagnosis, to_identification
+from flexgui.panels.page_context import PageContext
 from flexgui.session import Session
 from flexgui.session.demo import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.session.edit import edited
@@ -263,3 +265,36 @@ def test_progress_is_one_sentence_and_what_is_compiled_stands_apart() -> None:
 def test_a_job_that_waits_or_ends_says_so() -> None:
     assert how_it_stands(Run("diagnose", QUEUED, 2))[0] == "Waiting, place 2 in the queue."
     assert how_it_stands(Run("diagnose", STOPPING, stage="x"))[0] == "Stopping …"
+
+
+def test_an_effect_that_waits_to_be_added_does_not_lead_back_to_diagnosing(
+    session: Session,
+) -> None:
+    session.pending = LACKING
+    shown = at(session, "Diagnose")
+    assert (shown.title, f"Press Add {FRICTION}" in shown.text) == (DIAGNOSE, True)
+    session.to_add = FRICTION
+    assert at(session, "Diagnose").title == ADD
+    session.pending = Look(WITH_FRICTION, FRICTION, "coulomb friction")
+    assert at(session, "Diagnose").title == ADD
+
+
+@pytest.mark.parametrize("tours", [True, False])
+def test_on_the_tour_the_way_on_begins_what_is_done_there(
+    session: Session, monkeypatch: pytest.MonkeyPatch, tours: bool
+) -> None:
+    begun: list[str] = []
+    monkeypatch.setattr(session, "identify", lambda _: begun.append("fit"))
+    monkeypatch.setattr(session, "diagnose", lambda _: begun.append("search"))
+    session.tour = BEGUN if tours else None
+    desk = cast(PageContext, SimpleNamespace(session=session, services=None))
+    to_identification(desk)
+    assert session.stage == "Identify"
+    to_diagnosis(desk)
+    assert session.stage == "Diagnose"
+    assert begun == (["fit", "search"] if tours else [])
+    session.outcome, session.outcome_of = outcome(), session.scenario
+    go(session, LACKING)
+    to_identification(desk)
+    to_diagnosis(desk)
+    assert len(begun) == (2 if tours else 0)

@@ -67,6 +67,7 @@ def test_what_a_browser_wrote_down_is_read() -> None:
     assert window_of("1280 720 420 dark") == Window(1280.0, 720.0, 420.0, system_dark=True)
     chosen = Window(1280.0, 720.0, 420.0, system_dark=True, theme="light")
     assert window_of("1280 720 420 dark light") == chosen
+    assert window_of("1280 720 420 light gpu") == Window(1280.0, 720.0, 420.0, gpu=True)
 
 
 @pytest.mark.parametrize(

@@ -59,6 +59,27 @@
       .finally(() => { following = false; });
   };
 
+  // The time-line's cursor: only its line moves, and stays where it is told when a figure is drawn
+  // again. The key changes with every figure that is sent.
+  const cursors = {};
+  const place = node => {
+    const time = cursors[node.layout?.meta?.cursor], axis = node._fullLayout?.xaxis;
+    const k = (node.layout?.shapes ?? []).findIndex(shape => shape.name === "cursor");
+    const line = node.querySelector(`.shapelayer path[data-index="${k}"]`);
+    if (time === undefined || !axis || !line) return;
+    // Figures that are copied or drawn again have it there; where this one was drawn, its line knows.
+    const shape = node.layout.shapes[k], at = axis.l2p(time);
+    line.fxAt ??= shape.x0;
+    shape.x0 = shape.x1 = time;
+    line.style.display = at < 0 || at > axis._length ? "none" : "";
+    line.setAttribute("transform", `translate(${at - axis.l2p(line.fxAt)}, 0)`);
+  };
+  window.fxCursor = (key, time) => {
+    cursors[key] = time;
+    for (const node of document.querySelectorAll(".js-plotly-plot"))
+      if (node.layout?.meta?.cursor === key) place(node);
+  };
+
   const numbers = values => {
     if (!values?.bdata) return values;
     const bytes = Uint8Array.from(atob(values.bdata), letter => letter.charCodeAt(0));
@@ -78,6 +99,7 @@
         if (!node.fxLinked && node.on) {
           node.fxLinked = true;
           node.on("plotly_relayout", change => follow(node, change));
+          node.on("plotly_afterplot", () => place(node));
         }
       };
       cancelAnimationFrame(node.fxFrame);

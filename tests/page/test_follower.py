@@ -1,0 +1,27 @@
+"""Who follows the teacher reads it all the time, and can still turn to an own copy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from flexgui.panels.curtain import PURPOSE
+from flexgui.session import Session
+from tests.page.conftest import PATIENCE, Desktop
+from tests.page.helpers import FIRST, sees
+
+BANNER = "You follow the teacher."
+
+
+def test_a_follower_is_told_and_nobody_else(
+    desktop: Desktop, chromium: Any, session: Session
+) -> None:
+    for follows in (True, False):
+        desktop.read_only = follows
+        context = chromium.new_context()
+        context.set_default_timeout(PATIENCE)
+        shown = context.new_page()
+        shown.goto(desktop.address)
+        shown.wait_for_function(FIRST)
+        sees(shown, BANNER if follows else PURPOSE)
+        assert bool(shown.get_by_text(BANNER).count()) == follows
+        context.close()
