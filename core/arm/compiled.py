@@ -110,6 +110,8 @@ class WideArm:
 
     dynamics: Any
     tip: Any
+    solvers: tuple[Any, ...]
+    """`factor`, `substitute`, `solve_positive`, `multiply`, `subtract` of core.arm.solvers."""
 
 
 @cache
@@ -118,4 +120,7 @@ def compile_wide_arm(structure: Structure) -> WideArm:
     with _LOADING:
         text = partial(_module_text, structure, wide=True)
         module = kept_module(f"wide_{_name(structure)}", text)
-    return WideArm(module.dynamics, module.tip)
+    solvers = (
+        module.factor, module.substitute, module.solve_positive, module.multiply, module.subtract
+    )  # fmt: skip
+    return WideArm(module.dynamics, module.tip, solvers)

@@ -80,6 +80,10 @@ class Kinematics:
         v = self.symbols.modal[segment]
         return Phasor(angle, x + shapes.foreshortening(v, x), shapes.deflection(v, x))
 
+    def root(self, segment: int) -> tuple[Place, sp.Expr]:
+        """Place and direction (rad) of a segment's root."""
+        return self._bases[segment]
+
     def point(self, segment: int, x: sp.Expr) -> Place:
         """The place at distance x from the root of a segment."""
         base, angle = self._bases[segment]

@@ -9,16 +9,16 @@ from __future__ import annotations
 from numba import njit
 
 from core.lanes.functions import INLINE
-from core.lanes.wide import absolute, get, minimum, put, spread
+from core.lanes.wide import absolute, get, maximum, put, spread
 
 
 @njit(**INLINE)
-def factor(A, n, weakest):  # type: ignore[no-untyped-def]
+def factor(A, n, growth):  # type: ignore[no-untyped-def]
     """LU factors of A (n, n) in place, the diagonal as reciprocals; no rows are exchanged.
 
     The matrices of a step are an inertia plus what damps and holds, so their pivots stay near the
-    diagonal they had. Returns the smaller of `weakest` and the least share that was left of one:
-    a caller repeats with exchanges where that is too small.
+    diagonal they had. `growth` (1, LANES) becomes the largest ratio of a diagonal entry to what was
+    left of it, where that is larger: a caller repeats with exchanges where it is too large.
     """
     for k in range(n):
         for i in range(k):
@@ -33,10 +33,10 @@ def factor(A, n, weakest):  # type: ignore[no-untyped-def]
             if i < k:
                 put(A, k * n + i, total * get(A, i * n + i))
             else:
-                before = absolute(get(A, k * n + k))
-                weakest = minimum(weakest, absolute(total) / before)
-                put(A, k * n + k, 1.0 / total)
-    return weakest
+                inverse = 1.0 / total
+                ratio = absolute(get(A, k * n + k) * inverse)
+                put(growth, 0, maximum(get(growth, 0), ratio))
+                put(A, k * n + k, inverse)
 
 
 @njit(**INLINE)

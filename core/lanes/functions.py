@@ -1,7 +1,7 @@
 """Elementary functions of wide numbers, by the names that generated code uses.
 
-Sine and cosine are computed for all lanes at once, since every step needs them; what only some
-force laws need is computed lane by lane.
+Sine, cosine and the exponential function are computed for all lanes at once, since every step of
+an arm or of a Stribeck curve needs them; what only some force laws need is computed lane by lane.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from numba import njit
 
 from core.lanes.wide import (
@@ -20,6 +21,7 @@ from core.lanes.wide import (
     lane,
     maximum,
     minimum,
+    power_of_two,
     put,
     select,
     spread,
@@ -98,6 +100,35 @@ def cos(x):  # type: ignore[no-untyped-def]
     return select((quarter >= 0.5) & (quarter <= 2.5), -value, value)
 
 
+LOG2_E = 1.4426950408889634
+LN_2 = (6.93145751953125e-1, 1.42860682030941723212e-6)
+EXP_P = (9.99999999999999999910e-1, 3.02994407707441961300e-2, 1.26177193074810590878e-4)
+EXP_Q = (
+    2.00000000000000000005, 2.27265548208155028766e-1, 2.52448340349684104192e-3,
+    3.00198505138664455042e-6,
+)  # fmt: skip
+"""Of the Cephes library (Moshier 1989), exact to a unit in the last place."""
+LARGEST_EXPONENT, LEAST_EXPONENT = 709.78, -708.39
+"""Beyond these the exponential function is no normal double."""
+
+
+@njit(**INLINE)
+def exp(x):  # type: ignore[no-untyped-def]
+    """Exponential function of each lane; 0 and infinity beyond the normal doubles."""
+    x = spread(x)
+    number = (x <= 0.0) | (x > 0.0)
+    inside = minimum(maximum(x, LEAST_EXPONENT), LARGEST_EXPONENT)
+    k = floor(inside * LOG2_E + 0.5)
+    r = (inside - k * LN_2[0]) - k * LN_2[1]
+    square = r * r
+    p = r * (EXP_P[0] + square * (EXP_P[1] + square * EXP_P[2]))
+    q = EXP_Q[0] + square * (EXP_Q[1] + square * (EXP_Q[2] + square * EXP_Q[3]))
+    half = power_of_two(k - 1.0)  # k may be 1024, which is no exponent of a double
+    value = 2.0 * ((1.0 + 2.0 * (p / (q - p))) * half)
+    value = select(x > LARGEST_EXPONENT, np.inf, value)
+    return select(number, select(x < LEAST_EXPONENT, 0.0, value), x)
+
+
 def _each_lane(function: Callable[[float], float]) -> Any:
     @njit(cache=True, nogil=True, error_model="numpy")
     def applied(x):  # type: ignore[no-untyped-def]
@@ -127,7 +158,7 @@ def _power(x, y):  # type: ignore[no-untyped-def]
 
 tan, asin, acos, atan = (_each_lane(f) for f in (math.tan, math.asin, math.acos, math.atan))
 sinh, cosh, tanh = (_each_lane(f) for f in (math.sinh, math.cosh, math.tanh))
-exp, log = _each_lane(math.exp), _each_lane(math.log)
+log = _each_lane(math.log)
 atan2, power = _each_pair(math.atan2), _each_pair(_power)
 
 

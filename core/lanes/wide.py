@@ -228,6 +228,22 @@ def _with_lane(typingctx, value, at, number):  # type: ignore[no-untyped-def]
     return wide(wide, types.intp, types.float64), emit
 
 
+EXPONENT_BIAS, FRACTION_BITS = 1023, 52
+"""Of a double (IEEE 754)."""
+
+
+def _power_of_two(typingctx, exponent):  # type: ignore[no-untyped-def]
+    """2 to a whole number from -1022 to 1023."""
+
+    def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        whole = ir.VectorType(ir.IntType(64), LANES)
+        bias, bits = (ir.Constant(whole, [n] * LANES) for n in (EXPONENT_BIAS, FRACTION_BITS))
+        shifted = builder.shl(builder.add(builder.fptosi(args[0], whole), bias), bits)
+        return builder.bitcast(shifted, VECTOR)
+
+    return wide(wide), emit
+
+
 def _elementary(name: str, count: int) -> Any:
     """An LLVM function that acts on all lanes, of `count` numbers."""
 
@@ -263,6 +279,7 @@ any_lane: Any = intrinsic(_any_lane)
 spread: Any = intrinsic(_spread_number)
 lane: Any = intrinsic(_lane)
 with_lane: Any = intrinsic(_with_lane)
+power_of_two: Any = intrinsic(_power_of_two)
 floor: Any = _elementary("floor", 1)
 sqrt: Any = _elementary("sqrt", 1)
 absolute: Any = _elementary("fabs", 1)

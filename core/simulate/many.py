@@ -187,21 +187,21 @@ def _run_pass(
     start = _interleaved([full_start(job.task, job.numbers) for job in jobs])
     limited = any(bool(np.any(np.isfinite(each[-1]))) for each in laws)
     found = [(np.empty((samples, 2 * n)), np.empty((samples, len(laws[0][-1])))) for _ in jobs]
-    weakest = np.full(LANES, np.inf)
+    most = np.ones(LANES)
     for rows in stretches(samples, substeps):
         length = rows.stop - rows.start
-        states, torques, weak = integrate(
-            arm.dynamics, arm.tip, p, law, implicit, elements,
+        states, torques, growth = integrate(
+            arm.dynamics, arm.tip, *arm.solvers, p, law, implicit, elements,
             _interleaved([r[rows] for r in references]), first.numbers.law.straight, start, dt,
             length, substeps, limited,
         )  # fmt: skip
         states, torques = states.reshape(length, -1, LANES), torques.reshape(length, -1, LANES)
-        start, weakest = states[-1].copy(), np.minimum(weakest, weak[0])
+        start, most = states[-1].copy(), np.maximum(most, growth[0])
         for k, (moved, torque) in enumerate(found):
             moved[rows], torque[rows] = states[:, : 2 * n, k], torques[:, :, k]
     return [
-        _trajectory(job, *one) if weak > WEAK_PIVOT else run(*job.parts, substeps)
-        for job, one, weak in zip(jobs, found, weakest[: len(jobs)], strict=True)
+        _trajectory(job, *one) if ratio < 1.0 / WEAK_PIVOT else run(*job.parts, substeps)
+        for job, one, ratio in zip(jobs, found, most[: len(jobs)], strict=True)
     ]
 
 

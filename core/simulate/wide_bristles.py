@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from core.lanes.algebra import multiply, substitute, substitute_positive
+from core.lanes.algebra import substitute_positive
 from core.lanes.functions import INLINE
 from core.lanes.wide import absolute, any_lane, get, maximum, minimum, put, select, spread
 from core.simulate.bristles import MISS, SWEEPS, TRIES
@@ -15,7 +15,7 @@ from core.simulate.wide_elements import call_wide_element
 
 
 @njit(**INLINE)
-def answer(bristles, ports, directions, W, M, M2, late, col, row, columns, D):  # type: ignore[no-untyped-def]
+def answer(bristles, ports, directions, W, M, M2, late, substitute, multiply, col, row, columns, D):  # type: ignore[no-untyped-def]
     """columns (B n,) of accelerations to a force of one, and D (B, B) along the ports.
 
     In the second stage the force meets the mass matrix there: M2 in its factors.
@@ -27,10 +27,10 @@ def answer(bristles, ports, directions, W, M, M2, late, col, row, columns, D):  
             put(col, a, get(directions, at * n + a))
         if late:
             substitute_positive(M2, n, col)
-            multiply(row, M, col, n, n)
+            multiply(M, col, row)
             for a in range(n):
                 put(col, a, get(row, a))
-        substitute(W, n, col)
+        substitute(W, col)
         for a in range(n):
             put(columns, i * n + a, get(col, a))
         for j in range(count):

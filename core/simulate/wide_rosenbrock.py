@@ -16,12 +16,8 @@ from core.lanes.algebra import (
     advance,
     combine,
     copy,
-    factor,
-    factor_positive,
     multiply,
     read,
-    substitute,
-    substitute_positive,
     write,
 )
 from core.lanes.functions import INLINE
@@ -50,6 +46,8 @@ from core.simulate.wide_elements import (
 
 WIDE_DYNAMICS = types.FunctionType(types.void(matrix, matrix, matrix, matrix, matrix))
 WIDE_TIP = types.FunctionType(types.void(matrix, matrix, matrix, matrix))
+_TWO = types.FunctionType(types.void(matrix, matrix))
+_THREE = types.FunctionType(types.void(matrix, matrix, matrix))
 WIDE_LAW = types.UniTuple(matrix, 9)
 """The arrays of core.drives.law.DriveLaw, in its order, each (entries, LANES)."""
 WIDE_PARTS = types.UniTuple(matrix, 7)
@@ -124,15 +122,14 @@ def release_drives(cuts, u, limit):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def solve_rates(W, B, T, elements, slopes, a, b, c, cw, kv):  # type: ignore[no-untyped-def]
+def solve_rates(substitute, subtract, W, B, T, elements, slopes, a, b, c, cw, kv):  # type: ignore[no-untyped-def]
     """kv of (I - g W) k = (a, M^-1 b, c, cw), with M + A already factored in W."""
     Fx, Fw, _, rw = slopes
-    n = kv.shape[0]
     copy(kv, b)
-    add_product(kv, -1.0, B, a, n, n)
+    subtract(B, a, kv)
     add_known(elements, a, cw, Fx, Fw, rw, kv)
-    add_product(kv, -1.0, T, c, n, c.shape[0])
-    substitute(W, n, kv)
+    add_product(kv, -1.0, T, c, kv.shape[0], c.shape[0])
+    substitute(W, kv)
 
 
 @njit(**INLINE)
@@ -149,15 +146,18 @@ def solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq, kv, ks, kw): 
 
 @njit(
     types.Tuple((matrix, matrix, matrix))(
-        WIDE_DYNAMICS, WIDE_TIP, matrix, WIDE_LAW, WIDE_PARTS, WIDE_ELEMENTS, matrix,
+        WIDE_DYNAMICS, WIDE_TIP, _TWO, _TWO, _TWO, _THREE, _THREE,
+        matrix, WIDE_LAW, WIDE_PARTS, WIDE_ELEMENTS, matrix,
         int64, matrix, matrix, int64, int64, types.boolean,
     ),
     **OPTIONS,
 )  # fmt: skip
-def integrate(  # type: ignore[no-untyped-def]
-    dynamics, tip, p, law, parts, given, r, straight, y0, dt, samples, substeps, limited,
+def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
+    dynamics, tip, factor, substitute, solve_positive, multiply_square, subtract_square,
+    p, law, parts, given, r, straight, y0, dt, samples, substeps, limited,
 ):  # fmt: skip
-    """States (N (2 n + ns + nw), LANES), drive torques (N nj, LANES), and the weakest pivot (1,).
+    """States (N (2 n + ns + nw), LANES), drive torques (N nj, LANES), and the largest growth of a
+    pivot (1, LANES), see core.lanes.algebra.factor.
 
     p (np, LANES); r (N nr, LANES), the first `straight` of a row
     run straight between samples; y0 (2 n + ns + nw, LANES); dt (1, LANES); `limited` says
@@ -210,7 +210,7 @@ def integrate(  # type: ignore[no-untyped-def]
     r1, r2, slope = np.empty((nr, LANES)), np.empty((nr, LANES)), np.zeros((nr, LANES))
     h = get(dt, 0) / substeps
     g = GAMMA * h
-    weakest = spread(1.0)
+    growth = np.ones((1, LANES))
     for k in range(N):
         write(states, k * length, q)
         write(states, k * length + n, v)
@@ -249,10 +249,26 @@ def integrate(  # type: ignore[no-untyped-def]
                         elements, x, xd, w, out, f, cw, g, W, slopes[0], slopes[1], slopes[2],
                         slopes[3],
                     )  # fmt: skip
-                weakest = factor(W, n, weakest)
-                solve_rates(W, both, T, elements, slopes, v, f, c, cw, kv1)
+                factor(W, growth)
+                solve_rates(
+                    substitute, subtract_square, W, both, T, elements, slopes, v, f, c, cw, kv1
+                )
                 if Q > 0:
-                    answer(bristles, ports, directions, W, M, M2, False, col, row, columns, D)
+                    answer(
+                        bristles,
+                        ports,
+                        directions,
+                        W,
+                        M,
+                        M2,
+                        False,
+                        substitute,
+                        multiply_square,
+                        col,
+                        row,
+                        columns,
+                        D,
+                    )
                     free_speeds(bristles, ports, directions, xd, g, kv1, free)
                     rub(
                         bristles, addresses, ports, states_of, values_of, values, D, g, x, w,
@@ -273,16 +289,29 @@ def integrate(  # type: ignore[no-untyped-def]
                 see(tip, elements, q2, v2, p, x, xd, z, J)
                 load(elements, u)
                 push(elements, x, xd, w2, out, f, cw)
-            factor_positive(M2, n)
-            substitute_positive(M2, n, f)
+            solve_positive(M2, f)
             combine(f, f, -2.0, kv1)
-            multiply(b, M, f, n, n)
+            multiply_square(M, f, b)
             combine(a, v2, -2.0, kq1)
             combine(c, c, -2.0, ks1)
             combine(cw, cw, -2.0, kw1)
-            solve_rates(W, both, T, elements, slopes, a, b, c, cw, kv2)
+            solve_rates(substitute, subtract_square, W, both, T, elements, slopes, a, b, c, cw, kv2)
             if Q > 0:
-                answer(bristles, ports, directions, W, M, M2, True, col, row, columns, D)
+                answer(
+                    bristles,
+                    ports,
+                    directions,
+                    W,
+                    M,
+                    M2,
+                    True,
+                    substitute,
+                    multiply_square,
+                    col,
+                    row,
+                    columns,
+                    D,
+                )
                 free_speeds(bristles, ports, directions, xd, g, kv2, free)
                 rub(
                     bristles, addresses, ports, states_of, values_of, values, D, g, x, w2,
@@ -296,6 +325,4 @@ def integrate(  # type: ignore[no-untyped-def]
             advance(w, 1.5 * h, kw1, 0.5 * h, kw2)
             if Q > 0:
                 bound(bristles, states_of, w)
-    last = np.empty((1, LANES))
-    put(last, 0, weakest)
-    return states, torques, last
+    return states, torques, growth

@@ -7,7 +7,8 @@ import pytest
 import sympy as sp
 
 from core.arm.arm import Arm
-from core.arm.kinematics import Kinematics
+from core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
+from core.arm.kinematics import Kinematics, components
 from core.arm.segment import Segment
 from core.arm.slots import arm_vector
 from core.arm.straight import StraightArm
@@ -110,3 +111,37 @@ def test_tip_mass_adds_its_own_jacobian_to_the_bent_inertia(name: str) -> None:
     M = code.mass_matrix(q, arm_vector(arm))
     grown = code.mass_matrix(q, arm_vector(heavier)) - M
     assert np.abs(grown - 0.8 * J.T @ J).max() < DIFFERENCES * np.abs(M).max()
+
+
+GAUSS_ORDER = 8
+"""Points that integrate degree 15 exactly; with three modes the integrand has 14."""
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_bent_inertia_and_forces_are_sums_over_points_of_the_arm(name: str) -> None:
+    """Each point's own Jacobian and acceleration at constant rates, straight from its place."""
+    arm = loaded(ARMS[name], gravity=(0.4, -9.7))
+    p, (q, v) = arm_vector(arm), random_state(arm, 3)
+    kinematics = Kinematics(Structure.of(arm))
+    s = kinematics.symbols
+    here = dict(zip([*s.q, *s.dq, *s.p], [*q, *v, *p], strict=True))
+    constant, stiff, damping = (
+        np.array(f(kinematics).subs(here), dtype=float)
+        for f in (lumped_inertia, stiffness_matrix, damping_matrix)
+    )
+    M, F = constant, -stiff @ q - damping @ v
+    at, weights = np.polynomial.legendre.leggauss(GAUSS_ORDER)
+    for k, segment in enumerate(arm.segments):
+        place = components(kinematics.point(k, s.x))
+        J = place.jacobian(s.q)
+        bias = (J * sp.Matrix(s.dq)).jacobian(s.q) * sp.Matrix(s.dq) - sp.Matrix(s.gravity)
+        points = sp.lambdify(s.x, [J.subs(here), bias.subs(here)])
+        places = [*(segment.length * (at + 1.0) / 2.0), segment.length]
+        masses = [*(segment.mass * weights / 2.0), segment.tip_mass]
+        for x, mass in zip(places, masses, strict=True):
+            slopes, acceleration = points(x)
+            M = M + mass * slopes.T @ slopes
+            F = F - mass * (slopes.T @ acceleration)[:, 0]
+    found_M, found_F = compiled(arm).mass_and_force(q, v, p)
+    np.testing.assert_allclose(found_M, M, atol=ROUNDING * np.abs(M).max())
+    np.testing.assert_allclose(found_F, F, atol=ROUNDING * np.abs(F).max())

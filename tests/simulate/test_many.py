@@ -25,6 +25,9 @@ ROUNDING = 1e-9
 SINE_ROUNDING = 4e-16
 """Two units in the last place of a number up to one."""
 
+EXPONENTIAL_ROUNDING = 4.5e-16
+"""Relative: two units in the last place."""
+
 EFFECTS = (
     (), ("viscous_friction",), ("coulomb_friction",), ("stribeck_friction",),
     ("presliding_friction",), ("joint_elasticity",), ("tip_payload",), ("structural_damping",),
@@ -99,3 +102,19 @@ def test_wide_sine_and_cosine_are_those_of_each_lane() -> None:
     evaluate(x, s, c)
     np.testing.assert_allclose(s, np.sin(x), rtol=0.0, atol=SINE_ROUNDING)
     np.testing.assert_allclose(c, np.cos(x), rtol=0.0, atol=SINE_ROUNDING)
+
+
+def test_the_wide_exponential_is_that_of_each_lane_to_the_ends_of_the_doubles() -> None:
+    @njit
+    def evaluate(x, e):  # type: ignore[no-untyped-def]
+        for i in range(x.shape[0]):
+            functions.put(e, i, functions.exp(functions.get(x, i)))
+
+    rng = np.random.default_rng(2)
+    x = np.vstack([rng.normal(0.0, 2.0, (300, 8)), rng.uniform(-708.0, 709.0, (300, 8))])
+    found, ends = np.empty_like(x), np.empty((1, 8))
+    evaluate(x, found)
+    np.testing.assert_allclose(found, np.exp(x), rtol=EXPONENTIAL_ROUNDING)
+    evaluate(np.array([[0.0, -0.0, 710.0, -745.2, np.inf, -np.inf, np.nan, 1.0]]), ends)
+    assert ends[0, :6].tolist() == [1.0, 1.0, np.inf, 0.0, np.inf, 0.0]
+    assert np.isnan(ends[0, 6]) and ends[0, 7] == pytest.approx(np.e, rel=EXPONENTIAL_ROUNDING)
