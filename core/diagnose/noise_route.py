@@ -20,6 +20,7 @@ from core.diagnose.sensor_noise import (
 )
 from core.diagnose.servo_noise import MissingTorque, levels
 from core.drives.servo import FollowingServo
+from core.identify.held import points_led
 from core.identify.predictor import Motion, motion_of
 from core.identify.prepared import TORQUE, Prepared, make_task, measured_outputs
 from core.model import Numbers
@@ -355,5 +356,6 @@ class _Route:
         if not self.driven:
             return measured
         again = replace(e, recording=recording, task=make_task(e.model, recording))
-        motion = motion_of(again, self.numbers, self.values, SERVO_STEPS)
+        steps = max(SERVO_STEPS // points_led(e.model, recording.sample_time), 1)
+        motion = motion_of(again, self.numbers, self.values, steps)
         return measured - again.predicted(motion, self.numbers, self.values)

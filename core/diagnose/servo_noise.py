@@ -17,6 +17,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from core.diagnose.sensor_noise import HIGH, ColumnNoise, spectrum, without_lines
+from core.identify.held import points_led
 from core.identify.predictor import motion_of
 from core.identify.prepared import TORQUE, Prepared, Processing, prepare
 from core.model import Numbers
@@ -50,7 +51,8 @@ class MissingTorque:
     def of(self, recording: Recording) -> np.ndarray:
         """(M, joints), of the samples that count in every joint."""
         e = prepare(self._model, recording, (sensor(TORQUE),), Processing())
-        motion = motion_of(e, self._numbers, self._values, STEPS)
+        steps = max(STEPS // points_led(self._model, recording.sample_time), 1)
+        motion = motion_of(e, self._numbers, self._values, steps)
         missing = e.predicted(motion, self._numbers, self._values) - e.measured
         return np.asarray(missing[e.counted.all(axis=1)])
 

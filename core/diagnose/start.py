@@ -17,6 +17,7 @@ from core.diagnose.steps import Validated, validated
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
 from core.errors import InputError
+from core.identify.held import points_led
 from core.identify.prepared import Prepared, Processing, can_measure, prepare
 from core.identify.setup import primary_sensors
 from core.identify.unknowns import START, Unknown, Unknowns, collect_unknowns, fixed_values
@@ -113,7 +114,7 @@ def begin(
     ones = tuple(_spread_weights(e) for e in experiments)
     effects, bare = model.effects, model.bare or model
     dt = max(e.recording.sample_time for e in experiments)
-    steps = max(int(np.ceil(dt / FIRST_STEP)), 1)
+    steps = max(int(np.ceil(dt / points_led(model, dt) / FIRST_STEP)), 1)
     data = Data(bare, experiments, nuisance, ones, {}, held, typical(model.arm), steps)
     data = replace(data, **_said_of_effects(model, spec, nuisance))
     rough = _better_start(data, effects, model.effect_values, identified or {}, stopped)

@@ -13,6 +13,7 @@ from core.errors import InputError
 from core.identify import identifiability
 from core.identify.derived import derived_estimates
 from core.identify.evolution import Searched, evolve
+from core.identify.growing import grown
 from core.identify.polish import polished
 from core.identify.population import PopulationCost
 from core.identify.predictor import Predictor
@@ -220,6 +221,8 @@ def _searched(label: str, residuals: Residuals, spec: IdentifySpec, progress: Pr
         starts = [start if searched is None else searched.vector, start]
     else:
         starts = several_starts(residuals, start, spec)
+    if predictor.simulation_is_dear and spec.refine and len(unknowns):
+        starts = [grown(residuals, one, lambda _: progress.stopped()) for one in starts]
     stopped = (searched is not None and searched.stopped) or progress.stopped()
     if not len(unknowns) or stopped or not spec.refine:
         best = starts[0]

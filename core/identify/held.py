@@ -19,7 +19,7 @@ from core.drives.servo import FollowingServo
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law
 from core.forces.element import Element
-from core.identify.prescribed import is_prescribed, joint_servo
+from core.identify.prescribed import finer_by, is_prescribed, joint_servo
 from core.model import Model, Numbers
 from core.simulate.elements import call_element
 from core.simulate.motion import Task
@@ -176,5 +176,14 @@ def digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> bytes:
 
 
 def steps_needed(model: Model, sample_time: float, fewest: int, times: float) -> int:
-    """As `Model.steps`, where only the effects that move the arm count."""
-    return model.steps(sample_time, fewest, times, effects_in_steps(model))
+    """As `Model.steps`, where only the effects that move the arm count. `fewest` are those of the
+    bare model; of both between the points along which the joints are led."""
+    points = points_led(model, sample_time)
+    apart = 1 if model.bare is None else points_led(model.bare, sample_time) // points
+    return model.steps(sample_time / points, fewest * max(apart, 1), times, effects_in_steps(model))
+
+
+def points_led(model: Model, sample_time: float) -> int:
+    """Points per sample along which a servo leads the joints; one where it does not lead them."""
+    led = is_prescribed(model, simulated_part(model, model.numbers()))
+    return finer_by(model, sample_time) if led else 1

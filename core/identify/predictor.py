@@ -71,6 +71,18 @@ def job_of(model: Model, numbers: Numbers, task: Task) -> Job:
     return Job(model, numbers, task)
 
 
+FROM = 4
+"""Steps from which an extrapolation costs no more than a plain pass."""
+
+
+def run_smooth(jobs: Sequence[Job], steps: int, workers: int) -> list[Trajectory]:
+    """As `run_many`, of motions without edges: passes of a quarter and a half of the steps
+    extrapolated are less work than one of all, and exact by two orders more."""
+    if steps < FROM:
+        return run_many(jobs, steps, workers)
+    return run_many_extrapolated(jobs, steps // 2, workers)
+
+
 def motion_of(e: Prepared, numbers: Numbers, values: Mapping[str, float], steps: int) -> Trajectory:
     """The motion of one experiment with a fixed number of steps per sample."""
     moving, task = held.simulated_part(e.model, numbers), e.task_at(values)
@@ -174,7 +186,8 @@ class Predictor:
             return [given_motion(*each) for each in zip(models, numbers, tasks, strict=True)]
         jobs = [job_of(*each) for each in zip(models, numbers, tasks, strict=True)]
         if self.steps is not None:
-            return run_many(jobs, self.steps, WORKERS)
+            smooth = all(map(is_prescribed, models, numbers))
+            return (run_smooth if smooth else run_many)(jobs, self.steps, WORKERS)
         names = [e.recording.name for e in chosen]
         found = self._find_steps(names, chosen, jobs)
         for steps in {self.substeps[name] for name in names}:

@@ -84,7 +84,8 @@ def extrapolated(coarse: Trajectory, fine: Trajectory, limit: np.ndarray) -> Tra
     """
 
     def mix(name: str) -> np.ndarray:
-        return np.asarray((4.0 * getattr(fine, name) - getattr(coarse, name)) / 3.0)
+        found = getattr(fine, name)  # so written, what both have in common stays as it is
+        return np.asarray(found + (found - getattr(coarse, name)) / 3.0)
 
     torque = np.clip(mix("torque"), -limit, limit)
     return Trajectory(fine.arm, fine.compiled, fine.p, fine.time, mix("q"), mix("v"), torque)

@@ -10,9 +10,9 @@ from core.arm.presets import presets
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.effects import effect
-from core.identify.predictor import Predictor, job_of
+from core.identify.predictor import Predictor, job_of, run_smooth
 from core.identify.prepared import Prepared, Processing, prepare
-from core.identify.prescribed import is_prescribed, joint_motion
+from core.identify.prescribed import finer_by, is_prescribed, joint_motion
 from core.identify.unknowns import Unknowns
 from core.model import Model
 from core.recording.recording import Recording
@@ -108,7 +108,8 @@ def test_one_step_per_sample_is_enough(kind: str, values: dict[str, float]) -> N
 def test_the_joints_go_where_the_servo_leads_them_whatever_rubs() -> None:
     e = led("viscous_friction", values={"fv1": 5.0, "fv2": 1.0}, hz=60.0)
     led_along = joint_motion(e.model, e.model.numbers(), e.task)
-    place, speed, lead = led_along.place, led_along.speed, led_along.lead
+    lead, finer = led_along.lead, led_along.finer
+    place, speed = led_along.place[::finer], led_along.speed[::finer]
     found = motion(e)
     assert np.array_equal(found.joint_positions, place[lead:])
     assert np.array_equal(found.v[:, : BENCH.joints], speed[lead:])
@@ -142,6 +143,30 @@ def test_jobs_of_all_parameters_share_their_lanes() -> None:
     for job, found in zip((one, other), together, strict=True):
         alone = run_many([job], 2)[0]
         assert np.abs(found.torque - alone.torque).max() < 1e-8 * np.abs(alone.torque).max()
+
+
+def test_few_steps_extrapolated_are_more_exact_than_more_of_them() -> None:
+    e = led(hz=60.0)
+    job = job_of(e.model, e.model.numbers(), e.task)
+    exact, plain = run_many([job], 64)[0].torque, run_many([job], 4)[0].torque
+    (found,) = run_smooth([job], 4, 1)
+    assert np.abs(found.torque - exact).max() < 0.5 * np.abs(plain - exact).max()
+
+
+def test_models_that_are_compared_are_led_along_the_same_points() -> None:
+    """Or one of them would win by its steps."""
+    bare = Model(BENCH, Torque(), "nonlinear")
+    soft = bare.with_effects([effect("joint_elasticity")], {"c1": 1e-3, "c2": 2e-3})
+    stiff = bare.with_effects([effect("extra_bending_mode")], {})
+    for model in (soft, stiff):
+        assert model.arm.coordinates > BENCH.coordinates
+        assert finer_by(model, STEP) == finer_by(bare, STEP)
+
+
+def test_the_faster_a_vibration_the_finer_the_points() -> None:
+    bare = Model(BENCH, Torque(), "nonlinear")
+    found = [finer_by(bare, dt) for dt in (1e-5, 1e-4, 5e-4, 1e-3)]
+    assert found[0] == 1 and found == sorted(found) and found[-1] > 1
 
 
 def test_an_encoder_with_a_hole_gives_no_numbers_and_no_traceback() -> None:

@@ -1,0 +1,96 @@
+"""A descent that begins with the first swings finds a stiffness that whole recordings hide."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.arm.arm import Arm
+from core.arm.segment import Segment
+from core.drives.servo import FollowingServo
+from core.drives.torque import Torque
+from core.identify.growing import beginnings, grown
+from core.identify.predictor import Predictor
+from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.refinement import refine
+from core.identify.residuals import Residuals
+from core.identify.unknowns import Unknown, Unknowns
+from core.model import Model
+from core.parameters import Parameter
+from core.recording.recording import Recording
+from core.recording.velocity import ZeroPhaseLowPass
+from core.sensors import sensor
+from core.simulate.motion import Task, at_rest
+from core.simulate.nonlinear import simulate_within
+
+SEGMENTS = (
+    Segment(length=0.6, mass=4.0, EI=300.0, hub_inertia=0.15, modes=1),
+    Segment(length=0.5, mass=2.5, EI=60.0, hub_inertia=0.08, modes=1),
+)
+ARM = Arm(segments=SEGMENTS)
+TRUE = np.array([300.0, 60.0])
+STEP, SAMPLES, HOLD = 4e-3, 750, 15
+"""s; the second link, held at its joint, swings some dozen times."""
+
+OFF = (0.7, 1.43)
+"""Factors of the stiffness: what is stated of a beam may be a third off."""
+
+FOUND = 0.01
+"""Relative: the recordings have no noise, but a spline between their samples."""
+
+
+def recording() -> Recording:
+    rng = np.random.default_rng(3)
+    torque = np.array([6.0, 2.0]) * np.repeat(
+        rng.choice([-1.0, 1.0], (SAMPLES // HOLD, 2)), HOLD, axis=0
+    )
+    model = Model(ARM, Torque(), "nonlinear")
+    task = Task(
+        np.arange(SAMPLES) * STEP, torque, at_rest(np.array([0.0, 0.8]), ARM.coordinates),
+        np.array([[0.0, 0.8, 0.0, 0.0]]),
+    )  # fmt: skip
+    place = simulate_within(model, model.numbers(), task, 1e-8).trajectory.joint_positions
+    channels = {f"u{k + 1}": torque[:, k] for k in range(2)}
+    channels |= {f"theta{k + 1}": place[:, k] for k in range(2)}
+    return Recording("r", task.time, channels)
+
+
+@pytest.fixture(scope="module")
+def experiment() -> Prepared:
+    model = Model(ARM, Torque(), "nonlinear").steered_by(
+        FollowingServo(Torque(), 60.0, (1.5, 0.25))
+    )
+    return prepare(
+        model, recording(), [sensor("torque")], Processing(ZeroPhaseLowPass(cutoff_hz=30.0))
+    )
+
+
+def residuals(e: Prepared, factors: tuple[float, float]) -> Residuals:
+    starts = zip(TRUE, factors, strict=True)
+    items = tuple(
+        Unknown(Parameter(f"EI{k + 1}", x * f, "N m²", 0.1 * x, 10.0 * x))
+        for k, (x, f) in enumerate(starts)
+    )
+    predictor = Predictor([e], Unknowns(items), steps=4)
+    return Residuals(predictor, [np.ones(2)])
+
+
+def apart(vector: np.ndarray) -> float:
+    return float(np.abs(vector / TRUE - 1.0).max())
+
+
+def test_the_first_swings_lead_to_the_true_stiffness(experiment: Prepared) -> None:
+    r = residuals(experiment, OFF)
+    start = r.unknowns.parameters.vector()
+    led = grown(r, start, lambda _: False)
+    assert apart(led) < FOUND
+    at_once = refine(r, start, lambda _: False, 1e-6)
+    assert apart(at_once.vector) > 10.0 * FOUND  # or the way by the first swings shows nothing
+
+
+def test_a_beginning_is_what_was_recorded_first(experiment: Prepared) -> None:
+    (part,) = beginnings([experiment], 0.25)
+    count = len(part.recording.time)
+    assert count == int(np.ceil(0.25 * SAMPLES))
+    inner = slice(0, count - 1)  # at its end the speed is a one-sided difference
+    assert np.array_equal(part.task.references[inner], experiment.task.references[inner])
