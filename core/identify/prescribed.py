@@ -24,8 +24,10 @@ the joints, e the other coordinates and f averaged over the finer grid by its ow
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -139,9 +141,34 @@ def joint_motion(model: Model, numbers: Numbers, task: Task) -> Led:
         nothing = np.full((finer * (len(whole) - 1) + 1, joints), np.nan)
         return Led(nothing, nothing, nothing, nothing, lead, finer)
     at_once = _held_acceleration(model, numbers, task, whole, lead)
+    seen = hashlib.blake2b(whole.tobytes(), digest_size=16)
+    seen.update(at_once.tobytes())
+    return _led(_Course(seen.digest(), lead, finer, task.sample_time, whole, at_once))
+
+
+@dataclass(frozen=True)
+class _Course:
+    """What a motion of joints is made of."""
+
+    digest: bytes
+    """Of the arrays."""
+    lead: int
+    finer: int
+    sample_time: float
+    places: np.ndarray = field(compare=False)
+    """(L + N, joints)"""
+    jumps: np.ndarray = field(compare=False)
+    """The same: part of the acceleration that is held between samples."""
+
+
+@lru_cache(maxsize=8)
+def _led(course: _Course) -> Led:
+    """The motion; the last few are kept, since most parameters of a fit leave them as they are and
+    splines cost more than simulating an arm of few coordinates along them."""
+    lead, finer, whole, at_once = course.lead, course.finer, course.places, course.jumps
     mean = uniform_filter1d(at_once, AVERAGE, axis=0, mode="nearest")
     at_once, mean = _between(at_once, mean, finer)
-    dt = task.sample_time / finer
+    dt = course.sample_time / finer
     jumping, speed = _integrated(at_once, mean, dt)
     # At rest there is no acceleration; what it is at the other ends nobody knows.
     flat = (mean[0] - at_once[0], (mean[1] - mean[0]) / dt) if lead else None
