@@ -85,7 +85,7 @@ def even_table(
     columns |= {headers[c]: _on_grid(c, stamps, v, grid, dt) for c, v in values.items()}
     left = [h for h in (*table.columns, *table.unusable) if h not in columns]
     unusable = dict(table.unusable) | dict.fromkeys(left, "is no channel, and not resampled")
-    said = _said(time, grid, lost, count, factor, dt)
+    said = _sentence(time, grid, lost, count, factor, dt)
     return Even(replace(table, columns=columns, first_line=None, unusable=unusable), factor, said)
 
 
@@ -254,7 +254,7 @@ def _nearest(stamps: np.ndarray, x: np.ndarray, grid: np.ndarray, dt: float) -> 
     return out
 
 
-def _said(
+def _sentence(
     time: np.ndarray, grid: np.ndarray, lost: int, count: bool, factor: int, dt: float
 ) -> str:
     """The method in one line."""
