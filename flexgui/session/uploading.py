@@ -82,8 +82,9 @@ class Uploading(Checking, ABC):
     def upload(self, name: str, content: bytes, services: Services) -> bool:
         """Keeps a file and reads it, or asks for its columns; a scenario file is opened instead.
 
-        Whether it is used alone is asked where recordings of another origin stand already. A file
-        with the columns of the one that waits is read with it; one with others is asked about next.
+        Whether it is used alone is asked where recordings of another origin stand already. While a
+        file waits, one that needs no answers is read; of the others, one with the same columns is
+        read with it, and one with other columns is asked about next.
         """
         with self._bringing:
             return self._brought(name, content, services)
@@ -95,7 +96,7 @@ class Uploading(Checking, ABC):
         try:
             path = keep_upload(self.folder, name, content, services.upload_limit_bytes)
             try:
-                if table and (self._joins(path) or self._waits(path)):
+                if table and self._asks(path):
                     return False
                 self._take_in(path, services.upload_limit_bytes)
             except InputError:
@@ -252,7 +253,7 @@ class Uploading(Checking, ABC):
             with self._lock:
                 file, self._queued = self._queued[0], self._queued[1:]
             try:
-                if not self._waits(self.folder / file):
+                if not self._asks(self.folder / file):
                     self._take_in(self.folder / file, 0)
             except InputError as error:
                 self._drop(file)
@@ -267,24 +268,36 @@ class Uploading(Checking, ABC):
             if not self._joins(self.folder / file):
                 self._queued = (*self._queued, file)
 
-    def _waits(self, path: Path) -> bool:
-        """Whether its columns have to be asked for."""
+    def _asks(self, path: Path) -> bool:
+        """Whether its columns have to be asked for; then it waits, or joins the one that does."""
+        asked = self._questions(path)
+        if asked is None:
+            return False
+        if not self._joins(path):
+            self._ask(asked)
+        return True
+
+    def _questions(self, path: Path) -> Waiting | None:
+        """What has to be asked about a file, and what a first look guesses; None: nothing."""
         model = base_model(self.scenario)
         headings = self._headings(path.name)
         waiting = waiting_for(path.name, headings, model.arm, _references(model))
         found = self._glance(path.name, model)
         if waiting is None and not settings(found.rows):
-            return False
+            return None
         if waiting is None:
             plain = RecordingSpec(file=path.name)
             waiting = waiting_again(headings, model.arm, _references(model), plain)
-        waiting = waiting.guessed(found)
+        return waiting.guessed(found)
+
+    def _ask(self, waiting: Waiting) -> None:
+        """Lets a file wait for its columns."""
         self._wait(waiting)
         missing = waiting.missing
         done = MORE if waiting.questions else GUESSED
-        said = ASKED.format(path.name, _named(missing[0])) if missing else done.format(path.name)
+        file = waiting.file
+        said = ASKED.format(file, _named(missing[0])) if missing else done.format(file)
         self.show_message(said, bad=bool(missing))
-        return True
 
     def choose_gaps(self, how: str) -> None:
         """Says what happens to empty cells and missing rows, as in `gaps` of a scenario."""
@@ -320,9 +333,9 @@ class Uploading(Checking, ABC):
             return False
         waiting = self.waiting
         if waiting is not None and not waiting.recording:
-            self._waits(self.folder / waiting.file)
-            if self.waiting is not None:
-                self._wait(replace(self.waiting, companions=waiting.companions))
+            asked = self._questions(self.folder / waiting.file)
+            if asked is not None:
+                self._ask(replace(asked, companions=waiting.companions))
         self.notify(Topic.RECORDINGS)
         return True
 

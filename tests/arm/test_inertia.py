@@ -117,9 +117,12 @@ GAUSS_ORDER = 8
 """Points that integrate degree 15 exactly; with three modes the integrand has 14."""
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", [name for name in ARMS if name != "3-3-3"])
 def test_bent_inertia_and_forces_are_sums_over_points_of_the_arm(name: str) -> None:
-    """Each point's own Jacobian and acceleration at constant rates, straight from its place."""
+    """Each point's own Jacobian and acceleration at constant rates, straight from its place.
+
+    SymPy takes half a minute for nine modes; 0-2-1 has three segments too.
+    """
     arm = loaded(ARMS[name], gravity=(0.4, -9.7))
     p, (q, v) = arm_vector(arm), random_state(arm, 3)
     kinematics = Kinematics(Structure.of(arm))

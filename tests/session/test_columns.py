@@ -80,11 +80,25 @@ def test_what_is_not_there_cannot_be_chosen(
     assert session.waiting == before
 
 
-def test_another_upload_forgets_the_file(session: Session, services: Offered) -> None:
+def test_a_file_that_needs_no_answers_is_read_while_another_one_waits(
+    session: Session, services: Offered
+) -> None:
     waits(session, services)
+    before = session.waiting
     assert bring(session, "th1.csv", good_csv(session), services)
-    assert session.waiting is None
+    assert session.waiting == before
+    assert sorted(p.name for p in session.folder.iterdir()) == ["rig.csv", "th1.csv"]
+    session.leave_file()
     assert [p.name for p in session.folder.iterdir()] == ["th1.csv"]
+
+
+def test_a_bad_file_is_named_while_another_one_waits(session: Session, services: Offered) -> None:
+    waits(session, services)
+    before = session.waiting
+    heavy = good_csv(session).replace(b"z1 [m]", b"z1 [kg]", 1)
+    assert not session.upload("heavy.csv", heavy, services)
+    assert session.message.bad and "heavy.csv" in session.message.text
+    assert session.waiting == before
 
 
 def test_columns_of_a_recording_can_be_chosen_again(session: Session, services: Offered) -> None:

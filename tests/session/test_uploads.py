@@ -29,7 +29,6 @@ def lines(content: bytes) -> list[str]:
 BAD = {
     "empty": (lambda good: b"", "is empty"),
     "unit": (lambda good: good.replace(b"z1 [m]", b"z1 [kg]", 1), "z1"),
-    "unsorted": (lambda good: good + good.splitlines()[1] + b"\n", "t"),
     "hole": (lambda good: "\n".join([*lines(good)[:5], ",,"]).encode(), "row"),
     "large": (lambda good: good + b" " * UPLOAD_LIMIT, "MB"),
 }
@@ -47,6 +46,18 @@ def test_a_bad_file_leaves_one_sentence_and_nothing_else(
     assert case in session.message.text and "\n" not in session.message.text
     assert session.scenario == before
     assert not list(session.folder.iterdir())
+
+
+def test_rows_out_of_order_are_not_refused_but_asked_about(
+    session: Session, services: Offered
+) -> None:
+    rows = good_csv(session).splitlines(keepends=True)
+    swapped = b"".join([*rows[:9], rows[10], rows[9], *rows[11:]])
+    assert not session.upload("unsorted.csv", swapped, services)
+    assert not session.message.bad
+    assert session.waiting is not None and "resample" in session.waiting.settings()
+    assert session.read_waiting()
+    assert [one.entry["file"] for one in session.arrived] == ["unsorted.csv"]
 
 
 def test_a_good_file_becomes_a_recording_and_is_shown(session: Session, services: Offered) -> None:
