@@ -17,7 +17,6 @@ from core.diagnose.descent import (
     normal_equations,
 )
 from core.diagnose.narrow import narrowed
-from core.diagnose.swings import from_first_swings
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
 from core.identify.held import steps_needed
@@ -160,7 +159,6 @@ def _starts(
     """From the base's nuisance and what the screen found, and where these may mislead also from
 
     - the best sizes near by: one alone may look better further off while the others are wrong;
-    - what the first swings say, of effects that swing themselves;
     - the prior nominals: the base fit may have bent them to swallow the effect, and a descent from
       there can stick (design section 6, 1).
     """
@@ -169,8 +167,6 @@ def _starts(
     nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
     apart = any(abs(base.values()[k] - v) > NOMINAL_MOVED * abs(v) for k, v in nominal.items())
     others = [best] if best != begun else []
-    swung = from_first_swings(data, base, effects, best, scanned, stopped)
-    others += [swung] if swung is not None else []
     return [begun, *others, *([{**best, **nominal}] if apart else [])]
 
 
