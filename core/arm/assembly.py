@@ -28,7 +28,7 @@ class Sums:
 
     def add(self, target: str, value: sp.Expr) -> None:
         """target += value; the first value of an entry is the entry."""
-        value = sp.sympify(value)
+        value = sp.sympify(value, strict=True)  # a text would be evaluated
         if value == 0:
             return
         sign = "+=" if target in self._begun else "="

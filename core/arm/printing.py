@@ -50,7 +50,7 @@ class Statements:
 
     def let(self, expression: sp.Expr) -> sp.Expr:
         """A name that has the value from here on; what is a number or a name stays as it is."""
-        expression = sp.sympify(expression)
+        expression = sp.sympify(expression, strict=True)  # a text would be evaluated
         if expression.is_Symbol or expression.is_Number:
             return expression
         name = sp.Symbol(f"{self.prefix}{self._count}", real=True)

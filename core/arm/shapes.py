@@ -41,12 +41,3 @@ def bending_energy(v: Sequence[sp.Symbol], length: sp.Expr, stiffness: sp.Expr) 
             factor = sp.Rational(a * (a - 1) * b * (b - 1), a + b - 3)
             terms.append(vi * vj * factor * length ** (a + b - 3))
     return stiffness / 2 * sp.Add(*terms)
-
-
-def gauss_order(modes: int) -> int:
-    """Gauss points that integrate |dp/dq|^2 along a segment exactly.
-
-    The highest power of x in p is that of the foreshortening, 2 modes + 1 (1 for a rigid
-    segment), so the integrand has degree at most 2 (2 modes + 1).
-    """
-    return 2 * modes + 2

@@ -17,7 +17,6 @@ from scipy.integrate import solve_ivp
 
 from core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
 from core.arm.kinematics import Kinematics, components
-from core.arm.shapes import gauss_order
 from core.arm.slots import LENGTH, MASS
 from core.model import Model
 from core.simulate.motion import Task
@@ -79,6 +78,15 @@ class SympyArm:
         M, f = self.mass_and_force(x)
         f[: len(R)] += R @ r - feedback @ x
         return np.concatenate([x[len(f) :], np.linalg.solve(M, f)])
+
+
+def gauss_order(modes: int) -> int:
+    """Gauss points that integrate |dp/dq|^2 along a segment exactly.
+
+    The highest power of x in p is that of the foreshortening, 2 modes + 1 (1 for a rigid
+    segment), so the integrand has degree at most 2 (2 modes + 1).
+    """
+    return 2 * modes + 2
 
 
 def _segment(
