@@ -111,6 +111,8 @@ class FollowingServo:
     hz: float
     inertia: tuple[float, ...]
     """Diagonal of M at the joints, kg m^2; fixed, so that it does not move with the estimates."""
+    band_hz: float = np.inf
+    """Hz beyond which nothing is compared, so that no vibration need be led there."""
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         """The drive's own feedback acts on the measured joints; the servo on the difference."""

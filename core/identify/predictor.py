@@ -141,6 +141,14 @@ class Predictor:
             for (_, which), motions in zip(requests, found, strict=True)
         ]
 
+    def readings(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
+        """Per request the outputs (N_i, k) of its experiments before they are filtered."""
+        found = self.trajectories(requests)
+        return [
+            [self.experiments[i].readings(*m) for i, m in zip(which, motions, strict=True)]
+            for (_, which), motions in zip(requests, found, strict=True)
+        ]
+
     def _corrected(self, experiment: Prepared, motion: Motion) -> np.ndarray:
         known = self.correction.get(experiment.recording.name)
         predicted = experiment.predicted(*motion)

@@ -99,7 +99,8 @@ def finer_by(model: Model, sample_time: float) -> int:
     """Points per sample, which lasts `sample_time` s, along which the joints are led.
 
     Of the bare model stretched out, at its own values: models that are compared, the two ends of a
-    difference and all recordings are led along the same points.
+    difference and all recordings are led along the same points. A vibration that no compared
+    output shows needs none.
     """
     bare = model.bare or model
     n, p = bare.arm.coordinates, bare.numbers().p
@@ -109,7 +110,9 @@ def finer_by(model: Model, sample_time: float) -> int:
     M = bare.compiled.mass_matrix(np.zeros(n), p)
     squared = eigh(0.5 * (K + K.T), 0.5 * (M + M.T), eigvals_only=True)
     swing = np.sqrt(np.maximum(squared, 0.0)) * sample_time
-    seen = swing[swing < UNSURE * np.pi]
+    servo = model.steering
+    band = servo.band_hz if isinstance(servo, FollowingServo) else np.inf
+    seen = swing[swing < min(2.0 * np.pi * band * sample_time, UNSURE * np.pi)]
     points = float(np.max(seen, initial=0.0)) / SWING
     return int(np.clip(2 ** np.ceil(np.log2(max(points, 1.0))), 1, FINEST))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -130,17 +130,37 @@ class Residuals:
         that are not among `only`, where that is given."""
         shapes = [e.measured.shape for e in self.experiments]
         found = [np.zeros((*shape, len(vector))) for shape in shapes]
-        sides = [self._sides(vector, j, central) for j in range(len(vector))]
         asked = range(len(vector)) if only is None else only
-        which = [self._concerned(j) if j in asked else [] for j in range(len(vector))]
-        up = [(up, w) for (up, _), w in zip(sides, which, strict=True)]
-        down = [(down, w) for (_, down), w in zip(sides, which, strict=True)]
-        both = self._blocks([*up, *down])  # together they fill the lanes
-        high, low = both[: len(sides)], both[len(sides) :]
-        for j, (above, below) in enumerate(sides):
-            for i, a, b in zip(which[j], high[j], low[j], strict=True):
-                found[i][:, :, j] = (a - b) / (above[j] - below[j])
+        which = {j: self._concerned(j) for j in asked}
+        for j, i, change in self._changes(vector, which, central):
+            found[i][:, :, j] = change
         return found
+
+    def _changes(
+        self, vector: np.ndarray, which: Mapping[int, Sequence[int]], central: bool
+    ) -> Iterator[tuple[int, int, np.ndarray]]:
+        """Unknown, recording, and how the residual (M, k) of the recording changes with it;
+        `which` recordings are asked for each unknown."""
+        sides = {j: self._sides(vector, j, central) for j in which}
+        up = [(sides[j][0], which[j]) for j in which]
+        everything = sorted(set().union(*which.values()))
+        down = [(sides[j][1], which[j]) for j in which] if central else [(vector, everything)]
+        both = self._readings([*up, *down])  # together they fill the lanes
+        for at, (j, (above, below)) in enumerate(sides.items()):
+            row, known = (len(up) + at, which[j]) if central else (len(up), everything)
+            for k, i in enumerate(which[j]):
+                change = both[at][k] - both[row][known.index(i)]
+                yield j, i, self._change(i, change / (above[j] - below[j]))
+
+    def _readings(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
+        """Outputs as they are before filters, or behind them where all are linear anyway."""
+        return self.predictor.readings(requests) if self.linear is None else self._predicted(requests)
+
+    def _change(self, i: int, change: np.ndarray) -> np.ndarray:
+        """(M, k) of the residual where the readings change."""
+        e = self.experiments[i]
+        seen = e.processed_change(change) if self.linear is None else change
+        return np.asarray(np.where(e.counted, -seen, 0.0) * self.weights[i])
 
     def _sides(self, vector: np.ndarray, j: int, central: bool) -> tuple[np.ndarray, np.ndarray]:
         """Two vectors that differ in entry j, inside the bounds."""

@@ -46,7 +46,7 @@ def make_setup(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
     servo = None
     unknown = not model.drive.torque_known
     if spec.servo_hz is not None or unknown or any(s.kind == TORQUE for s in outputs):
-        servo = _servo(model, spec, chosen)
+        servo = _servo(model, spec, chosen, processing.band_hz)
         model = model.steered_by(servo)
     notes = tuple(_notes(model, spec, outputs, chosen, servo))
     return Setup(model, outputs, processing, notes)
@@ -110,14 +110,16 @@ def _usable(candidate: Sensor, model: Model, recording: Recording) -> bool:
     return True
 
 
-def _servo(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]) -> FollowingServo:
+def _servo(
+    model: Model, spec: IdentifySpec, recordings: Sequence[Recording], band_hz: float
+) -> FollowingServo:
     """A servo whose double pole sits on the rigid inertia of each joint at the first posture."""
     n = model.arm.coordinates
     p = model.numbers().p
     posture = at_rest(start_joints(model, recordings[0]), n)[:n]
     inertia = np.diag(model.compiled.mass_matrix(posture, p))[: model.arm.joints]
     hz = spec.servo_hz or DEFAULT_HZ
-    return FollowingServo(model.drive, hz, tuple(float(x) for x in inertia))
+    return FollowingServo(model.drive, hz, tuple(float(x) for x in inertia), band_hz)
 
 
 def _notes(

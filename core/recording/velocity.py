@@ -75,6 +75,11 @@ class ZeroPhaseLowPass(BaseModel):
         decay = 2.0 * np.pi * self.cutoff_hz * np.sin(0.5 * np.pi / self.order)
         return int(np.ceil(np.log(1.0 / share) / (decay * dt)))
 
+    def reach_hz(self, share: float) -> float:
+        """Hz beyond which less than a `share` of a signal is left, by the analogue filter's gain
+        1 / (1 + (f / cutoff)^(2 order)) of both directions together."""
+        return float(self.cutoff_hz * (1.0 / share - 1.0) ** (0.5 / self.order))
+
     def sentence(self) -> str:
         """The filter in words, as reports state it."""
         return (
