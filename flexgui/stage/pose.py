@@ -10,6 +10,7 @@ import numpy as np
 from core.arm.arm import Arm
 from flexgui.stage.geometry import ArmGeometry
 from flexgui.stage.section import Section, beam_vertices, visible_section
+from flexgui.views.names import channel_symbol
 
 STACK = 0.25
 """Of the reach: segments that stand on the ground beside each other are drawn one above another."""
@@ -24,8 +25,6 @@ LABEL_RADIUS, LABEL_ASIDE = 0.40, 0.35
 """The text stands by the line that the arc starts from, rad away from the arc's side."""
 LABEL_CHANGES = -0.25
 """rad: a joint that swings about zero does not make its text jump from side to side."""
-
-SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 class Spot(NamedTuple):
@@ -125,7 +124,7 @@ class Body:
         top = start.place[2] + 0.5 * self.sections[k].height + LIFT * self.reach
         draw = _arc if turns else _stroke
         vertices, label = draw(start, value, length, top)
-        name = f"θ{str(k + 1).translate(SUBSCRIPTS)}"
+        name = channel_symbol(f"theta{k + 1}", "rad" if turns else "m")
         # Plus zero: a tiny negative angle is not written as -0.0.
         shown = round(float(np.degrees(value)), 1) + 0.0
         text = f"{name} = {shown:.1f}°" if turns else f"{name} = {value:.3f} m"

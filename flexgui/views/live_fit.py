@@ -32,8 +32,10 @@ def _bars(name: str, comparisons: Sequence[RecordingComparison]) -> Figure:
     bars = [(r, c) for r in comparisons for c in r.channels if c.fitted and c.channel == name]
     hatch = ["/" if r.role == VALIDATE else "" for r, _ in bars]
     return {
-        "type": "bar", "name": channel_symbol(name),
+        "type": "bar", "name": channel_symbol(name, bars[0][1].unit),
         "x": [bar_label(r, comparisons).removeprefix("θ2 = ") for r, _ in bars],
+        "text": [channel_symbol(name, bars[0][1].unit)] * len(bars), "textposition": "inside",
+        "insidetextanchor": "start", "textangle": 0, "constraintext": "none",
         "y": [round(c.fit_percent, 3) if np.isfinite(c.fit_percent) else None for _, c in bars],
         "marker": {
             "color": channel_colour(name), "line": {"color": channel_edge(name), "width": 1},

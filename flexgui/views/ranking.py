@@ -60,7 +60,9 @@ def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> go.F
         "few are refitted."
     )
     height = 150 + 34 * len(shown)
-    return styled(figure, height, text, barmode="group", bargap=0.3)
+    styled(figure, height, text, barmode="group", bargap=0.3)
+    # From the edge of the figure: the names of effects take much of its width.
+    return figure.update_layout(legend_xref="container")
 
 
 def _colour(ranked: RankedEffect, accepted: str | None) -> str:

@@ -112,7 +112,7 @@ def test_marks_tell_angles_in_degrees_and_slides_in_metres() -> None:
     arm = ARMS["slide"]
     body, q = Body(arm, arm_vector(arm)), np.zeros(arm.coordinates)
     q[:2] = [-0.25, np.pi / 6.0]
-    assert [mark.text for mark in body.marks(body.pose(q))] == ["θ₁ = −0.250 m", "θ₂ = 30.0°"]
+    assert [mark.text for mark in body.marks(body.pose(q))] == ["q₁ = −0.250 m", "θ₂ = 30.0°"]
 
 
 def test_an_arc_spans_the_joints_angle() -> None:
