@@ -189,11 +189,8 @@ class FollowingServo:
         signals = held(self.base.signals(recording, arm))
         return Recorded(signals, *self.motion(recording, arm))
 
-    def recorded_torque(
-        self, known: Recorded, arm: Arm, p: np.ndarray, values: Mapping[str, float]
-    ) -> np.ndarray:
-        """(N, joints): what the drive itself applied along the measured motion."""
-        own = self.base.law(arm, p, values)
+    def recorded_torque(self, known: Recorded, arm: Arm, own: DriveLaw) -> np.ndarray:
+        """(N, joints): what the drive itself, with its law, applied along the measured motion."""
         joints = arm.joints
         torque = known.signals @ own.R.T
         return torque - known.place @ own.P[:, :joints].T - known.speed @ own.V[:, :joints].T
