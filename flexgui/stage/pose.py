@@ -18,6 +18,9 @@ STACK = 0.25
 LIFT = 0.012
 """Of the reach: flat marks float this far above the beams."""
 
+RAIL = 1.2
+"""Of the reach: length of the rail below a joint that slides; the joint's zero is its middle."""
+
 ARC_POINTS = 33
 ARC_RADIUS, ARC_WIDTH, BASE_LINE = 0.26, 0.018, 0.36
 """Of the segment's length: radius and width of a joint's arc, length of the line it starts from."""
@@ -113,6 +116,17 @@ class Body:
         out = np.full((len(z), 3), self.levels[-1], dtype=np.float32)
         out[:, :2] = z
         return out
+
+    def rail_ends(self, pose: Pose) -> list[np.ndarray]:
+        """(3,) m each, both ends of every rail that stands on the ground."""
+        found = []
+        for k, kind in enumerate(self.geometry.kinds):
+            if kind.turn or (k and self.arm.segments[k].mount != "ground"):
+                continue
+            place, angle = pose.origins[k]
+            half = 0.5 * RAIL * self.reach * np.array([np.cos(angle), np.sin(angle), 0.0])
+            found += [place - half, place + half]
+        return found
 
     def marks(self, pose: Pose) -> tuple[JointMark, ...]:
         """The joints' angles in degrees, and slides in m."""
