@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Iterable
 from contextlib import suppress
 
+from core.arm.beforehand import compile_beforehand
 from core.arm.cache import cache_folder, sources_key
+from core.arm.symbols import Structure
 from core.progress import Progress
 
 _SECOND = """
@@ -27,8 +30,12 @@ def is_warm() -> bool:
     return (cache_folder() / f"warm_{sources_key()}").exists()
 
 
-def warm_up(progress: Progress) -> None:
-    """Compiles, or loads, everything that a first result needs; quick when it was done before."""
+def warm_up(progress: Progress, arms: Iterable[Structure] = ()) -> None:
+    """Compiles, or loads, everything that a first result needs; quick when it was done before.
+
+    `arms` that will be needed later are compiled beside it and beyond.
+    """
+    compile_beforehand(arms)
     helper = None
     if not is_warm():
         progress.stage("Compiling for this machine, once (about fifteen seconds)")

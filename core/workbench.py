@@ -42,6 +42,7 @@ from core.scenario.stated_effects import (
     with_stated_effects,
 )
 from core.scenario.stated_effects import base_model as base_model
+from core.scenario.stated_effects import diagnosis_wanted as diagnosis_wanted
 from core.simulate.descriptor import descriptor
 from core.simulate.equations import equations
 from core.simulate.mechanism import mechanism
@@ -171,11 +172,6 @@ def _as_it_stands(
 def _origins(model: Model, fits: Sequence[Fitted]) -> dict[str, str]:
     names = {e.name for f in fits for e in (*f.fit.estimates, *f.fit.derived)}
     return {name: model.origin(name) for name in sorted(names)}
-
-
-def diagnosis_wanted(scenario: Scenario) -> bool:
-    """Whether a scenario has a table [diagnose]."""
-    return scenario.diagnose.max_effects > 0 or "diagnose" in scenario.model_fields_set
 
 
 def _diagnosis(

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from core.arm.beforehand import compile_beforehand
 from core.diagnose.announce import Steps, fit_title, round_title
 from core.diagnose.columns import trials
 from core.diagnose.compared import compared
@@ -34,7 +35,7 @@ from core.diagnose.start import Begun, begin
 from core.diagnose.steps import Validated, ladder_step, validated
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains, within_noise
 from core.diagnose.words import Told, say
-from core.effects import with_included
+from core.effects import catalogue, with_included
 from core.effects.effect import Effect
 from core.errors import InputError
 from core.identify.setup import Setup
@@ -48,6 +49,7 @@ from core.results import (
     RecordingComparison,
 )
 from core.scenario.schema import IdentifySpec
+from core.scenario.stated_effects import structures_tried
 
 FIDELITY = 0.001
 """Share of a channel's spread that no model is asked to explain where nothing else is stated."""
@@ -197,6 +199,8 @@ def begin_on(
     chosen = [r for r in recordings if r.role == "estimate"]
     if not chosen:
         raise InputError('No recording has role = "estimate"; give at least one to diagnose.')
+    tried = [e for kind, e in catalogue().items() if kind in (options.candidates or catalogue())]
+    compile_beforehand(structures_tried(setup.model.arm, tried))
     begun = begin(
         setup.model, setup.outputs, setup.processing, spec, chosen, options.stated_noise,
         options.fidelity, progress.stopped, options.identified,

@@ -9,6 +9,7 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.arm.build import build_arm
+from core.arm.symbols import Structure
 from core.drives import build_drive
 from core.effects import catalogue, effect, with_included
 from core.effects.effect import Effect, EffectParameter
@@ -130,6 +131,24 @@ def candidate_effects(spec: DiagnoseSpec) -> tuple[Effect, ...]:
             hint = did_you_mean(kind, catalogue())
             raise InputError(f"[diagnose] candidates: {kind!r} is not known; {hint}")
     return tuple(effect(kind) for kind in spec.candidates)
+
+
+def diagnosis_wanted(scenario: Scenario) -> bool:
+    """Whether a scenario has a table [diagnose]."""
+    return scenario.diagnose.max_effects > 0 or "diagnose" in scenario.model_fields_set
+
+
+def arms_to_come(scenario: Scenario) -> tuple[Structure, ...]:
+    """What must be compiled for a scenario: its arm, and those that a diagnosis will try."""
+    model = base_model(scenario)
+    tried = candidate_effects(scenario.diagnose) if diagnosis_wanted(scenario) else ()
+    return structures_tried(model.arm, tried)
+
+
+def structures_tried(arm: Arm, effects: Sequence[Effect]) -> tuple[Structure, ...]:
+    """Of an arm by itself and with each of the effects."""
+    arms = [arm, *(one.changed_arm(arm, {}) for one in effects)]
+    return tuple(dict.fromkeys(Structure.of(one) for one in arms))
 
 
 def stated_effects(model: Model, spec: ModelSpec) -> list[Stated]:

@@ -28,9 +28,10 @@ def export_scenario(
     if far := outside(scenario, path.parent, data):
         say(far)
 
+    from core.scenario.stated_effects import arms_to_come
     from core.warm import warm_up
 
-    warm_up(progress)
+    warm_up(progress, arms_to_come(scenario))
 
     from core.workbench import run_scenario
 

@@ -1,0 +1,58 @@
+"""A second process compiles what will be needed, and leaves nothing behind."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from core.arm import beforehand
+from core.arm.beforehand import compile_beforehand
+from core.arm.compiled import is_compiled
+from core.arm.symbols import Structure
+
+SMALL = Structure(joints=("revolute",), modes=(0,), mounts=("previous",))
+LONGEST = 120.0
+"""s that a rigid link may take beside other work; two are usual."""
+
+
+@pytest.fixture
+def empty(tmp_path, monkeypatch):  # type: ignore[no-untyped-def]
+    """A machine that has compiled nothing yet."""
+    monkeypatch.setenv("FLEXGUI_CACHE", str(tmp_path))
+    monkeypatch.setattr(beforehand, "_begun", set())
+
+
+def test_what_is_missing_is_compiled_by_another_process_once(empty) -> None:
+    assert not is_compiled(SMALL)
+    other = compile_beforehand([SMALL, SMALL])
+    assert other is not None and compile_beforehand([SMALL]) is None
+    assert other.wait(LONGEST) == 0 and is_compiled(SMALL)
+
+
+def test_what_is_there_needs_no_process(empty, monkeypatch) -> None:
+    monkeypatch.setattr(beforehand, "is_compiled", lambda _: True)
+    assert compile_beforehand([SMALL]) is None
+
+
+def test_without_another_process_everything_goes_on(empty, monkeypatch) -> None:
+    def refuse(*_, **__) -> None:  # type: ignore[no-untyped-def]
+        raise OSError("no more processes")
+
+    monkeypatch.setattr(subprocess, "Popen", refuse)
+    assert compile_beforehand([SMALL]) is None
+
+
+def test_the_process_ends_with_the_one_that_began_it(empty) -> None:
+    script = (
+        "from core.arm.beforehand import compile_beforehand\n"
+        "from core.arm.symbols import Structure\n"
+        "s = Structure(('revolute',) * 3, (3, 3, 3), ('previous',) * 3)\n"
+        "print(compile_beforehand([s]).pid)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=LONGEST, check=True
+    )
+    left = subprocess.run(["ps", "-p", done.stdout.strip()], capture_output=True, check=False)
+    assert left.returncode != 0
