@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit, types
@@ -12,6 +13,10 @@ from core.arm.compiled import CompiledArm
 from core.arm.signatures import OPTIONS, TIP, matrix, vector
 
 cube = types.float64[:, :, ::1]
+
+
+MOST_KEPT = 16
+"""Series along one motion: forces of some joints, for the two ends of a difference."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,20 @@ class Trajectory:
     """(N, joints), as the drive applies it"""
     linear: bool = False
     """Whether it comes from the linear model, whose outputs are linear in the state."""
+    _kept: dict[Hashable, np.ndarray] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+
+    def kept(self, key: Hashable, made: Callable[[], np.ndarray]) -> np.ndarray:
+        """What was made along this motion under the key, or is made now; the last MOST_KEPT stay,
+        and nobody may change them."""
+        found = self._kept.get(key)
+        if found is None:
+            found = made()
+            while len(self._kept) >= MOST_KEPT:
+                self._kept.pop(next(iter(list(self._kept)), key), None)
+            self._kept[key] = found
+        return found
 
     @property
     def joint_positions(self) -> np.ndarray:

@@ -46,6 +46,11 @@ class DriveLaw:
         """How many of the first references run straight between samples."""
         return self.references - self.held if self.interpolate else 0
 
+    def same_gains(self, other: DriveLaw) -> bool:
+        """Whether references, places and speeds make the same torque."""
+        pairs = ((self.R, other.R), (self.P, other.P), (self.V, other.V))
+        return all(a is b or np.array_equal(a, b) for a, b in pairs)
+
 
 def static_law(
     R: np.ndarray,

@@ -84,23 +84,47 @@ def with_held(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
         return motion
     moving = {id(e) for e in simulated.elements}
     elements = [e for e in numbers.elements if id(e) not in moving]
-    dt, joints = float(motion.time[1] - motion.time[0]), model.arm.joints
-    place, speed = motion.q[:, :joints], motion.v[:, :joints]
-    if is_prescribed(model, simulated):
-        place, speed = joint_servo(model).seen_by_friction(place, dt)
     torque = motion.torque.copy()
     for e in sorted(elements, key=lambda one: one.law.loaded):  # losses see all other forces
         k = int(np.flatnonzero(e.directions[0])[0])
-        torque[:, k] = _overcome(e, k, place[:, k], speed[:, k], dt, torque[:, k].copy())
+        if e.law.loaded:
+            torque[:, k] = _overcome(model, simulated, motion, e, k, torque[:, k].copy())
+        else:
+            torque[:, k] += _force_along(model, simulated, motion, e, k)
     return replace(motion, arm=model.arm, torque=torque)
 
 
-def _overcome(
-    e: Element, k: int, place: np.ndarray, speed: np.ndarray, dt: float, torque: np.ndarray
+def _force_along(
+    model: Model, simulated: Numbers, motion: Trajectory, e: Element, k: int
 ) -> np.ndarray:
-    """(N,) torque at joint k (from 0) with what overcomes one element along a motion (N,)."""
-    law, scale = e.law, float(e.directions[0][k])
-    x, v = np.ascontiguousarray(scale * place), np.ascontiguousarray(scale * speed)
+    """(N,) torque that overcomes one element at joint k (from 0), whatever else the drive does;
+    kept with the motion, since most parameters of a fit change neither."""
+    key = (e.law, e.values, k, float(e.directions[0][k]), is_prescribed(model, simulated))
+    nothing = np.zeros(len(motion.time))
+    return motion.kept(key, lambda: _overcome(model, simulated, motion, e, k, nothing))
+
+
+def _seen(model: Model, simulated: Numbers, motion: Trajectory) -> np.ndarray:
+    """(N, 2 joints): place and speed of the joints as friction sees them."""
+    joints = model.arm.joints
+
+    def made() -> np.ndarray:
+        place, speed = motion.q[:, :joints], motion.v[:, :joints]
+        if is_prescribed(model, simulated):
+            dt = float(motion.time[1] - motion.time[0])
+            place, speed = joint_servo(model).seen_by_friction(place, dt)
+        return np.hstack([place, speed])
+
+    return motion.kept(("seen", is_prescribed(model, simulated)), made)
+
+
+def _overcome(
+    model: Model, simulated: Numbers, motion: Trajectory, e: Element, k: int, torque: np.ndarray
+) -> np.ndarray:
+    """(N,) torque at joint k (from 0) with what overcomes one element, of what it was without."""
+    law, scale, joints = e.law, float(e.directions[0][k]), model.arm.joints
+    seen, dt = _seen(model, simulated, motion), float(motion.time[1] - motion.time[0])
+    x, v = (np.ascontiguousarray(scale * seen[:, at]) for at in (k, joints + k))
     values = np.array([*e.values, 0.0], dtype=float)
     loaded_at = len(e.values) - 1 if law.loaded else -1
     out = np.zeros(law.size)

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from core.drives.law import DriveLaw
 from core.drives.servo import AT_ONCE, FollowingServo, Recorded, rates
 from core.errors import InputError
 from core.identify.held import simulated_part
@@ -175,17 +176,25 @@ class Prepared:
         if sensor.kind != TORQUE or not isinstance(steering, FollowingServo):
             return y
         # What the servo adds is the residual, whatever torque constant is being tried.
-        arm, base = self.model.arm, self.model.numbers()
-        known = {**self.model.effect_values, **values}
-        applied = steering.recorded_torque(self._recorded, arm, trajectory.p, known)
-        dt = self.recording.sample_time
-        stated = steering.recorded_torque(self._recorded, arm, base.p, {})
+        arm, dt = self.model.arm, self.recording.sample_time
+        law = steering.base.law(arm, trajectory.p, {**self.model.effect_values, **values})
+        as_stated, stated = self._stated
+        same = as_stated.same_gains(law)
+        applied = stated if same else steering.recorded_torque(self._recorded, arm, law)
         if is_prescribed(self.model, simulated_part(self.model, numbers)):
             missing = steering.response(_with_ends(y - applied), dt)
         else:
             place = self._place_at(values)[0][-len(y) :]
             missing = y + steering.between_samples(place, dt) - applied
-        return stated + _in_stated_units(missing, applied, stated)
+        return stated + (missing if same else _in_stated_units(missing, applied, stated))
+
+    @cached_property
+    def _stated(self) -> tuple[DriveLaw, np.ndarray]:
+        """The drive as stated, and the torque (N, joints) that it applied then."""
+        assert isinstance(self.model.steering, FollowingServo)
+        steering, arm = self.model.steering, self.model.arm
+        law = steering.base.law(arm, self.model.numbers().p, {})
+        return law, steering.recorded_torque(self._recorded, arm, law)
 
     @cached_property
     def _recorded(self) -> Recorded:
@@ -278,7 +287,7 @@ def measured_outputs(
     steering = model.steering
     if sensor.kind == TORQUE and isinstance(steering, FollowingServo):
         known = steering.recorded(recording, arm)
-        y = steering.recorded_torque(known, arm, model.numbers().p, {})
+        y = steering.recorded_torque(known, arm, steering.base.law(arm, model.numbers().p, {}))
     else:
         y = np.array(sensor.measured(recording, arm))
     mask = np.isfinite(y)

@@ -154,7 +154,8 @@ class Residuals:
 
     def _readings(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
         """Outputs as they are before filters, or behind them where all are linear anyway."""
-        return self.predictor.readings(requests) if self.linear is None else self._predicted(requests)
+        seen = self.predictor.readings if self.linear is None else self._predicted
+        return seen(requests)
 
     def _change(self, i: int, change: np.ndarray) -> np.ndarray:
         """(M, k) of the residual where the readings change."""

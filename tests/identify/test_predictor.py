@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from core.identify.predictor import Predictor
+from core.identify.prepared import Processing, prepare
 from core.identify.residuals import Residuals
+from core.recording.velocity import ZeroPhaseLowPass
 from core.simulate.motion import Task
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import POINTS, residuals_of, simulated
@@ -41,6 +43,31 @@ def test_one_sided_slopes_simulate_the_base_once_for_all_parameters(counting: Re
     everywhere, own = 2, 2
     counting.sensitivities(counting.unknowns.parameters.vector(), central=False)
     assert counting.predictor.counted == everywhere + own + len(counting.experiments)  # type: ignore[attr-defined]
+
+
+FILTERED = Processing(ZeroPhaseLowPass(cutoff_hz=60.0), decimate=2)
+
+ROUNDING = 1e-11
+"""Of the largest output, over the step: a filter of differences rounds otherwise than differences
+of what was filtered."""
+
+
+@pytest.mark.parametrize("central", [False, True])
+def test_slopes_are_differences_of_what_is_compared(counting: Residuals, central: bool) -> None:
+    """Filters and thinning, weights and masks are in them, whichever way they are made."""
+    p = counting.predictor
+    filtered = [prepare(e.model, e.recording, e.outputs, FILTERED) for e in counting.experiments]
+    residuals = replace(counting, predictor=Predictor(filtered, p.unknowns, p.fixed, steps=STEPS))
+    here = residuals.unknowns.parameters.vector()
+    slopes = residuals.sensitivities(here, central=central)
+    pairs = zip(filtered, residuals.weights, strict=True)
+    largest = max(float(np.nanmax(np.abs(e.measured * w))) for e, w in pairs)
+    for j in range(len(here)):
+        up, down = residuals._sides(here, j, central)
+        sides = residuals.blocks(up), residuals.blocks(down)
+        for S, a, b in zip(slopes, *sides, strict=True):
+            expected = (a - b) / (up[j] - down[j])
+            assert np.abs(S[:, :, j] - expected).max() <= ROUNDING * largest / abs(up[j] - down[j])
 
 
 def test_motions_asked_for_together_are_those_asked_for_apart(counting: Residuals) -> None:
