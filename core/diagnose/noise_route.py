@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.arm.arm import Arm
+from core.diagnose.foreseen import unforeseen
 from core.diagnose.sensor_noise import (
     ESTIMATED,
     STATED,
@@ -122,7 +123,23 @@ def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str,
             continue
         seen = estimated(pieces, np.pi if narrow else limit) or ColumnNoise(0.0, source=ESTIMATED)
         found[name] = replace(_beside_steps(seen, step), after_logger=narrow)
-    return found
+    return {name: _counted(routes, name, noise) for name, noise in found.items()}
+
+
+def _counted(routes: Sequence[_Route], name: str, noise: ColumnNoise) -> ColumnNoise:
+    """The noise of a column, of an encoder's counts at most what nothing else foretells.
+
+    Both are bounds from above. What a model lacks of friction and ripples stands in the high band
+    as well, and hid itself behind five times the noise; no equation is needed here.
+    """
+    able = [r for r in routes if r.recording.has(name) and name in r.places]
+    if noise.source != ESTIMATED or not noise.step or not able:
+        return noise
+    others = [n for n in (*able[0].places, *able[0].references) if n != name]
+    most = unforeseen([r.recording for r in able], name, others)
+    if most is None or most**2 >= noise.std**2 + noise.step**2 / 12.0:
+        return noise
+    return _beside_steps(replace(noise, std=most), noise.step)
 
 
 def _beside_steps(seen: ColumnNoise, step: float) -> ColumnNoise:
@@ -196,9 +213,14 @@ class _Route:
 
     def leading(self) -> list[str]:
         """The noisy columns of which the torque of a virtual servo is made."""
+        own = [n for n in self.references if n[0] in "ui" and not self.commanded(n)]
+        return [*own, *self.places]
+
+    @property
+    def references(self) -> tuple[str, ...]:
+        """The columns that drive the arm."""
         model = self.experiment.model
-        own = model.drive.reference_channels(model.arm)
-        return [*(n for n in own if n[0] in "ui" and not self.commanded(n)), *self.places]
+        return model.drive.reference_channels(model.arm)
 
     @property
     def places(self) -> list[str]:

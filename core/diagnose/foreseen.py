@@ -1,0 +1,62 @@
+"""What of an encoder's reading its own past, the other joints and the drive do not foretell.
+
+A motion obeys equations: from enough samples before it, of all joints and of what drives them, the
+next place of a joint follows nearly linearly, whatever the arm is and whatever the model lacks of
+it. What an encoder adds by counting is new in each sample. So for any weights a of 1 + LAGS samples
+of a joint, and any of the other signals, the rms of the weighted sum is at least |a| times the
+noise. The least such ratio is a singular value of the samples side by side, once the other signals
+are projected out of them (total least squares): a bound from above that needs no model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from core.diagnose.sensor_noise import NORMAL_MAD
+from core.recording.recording import Recording
+
+LAGS = 16
+"""Samples: an arm of three joints with two modes each has 18 states, and the other joints' samples
+tell of them as well."""
+
+MOST_SAMPLES = 4000
+"""Of all recordings together; the deviation of 4000 samples is good to a hundredth."""
+
+FEWEST_PER_COLUMN = 4
+"""Rows per column of the samples side by side, below which noise seems foretold by chance."""
+
+
+def unforeseen(recordings: Sequence[Recording], name: str, others: Sequence[str]) -> float | None:
+    """Standard deviation of the white noise in a column, its steps included, at most; None where
+    the recordings are too short to say. `others`: joints, and what drives them."""
+    able = [r for r in recordings if r.has(name, *others) and _complete(r, [name, *others])]
+    if not able:
+        return None
+    each = MOST_SAMPLES // len(able)
+    own = np.vstack([_lagged(r[name][:each]) for r in able])
+    beside = [np.vstack([_lagged(r[n][:each]) for r in able]) for n in others]
+    known = np.hstack([np.ones((len(own), 1)), *beside])
+    free = len(own) - known.shape[1]
+    if free < FEWEST_PER_COLUMN * own.shape[1]:
+        return None
+    scales = np.maximum(np.linalg.norm(known, axis=0), 1e-300)
+    base, sizes, _ = np.linalg.svd(known / scales, full_matrices=False)
+    base = base[:, sizes > 1e-12 * sizes[0]]
+    left = own - base @ (base.T @ own)
+    rest = left @ np.linalg.svd(left, full_matrices=False)[2][-1]
+    # The median is not moved by the few instants at which a dry friction turns.
+    middle = float(np.median(np.abs(rest))) / NORMAL_MAD
+    level = min(float(np.sqrt(np.mean(rest**2))), middle) * np.sqrt(len(rest) / free)
+    # The least singular value of white noise alone (Marchenko and Pastur, 1967).
+    return float(level / (1.0 - np.sqrt(own.shape[1] / free)))
+
+
+def _complete(recording: Recording, names: Sequence[str]) -> bool:
+    return all(np.isfinite(recording[n]).all() for n in names) and len(recording.time) > LAGS
+
+
+def _lagged(x: np.ndarray) -> np.ndarray:
+    """(N - LAGS, 1 + LAGS) of x (N,)."""
+    return np.lib.stride_tricks.sliding_window_view(x, LAGS + 1)

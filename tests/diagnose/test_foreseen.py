@@ -1,0 +1,73 @@
+"""What an encoder adds is told from any motion, whatever a model would lack of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.diagnose.foreseen import unforeseen
+from core.recording.recording import Recording
+
+STEP, SAMPLES, RECORDINGS = 2e-3, 600, 4
+COUNT = 2.4e-5
+"""rad, of an encoder with 2^18 counts"""
+
+WHITE = COUNT / np.sqrt(12.0)
+
+NEAR = 1.25
+"""Factor; for all noise floors 1.5 is asked."""
+
+FOLLOWED = 3.0
+"""Factor where dry friction turns in every recording: it is foretold at no turn."""
+
+
+def turned(rng: np.random.Generator, friction: float) -> tuple[np.ndarray, np.ndarray]:
+    """Torque and place of a hub with a lightly damped link, driven by steps; dry friction as given,
+    in N m."""
+    torque = np.repeat(rng.choice([-1.0, 1.0], SAMPLES // 10), 10)
+    hub, link, stiffness, fine = 0.05, 0.1, 600.0, 20
+    x, v, y, w = 0.3, 0.0, 0.3, 0.0
+    places = np.empty(SAMPLES)
+    for t in range(SAMPLES):
+        places[t] = x
+        for _ in range(fine):
+            bend = stiffness * (y - x) + 0.05 * (w - v)
+            v += STEP / fine * (torque[t] + bend - 0.1 * v - friction * np.tanh(v / 1e-3)) / hub
+            w -= STEP / fine * bend / link
+            x, y = x + STEP / fine * v, y + STEP / fine * w
+    return torque, places
+
+
+def recordings(friction: float = 0.0, noise: float = 0.0, count: float = COUNT) -> list[Recording]:
+    rng, found = np.random.default_rng(3), []
+    for k in range(RECORDINGS):
+        torque, place = turned(rng, friction)
+        read = place + noise * rng.standard_normal(SAMPLES)
+        read = count * np.round(read / count) if count else read
+        found.append(Recording(f"r{k}", np.arange(SAMPLES) * STEP, {"u1": torque, "theta1": read}))
+    return found
+
+
+@pytest.mark.parametrize("noise", [0.0, WHITE, 4.0 * WHITE])
+def test_the_noise_of_an_encoder_is_told_beside_a_vibration(noise: float) -> None:
+    level = unforeseen(recordings(noise=noise), "theta1", ["u1"])
+    true = np.hypot(WHITE, noise)
+    assert level is not None and true / NEAR < level < true * NEAR
+
+
+def test_friction_that_no_model_knows_hides_little_of_it() -> None:
+    level = unforeseen(recordings(friction=0.1), "theta1", ["u1"])
+    assert level is not None and WHITE / NEAR < level < FOLLOWED * WHITE
+
+
+def test_without_noise_next_to_nothing_is_unforeseen() -> None:
+    level = unforeseen(recordings(count=0.0), "theta1", ["u1"])
+    assert level is not None and level < 1e-3 * WHITE
+
+
+def test_short_recordings_and_holes_say_nothing() -> None:
+    short = [r.excerpt(60) for r in recordings()[:1]]
+    assert unforeseen(short, "theta1", ["u1"]) is None
+    holed = recordings()[0]
+    holed.channels["theta1"][5] = np.nan
+    assert unforeseen([holed], "theta1", ["u1"]) is None
