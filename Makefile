@@ -10,7 +10,7 @@ SCENARIO ?= scenarios/paper_glocal.toml
 OUT ?= reports/$(basename $(notdir $(SCENARIO)))
 STUDY ?= studies/$(basename $(notdir $(SCENARIO)))
 SEED ?= 1
-# TRIES=--quick leaves out the tries that take minutes.
+# TRIES=--quick leaves out the tries that take minutes; TRIES="--items 1 3": only these items.
 TRIES ?=
 # Each process takes its half of the tests in their order, then some of the other's: what the tests
 # of a file share is made once.

@@ -182,7 +182,7 @@ def _named(c: RecordingComparison, channel: str) -> tuple[str, str]:
 
 def _quality(c: RecordingComparison) -> list[str]:
     fits = [
-        f"{format_percent(k.fit_percent)} % in {channel_symbol(k.channel)}"
+        f"{format_percent(k.fit_percent)} % in {channel_symbol(k.channel, k.unit)}"
         for k in c.channels
         if k.fitted
     ]

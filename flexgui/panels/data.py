@@ -24,15 +24,16 @@ from flexgui.panels.uploads import upload_hint
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.demo import scenario_choices
-from flexgui.session.experiments import Experiments
+from flexgui.session.experiments import Experiments, has_working_points
 from flexgui.views.html import html_table
 from flexgui.views.preview import preview
 from flexgui.views.table import Column, Row, Table
 
 NONE = "no recordings yet"
+SIMULATE, UPLOAD = "Simulate experiments or upload a recording", "Upload a recording"
 EMPTY = (
-    "Simulate experiments or upload a recording: its references and measurements appear here, "
-    "with their units and anything unusual about them."
+    "{}: its references and measurements appear here, with their units and anything unusual about "
+    "them."
 )
 COLUMNS = (Column("Recording"), Column("Role"), Column("From"), Column("Check"))
 ROLES = {"estimate": "to fit", "validate": "to validate"}
@@ -61,7 +62,8 @@ class DataPanel(Panel):
         self._one = OneRecording(desk)
         self._arrived = Arrivals(desk)
         self._columns = ColumnChoice(desk)
-        with gui.add_folder("Simulate experiments"):
+        self._experiments = gui.add_folder("Simulate experiments")
+        with self._experiments:
             self._simulate_controls()
         self._list = Words(gui)
 
@@ -172,9 +174,10 @@ class DataPanel(Panel):
         self._arrived.refresh()
         self._columns.refresh()
         self._rig.refresh()
+        self._experiments.visible = offered = has_working_points(session.scenario)
         recording = session.recording
         if recording is None or names == (NONE,):
-            self._about.show(paragraph(EMPTY, "soft"))
+            self._about.show(paragraph(EMPTY.format(SIMULATE if offered else UPLOAD), "soft"))
             self._plot.show(None)
             self._warnings.show("")
             return

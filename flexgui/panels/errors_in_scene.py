@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from flexgui.panels.page_context import PageContext
 from flexgui.session.failing import WhereItFails
 from flexgui.stage.error_board import NAME, ErrorBoard
@@ -50,7 +52,7 @@ class ErrorsInScene:
             if board is not None:
                 pick = None if self._desk.read_only else self._picked
                 owner = self._desk.client
-                self._board = ErrorBoard(stage, owner, board.ratio, board.recordings, pick)
+                self._board = ErrorBoard(stage, owner, board.ratio, _short(board.recordings), pick)
         cursor = self._desk.session.cursor
         if board is not None and self._board is not None and cursor.recording in board.recordings:
             row = board.recordings.index(cursor.recording)
@@ -64,3 +66,8 @@ class ErrorsInScene:
             return
         middle = 0.5 * float(board.edges[column] + board.edges[column + 1])
         session.set_cursor(recording=board.recordings[row], time=middle, playing=False)
+
+
+def _short(names: Sequence[str]) -> list[str]:
+    """Of recordings, as they stand beside the board: in a narrow picture there is little room."""
+    return [name.removeprefix("θ2 = ") for name in names]

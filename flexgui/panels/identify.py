@@ -188,7 +188,8 @@ class IdentifyPanel(Panel):
         if not self._running:
             count = sum(r.role == "estimate" for r in session.scenario.recordings)
             what = Markup(", ").join(self._fitted()) or "none yet"
-            return Markup("{} recordings to fit; parameters: {}.").format(count, what)
+            many = "1 recording" if count == 1 else f"{count} recordings"
+            return Markup("{} to fit; parameters: {}.").format(many, what)
         if run.phase == QUEUED:
             place = "" if run.place is None else f", place {run.place} in the queue"
             return f"Waiting{place}."

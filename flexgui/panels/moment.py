@@ -28,7 +28,7 @@ CLOUD, EACH, RESIDUAL = 280.0, 190.0, 240.0
 """px: two joints stand side by side, more below one another; all beside a ladder on a usual
 screen."""
 
-LACKS = "What the model lacks in {}: the joint torque that the drive delivers beyond the model's."
+LACKS = "What the model lacks in {}: the joint {} that the drive delivers beyond the model's."
 WITH = "The line is the law of {} at its fitted size."
 AFTER = "What {} left of it, on the same axes."
 RESIDUAL_OF = "What the model does not explain of {}, on the output that fails most."
@@ -113,7 +113,8 @@ class Moment:
         self._cloud.show(moment_cloud(torques, laws, title, first), height=height)
         self._residual.show(None)
         self._timed = False
-        lead = LACKS.format(name) if laws else AFTER.format(look.title)
+        kind = "force" if all(t.unit == "N" for t in torques) else "torque"
+        lead = LACKS.format(name, kind) if laws else AFTER.format(look.title)
         note = f"{WITH.format(title)} " if title else ""
         self._words.show(
             joined(
@@ -135,14 +136,14 @@ class Moment:
         here = found.channels[k].index(channel)
         one = next((r for r in found.ranking if r.predicted), None) if inviting(found) else None
         predicted = None if one is None else one.predicted[k][:, here]
+        unit = next((e.unit for e in found.step.errors if e.channel == channel), "")
         figure = moment_residual(
             channel, found.dt[k], found.residual[k][:, here], predicted,
-            "" if one is None else one.title, start.residual[i][:, j],
+            "" if one is None else one.title, start.residual[i][:, j], unit,
         )  # fmt: skip
         self._residual.show(figure, self._desk.session.cursor.time, RESIDUAL)
         self._cloud.show(None)
         self._timed = True
-        unit = next((e.unit for e in found.step.errors if e.channel == channel), "")
         said = residual_caption(channel, unit, found.residual[k][:, here], start.residual[i][:, j])
         note = "" if one is None else f" {PREDICTED.format(one.title)}"
         self._words.show(

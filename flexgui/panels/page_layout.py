@@ -55,6 +55,8 @@ PATIENCE, CALM = 0.5, 0.3
 LATER, LONG = 1.0, 4.0
 """s until a browser that was too busy for its first answer is asked again, and for that one: a page
 that takes a phone for a wide window would hide the arm."""
+TRIES = 5
+"""Questions of that kind; a browser that has not answered until then writes nothing down."""
 NOTICED = 0.005
 """Share by which the picture's shape changes when it counts."""
 _TOLD = re.compile(
@@ -138,6 +140,7 @@ class PageLayout:
         self._takers: list[Take] = []
         self._lock, self._telling = threading.Lock(), threading.RLock()
         self._waits, self._closed, self._answered = False, False, False
+        self._tries = 0
         self._shape = client.camera.aspect
         self.window = self._reported = Window()
         # Meanwhile the page is built.
@@ -189,6 +192,9 @@ class PageLayout:
         # An answer that came too late for the beginning counts too.
         if self.window != self._reported and not self._closed:
             self._report()
+        self._tries += 1
+        if not self._answered and not self._closed and self._tries < TRIES:
+            self._soon(LATER, LONG)
 
     def _ask(self, patience: float = PATIENCE) -> None:
         connection = self._client._websock_connection

@@ -93,7 +93,9 @@ class TimeLine:
         session = self._desk.session
         found = session.failing if session.stage in COLOURED else None
         along = None if found is None else found.now.get(session.cursor.recording)
-        return f"; {error_words(along.at(session.cursor.time))}" if along is not None else ""
+        if along is None:
+            return ""
+        return f"; {error_words(along.at(session.cursor.time), along.units)}"
 
     def _to(self, time: float) -> None:
         self._desk.session.set_cursor(time=time, playing=False)

@@ -8,12 +8,18 @@ was chosen, and is lifted by `flexgui.panels.curtain`.
 from __future__ import annotations
 
 import html
+import json
 
 from flexgui.panels.curtain import BUILDING, CONNECTING, DRAWING, PREPARING, PURPOSE
 from flexgui.panels.page_layout import THEME_KEPT_AS
 
 LONGEST = 150_000
-"""ms after which the curtain goes in any case: longer than a first start compiles."""
+"""ms after which the curtain goes from a page whose stages stand: longer than a first start
+compiles. An empty page stays covered, and its curtain says so."""
+SLOW = (
+    "This takes longer than usual. The page comes by itself; if it does not, look for a message "
+    "where FlexGUI was started."
+)
 SOON = 4_000
 """ms that the first picture may take once the page says that it is drawn."""
 
@@ -76,7 +82,10 @@ CURTAIN = f"""
   const look = setInterval(() => {{
     for (const [what, place] of steps) if (document.querySelector(what)) reach(place);
     if (document.querySelector(".uplot, .js-plotly-plot")) bar.style.width = "92%";
-    if (Date.now() - began > {LONGEST}) away();
+    if (Date.now() - began > {LONGEST}) {{
+      if (document.querySelector(".fx-bar")) away();
+      else state.textContent = {json.dumps(SLOW)};
+    }}
   }}, 100);
   const away = () => {{
     clearInterval(look);

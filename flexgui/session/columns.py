@@ -178,7 +178,7 @@ class Waiting:
         kind = channel_kind(channel)
         name, star = (channel[:-4], "*") if channel.endswith("_ref") else (channel, "")
         unit = self.units.get(channel, kind.units[0])
-        return f"the {kind.title} {channel_symbol(name)}{star}{f' [{unit}]' if unit else ''}"
+        return f"the {kind.title} {channel_symbol(name, unit)}{star}{f' [{unit}]' if unit else ''}"
 
 
 def waiting_for(

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from core.scenario.schema import Scenario
+from core.workbench import base_model
 from flexgui.session.edit import Document, Edit
 
 
@@ -55,6 +57,14 @@ class Experiments:
             }  # fmt: skip
             found.append({"name": "sweep", "role": "validate", "simulate": moving})
         return found
+
+
+def has_working_points(scenario: Scenario) -> bool:
+    """Whether the rig can run the experiments offered: references, and a second joint to place."""
+    model = base_model(scenario)
+    references = model.drive.reference_channels(model.arm)
+    follows = any(name.endswith("_ref") for name in references)
+    return model.arm.joints > 1 and follows and model.drive.torque_known
 
 
 def point_name(theta2: float) -> str:

@@ -38,7 +38,10 @@ from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 from flexgui.session.uploads import keep_upload, unpack, unpacking_folder
 
-ASKED = "{} has no column {}: assign one below under “Which column is which”."
+ASKED = (
+    "{} has no column {}: assign one below under “Which column is which”, or, where the file comes "
+    "from another kind of rig, choose that under “Rig” first."
+)
 MORE = "{} has columns with other names: assign them below, or read the file as it is."
 REST = " The other files were read: {}."
 GUESSED = "{}: what its columns seem to be stands below; read it, or correct the table."

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from viser import FrameHandle, LabelHandle, MeshHandle, SceneApi
 
 from flexgui.stage import floor, paint
-from flexgui.stage.pose import Body, JointMark, Pose, Spot, mark_faces
+from flexgui.stage.pose import RAIL, Body, JointMark, Pose, Spot, mark_faces
 from flexgui.stage.section import beam_faces
 
 LABEL_SCALE = 1.25
@@ -159,6 +159,6 @@ class ArmNodes:
         else:
             drop = 0.5 * body.sections[k].height
             self.scene.add_box(
-                f"{origin}/rail", paint.CONTEXT, (1.2 * reach, 0.04 * reach, 0.02 * reach),
+                f"{origin}/rail", paint.CONTEXT, (RAIL * reach, 0.04 * reach, 0.02 * reach),
                 position=(0.0, 0.0, -drop - 0.01 * reach), receive_shadow=False,
             )  # fmt: skip

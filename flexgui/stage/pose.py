@@ -10,12 +10,16 @@ import numpy as np
 from core.arm.arm import Arm
 from flexgui.stage.geometry import ArmGeometry
 from flexgui.stage.section import Section, beam_vertices, visible_section
+from flexgui.views.names import channel_symbol
 
 STACK = 0.25
 """Of the reach: segments that stand on the ground beside each other are drawn one above another."""
 
 LIFT = 0.012
 """Of the reach: flat marks float this far above the beams."""
+
+RAIL = 1.2
+"""Of the reach: length of the rail below a joint that slides; the joint's zero is its middle."""
 
 ARC_POINTS = 33
 ARC_RADIUS, ARC_WIDTH, BASE_LINE = 0.26, 0.018, 0.36
@@ -24,8 +28,6 @@ LABEL_RADIUS, LABEL_ASIDE = 0.40, 0.35
 """The text stands by the line that the arc starts from, rad away from the arc's side."""
 LABEL_CHANGES = -0.25
 """rad: a joint that swings about zero does not make its text jump from side to side."""
-
-SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 
 class Spot(NamedTuple):
@@ -115,6 +117,17 @@ class Body:
         out[:, :2] = z
         return out
 
+    def rail_ends(self, pose: Pose) -> list[np.ndarray]:
+        """(3,) m each, both ends of every rail that stands on the ground."""
+        found = []
+        for k, kind in enumerate(self.geometry.kinds):
+            if kind.turn or (k and self.arm.segments[k].mount != "ground"):
+                continue
+            place, angle = pose.origins[k]
+            half = 0.5 * RAIL * self.reach * np.array([np.cos(angle), np.sin(angle), 0.0])
+            found += [place - half, place + half]
+        return found
+
     def marks(self, pose: Pose) -> tuple[JointMark, ...]:
         """The joints' angles in degrees, and slides in m."""
         return tuple(self._mark(k, pose) for k in range(self.arm.joints))
@@ -125,7 +138,7 @@ class Body:
         top = start.place[2] + 0.5 * self.sections[k].height + LIFT * self.reach
         draw = _arc if turns else _stroke
         vertices, label = draw(start, value, length, top)
-        name = f"θ{str(k + 1).translate(SUBSCRIPTS)}"
+        name = channel_symbol(f"theta{k + 1}", "rad" if turns else "m")
         # Plus zero: a tiny negative angle is not written as -0.0.
         shown = round(float(np.degrees(value)), 1) + 0.0
         text = f"{name} = {shown:.1f}°" if turns else f"{name} = {value:.3f} m"

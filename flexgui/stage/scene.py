@@ -184,8 +184,9 @@ class Stage:
         return view_of(self.body.reach, aspect, side, self._places())
 
     def _places(self) -> np.ndarray:
-        """(k, 3) m of the base, the posture's parts and the tips of the motions."""
+        """(k, 3) m of the base, the posture's parts, rails and the tips of the motions."""
         spots = [spot.place for spot in (*self._pose.joints, *self._pose.ends)]
+        spots += self.body.rail_ends(self._pose)
         tips = [self.body.tip_points(q, 1.0) for q in self._motions if q is not None]
         return np.concatenate([np.zeros((1, 3)), np.array(spots), *tips])
 

@@ -18,13 +18,16 @@ BOUND = "#d64545"
 DRIVE = "#8a6d1f"
 """Torques and currents."""
 
-JOINTS = ("#2a93a8", "#a06cd5", "#b58a00")
+JOINTS = ("#2a93a8", "#b58a00", "#a06cd5")
+"""Bluish, yellowish, violet: the first two differ for eyes without red or green receptors too, also
+from what was measured, which stands beside them in bars."""
 JOINT_DASHES = ("solid", "dash", "dot")
 """A joint, and what is measured or predicted at it, wherever several stand in one figure; told
 apart by the dash where colours are not seen."""
 
-SERIES = ("#3d7fd1", "#1f9470", "#a06cd5", "#b58a00", "#2a93a8", "#d64545", "#7d858f", "#c44a8f")
-"""For several alike things (outputs, fits) that have no meaning of their own."""
+SERIES = ("#3d7fd1", "#b58a00", "#1f9470", "#d64545", "#2a93a8", "#a06cd5", "#7d858f", "#c44a8f")
+"""For several alike things (outputs, fits) that have no meaning of their own; the first four differ
+for eyes without red or green receptors too."""
 
 TEXT, TEXT_ON_DARK = "#565e68", "#b3bbc4"
 """Of axes and legends: contrast of 6 on white, of 8 on a page's dark ground (WCAG asks for 4.5)."""

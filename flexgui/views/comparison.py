@@ -71,7 +71,7 @@ def _lines(
     channel: ChannelComparison, before: ChannelComparison | None, points: int
 ) -> list[tuple[str, list[dict[str, Any]]]]:
     """(axis title, traces) of the signal and of the residual."""
-    symbol = channel_symbol(channel.channel)
+    symbol = channel_symbol(channel.channel, channel.unit)
     signal = shown_unit(np.concatenate([channel.measured, channel.model]), channel.unit)
     counted = np.where(channel.counted, channel.residual, np.nan)
     small = shown_unit(counted, channel.unit)

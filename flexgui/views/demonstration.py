@@ -71,7 +71,7 @@ def demonstration(shown: Shown) -> Figure:
     signal = shown_unit(shown.without, shown.unit)
     change, left = shown.with_it - shown.without, shown.measured - shown.without
     small = shown_unit(np.concatenate([change, left]), shown.unit)
-    symbol = channel_symbol(shown.channel)
+    symbol = channel_symbol(shown.channel, shown.unit)
     layout["yaxis"] = axis(signal.label(symbol)) | {"domain": [0.52, 1.0], "anchor": "x"}
     layout["yaxis2"] = axis(small.label(f"Δ{symbol}")) | {"domain": [0.0, 0.46], "anchor": "x"}
     data = [

@@ -38,7 +38,7 @@ def error_map(maps: Sequence[ErrorMap], narrow: bool = False) -> go.Figure | Non
         return None
     figure = make_subplots(
         rows=len(shown), cols=1, vertical_spacing=_spacing(shown),
-        subplot_titles=[f"error of {channel_symbol(m.channel)}" for m in shown],
+        subplot_titles=[f"error of {channel_symbol(m.channel, m.unit)}" for m in shown],
     )  # fmt: skip
     top = max(LEAST_SPAN, max(float(np.nanmax(m.ratio)) for m in shown))
     for row, m in enumerate(shown, start=1):
@@ -130,7 +130,7 @@ def worst_table(cells: Sequence[WorstCell]) -> Table:
     rows = tuple(
         Row(
             (
-                c.recording, channel_symbol(c.channel), place(c), in_unit(c.rms, c.unit),
+                c.recording, channel_symbol(c.channel, c.unit), place(c), in_unit(c.rms, c.unit),
                 format_number(c.ratio, 3, keep_zeros=True),
             )
         )

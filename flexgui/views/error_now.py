@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,6 +27,8 @@ class ErrorNow:
     """(N,) s since the start"""
     parts: Mapping[str, np.ndarray]
     """channel of an encoder or a gauge, or 'camera' -> (N,)"""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """channel -> its unit"""
 
     def at(self, time: float) -> dict[str, float]:
         """part -> times the floor."""
@@ -56,7 +58,8 @@ def error_now(seen: RecordingComparison, floors: Mapping[str, float]) -> ErrorNo
     tip = [_square(known[name], floors[name]) for name in seen_by if name in known]
     if tip:
         parts[CAMERA] = np.sqrt(np.mean(tip, axis=0))
-    return ErrorNow(time - time[0], parts) if parts else None
+    units = {name: c.unit for name, c in known.items()}
+    return ErrorNow(time - time[0], parts, units) if parts else None
 
 
 def _square(c: ChannelComparison, floor: float) -> np.ndarray:
@@ -71,10 +74,11 @@ def _square(c: ChannelComparison, floor: float) -> np.ndarray:
     return np.asarray((total[high] - total[low]) / np.maximum(many[high] - many[low], 1.0))
 
 
-def words(now: Mapping[str, float]) -> str:
-    """'error now: θ₁ 1.1, camera 35 × floor'"""
+def words(now: Mapping[str, float], units: Mapping[str, str] | None = None) -> str:
+    """'error now: θ₁ 1.1, camera 35 × floor'; `units`: channel -> the unit of what it measures."""
+    known = units or {}
     texts = [
-        f"{name if name == CAMERA else channel_symbol(name)} "
+        f"{name if name == CAMERA else channel_symbol(name, known.get(name, ''))} "
         f"{format_number(value, 2, keep_zeros=True)}"
         for name, value in now.items()
     ]

@@ -26,7 +26,7 @@ def fit_bars(comparisons: Sequence[RecordingComparison]) -> go.Figure | None:
         figure.add_bar(
             x=[bar_label(r, comparisons) for r, _ in bars],
             y=[c.fit_percent for _, c in bars],
-            name=channel_symbol(name),
+            name=channel_symbol(name, bars[0][1].unit),
             marker={
                 "color": channel_colour(name),
                 "line": {"color": channel_edge(name), "width": 1},

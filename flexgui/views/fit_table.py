@@ -90,7 +90,7 @@ def _row(recording: RecordingComparison, channel: ChannelComparison, label: str)
         (
             label,
             ROLES.get(recording.role, recording.role),
-            channel_symbol(channel.channel) + ("" if channel.fitted else " *"),
+            channel_symbol(channel.channel, channel.unit) + ("" if channel.fitted else " *"),
             format_percent(channel.fit_percent),
             in_unit(channel.rms, channel.unit),
             format_number(channel.normalised_error, 3, keep_zeros=True),
@@ -107,7 +107,7 @@ def _means(
         cells = (
             f"all {len(chosen)}",
             ROLES[role],
-            channel_symbol(error.channel) + ("" if error.fitted else " *"),
+            channel_symbol(error.channel, error.unit) + ("" if error.fitted else " *"),
             format_percent(error.fit_percent),
             in_unit(error.rms, error.unit),
             "",

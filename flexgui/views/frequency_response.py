@@ -18,7 +18,7 @@ DECADES = 4.0
 def frequency_response(response: FrequencyResponse) -> Figure:
     """Magnitude over frequency in Hz, both logarithmic."""
     gain = np.abs(response.gain)
-    symbol = ", ".join(channel_symbol(port.name) for port in response.outputs)
+    symbol = ", ".join(channel_symbol(port.name, port.unit) for port in response.outputs)
     unit = ShownUnit(1.0, response.outputs[0].unit or "–")
     top = float(np.log10(gain.max(initial=1e-12) * 2.0))
     least = float(np.log10(max(gain[gain > 0.0].min(initial=1e12), 1e-12)))
@@ -47,7 +47,7 @@ def phase_response(response: FrequencyResponse) -> Figure:
     traces = pair_lines(
         response.frequency, phase, response.outputs, response.references, "%{y:.0f}°"
     )
-    symbol = ", ".join(channel_symbol(port.name) for port in response.outputs)
+    symbol = ", ".join(channel_symbol(port.name, port.unit) for port in response.outputs)
     return small_figure(
         traces,
         _frequencies(response),

@@ -161,7 +161,7 @@ def ladder_table(diagnosis: Diagnosis) -> Table:
     for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):
         for k, e in enumerate(step.errors):
             cells = (
-                "" if k else label, channel_symbol(e.channel), in_unit(e.rms, e.unit),
+                "" if k else label, channel_symbol(e.channel, e.unit), in_unit(e.rms, e.unit),
                 in_unit(e.validation_rms, e.unit), in_unit(e.floor, e.unit),
                 SOURCES.get(e.floor_source, e.floor_source),
                 format_number(e.rms / e.floor, 3, keep_zeros=True),

@@ -29,7 +29,9 @@ def frame(height: int, caption: str) -> dict[str, Any]:
         "plot_bgcolor": colours.CLEAR,
         "font": {"family": FONT, "size": 13, "color": colours.TEXT},
         "margin": {"l": 64, "r": 12, "t": 36, "b": 48},
+        # On the left: the buttons of a figure stand on the right, on a touch screen all the time.
         "legend": {"orientation": "h", "x": 0, "y": 1, "yanchor": "bottom", "xanchor": "left"},
+        "modebar": {"bgcolor": colours.CLEAR, "color": colours.START, "activecolor": colours.START},
         "hoverlabel": {
             "bgcolor": colours.HOVER_BACKGROUND,
             "font": {"color": colours.HOVER_TEXT, "family": FONT},

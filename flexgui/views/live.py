@@ -19,7 +19,6 @@ def figure(traces: list[Figure], x: Figure, y: Figure, title: str = "", **layout
             "text": title, "x": 0.01, "xanchor": "left", "y": 0.985, "yanchor": "top",
             "font": {"size": 12},
         }  # fmt: skip
-        base["legend"] = {**base["legend"], "x": 1.0, "xanchor": "right"}
     return {"data": traces, "layout": base | layout}
 
 

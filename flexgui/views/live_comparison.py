@@ -36,7 +36,7 @@ def live_comparison(recording: RecordingComparison, names: Sequence[str]) -> Fig
 
 
 def _rows(channel: ChannelComparison, k: int, count: int, layout: Figure) -> list[Figure]:
-    symbol = channel_symbol(channel.channel)
+    symbol = channel_symbol(channel.channel, channel.unit)
     signal = shown_unit(np.concatenate([channel.measured, channel.model]), channel.unit)
     left = np.where(channel.counted, channel.residual, np.nan)
     small = shown_unit(left, channel.unit)

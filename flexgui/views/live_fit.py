@@ -13,6 +13,9 @@ from flexgui.views.live import Figure, ax, figure
 from flexgui.views.names import channel_symbol
 from flexgui.views.pooled import VALIDATE
 
+ROOM = 118.0
+"""%, of the axis: above a bar that is full its output is written."""
+
 
 def live_fit(comparisons: Sequence[RecordingComparison]) -> Figure | None:
     """None where nothing has a FIT."""
@@ -23,8 +26,8 @@ def live_fit(comparisons: Sequence[RecordingComparison]) -> Figure | None:
     traces = [_bars(name, comparisons) for name in names]
     return figure(
         traces, ax("", type="category", tickangle=0 if len(comparisons) < 10 else 45),
-        ax("FIT [%]", range=[0.0, 100.0]), "FIT (hatched: validation)", barmode="group",
-        bargap=0.25,
+        ax("FIT [%]", range=[0.0, ROOM], tickvals=[0, 50, 100]), "FIT (hatched: validation)",
+        barmode="group", bargap=0.25,
     )  # fmt: skip
 
 
@@ -32,8 +35,10 @@ def _bars(name: str, comparisons: Sequence[RecordingComparison]) -> Figure:
     bars = [(r, c) for r in comparisons for c in r.channels if c.fitted and c.channel == name]
     hatch = ["/" if r.role == VALIDATE else "" for r, _ in bars]
     return {
-        "type": "bar", "name": channel_symbol(name),
+        "type": "bar", "name": channel_symbol(name, bars[0][1].unit),
         "x": [bar_label(r, comparisons).removeprefix("θ2 = ") for r, _ in bars],
+        "text": [channel_symbol(name, bars[0][1].unit)] * len(bars), "textposition": "outside",
+        "textangle": 0, "cliponaxis": False,
         "y": [round(c.fit_percent, 3) if np.isfinite(c.fit_percent) else None for _, c in bars],
         "marker": {
             "color": channel_colour(name), "line": {"color": channel_edge(name), "width": 1},

@@ -28,7 +28,6 @@ def live_prediction(
         "text": title, "x": 0.01, "xanchor": "left", "y": 0.985, "yanchor": "top",
         "font": {"size": 12},
     }  # fmt: skip
-    layout["legend"] = {**layout["legend"], "x": 1.0, "xanchor": "right"}
     layout["xaxis"] = axis("time [s]") | {"anchor": f"y{count if count > 1 else ''}"}
     time = dt * np.arange(len(residual))
     data: list[Figure] = []

@@ -23,7 +23,7 @@ def missing_over_time(torques: Sequence[MissingTorque]) -> go.Figure:
     for row, torque in enumerate(torques, start=1):
         unit = shown_unit(torque.recorded, torque.unit)
         for name, values, line in (
-            ("recorded", torque.recorded, {"color": colours.START, "width": 1.0}),
+            ("recorded", torque.recorded, {"color": colours.START, "width": 1.0, "dash": "dot"}),
             ("missing", torque.missing, {"color": colours.MISSING, "width": 1.4}),
         ):
             x, y = trace(torque.time, np.where(torque.counted, values, np.nan) * unit.factor)

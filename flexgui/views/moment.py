@@ -54,7 +54,7 @@ def _side_by_side(layout: Figure, count: int) -> None:
 
 def moment_residual(
     channel: str, dt: float, residual: np.ndarray, predicted: np.ndarray | None, effect: str,
-    first: np.ndarray,
+    first: np.ndarray, unit: str = "",
 ) -> Figure:  # fmt: skip
     """The residual (N,) of one output in noise floors with what `effect` predicts of it (N,), on
     the axis of the first look's residual."""
@@ -66,7 +66,7 @@ def moment_residual(
     most = max(float(np.nanmax(np.abs(first), initial=0.0)), LEAST_SPAN) * (1.0 + ROOM)
     layout["yaxis"] |= {"range": [-most, most]}
     layout["yaxis"]["title"] = {
-        "text": f"Δ{channel_symbol(channel)} [× noise floor]",
+        "text": f"Δ{channel_symbol(channel, unit)} [× noise floor]",
         "standoff": 8,
     }
     return figure

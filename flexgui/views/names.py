@@ -6,8 +6,9 @@ import re
 
 from markupsafe import Markup, escape
 
+from core import written
 from core.recording.channels import channel_kind, is_channel
-from core.written import DOT, SUBSCRIPTS, channel_symbol, split_name
+from core.written import DOT, SUBSCRIPTS, split_name
 
 __all__ = ["channel_symbol", "channel_title", "output_title", "plain_symbol", "typeset"]
 
@@ -34,18 +35,34 @@ TITLES = {
 }
 
 
-def channel_title(channel: str) -> str:
+SLIDING = {"theta": "q", "dtheta": "q" + DOT}
+"""Symbols of a joint that slides; θ is an angle."""
+OF_SLIDES = ("m", "m/s")
+
+
+def channel_symbol(channel: str, unit: str = "") -> str:
+    """'ydot1' -> 'ȳ₁'; with the SI unit of what it measures 'theta1' of a slide, in m, -> 'q₁'."""
+    stem, number = split_name(channel)
+    if unit in OF_SLIDES and stem in SLIDING:
+        return SLIDING[stem] + number.translate(SUBSCRIPTS)
+    return written.channel_symbol(channel)
+
+
+def channel_title(channel: str, unit: str = "") -> str:
     """'z1' -> 'tip position z₁'; a sensor's own columns have the title of its class, and an
     unknown channel keeps its name."""
     stem, _ = split_name(channel)
     own = channel_kind(channel).title if is_channel(channel) else ""
     title = TITLES.get(stem, own)
-    return f"{title} {channel_symbol(channel)}" if title else channel
+    return f"{title} {channel_symbol(channel, unit)}" if title else channel
 
 
 def output_title(channel: str, unit: str) -> str:
-    """The same with the angle of a revolute joint called that: 'joint angle θ₂'."""
-    title = channel_title(channel)
+    """The same with the angle of a revolute joint called that, and the force of a slide:
+    'joint angle θ₂', 'joint force u₁'."""
+    title = channel_title(channel, unit)
+    if unit == "N":
+        return title.replace("joint torque", "joint force")
     return title.replace("joint position", "joint angle") if unit == "rad" else title
 
 

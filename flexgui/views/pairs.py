@@ -19,7 +19,7 @@ NEGLIGIBLE = 1e-9
 
 def reference_symbol(port: Port) -> str:
     """'dtheta1_ref' -> 'θ̇₁*'."""
-    return channel_symbol(port.name.removesuffix("_ref")) + (
+    return channel_symbol(port.name.removesuffix("_ref"), port.unit) + (
         "*" if port.name.endswith("_ref") else ""
     )
 
@@ -39,7 +39,7 @@ def pair_lines(
             "x": x,
             "y": np.ascontiguousarray(values[:, i, j], dtype=np.float32),
             "mode": "lines",
-            "name": f"{reference_symbol(reference)} → {channel_symbol(output.name)}",
+            "name": f"{reference_symbol(reference)} → {channel_symbol(output.name, output.unit)}",
             "line": {
                 "color": colours.joint(i)["color"],
                 "width": 1.8,

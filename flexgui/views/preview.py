@@ -38,22 +38,23 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
     layout = frame(700, "") | {"xaxis": axis("time [s]") | {"anchor": f"y{len(kinds)}"}}
     layout["font"] = {**layout["font"], "size": 11}
     layout["hovermode"] = "x unified"
-    layout["legend"] = {**layout["legend"], "x": 1.0, "xanchor": "right"}
     room, gap = 1.0 / max(len(kinds), 1), 0.05
     data: list[Figure] = []
     for row, names in enumerate(kinds):
         starts = _starts(recording, names)
         values = np.concatenate([recording[n] - s for n, s in zip(names, starts, strict=True)])
-        unit = shown_unit(values, _unit(names[0], slides))
+        si = _unit(names[0], slides)
+        unit = shown_unit(values, si)
         number = "" if row == 0 else str(row + 1)
         top = 1.0 - row * room
         change = "Δ" if any(starts) else ""
-        label = unit.label(", ".join(change + _symbol(name) for name in names))
+        label = unit.label(", ".join(change + _symbol(name, si) for name in names))
         layout[f"yaxis{number}"] = axis(label) | {
             "anchor": "x", "domain": [max(top - room + gap, 0.0), top],
         }  # fmt: skip
         data += [
-            _line(recording, n, start, unit, number) for n, start in zip(names, starts, strict=True)
+            _line(recording, n, start, unit, number, _symbol(n, si))
+            for n, start in zip(names, starts, strict=True)
         ]
     layout["shapes"] = masked(recording, kinds)
     seen: set[str] = set()
@@ -91,31 +92,33 @@ def _unit(name: str, slides: Sequence[bool]) -> str:
     return units[-1] if sliding else units[0]
 
 
-def _symbol(name: str) -> str:
-    """'dtheta1_ref' -> 'θ̇₁*'."""
-    return channel_symbol(name.removesuffix("_ref")) + ("*" if name.endswith("_ref") else "")
+def _symbol(name: str, unit: str) -> str:
+    """'dtheta1_ref' -> 'θ̇₁*', of a slide 'q̇₁*'."""
+    return channel_symbol(name.removesuffix("_ref"), unit) + ("*" if name.endswith("_ref") else "")
 
 
-def _line(recording: Recording, name: str, start: float, unit: ShownUnit, number: str) -> Figure:
+def _line(
+    recording: Recording, name: str, start: float, unit: ShownUnit, number: str, symbol: str
+) -> Figure:
     """In the colour and the dash of its joint."""
     x, y = trace(recording.time, (recording[name] - start) * unit.factor, POINTS)
     number_of = int(re.sub(r"\D", "", name) or 1) - 1
     look = colours.joint(number_of)
     if joint_of(name) is None:
         look["color"] = colours.MEASURED
-    said = f"{'Δ' if start else ''}{_symbol(name)}"
+    said = f"{'Δ' if start else ''}{symbol}"
     return {
         "type": "scatter", "mode": "lines", "x": short(x), "y": short(y),
-        "name": _group(name), "legendgroup": _group(name), "xaxis": "x",
+        "name": _group(name, symbol), "legendgroup": _group(name, symbol), "xaxis": "x",
         "yaxis": f"y{number}", "line": {"width": 1.3, **look},
         "hovertemplate": f"{said} %{{y:.4g}} {unit.name}<extra></extra>",
     }  # fmt: skip
 
 
-def _group(name: str) -> str:
+def _group(name: str, symbol: str) -> str:
     """What the legend calls it: signals of one joint are shown and hidden together."""
     joint = joint_of(name)
-    return f"tip {_symbol(name)}" if joint is None else f"joint {joint + 1}"
+    return f"tip {symbol}" if joint is None else f"joint {joint + 1}"
 
 
 def masked(recording: Recording, kinds: Sequence[Sequence[str]]) -> list[dict[str, Any]]:

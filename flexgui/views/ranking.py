@@ -23,6 +23,9 @@ PALE = colours.faded(colours.ADDED, 0.5)
 SHOWN = 10
 """Bars in the figure; those below explain next to nothing as a rule."""
 
+LEAST_SEEN = 0.5
+"""%: a shorter bar is one or two pixels wide, and a figure of such bars looks empty."""
+
 COLUMNS = (
     Column("Effect"),
     Column("Explains, refitted [%]", numeric=True),
@@ -34,11 +37,16 @@ COLUMNS = (
 )
 
 
+def _is_seen(one: RankedEffect) -> bool:
+    drops = (one.expected_drop_percent, one.refit_drop_percent)
+    return any(drop is not None and drop >= LEAST_SEEN for drop in drops)
+
+
 def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> go.Figure | None:
     """Two bars per effect: what the linear screen expects and what a refit explains; None where
     nothing explains anything."""
     shown = worth_listing(ranked)[:SHOWN]
-    if not shown:
+    if not any(_is_seen(r) for r in shown):
         return None
     figure = go.Figure()
     titles = [r.title for r in shown]
@@ -60,7 +68,9 @@ def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> go.F
         "few are refitted."
     )
     height = 150 + 34 * len(shown)
-    return styled(figure, height, text, barmode="group", bargap=0.3)
+    styled(figure, height, text, barmode="group", bargap=0.3)
+    # From the edge of the figure: the names of effects take much of its width.
+    return figure.update_layout(legend_xref="container")
 
 
 def _colour(ranked: RankedEffect, accepted: str | None) -> str:

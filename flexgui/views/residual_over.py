@@ -30,7 +30,7 @@ def residual_over(found: Sequence[ErrorOver]) -> go.Figure | None:
         for k in range(len(DIRECTIONS)):
             for trace in _direction(one, k, unit, across, row == 1):
                 figure.add_trace(trace, row=row, col=1)
-        title(figure, row, unit.label(f"Δ{channel_symbol(one.channel)}"))
+        title(figure, row, unit.label(f"Δ{channel_symbol(one.channel, one.unit)}"))
         title(figure, row, across.label(quantity_title(one)), axis="x")
     text = (
         "Mean error (measured minus model) in bins of the motion, forwards and backwards apart; "

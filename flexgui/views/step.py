@@ -38,7 +38,7 @@ def step(response: StepResponse) -> Figure:
     """Each output over time in s (or ms), per unit of the stepped reference."""
     clock = shown_unit(response.time, "s")
     unit = shown_unit(response.values, response.outputs[0].unit)
-    symbol = ", ".join(channel_symbol(port.name) for port in response.outputs)
+    symbol = ", ".join(channel_symbol(port.name, port.unit) for port in response.outputs)
     traces = pair_lines(
         response.time * clock.factor, response.values * unit.factor,
         response.outputs, response.references, f"%{{y:.4g}} {unit.name}",

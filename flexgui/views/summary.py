@@ -100,7 +100,9 @@ def _listed(estimates: Sequence[Estimate]) -> Markup:
 
 def _quality(comparisons: Sequence[RecordingComparison]) -> str:
     errors = [e for e in channel_errors(comparisons) if e.fitted and np.isfinite(e.fit_percent)]
-    parts = [f"{format_percent(e.fit_percent)} % in {channel_symbol(e.channel)}" for e in errors]
+    parts = [
+        f"{format_percent(e.fit_percent)} % in {channel_symbol(e.channel, e.unit)}" for e in errors
+    ]
     text = f"a mean FIT of {_joined(parts)}" if parts else ""
     distance = tip_rms(comparisons)
     if distance is not None and np.isfinite(distance):

@@ -25,8 +25,10 @@ def of_diagnosis(comparisons: Sequence[RecordingComparison]) -> bool:
 
 def which_fit(comparisons: Sequence[RecordingComparison], fits: Sequence[Fit]) -> str:
     """For the place where the errors are shown; `fits` of the identification."""
-    names = list(dict.fromkeys(k.channel for c in comparisons for k in c.channels if k.fitted))
-    outputs, starts = listed([channel_symbol(name) for name in names]), starts_freed(names, fits)
+    seen = {k.channel: k.unit for c in comparisons for k in c.channels if k.fitted}
+    names = list(seen)
+    outputs = listed([channel_symbol(name, unit) for name, unit in seen.items()])
+    starts = starts_freed(names, fits)
     held = f" and {HELD}" if starts else ""
     if not of_diagnosis(comparisons):
         return (
@@ -46,7 +48,8 @@ def distinguishable(outcome: Outcome) -> Markup:
     if found is None or not outcome.fits:
         return Markup("")
     names = [e.channel for e in found.steps[0].errors]
-    outputs, starts = listed([channel_symbol(n) for n in names]), starts_freed(names, outcome.fits)
+    outputs = listed([channel_symbol(e.channel, e.unit) for e in found.steps[0].errors])
+    starts = starts_freed(names, outcome.fits)
     own = (
         f"the diagnosis' own fit: it compares {outputs}, each in multiples of its noise floor"
         f"{FREE if starts else ''}"

@@ -27,7 +27,7 @@ from core.results import (
 from flexgui.export.outcome import export_outcome
 from flexgui.views.error_map import cell_labels, error_map, place, row_labels, worst_table
 from flexgui.views.ladder import ladder, ladder_table, sizes_table, step_labels
-from flexgui.views.ranking import ranking, ranking_table
+from flexgui.views.ranking import LEAST_SEEN, ranking, ranking_table
 from flexgui.views.residual_over import residual_over
 from flexgui.views.which_fit import distinguishable, starts_freed, which_fit
 
@@ -284,6 +284,8 @@ def test_what_explains_nothing_is_in_no_list() -> None:
     figure = ranking(shown)
     assert figure is not None and none.title not in figure.data[0].y
     assert ranking((none,)) is None
+    little = replace(none, refit_drop_percent=None, expected_drop_percent=0.5 * LEAST_SEEN)
+    assert ranking((little,)) is None, "bars that nobody sees make an empty figure"
 
 
 def test_no_share_in_the_table_is_called_all_of_it() -> None:

@@ -79,6 +79,15 @@ def test_names_read_as_written_by_hand() -> None:
     assert plain_symbol("\\dot{\\theta}_1", "x").endswith("₁")
 
 
+def test_a_slide_has_a_position_q_and_a_force_and_no_angle() -> None:
+    assert channel_symbol("theta1", "m") == "q₁"
+    assert channel_symbol("dtheta1", "m/s") == channel_symbol("dtheta1").replace("θ", "q")
+    assert channel_symbol("theta1", "rad") == channel_symbol("theta1") == "θ₁"
+    assert channel_symbol("z1", "m") == "z₁", "what is no joint keeps its symbol"
+    assert output_title("u1", "N") == "joint force u₁"
+    assert output_title("u1", "N m") == "joint torque u₁"
+
+
 def test_subscripts_that_are_words_are_typeset_for_html_and_everything_is_escaped() -> None:
     assert typeset("f_{c1}", "fc1") == "f<sub>c1</sub>"
     assert typeset("\\lambda_{1}", "lambda1") == "λ₁"
@@ -88,5 +97,5 @@ def test_subscripts_that_are_words_are_typeset_for_html_and_everything_is_escape
 
 def test_an_output_is_told_from_a_recording_of_the_same_name() -> None:
     assert output_title("theta2", "rad") == "joint angle θ₂"
-    assert output_title("theta2", "m") == "joint position θ₂"
+    assert output_title("theta2", "m") == "joint position q₂"
     assert output_title("z1", "m") == "tip position z₁"

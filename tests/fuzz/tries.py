@@ -2,7 +2,7 @@
 
 Each row names a way in, or a way to lose work, and the tests that try it: nothing here is tried by
 another code than in the suite. Rows of minutes (kills, stopped workers, memory) are left out by
-`--quick`.
+`--quick`; `--items 1 3` tries those of these items only.
 """
 
 from __future__ import annotations
@@ -145,6 +145,11 @@ ROWS = (
 )  # fmt: skip
 
 
+def asked(items: list[str] | None) -> list[Row]:
+    """All rows, or those of some items."""
+    return [row for row in ROWS if not items or set(items) & set(row.item.split(", "))]
+
+
 class Ledger:
     """Hears from pytest how each test ended."""
 
@@ -181,8 +186,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="What was once open or fragile, tried again.")
     parser.add_argument("--quick", action="store_true", help="without the rows of minutes")
     parser.add_argument("--processes", default="2")
+    parser.add_argument("--items", nargs="*", metavar="NUMBER", help="only rows of these items")
     wanted = parser.parse_args()
-    rows = [row for row in ROWS if not (wanted.quick and row.long)]
+    rows = [row for row in asked(wanted.items) if not (wanted.quick and row.long)]
+    if not rows:
+        parser.error("no such row; items are " + ", ".join(dict.fromkeys(row.item for row in ROWS)))
     tests = list(dict.fromkeys(test for row in rows for test in row.tests))
     marks = "not long" if wanted.quick else "long or not long"
     ledger = Ledger()

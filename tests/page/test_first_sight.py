@@ -6,7 +6,7 @@ from typing import Any
 
 from flexgui.panels.curtain import PURPOSE
 from flexgui.panels.theme import DARK
-from flexgui.server.front import behind_curtain
+from flexgui.server.front import LONGEST, SLOW, behind_curtain
 from flexgui.session import Session
 from tests.page.conftest import PATIENCE, Desktop
 from tests.page.helpers import FIRST, press, sees
@@ -70,3 +70,17 @@ def test_the_curtain_is_the_first_thing_of_the_body() -> None:
     text = made.decode()
     assert "<title>FlexGUI</title>" in text
     assert text.index("fx-curtain") < text.index("id='root'") and PURPOSE in text
+
+
+def test_an_empty_page_stays_covered_however_long_it_takes(chromium: Any) -> None:
+    context = chromium.new_context()
+    page = context.new_page()
+    page.clock.install()
+    page.set_content(behind_curtain(b"<html><body></body></html>", "FlexGUI").decode())
+    page.clock.fast_forward(LONGEST + 1000)
+    sees(page, SLOW)
+    assert page.locator("#fx-curtain").is_visible()
+    page.evaluate("document.body.insertAdjacentHTML('beforeend', '<div class=fx-bar></div>')")
+    page.clock.fast_forward(1000)
+    page.locator("#fx-curtain").wait_for(state="detached")
+    context.close()

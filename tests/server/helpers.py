@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import time
 from collections.abc import Callable
@@ -130,6 +129,10 @@ def no_jobs(session: Thing) -> None:
     session.stop()
 
 
+class LostError(AssertionError):
+    """The server is gone, or it has ended the connection: what is waited for cannot come."""
+
+
 @dataclass
 class Browser:
     """Speaks viser's protocol; keeps what the server stored in its local storage."""
@@ -155,6 +158,7 @@ class Browser:
             max_size=None,
             compression=None,
             open_timeout=PATIENCE,
+            ping_interval=None,  # a browser asks for no sign of life, it only answers
         )
         self.send(CAMERA)
         return self
@@ -180,14 +184,24 @@ class Browser:
         self.send({"type": "GuiUpdateMessage", "uuid": uuid, "updates": updates})
 
     def listen(self, seconds: float = 0.05) -> list[dict[str, Any]]:
-        """Reads what comes within a time, and answers questions."""
+        """Reads what comes within a time, and answers questions.
+
+        LostError where the connection is lost, once what came before has been heard: whoever
+        waits for more would wait in vain, and take it for something that is slow.
+        """
         assert self.socket is not None
-        end = time.monotonic() + seconds
-        with contextlib.suppress(TimeoutError, ConnectionClosed):
+        end, heard = time.monotonic() + seconds, len(self.heard)
+        try:
             while True:
                 data = self.socket.recv(max(end - time.monotonic(), 0.001))
                 for message in _messages(data):
                     self._take(message)
+        except TimeoutError:
+            pass
+        except ConnectionClosed as closed:
+            if len(self.heard) == heard:
+                said = f"after {heard} messages: {closed}"
+                raise LostError(f"the server ended the connection {said}") from closed
         return self.heard
 
     def await_message(self, kind: str, **fields: Any) -> dict[str, Any]:

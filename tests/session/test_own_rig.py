@@ -16,6 +16,7 @@ from flexgui.jobs.tasks.glance import CONTRADICT, glance
 from flexgui.session.columns import Waiting, waiting_again, wanted_channels
 from flexgui.session.demo import demo_scenario
 from flexgui.session.edit import put, thawed
+from flexgui.session.experiments import has_working_points
 from flexgui.session.rigs import RIGS, arm_choices, arm_edit, rig_edit, rig_of
 
 DATA = Path(os.environ.get("FLEXGUI_DATA", ""))
@@ -55,6 +56,22 @@ def first_look(scenario: Scenario, file: str) -> Waiting:
     headings = tuple(read_table(DATA / file).columns)
     spec = RecordingSpec(file=file)
     return waiting_again(headings, model.arm, references, spec).guessed(found)
+
+
+@pytest.mark.parametrize(
+    ("arm", "rig", "offered"),
+    [
+        ("paper", "Velocity loops", True),
+        ("paper", "Position loops", True),
+        ("paper", "Torque recorded", False),
+        ("paper", "Held by its own servo", False),
+        ("single_axis", "Slide, force recorded", False),
+    ],
+)
+def test_experiments_at_working_points_are_offered_only_where_a_second_joint_follows_references(
+    arm: str, rig: str, offered: bool
+) -> None:
+    assert has_working_points(chosen(arm, rig)) == offered
 
 
 @needs_data

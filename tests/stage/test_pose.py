@@ -10,7 +10,7 @@ from core.arm.presets import presets
 from core.arm.segment import Segment
 from core.arm.slots import arm_vector
 from flexgui.stage.geometry import STATIONS
-from flexgui.stage.pose import STACK, Body, mark_faces
+from flexgui.stage.pose import RAIL, STACK, Body, mark_faces
 from flexgui.stage.section import RIGID, STRIP, beam_faces
 from tests.helpers import ARMS, PAPER, compiled, random_state, straight
 
@@ -112,7 +112,24 @@ def test_marks_tell_angles_in_degrees_and_slides_in_metres() -> None:
     arm = ARMS["slide"]
     body, q = Body(arm, arm_vector(arm)), np.zeros(arm.coordinates)
     q[:2] = [-0.25, np.pi / 6.0]
-    assert [mark.text for mark in body.marks(body.pose(q))] == ["θ₁ = −0.250 m", "θ₂ = 30.0°"]
+    assert [mark.text for mark in body.marks(body.pose(q))] == ["q₁ = −0.250 m", "θ₂ = 30.0°"]
+
+
+def test_a_rail_lies_along_the_slide_and_stays_when_the_joint_moves() -> None:
+    arm = ARMS["slide"]
+    body, q = Body(arm, arm_vector(arm)), np.zeros(arm.coordinates)
+    ends = body.rail_ends(body.pose(q))
+    q[0] = 0.1
+    moved = body.pose(q)
+    assert np.array_equal(ends, body.rail_ends(moved))
+    along, way = ends[1] - ends[0], moved.joints[0].place - body.pose(0.0 * q).joints[0].place
+    assert np.linalg.norm(along) == pytest.approx(RAIL * body.reach)
+    assert np.linalg.norm(np.cross(along, way)) == pytest.approx(0.0, abs=SAME_PLACE)
+
+
+def test_an_arm_that_only_turns_has_no_rail() -> None:
+    body = Body(ARMS["1-1"], arm_vector(ARMS["1-1"]))
+    assert not body.rail_ends(body.pose(np.zeros(ARMS["1-1"].coordinates)))
 
 
 def test_an_arc_spans_the_joints_angle() -> None:

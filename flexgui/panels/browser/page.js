@@ -61,6 +61,8 @@
       const close = button.className.includes("CloseButton") || button.closest(".mantine-Notification-root");
       name(button, close ? "Close" : button.title || "Settings of the view");
     }
+    // viser's pictures are ornaments: the words stand beside them.
+    for (const image of document.querySelectorAll("img:not([alt])")) image.alt = "";
     // The page draws plainly there by itself; nobody in a class can change the machine.
     for (const note of document.querySelectorAll(".mantine-Notification-root"))
       if (note.innerText.startsWith("Software WebGL")) note.querySelector("button")?.click();
