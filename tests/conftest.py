@@ -35,6 +35,16 @@ def pytest_configure(config: pytest.Config) -> None:
             half.wait()
 
 
+FIRST = ROOT / "tests" / "server" / "test_load.py"
+"""One test of it takes as long as a hundred others: begun last, it would run when the other process
+has nothing left to do."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest first, all others in their order."""
+    items.sort(key=lambda item: item.path != FIRST)
+
+
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = (
     "--headless --no-sandbox --disable-gpu --disable-quic --no-first-run "

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
+from importlib.resources import files
 from typing import Any
 
 import numpy as np
 import pytest
 from numba import njit
 
+from core.arm.cache import sources_key
+from core.arm.checksums import kept_module, module_file
+from core.arm.compiled import _name as name_of
 from core.arm.compiled import compile_wide_arm
-from core.arm.solvers import MOST_WRITTEN_OUT
+from core.arm.solvers import MOST_WRITTEN_OUT, solver_functions
 from core.arm.symbols import Structure
 from core.lanes.wide import LANES
 from tests.helpers import chain
@@ -19,8 +24,13 @@ from tests.helpers import chain
 ROUNDING = 1e-12
 """Relative, for well-conditioned matrices of up to 13 rows."""
 
-SIZES = {1: (0,), 3: (2,), 8: (3, 3), 13: (3, 3, 3)}
-"""Coordinates -> modes of each segment; with three segments a joint is elastic too."""
+SIZES = (1, 3, 8, 13)
+"""Coordinates: a rigid link, one of two modes, two of three, three of three with a soft joint."""
+ARMS = {1: (0,), 3: (2,)}
+"""Coordinates -> modes of an arm whose own module is tried. The larger ones are tried without the
+equations of an arm, which take most of the time to compile and are not used here."""
+HEAD = files("core.arm").joinpath("wide_module_template.txt").read_text("utf-8").split("@cfunc")[0]
+"""What stands before the functions in the module of every arm."""
 
 
 @njit
@@ -33,18 +43,37 @@ def of_three(function, a, b, c):  # type: ignore[no-untyped-def]
     function(a, b, c)
 
 
+CALLS = {
+    "factor": of_two, "substitute": of_two, "solve_positive": of_two,
+    "multiply": of_three, "subtract": of_three,
+}  # fmt: skip
+
+
+def structure(n: int) -> Structure:
+    found = Structure.of(chain(*ARMS[n]))
+    assert found.coordinates == n
+    return found
+
+
+@cache
 def solvers(n: int) -> dict[str, Callable[..., Any]]:
-    arm = chain(*SIZES[n])
-    if arm.joints == 3:
-        elastic = arm.segments[0].model_copy(update={"joint_compliance": 1e-3})
-        arm = arm.model_copy(update={"segments": (elastic, *arm.segments[1:])})
-    assert arm.coordinates == n
-    calls = {
-        "factor": of_two, "substitute": of_two, "solve_positive": of_two,
-        "multiply": of_three, "subtract": of_three,
-    }  # fmt: skip
-    compiled = compile_wide_arm(Structure.of(arm)).solvers
-    return {name: partial(calls[name], f) for name, f in zip(calls, compiled, strict=True)}
+    compiled = compile_wide_arm(structure(n)).solvers if n in ARMS else apart(n)
+    return {name: partial(CALLS[name], f) for name, f in zip(CALLS, compiled, strict=True)}
+
+
+def apart(n: int) -> tuple[Any, ...]:
+    """As the module of an arm has them, but alone."""
+    text = HEAD + solver_functions(n) + "\n"
+    key = hashlib.sha256(f"{text}{sources_key()}".encode()).hexdigest()[:20]
+    module = kept_module(f"solvers_{key}", lambda: text)
+    return tuple(getattr(module, name) for name in CALLS)
+
+
+@pytest.mark.parametrize("n", ARMS)
+def test_the_module_of_an_arm_is_made_of_this_head_and_these_solvers(n: int) -> None:
+    compile_wide_arm(structure(n))
+    text = module_file(f"wide_{name_of(structure(n))}").read_text("utf-8")
+    assert text.startswith(HEAD) and solver_functions(n) in text
 
 
 def matrices(n: int) -> np.ndarray:

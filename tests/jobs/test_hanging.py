@@ -24,13 +24,14 @@ from tests.jobs.helpers import (
     task,
 )
 
-SILENCE = 6.0
-"""s: three signs of life, so that a busy machine is not taken for a hanging worker."""
+SILENCE = 4.0
+"""s: eight signs of life of these workers, so that a busy one is not taken for a hanging one."""
+OFTEN = replace(LIGHT, silence=SILENCE, warm_up="tests.jobs.helpers:beat_often")
 
 
 @pytest.fixture
 def pool() -> Iterator[JobPool]:
-    with JobPool(1, replace(LIGHT, silence=SILENCE)) as made:
+    with JobPool(1, OFTEN) as made:
         yield made
 
 

@@ -1,8 +1,10 @@
-"""`python -m tests.server.even serve …`: the command whose workers are not nice.
+"""`python -m tests.server.even serve …`: the command whose workers are not nice, and load nothing
+before their first job.
 
 A worker steps back behind everything else on the machine, so that the page answers first. Where
 other programs keep every core busy it gets a twentieth of one, and what a test waits for then
-depends on who else is at work.
+depends on who else is at work. Warming up takes seconds of a processor, which servers that are
+given no job would spend for nothing; the others spend them on their first one.
 """
 
 from __future__ import annotations
@@ -13,4 +15,5 @@ from flexgui.jobs import inputs, settings
 if __name__ == "__main__":
     for each in (settings.DEFAULT, inputs.SETTINGS):
         object.__setattr__(each, "niceness", 0)
+        object.__setattr__(each, "warm_up", None)
     main()

@@ -41,7 +41,9 @@ TOGETHER = 6
 PATIENCE = 240.0
 """s for all pages to be built and all jobs to run before the measurement begins."""
 LAST_ANSWERS = 5.0
-"""s after the last move."""
+"""s after the last move, at most."""
+AGAIN = 0.2
+"""s between two looks at whether all of them are there: the pace of the moves."""
 FLAT = 0.05
 """Share of the memory by which it may differ between the second and the last quarter."""
 VISITS = 100
@@ -127,10 +129,18 @@ async def crowd_at_work(
         if watch.look() < jobs:
             await asyncio.gather(*(member.identify_again() for member in searching))
     await asyncio.gather(*moving)
-    await asyncio.sleep(LAST_ANSWERS)
+    await last_answers(members)
     for member in members:
         await member.leave()
     return members, watch.looks
+
+
+async def last_answers(members: list[Member]) -> None:
+    """Until every last move is shown, but no longer than that may take."""
+    end = time.monotonic() + LAST_ANSWERS
+    while time.monotonic() < end and any(m.last_shown != m.last_moved for m in members):
+        await asyncio.sleep(AGAIN)
+    await asyncio.sleep(AGAIN)  # what others moved would come with it
 
 
 def of_crowd(members: list[Member], looks: Looks, server: Served) -> list[Line]:

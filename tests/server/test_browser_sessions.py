@@ -45,6 +45,13 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Served]:
 
 
 @pytest.fixture(scope="module")
+def mine(server: Served, browser: Any) -> Iterator[Any]:
+    """A person's page, which each test leaves at the first stage: opening one takes seconds."""
+    with visit(browser, server.address) as page:
+        yield page
+
+
+@pytest.fixture(scope="module")
 def taught(tmp_path_factory: pytest.TempPathFactory, browser: Any) -> Iterator[tuple[Served, Any]]:
     """A demo and its teacher's page, which all followers share as they do in a class."""
     with (
@@ -54,29 +61,29 @@ def taught(tmp_path_factory: pytest.TempPathFactory, browser: Any) -> Iterator[t
         yield demo, teacher
 
 
-def test_a_reload_keeps_sliders_and_data(server: Served, browser: Any) -> None:
-    with visit(browser, server.address) as page:
-        before = drawn(page)
-        box(page, THETA2).fill("100")
-        redrawn(page, before)
-        press(page, "Data")
-        sees(page, "7 to fit, 1 to validate.")
-        box(page, "Points").fill("3")
-        page.wait_for_timeout(STILL / 2)
-        press(page, "Simulate these experiments")
-        sees(page, "3 to fit, 1 to validate.")
-        page.reload()
-        sees(page, "3 to fit, 1 to validate.")
-        press(page, "Arm")
-        ready(page)
-        shows(page, THETA2, "100")
+def test_a_reload_keeps_sliders_and_data(mine: Any) -> None:
+    before = drawn(mine)
+    box(mine, THETA2).fill("100")
+    redrawn(mine, before)
+    press(mine, "Data")
+    sees(mine, "7 to fit, 1 to validate.")
+    box(mine, "Points").fill("3")
+    mine.wait_for_timeout(STILL / 2)
+    press(mine, "Simulate these experiments")
+    sees(mine, "3 to fit, 1 to validate.")
+    mine.reload()
+    sees(mine, "3 to fit, 1 to validate.")
+    press(mine, "Arm")
+    ready(mine)
+    shows(mine, THETA2, "100")
 
 
-def test_two_browsers_do_not_see_each_other(server: Served, browser: Any) -> None:
-    with visit(browser, server.address) as mine, visit(browser, server.address) as yours:
+def test_two_browsers_do_not_see_each_other(server: Served, browser: Any, mine: Any) -> None:
+    with visit(browser, server.address) as yours:
         before = drawn(yours)
+        first = drawn(mine)
         box(mine, THETA2).fill("120")
-        redrawn(mine, before)
+        redrawn(mine, first)
         yours.wait_for_timeout(STILL)
         assert box(yours, THETA2).input_value() == "60"
         assert drawn(yours) == before

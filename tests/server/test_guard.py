@@ -281,8 +281,8 @@ def test_a_drag_that_the_server_could_not_follow_is_answered_by_its_last_place(
         free = threading.Event()
         loop.call_soon_threadsafe(free.wait)  # the server stands
         places = [round(0.01 * k, 2) for k in range(1, 201)]
-        for value in places:
-            place.set(browser, "slider", value)
+        for value in places:  # one after the other, without a look at what came meanwhile
+            browser.set(slider._impl.uuid, value)
         browser.send(CAMERA)
         place.set(browser, "slider", NAN)  # refused: the place before it stays the last one
         free.set()

@@ -49,8 +49,7 @@ def server(sessions: list[Session]) -> Iterator[PageServer[Session]]:
     made.close()
 
 
-def upload(browser: Browser, name: str, content: bytes) -> None:
-    uuid = widget(browser, "Upload a recording or a scenario")
+def upload(browser: Browser, uuid: str, name: str, content: bytes) -> None:
     start = announcement(uuid, len(content), 1, name)
     browser.send(start)
     browser.send(part(start, 0, content))
@@ -69,10 +68,11 @@ def test_nothing_of_the_server_reaches_a_browser(
         with Browser(server) as browser:  # type: ignore[arg-type]
             own = own_copy(browser, sessions)
             files = names(own.folder, hidden)
+            button = widget(browser, "Upload a recording or a scenario")
             for file in files:
-                tried(browser, own, "it.toml", file)
+                tried(browser, button, own, "it.toml", file)
             for name in files[::4]:
-                tried(browser, own, name[:LONGEST], "th1.csv")
+                tried(browser, button, own, name[:LONGEST], "th1.csv")
             browser.listen(1.0)
             assert own.wait_idle()
             heard = repr(browser.heard)
@@ -101,10 +101,10 @@ def own_copy(browser: Browser, sessions: list[Session]) -> Session:
     return sessions[-1]
 
 
-def tried(browser: Browser, own: Session, name: str, file: str) -> None:
+def tried(browser: Browser, button: str, own: Session, name: str, file: str) -> None:
     """Uploads under a name a scenario that names a file, and takes the scenario away."""
     number = own.message.number
-    upload(browser, name, stated(file).encode())
+    upload(browser, button, name, stated(file).encode())
 
     def answered() -> bool:
         browser.listen(0.02)
