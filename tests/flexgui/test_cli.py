@@ -47,12 +47,13 @@ def workbench(monkeypatch: pytest.MonkeyPatch, glocal: Outcome) -> list[object]:
 
     reader.read_scenario = lambda path: path.name
     bench.run_scenario = run_scenario
-    monkeypatch.setitem(sys.modules, "core.scenario.read", reader)
-    monkeypatch.setitem(sys.modules, "core.workbench", bench)
     # A text for a scenario has no recordings that could lie anywhere.
     monkeypatch.setattr("core.scenario.data_folder.outside", lambda *given: "")
+    monkeypatch.setattr("core.scenario.stated_effects.arms_to_come", lambda given: ())
     # The motion in 3-D would be simulated by the workbench that is not there.
     monkeypatch.setattr("flexgui.export.motion.report_motion", lambda *given: None)
+    monkeypatch.setitem(sys.modules, "core.scenario.read", reader)
+    monkeypatch.setitem(sys.modules, "core.workbench", bench)
     return calls
 
 

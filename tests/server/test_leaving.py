@@ -22,9 +22,8 @@ from tests.server.conftest import Place
 from tests.server.helpers import Browser, FakeClock
 from tests.server.served import until, widget
 
-MANY, SOME = 30, 4
-"""Visits of a page that does nothing, and of one with everything on it, which takes a second. What
-one of them left would be counted; `make load` counts after hundreds."""
+MANY, SOME = 100, 8
+"""Visits of a page that does nothing, and of one with everything on it, which takes a second."""
 PATIENCE = 20.0 + LINGER
 POOLED = ("flexgui-callback", "flexgui-access", "asyncio_")
 """Threads that serve everybody and stay."""
@@ -52,7 +51,7 @@ def settled(server: PageServer[Any], clock: FakeClock, before: tuple[int, int]) 
     until(lambda: descriptors() <= before[1], PATIENCE, "the end of the descriptors")
 
 
-def test_many_visits_leave_nothing(place: Place) -> None:
+def test_a_hundred_visits_leave_nothing(place: Place) -> None:
     with Browser(place.server) as browser:  # what is made once is made
         place.page(browser)
     until(lambda: not place.server._browsers, PATIENCE, "the leave")
