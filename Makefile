@@ -14,7 +14,7 @@ SEED ?= 1
 TRIES ?=
 # Each process takes its half of the tests in their order, then some of the other's: what the tests
 # of a file share is made once.
-SHARED := -n 3 --dist worksteal
+SHARED := -n 2 --dist worksteal
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
 help:
