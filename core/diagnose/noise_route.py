@@ -52,6 +52,10 @@ SEED = 20
 NARROW = 0.25 * np.pi
 """rad per sample: a logger that lets less through leaves nothing but the motion's own band."""
 
+COUNTED = 5.0
+"""Times the noise of counting alone, up to which a column counts: beyond it the steps are the last
+digits of a file, and its noise may be coloured, which its own past foretells."""
+
 LOGGED_OUT = 0.1
 """Gain of a logger's filter below which nothing of the sensor's own is left."""
 
@@ -133,11 +137,12 @@ def _counted(routes: Sequence[_Route], name: str, noise: ColumnNoise) -> ColumnN
     as well, and hid itself behind five times the noise; no equation is needed here.
     """
     able = [r for r in routes if r.recording.has(name) and name in r.places]
-    if noise.source != ESTIMATED or not noise.step or not able:
+    if noise.source != ESTIMATED or not noise.step or noise.colour or not able:
         return noise
     others = [n for n in (*able[0].places, *able[0].references) if n != name]
     most = unforeseen([r.recording for r in able], name, others)
-    if most is None or most**2 >= noise.std**2 + noise.step**2 / 12.0:
+    counts = noise.step / np.sqrt(12.0)
+    if most is None or most > COUNTED * counts or most >= np.hypot(noise.std, counts):
         return noise
     return _beside_steps(replace(noise, std=most), noise.step)
 

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from core.diagnose.foreseen import unforeseen
+from core.diagnose.noise_route import _counted
+from core.diagnose.sensor_noise import ESTIMATED, STATED, ColumnNoise
 from core.recording.recording import Recording
 
 STEP, SAMPLES, RECORDINGS = 2e-3, 600, 4
@@ -63,6 +69,37 @@ def test_friction_that_no_model_knows_hides_little_of_it() -> None:
 def test_without_noise_next_to_nothing_is_unforeseen() -> None:
     level = unforeseen(recordings(count=0.0), "theta1", ["u1"])
     assert level is not None and level < 1e-3 * WHITE
+
+
+def bounded(found: list[Recording], seen: ColumnNoise) -> float:
+    """Level, counting included, of what was estimated as `seen`."""
+    routes = [SimpleNamespace(recording=r, places=["theta1"], references=("u1",)) for r in found]
+    noise = _counted(routes, "theta1", seen)  # type: ignore[arg-type]
+    return float(np.hypot(noise.std, noise.step / np.sqrt(12.0)))
+
+
+SEEN = ColumnNoise(20.0 * WHITE, step=COUNT, source=ESTIMATED)
+"""As it was found where friction and ripples are missing."""
+
+
+def test_what_a_model_lacks_is_no_noise_of_an_encoder_that_counts() -> None:
+    assert WHITE <= bounded(recordings(), SEEN) < NEAR * WHITE
+
+
+def test_the_last_digit_of_a_file_is_no_count_and_a_memory_is_no_foresight() -> None:
+    """A reading that was filtered before it was written foretells its own noise."""
+    rng, found = np.random.default_rng(4), recordings(count=0.0)
+    for r in found:
+        slow = lfilter([0.1], [1.0, -0.9], 40.0 * WHITE * rng.standard_normal(SAMPLES))
+        r.channels["theta1"] = COUNT * np.round((r["theta1"] + slow) / COUNT)
+    kept = float(np.hypot(SEEN.std, WHITE))
+    assert bounded(found, replace(SEEN, colour=0.9)) == pytest.approx(kept)
+    loud = recordings(noise=10.0 * WHITE)
+    assert bounded(loud, SEEN) == pytest.approx(kept)
+
+
+def test_what_is_stated_stays() -> None:
+    assert bounded(recordings(), replace(SEEN, source=STATED)) > 10.0 * WHITE
 
 
 def test_short_recordings_and_holes_say_nothing() -> None:
