@@ -22,6 +22,7 @@ from core.arm.symbols import Structure
 
 _COMMAND = "from core.arm.beforehand import main; main()"
 _begun: set[Structure] = set()
+_others: list[subprocess.Popen[str]] = []
 _lock = threading.Lock()
 
 
@@ -44,7 +45,8 @@ def compile_beforehand(structures: Iterable[Structure]) -> subprocess.Popen[str]
         )  # fmt: skip
     except OSError:  # too many processes: whoever needs an arm compiles it
         return None
-    atexit.register(_end, other)
+    with _lock:
+        _others[:] = [*(one for one in _others if one.poll() is None), other]
     assert other.stdin is not None
     with suppress(OSError):
         other.stdin.write(json.dumps([asdict(s) for s in reversed(new)]))
@@ -52,9 +54,11 @@ def compile_beforehand(structures: Iterable[Structure]) -> subprocess.Popen[str]
     return other
 
 
-def _end(other: subprocess.Popen[str]) -> None:
-    other.kill()
-    other.wait()
+@atexit.register
+def _end() -> None:
+    for other in _others:
+        other.kill()
+        other.wait()
 
 
 def main() -> None:

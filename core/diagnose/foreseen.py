@@ -24,6 +24,9 @@ tell of them as well."""
 MOST_SAMPLES = 4000
 """Of all recordings together; the deviation of 4000 samples is good to a hundredth."""
 
+MOST_RECORDINGS = 16
+"""An encoder is the same in all, and of each enough samples in a row are needed."""
+
 FEWEST_PER_COLUMN = 4
 """Rows per column of the samples side by side, below which noise seems foretold by chance."""
 
@@ -34,6 +37,7 @@ def unforeseen(recordings: Sequence[Recording], name: str, others: Sequence[str]
     able = [r for r in recordings if r.has(name, *others) and _complete(r, [name, *others])]
     if not able:
         return None
+    able = able[:MOST_RECORDINGS]
     each = MOST_SAMPLES // len(able)
     own = np.vstack([_lagged(r[name][:each]) for r in able])
     beside = [np.vstack([_lagged(r[n][:each]) for r in able]) for n in others]

@@ -117,7 +117,10 @@ GAUSS_ORDER = 8
 """Points that integrate degree 15 exactly; with three modes the integrand has 14."""
 
 
-@pytest.mark.parametrize("name", [name for name in ARMS if name != "3-3-3"])
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.long) if n == "3-3-3" else n for n in ARMS],
+)
 def test_bent_inertia_and_forces_are_sums_over_points_of_the_arm(name: str) -> None:
     """Each point's own Jacobian and acceleration at constant rates, straight from its place.
 

@@ -102,6 +102,11 @@ def test_what_is_stated_stays() -> None:
     assert bounded(recordings(), replace(SEEN, source=STATED)) > 10.0 * WHITE
 
 
+def test_hundreds_of_recordings_are_no_obstacle() -> None:
+    level = unforeseen(recordings() * 100, "theta1", ["u1"])
+    assert level is not None and WHITE / NEAR < level < NEAR * WHITE
+
+
 def test_short_recordings_and_holes_say_nothing() -> None:
     short = [r.excerpt(60) for r in recordings()[:1]]
     assert unforeseen(short, "theta1", ["u1"]) is None

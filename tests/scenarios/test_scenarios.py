@@ -29,11 +29,6 @@ QUICK = (
 )
 """What makes a scenario quick and leaves every path through the program as it is."""
 
-TWICE = ("emps", "hidden_friction", "paper_local")
-"""Each way that a result comes about: files with a recorded torque, simulated noise and hidden
-effects, a search of random members; the others are run again by `make long`."""
-OTHERS = [path for path in SCENARIOS if path.stem not in TWICE]
-
 STIFFNESS = 520.8333
 """N m²"""
 
@@ -130,29 +125,15 @@ def test_a_scenario_runs_and_reports(path: Path, once: Callable[[Path], Run]) ->
     check_report(found, out, made)
 
 
-def same_again(run: Run, again: Path) -> None:
-    made, _, first = run
-    second = exported(made, again)
-    assert set(first["seconds"]) == set(second["seconds"])
-    assert {**first, "seconds": None} == {**second, "seconds": None}
-
-
-@pytest.mark.parametrize("name", TWICE)
+@pytest.mark.parametrize("path", SCENARIOS, ids=lambda p: p.stem)
 def test_a_scenario_runs_twice_to_the_same_result(
-    name: str, once: Callable[[Path], Run], tmp_path: Path
-) -> None:
-    path = FOLDER / f"{name}.toml"
-    require_files(path)
-    same_again(once(path), tmp_path / "second")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("path", OTHERS, ids=lambda p: p.stem)
-def test_every_other_scenario_runs_twice_to_the_same_result(
     path: Path, once: Callable[[Path], Run], tmp_path: Path
 ) -> None:
     require_files(path)
-    same_again(once(path), tmp_path / "second")
+    made, _, first = once(path)
+    second = exported(made, tmp_path / "second")
+    assert set(first["seconds"]) == set(second["seconds"])
+    assert {**first, "seconds": None} == {**second, "seconds": None}
 
 
 @pytest.mark.long

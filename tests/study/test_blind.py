@@ -31,8 +31,6 @@ SHORT = [
     Case("nulls", (), "none", 2, "coloured"),
     Case("outside", ("vibration",), "strong", 1, "white"),
 ]
-SHORTER = [SHORT[k] for k in (1, 3, 4, 6, 7)]
-"""Of each part one, both colours, a weak one: every way through the matrix."""
 
 
 def test_the_planned_matrix_is_the_one_that_was_asked_for() -> None:
@@ -134,17 +132,8 @@ def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
         finished([], tmp_path / "x")
 
 
-def test_the_shorter_matrix_is_right() -> None:
-    check_matrix(SHORTER)
-
-
-@pytest.mark.long
-def test_the_short_matrix_is_right() -> None:
-    check_matrix(SHORT)
-
-
-def check_matrix(cases: list[Case]) -> None:
-    records = [json.loads(json.dumps(run_case(c))) for c in cases]
+def test_the_short_matrix_is_right(tmp_path: Path) -> None:
+    records = [json.loads(json.dumps(run_case(c))) for c in SHORT]
     by_part = {part: [r for r in records if r["part"] == part] for part in blind.PARTS}
     assert all(right(r) and near_floor(r) for r in by_part["singles"])
     assert all(both(r) for r in by_part["pairs"])
