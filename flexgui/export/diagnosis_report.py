@@ -14,14 +14,14 @@ from core.results import (
     Outcome,
     PlannedExperiment,
 )
+from core.written import format_number
 from flexgui.export.plot import Plot, plot
-from flexgui.views.equations import mathml
 from flexgui.views.error_map import error_map, worst_table
+from flexgui.views.html import mathml
 from flexgui.views.ladder import ladder, ladder_table, sizes_table
-from flexgui.views.numbers import format_number
+from flexgui.views.missing_torque import residual_over
 from flexgui.views.of_recording.error_over_motion import patterns
 from flexgui.views.ranking import ranking, ranking_table
-from flexgui.views.residual_over import residual_over
 from flexgui.views.table import Column, Row, Table
 
 

@@ -13,10 +13,10 @@ import numpy as np
 from core.results import Outcome
 from flexgui import __version__
 from flexgui.export.plot import Plot, plot
-from flexgui.views.doubt import doubt
-from flexgui.views.fit_bars import fit_bars
+from flexgui.views.fit_table import fit_bars
 from flexgui.views.headline import final_comparisons
 from flexgui.views.ladder import ladder
+from flexgui.views.summary import doubt
 
 DIGITS = 16
 """Of the digest, in hexadecimal: two data sets with the same ones are not met by chance."""

@@ -8,8 +8,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 
 from core.results import Outcome, PresentEffect
+from core.written import format_number
 from flexgui import __version__
-from flexgui.views.numbers import format_number
 
 WIDTH = 92
 """Characters in a line of a header."""

@@ -13,32 +13,25 @@ from markupsafe import Markup
 
 from core.diagnose.maps import error_maps
 from core.results import MissingTorque, Outcome, RecordingComparison
-from core.written import shown_unit
+from core.written import format_number, shown_unit, with_unit
 from flexgui import __version__
 from flexgui.export.diagnosis_report import diagnosis_block
 from flexgui.export.glance import glance, has_ladder
 from flexgui.export.motion import Motion
 from flexgui.export.plot import Plot, packed_plotly, plot
-from flexgui.views.between_runs import between_runs
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
-from flexgui.views.correlation import correlation
-from flexgui.views.decimate import POINTS
-from flexgui.views.equations import mathml
-from flexgui.views.fit_bars import bar_label, fit_bars
-from flexgui.views.fit_table import ROLES, fit_table, in_unit
+from flexgui.views.fit_table import ROLES, bar_label, fit_bars, fit_table, in_unit, variants
 from flexgui.views.headline import beside, final_comparisons, given_comparisons, grown
-from flexgui.views.matrices import affine, matrices
+from flexgui.views.html import mathml
+from flexgui.views.identifiability import correlation, valley
+from flexgui.views.layout import POINTS
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
-from flexgui.views.numbers import format_number, with_unit
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import Seen, believable_floors
-from flexgui.views.parameters import given_parameters, standing_parameters
-from flexgui.views.summary import summary
-from flexgui.views.table import Column, Row, Table
-from flexgui.views.valley import valley
-from flexgui.views.variants import variants
-from flexgui.views.which_fit import distinguishable
+from flexgui.views.parameter_tables import between_runs, given_parameters, standing_parameters
+from flexgui.views.summary import distinguishable, summary
+from flexgui.views.table import Column, Row, Table, affine, matrices
 
 _NUMBER = r"\d[\d.,]*\)?(?:~×~10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
 _NAME = r"[µmckMG]?(?:rad|deg|Pa|Hz|dB|N|m|g|s|V|A|W|J)[²³⁴]?"

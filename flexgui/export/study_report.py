@@ -17,27 +17,30 @@ from flexgui.export.folder import swap_in, work_folder
 from flexgui.export.plot import Plot, packed_plotly, plot
 from flexgui.export.strict_json import dumps
 from flexgui.export.study_tables import study_frames
-from flexgui.views.study.baselines import (
-    baseline_figure,
-    baseline_table,
-    conclusion_table,
-    pole_figure,
-)
-from flexgui.views.study.bias import bias_figure, bias_table
-from flexgui.views.study.estimates import (
-    deviation_table,
-    explained_table,
-    parameter_table,
-    stiffness_table,
-)
-from flexgui.views.study.planning import (
+from flexgui.views.study_advice import (
+    bias_figure,
+    bias_table,
     candidate_table,
     length_table,
     planning_figure,
     predicted_table,
 )
-from flexgui.views.study.sweeps import sweep_fits, sweep_path, sweep_table
-from flexgui.views.study.valley import study_valley
+from flexgui.views.study_estimates import (
+    deviation_table,
+    explained_table,
+    parameter_table,
+    stiffness_table,
+    study_valley,
+)
+from flexgui.views.study_methods import (
+    baseline_figure,
+    baseline_table,
+    conclusion_table,
+    pole_figure,
+    sweep_fits,
+    sweep_path,
+    sweep_table,
+)
 from flexgui.views.table import Table
 
 REPORT = "study.html"

@@ -10,7 +10,7 @@ import pandas as pd
 
 from core.results import ChannelComparison, Estimate, Outcome, RecordingComparison
 from flexgui.export.diagnosis_tables import diagnosis_tables
-from flexgui.views.fit_bars import bar_label
+from flexgui.views.fit_table import bar_label
 from flexgui.views.headline import (
     belongs_to,
     beside,

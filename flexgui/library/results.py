@@ -19,20 +19,18 @@ from core.sentences import did_you_mean
 from flexgui.library.plots import chosen, from_dict
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
-from flexgui.views.correlation import correlation
-from flexgui.views.fit_bars import fit_bars
-from flexgui.views.fit_table import fit_table
+from flexgui.views.fit_table import fit_bars, fit_table
 from flexgui.views.headline import final_comparisons, given_comparisons, standing
 from flexgui.views.html import html_table
+from flexgui.views.identifiability import correlation, valley
 from flexgui.views.ladder import ladder, ladder_table
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import RecordingView, Seen, believable_floors
-from flexgui.views.parameters import standing_parameters
+from flexgui.views.parameter_tables import standing_parameters
 from flexgui.views.preview import preview
 from flexgui.views.ranking import ranking, ranking_table
 from flexgui.views.summary import summary
-from flexgui.views.valley import valley
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -16,12 +16,10 @@ from flexgui.panels.theme import THEMES
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.tour_card import holds_way_on
-from flexgui.views.frequency_response import frequency_response, phase_response
 from flexgui.views.html import html_equations, html_matrices, html_table
-from flexgui.views.matrices import affine, matrices
-from flexgui.views.mode_table import mode_table
-from flexgui.views.poles import poles
-from flexgui.views.step import noisy_step
+from flexgui.views.poles import mode_table, poles
+from flexgui.views.responses import frequency_response, noisy_step, phase_response
+from flexgui.views.table import affine, matrices
 
 NO_NOISE_DB = 60
 """The slider's end: no noise at all."""

@@ -8,7 +8,7 @@ from flexgui.panels.page_context import PageContext
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.views.demonstration import demonstration, demonstration_summary
-from flexgui.views.live_missing import missing_cloud
+from flexgui.views.missing_torque import missing_cloud
 
 TORQUE = (
     "The joint torque that the model lacks in {}, over the joint's speed, and the law of the "

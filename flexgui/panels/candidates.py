@@ -13,13 +13,13 @@ from core.diagnose.phrases import percent, worth_listing
 from core.diagnose.verdict import ABOVE, NOTHING
 from core.effects import catalogue
 from core.results import RankedEffect
+from core.written import format_number
 from flexgui.jobs.looked import Looked
 from flexgui.panels import widgets
 from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, joined, paragraph
-from flexgui.views.equations import mathml
-from flexgui.views.glimpse import glimpse, picture
-from flexgui.views.numbers import format_number
+from flexgui.views.demonstration import glimpse, picture
+from flexgui.views.html import mathml
 from flexgui.views.ranking import chance, typeset_sizes
 
 NOTHING_SAID = "Nothing is missing; the effects below explain too little to count."

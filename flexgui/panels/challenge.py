@@ -18,9 +18,9 @@ from flexgui.session.effects import titled
 from flexgui.session.hand_in import HandIn
 from flexgui.session.judging import Judged
 from flexgui.views.board import board_table
-from flexgui.views.doubt import validation_words
 from flexgui.views.html import html_table
 from flexgui.views.ladder import validation_ratio
+from flexgui.views.summary import validation_words
 
 MOST = 99_999
 SEED = 30

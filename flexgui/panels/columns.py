@@ -14,7 +14,7 @@ from flexgui.panels.rows import RowChoice, rows_words
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session.columns import POINT, Waiting
 from flexgui.views.finding import title_of
-from flexgui.views.sparkline import sparkline
+from flexgui.views.preview import sparkline
 
 PICTURE = (96, 26)
 """px: three cells of a row fit a panel of 340."""

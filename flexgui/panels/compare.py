@@ -15,16 +15,13 @@ from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
-from flexgui.views.fit_table import ROLES, fit_table, in_unit
+from flexgui.views.comparison import live_comparison
+from flexgui.views.fit_table import ROLES, fit_table, in_unit, live_fit
 from flexgui.views.html import html_table
-from flexgui.views.live_comparison import live_comparison
-from flexgui.views.live_fit import live_fit
-from flexgui.views.names import channel_symbol, output_title
-from flexgui.views.numbers import format_percent
+from flexgui.views.names import channel_symbol, format_percent, output_title
 from flexgui.views.pooled import VALIDATE
-from flexgui.views.summary import FIT_IS
+from flexgui.views.summary import FIT_IS, which_fit
 from flexgui.views.table import Row, Table
-from flexgui.views.which_fit import which_fit
 
 NONE = "nothing to compare yet"
 ALL, WORST = "all fitted outputs", "the one that fails most"

@@ -11,6 +11,7 @@ from core.diagnose.verdict import MISSING
 from core.effects import catalogue
 from core.results import Estimate
 from core.workbench import base_model
+from core.written import format_number
 from flexgui.jobs.looked import Looked, refitted_only
 from flexgui.panels import widgets
 from flexgui.panels.at_work import AtWork
@@ -29,13 +30,12 @@ from flexgui.session.look import Look, ladder_steps
 from flexgui.session.own_ranked import own_place
 from flexgui.session.run import RUNNING
 from flexgui.session.tour_card import holds_way_on
-from flexgui.views.doubt import doubt
 from flexgui.views.headline import AS_GIVEN, BIASED, COMPLETE
 from flexgui.views.ladder import ladder
-from flexgui.views.live_prediction import live_prediction
-from flexgui.views.numbers import format_number
-from flexgui.views.parameters import equation
+from flexgui.views.moment import live_prediction
+from flexgui.views.parameter_tables import equation
 from flexgui.views.ranking import ranking
+from flexgui.views.summary import doubt
 
 FIRST = "A first ranking: {} more sizes of the effects have not been tried yet."
 UNTRIED = " Not in it: {}."

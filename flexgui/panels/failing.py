@@ -9,6 +9,7 @@ import numpy as np
 
 from core.diagnose.phrases import FLOOR_IS
 from core.results import ErrorMaps, RecordingComparison, WorstCell
+from core.written import format_number
 from flexgui.panels import widgets
 from flexgui.panels.missing import Missing
 from flexgui.panels.page_context import PageContext
@@ -16,7 +17,6 @@ from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, paragraph
 from flexgui.views.error_map import place
 from flexgui.views.names import output_title
-from flexgui.views.numbers import format_number
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.error_by_frequency import ErrorByFrequency
 from flexgui.views.of_recording.view import RecordingView, Seen

@@ -22,14 +22,17 @@ from flexgui.session import Topic
 from flexgui.session.edit import put
 from flexgui.session.identified import noisy, paper_points, stated
 from flexgui.session.run import PAUSED, QUEUED, RUNNING, STOPPING
-from flexgui.views.between_runs import short_between_runs
+from flexgui.views.convergence import (
+    History,
+    Searched,
+    live_convergence,
+    live_parameters,
+    live_plane,
+)
+from flexgui.views.fit_table import live_fit
 from flexgui.views.html import html_table
-from flexgui.views.live_fit import live_fit
-from flexgui.views.live_parameters import live_parameters
-from flexgui.views.live_search import History, Searched, live_convergence, live_plane
 from flexgui.views.names import typeset
-from flexgui.views.paper_table import paper_table
-from flexgui.views.parameters import parameters
+from flexgui.views.parameter_tables import paper_table, parameters, short_between_runs
 from flexgui.views.summary import summary
 from flexgui.views.table import Table
 

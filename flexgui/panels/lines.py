@@ -8,7 +8,7 @@ import numpy as np
 
 from flexgui.panels.page_context import PageContext
 from flexgui.views.chart import chart
-from flexgui.views.live import Figure
+from flexgui.views.layout import Figure
 
 PADDING = (6, 12, 0, 0)
 """px: above, right, below, left."""

@@ -6,7 +6,7 @@ from core.results import MissingTorque
 from flexgui.panels.page_context import PageContext
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, paragraph
-from flexgui.views.live_missing import missing_cloud, missing_curve
+from flexgui.views.missing_torque import missing_cloud, missing_curve
 
 SAID = (
     "The torque that the drive delivers beyond what the model needs for the measured motion. Over "

@@ -10,8 +10,7 @@ import plotly.graph_objects as go
 import viser
 from viser import _messages
 
-from flexgui.views.figure_json import figure_json
-from flexgui.views.live import Figure
+from flexgui.views.layout import Figure, figure_json
 from flexgui.views.preview import cursor_shape
 
 MARGIN = {"l": 68, "r": 10, "t": 28, "b": 40}

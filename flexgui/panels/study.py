@@ -25,7 +25,7 @@ from flexgui.session.demo import DEMO
 from flexgui.session.study_choice import MOST_AT_ONCE, MOST_RUNS, StudyChoice, asked, whole
 from flexgui.session.study_state import DONE, FAILED, STOPPING, StudyState
 from flexgui.session.uploads import safe_name
-from flexgui.views.study.words import snr
+from flexgui.views.study_estimates import snr
 
 MINUTE = 60.0
 LONG = 90.0

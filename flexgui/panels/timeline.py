@@ -13,7 +13,7 @@ from flexgui.panels.page_context import PageContext
 from flexgui.panels.page_layout import LINE_MARGIN, Widths, Window
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.stage.look import DIRECTIONS
-from flexgui.views.error_now import words as error_words
+from flexgui.views.error_map import words as error_words
 
 SPEEDS = {f"speed ×{speed:g}": speed for speed in (0.1, 0.25, 0.5, 1.0, 2.0)}
 ERRORS = {f"error ×{times:g}": times for times in (1.0, 5.0, 20.0, 100.0)}

@@ -12,6 +12,7 @@ from core.results import Outcome, RecordingComparison
 from core.scenario.schema import Scenario
 from core.scenario.write import scenario_toml
 from core.workbench import base_model
+from core.written import format_number
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task
 from flexgui.jobs.events import Ended
 from flexgui.jobs.looked import Looked
@@ -24,7 +25,6 @@ from flexgui.session.look import Look
 from flexgui.session.own_ranked import ranked_with_own
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
-from flexgui.views.numbers import format_number
 
 BUSY = "Something is being computed already; stop it or wait."
 

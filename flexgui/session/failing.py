@@ -9,7 +9,7 @@ import numpy as np
 
 from core.diagnose.maps import error_maps
 from core.results import ErrorMaps, RecordingComparison
-from flexgui.views.error_now import ErrorNow, error_now
+from flexgui.views.error_map import ErrorNow, error_now
 from flexgui.views.of_recording.view import believable_floors
 
 

@@ -15,8 +15,7 @@ from core.errors import InputError
 from core.parameters import Parameter
 from core.study.rig import bare_model, seen_by
 from core.units import factor_to_si
-from core.written import shown_unit
-from flexgui.views.numbers import format_number
+from core.written import format_number, shown_unit
 
 NONE_GUESSED = "nothing"
 NONE_TITLE = "nothing is hidden"

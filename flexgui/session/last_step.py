@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from core.written import format_number
 from flexgui.session.look import Look, ladder_steps
-from flexgui.views.numbers import format_number
 
 FELL = 0.99
 """Share of the error: what falls by less is not seen in its two figures."""

@@ -13,8 +13,7 @@ from core.montecarlo.summary import Summary
 from flexgui.export.plot import Plot
 from flexgui.export.study_report import sections
 from flexgui.views.html import html_table
-from flexgui.views.study.estimates import parameter_table, stiffness_table
-from flexgui.views.study.words import snr
+from flexgui.views.study_estimates import parameter_table, snr, stiffness_table
 from flexgui.views.table import Table
 
 FINDINGS = "Conclusions"

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexgui.stage import paint
 from flexgui.views import colours
-from flexgui.views.error_now import CAMERA
+from flexgui.views.error_map import CAMERA
 
 SHADES = 24
 """Colours are only sent where they change."""

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from flexgui.views import colours
-from flexgui.views.layout import FONT
-from flexgui.views.live import Figure
+from flexgui.views.layout import FONT, Figure
 
 TICKS, LABELS = f"11px {FONT}", f"12px {FONT}"
 ROOM = {"x": 28, "y": 44}

@@ -11,7 +11,7 @@ from markupsafe import Markup
 from core.check.finding import Finding
 from core.recording.channels import is_channel
 from flexgui.views.names import channel_symbol
-from flexgui.views.sparkline import sparkline
+from flexgui.views.preview import sparkline
 
 SIZE = (340, 54)
 """px: five of them and their sentences fit a screen of 900."""

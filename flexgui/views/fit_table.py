@@ -1,4 +1,4 @@
-"""How well the model reproduces each output of each recording, as a table."""
+"""How well models reproduce each output of each recording, as tables and as bars."""
 
 from __future__ import annotations
 
@@ -6,19 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+import plotly.graph_objects as go
 
-from core.results import ChannelComparison, RecordingComparison
-from core.written import shown_unit
-from flexgui.views.fit_bars import bar_label
-from flexgui.views.names import channel_symbol
-from flexgui.views.numbers import format_number, format_percent, with_unit
-from flexgui.views.pooled import (
-    ESTIMATE,
-    VALIDATE,
-    ChannelError,
-    channel_errors,
-    with_role,
-)
+from core.results import ChannelComparison, Outcome, RecordingComparison
+from core.written import format_number, shown_unit, with_unit
+from flexgui.views.colours import channel_colour, channel_edge
+from flexgui.views.layout import Figure, ax, figure, styled
+from flexgui.views.names import channel_symbol, format_percent
+from flexgui.views.pooled import ESTIMATE, VALIDATE, ChannelError, channel_errors, mean, with_role
 from flexgui.views.table import Column, Row, Table
 
 ROLES = {ESTIMATE: "estimation", VALIDATE: "validation"}
@@ -124,3 +119,136 @@ def in_unit(value: float, unit: str, digits: int = 3) -> str:
         return "–"
     shown = shown_unit(value, unit)
     return with_unit(format_number(value * shown.factor, digits, keep_zeros=True), shown.name)
+
+
+Key = tuple[str, str, str]
+"""Recording, role, output."""
+Errors = dict[Key, float]
+
+
+def variants(outcome: Outcome) -> Table | None:
+    """The normalised error per recording and output, a column per model; None without others.
+
+    The outputs are those that the scenario's own model was fitted to.
+    """
+    if not outcome.variants:
+        return None
+    titles = ["this model", *(variant.title for variant in outcome.variants)]
+    errors = [
+        _errors_of_variant(outcome.comparisons),
+        *(_errors_of_variant(v.comparisons) for v in outcome.variants),
+    ]
+    keys = list(errors[0]) or list(dict.fromkeys(k for e in errors for k in e))
+    columns = (Column("Recording"), Column("Role"), Column("Output"))
+    rows = [_row_of_variants(key, [e.get(key, float("nan")) for e in errors]) for key in keys]
+    return Table(
+        columns + tuple(Column(text, numeric=True) for text in titles),
+        (*_means_of_variants(keys, errors), *rows),
+        "Normalised error ‖measured − model‖ / ‖measured − its mean‖, no unit; the least of each "
+        "row is coloured. Rows of all recordings hold the mean.",
+    )
+
+
+def _means_of_variants(keys: Sequence[Key], errors: Sequence[Errors]) -> list[Row]:
+    groups: dict[tuple[str, str], list[Key]] = {}
+    for key in keys:
+        groups.setdefault(key[1:], []).append(key)
+    return [
+        _row_of_variants(
+            (f"all {len(group)}", *kind),
+            [mean([e.get(key, float("nan")) for key in group]) for e in errors],
+            strong=True,
+        )
+        for kind, group in groups.items()
+        if len(group) > 1
+    ]
+
+
+def _errors_of_variant(comparisons: Sequence[RecordingComparison]) -> Errors:
+    return {
+        (bar_label(r, comparisons), r.role, c.channel): c.normalised_error
+        for r in comparisons
+        for c in r.channels
+        if c.fitted
+    }
+
+
+def _row_of_variants(key: Key, values: Sequence[float], strong: bool = False) -> Row:
+    recording, role, channel = key
+    heads = (recording, ROLES.get(role, role), channel_symbol(channel))
+    best = len(heads) + int(np.nanargmin(values)) if np.isfinite(values).any() else None
+    return Row(heads + tuple(format_number(v, 3, keep_zeros=True) for v in values), strong, best)
+
+
+def fit_bars(comparisons: Sequence[RecordingComparison]) -> go.Figure | None:
+    """One group of bars per recording, one bar per fitted output; None without a FIT."""
+    known = [c for r in comparisons for c in r.channels if c.fitted and np.isfinite(c.fit_percent)]
+    names = list(dict.fromkeys(c.channel for c in known))
+    if not names:
+        return None
+    figure = go.Figure()
+    for name in names:
+        bars = [(r, c) for r in comparisons for c in r.channels if c.fitted and c.channel == name]
+        figure.add_bar(
+            x=[bar_label(r, comparisons) for r, _ in bars],
+            y=[c.fit_percent for _, c in bars],
+            name=channel_symbol(name, bars[0][1].unit),
+            marker={
+                "color": channel_colour(name),
+                "line": {"color": channel_edge(name), "width": 1},
+                "pattern": {
+                    "shape": ["/" if r.role == VALIDATE else "" for r, _ in bars],
+                    "fillmode": "overlay",
+                },
+            },
+            hovertemplate="%{x}: %{y:.2f} %",
+        )
+    figure.update_yaxes(title_text="FIT [%]", range=[0, 100])
+    figure.update_xaxes(title_text="recording", type="category", automargin=True)
+    text = "FIT = 100 max(1 − ‖measured − model‖ / ‖measured − its mean‖, 0), in per cent."
+    if any(r.role == VALIDATE for r in comparisons):
+        text += " Hatched: recordings that no fit has seen."
+    return styled(figure, 360, text, barmode="group", bargap=0.25)
+
+
+def bar_label(recording: RecordingComparison, among: Sequence[RecordingComparison]) -> str:
+    """The recording's name, with the fit where one recording is compared with several."""
+    same = [r for r in among if r.recording == recording.recording]
+    if len(same) == 1:
+        return recording.recording
+    return f"{recording.recording} ({recording.fit_label})"
+
+
+ROOM = 118.0
+"""%, of the axis: above a bar that is full its output is written."""
+
+
+def live_fit(comparisons: Sequence[RecordingComparison]) -> Figure | None:
+    """None where nothing has a FIT."""
+    known = [c for r in comparisons for c in r.channels if c.fitted and np.isfinite(c.fit_percent)]
+    names = list(dict.fromkeys(c.channel for c in known))
+    if not names:
+        return None
+    traces = [_bars(name, comparisons) for name in names]
+    return figure(
+        traces, ax("", type="category", tickangle=0 if len(comparisons) < 10 else 45),
+        ax("FIT [%]", range=[0.0, ROOM], tickvals=[0, 50, 100]), "FIT (hatched: validation)",
+        barmode="group", bargap=0.25,
+    )  # fmt: skip
+
+
+def _bars(name: str, comparisons: Sequence[RecordingComparison]) -> Figure:
+    bars = [(r, c) for r in comparisons for c in r.channels if c.fitted and c.channel == name]
+    hatch = ["/" if r.role == VALIDATE else "" for r, _ in bars]
+    return {
+        "type": "bar", "name": channel_symbol(name, bars[0][1].unit),
+        "x": [bar_label(r, comparisons).removeprefix("θ2 = ") for r, _ in bars],
+        "text": [channel_symbol(name, bars[0][1].unit)] * len(bars), "textposition": "outside",
+        "textangle": 0, "cliponaxis": False,
+        "y": [round(c.fit_percent, 3) if np.isfinite(c.fit_percent) else None for _, c in bars],
+        "marker": {
+            "color": channel_colour(name), "line": {"color": channel_edge(name), "width": 1},
+            "pattern": {"shape": hatch, "fillmode": "overlay"},
+        },
+        "hovertemplate": "%{x}: %{y:.2f} %<extra></extra>",
+    }  # fmt: skip

@@ -9,13 +9,13 @@ import plotly.graph_objects as go
 
 from core.diagnose.phrases import LEFT_BY_ALL
 from core.results import ChannelError, Diagnosis, LadderStep
+from core.written import format_number
 from flexgui.views import colours
 from flexgui.views.fit_table import in_unit
 from flexgui.views.headline import COMPLETE
 from flexgui.views.layout import styled
 from flexgui.views.names import channel_symbol, plain_symbol
-from flexgui.views.numbers import format_number
-from flexgui.views.parameters import estimate_text
+from flexgui.views.parameter_tables import estimate_text
 from flexgui.views.table import Column, Row, Table
 
 GIVEN = "as given"

@@ -1,7 +1,8 @@
-"""Names of channels and parameters as people write them: theta1 -> θ₁, \\varepsilon -> ε."""
+"""Names and shares as people write them: theta1 -> θ₁, \\varepsilon -> ε."""
 
 from __future__ import annotations
 
+import math
 import re
 
 from markupsafe import Markup, escape
@@ -9,8 +10,6 @@ from markupsafe import Markup, escape
 from core import written
 from core.recording.channels import channel_kind, is_channel
 from core.written import DOT, SUBSCRIPTS, split_name
-
-__all__ = ["channel_symbol", "channel_title", "output_title", "plain_symbol", "typeset"]
 
 SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -90,3 +89,8 @@ def typeset(symbol: str, name: str) -> Markup:
 def equals(symbol: Markup | str, value: str) -> Markup:
     """'f_c1 = 1.2 N m' for HTML, on one line: a unit is not torn from its number."""
     return Markup("<span style='white-space: nowrap'>{} = {}</span>").format(symbol, value)
+
+
+def format_percent(value: float) -> str:
+    """'97.12', two decimals: a FIT differs between models in the second."""
+    return f"{value:.2f}" if math.isfinite(value) else "–"

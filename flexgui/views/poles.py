@@ -1,4 +1,4 @@
-"""Poles in the upper s-plane: how fast and how damped each motion of the closed loop is."""
+"""Poles and modes of the arm: where they lie, how fast and how damped they are."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from core.simulate.modes import Mode, integrators
+from core.written import format_number
 from flexgui.views import colours
-from flexgui.views.live import Figure
-from flexgui.views.numbers import format_number
-from flexgui.views.small import small_axis, small_figure
+from flexgui.views.layout import Figure, small_axis, small_figure
+from flexgui.views.table import Column, Row, Table
 
 RATIOS = (0.1, 0.3, 0.7)
 """Lines of equal damping."""
@@ -141,3 +141,23 @@ def _note(far: np.ndarray) -> dict[str, Any]:
         "showarrow": False,
         "font": {"size": 11, "color": colours.TEXT},
     }
+
+
+UNDAMPED = 5e-7
+"""A damping ratio below is rounding."""
+
+
+def mode_table(modes: Sequence[Mode]) -> Table:
+    """One row per vibration, slowest first."""
+    columns = (
+        Column("Mode"),
+        Column("Frequency [Hz]", numeric=True),
+        Column("Damping ratio [–]", numeric=True),
+    )
+    rows = (Row((f"{k + 1}", format_number(m.frequency), damping(m))) for k, m in enumerate(modes))
+    return Table(columns, tuple(rows))
+
+
+def damping(mode: Mode) -> str:
+    """The damping ratio as text."""
+    return "0" if abs(mode.damping) < UNDAMPED else format_number(mode.damping, 3)

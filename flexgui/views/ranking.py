@@ -10,11 +10,10 @@ from markupsafe import Markup
 from core.diagnose.kin import kinship
 from core.diagnose.phrases import worth_listing
 from core.results import Estimate, RankedEffect
-from core.written import shown_unit
+from core.written import format_number, format_value, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.names import equals, plain_symbol, typeset
-from flexgui.views.numbers import format_number, format_value
 from flexgui.views.table import Column, Row, Table
 
 PALE = colours.faded(colours.ADDED, 0.5)

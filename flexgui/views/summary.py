@@ -1,4 +1,4 @@
-"""The paragraph at the top: what was estimated, how well it fits, what the data cannot tell."""
+"""The words above the figures: what was estimated, how well it fits, and which fit is meant."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from markupsafe import Markup, escape
 
-from core.results import Estimate, Outcome, RecordingComparison
+from core.diagnose.phrases import LABEL
+from core.identify.unknowns import START
+from core.results import Estimate, Fit, Outcome, RecordingComparison
 from core.sentences import listed
+from core.written import format_number, split_name
 from flexgui.views.fit_table import in_unit
 from flexgui.views.headline import (
     BIASED,
@@ -21,16 +24,9 @@ from flexgui.views.headline import (
     grown,
     standing,
 )
-from flexgui.views.names import channel_symbol, typeset
-from flexgui.views.numbers import format_percent
-from flexgui.views.parameters import equation
-from flexgui.views.pooled import (
-    ESTIMATE,
-    VALIDATE,
-    channel_errors,
-    tip_rms,
-    with_role,
-)
+from flexgui.views.names import channel_symbol, format_percent, typeset
+from flexgui.views.parameter_tables import equation
+from flexgui.views.pooled import ESTIMATE, VALIDATE, channel_errors, tip_rms, with_role
 
 LEVELS = {"lpv": "the LPV descriptor model", "nonlinear": "the non-linear model"}
 METHODS = {"glocal": "in one fit over all of them", "local": "in a fit for each"}
@@ -147,3 +143,97 @@ def _symbols(estimates: Iterable[Estimate]) -> list[Markup]:
 def _joined(parts: Sequence[str]) -> Markup:
     *first, last = parts
     return Markup("{} and {}").format(Markup(", ").join(first), last) if first else escape(last)
+
+
+MUCH = 3.0
+"""Times the error of the fitted recordings: less is no news."""
+
+
+def validation_words(estimation: float, validation: float) -> str:
+    """One sentence, '' where there is nothing to say. Both errors in floors, rms."""
+    if not validation > MUCH * max(estimation, 1.0):
+        return ""
+    fitted, other = (format_number(x, 2, keep_zeros=True) for x in (estimation, validation))
+    return (
+        f"On the validation recording the error is {other} times the noise floor, {fitted} times "
+        "on those that the model was fitted to: its motion and postures differ, and there a "
+        "fit cannot compensate for what the model lacks."
+    )
+
+
+DOUBTFUL = 2.0
+"""Times the noise floor: above it most of the error is not noise, so that what rests on the model's
+completeness (the verdict, the floor, ± values) says so in red."""
+
+
+def doubt(error: float) -> str:
+    """Of a model whose error is so many times the noise floor; empty where it is near it."""
+    if not error > DOUBTFUL:
+        return ""
+    times = format_number(error, 2, keep_zeros=True)
+    return (
+        "Verdict, noise floor and ± values hold only if the model is complete; its error is "
+        f"{times} times the noise floor."
+    )
+
+
+HELD = "takes the initial state of each recording from the first encoder sample"
+FREE = ", and it also fits the initial state of each recording"
+
+
+def of_diagnosis(comparisons: Sequence[RecordingComparison]) -> bool:
+    """Whether they show the fit that a diagnosis looks at."""
+    return any(c.fit_label == LABEL for c in comparisons)
+
+
+def which_fit(comparisons: Sequence[RecordingComparison], fits: Sequence[Fit]) -> str:
+    """For the place where the errors are shown; `fits` of the identification."""
+    seen = {k.channel: k.unit for c in comparisons for k in c.channels if k.fitted}
+    names = list(seen)
+    outputs = listed([channel_symbol(name, unit) for name, unit in seen.items()])
+    starts = starts_freed(names, fits)
+    held = f" and {HELD}" if starts else ""
+    if not of_diagnosis(comparisons):
+        return (
+            f"Of the identification's fit: it compares {outputs}{held}. After Find what is missing "
+            f"the diagnosis' own fit is shown here, whose errors are a little different."
+        )
+    return (
+        f"Of the diagnosis' own fit: it compares {outputs}, each in multiples of its noise floor"
+        f"{FREE if starts else ''}. Therefore these errors differ from those of the "
+        f"identification{f', which {HELD}' if starts else ''}."
+    )
+
+
+def distinguishable(outcome: Outcome) -> Markup:
+    """For a report with a diagnosis: which figures are of which fit; empty without a diagnosis."""
+    found = outcome.diagnosis
+    if found is None or not outcome.fits:
+        return Markup("")
+    names = [e.channel for e in found.steps[0].errors]
+    outputs = listed([channel_symbol(e.channel, e.unit) for e in found.steps[0].errors])
+    starts = starts_freed(names, outcome.fits)
+    own = (
+        f"the diagnosis' own fit: it compares {outputs}, each in multiples of its noise floor"
+        f"{FREE if starts else ''}"
+    )
+    first = (
+        f"the identification, which compares the selected outputs{f' and {HELD}' if starts else ''}"
+    )
+    if not found.parameters:
+        text = f"The estimates above are of {first}. The missing effects follow from {own}."
+    else:
+        text = f"The estimates above are of {own}. The first fit is that of {first}."
+    if of_diagnosis(final_comparisons(outcome)):
+        text += " The FIT and the tip's error above are of the diagnosis' fit too."
+    elif found.parameters:
+        text += " The FIT and the tip's error above are of the first fit."
+    return Markup("{}").format(text)
+
+
+def starts_freed(channels: Sequence[str], fits: Sequence[Fit]) -> bool:
+    """Whether the diagnosis fits how a recording begins and the identification does not: neither
+    does where a servo follows the encoders, both do where it was asked for."""
+    servo = any(split_name(name)[0] in ("u", "torque") for name in channels)
+    asked = any(e.name.startswith(START) for fit in fits for e in fit.estimates)
+    return not servo and not asked

@@ -15,7 +15,7 @@ from flexgui.export.result import result
 from flexgui.export.tables import tables
 from flexgui.panels.identify import _runs
 from flexgui.session.demo import demo_scenario
-from flexgui.views.between_runs import between_runs, short_between_runs
+from flexgui.views.parameter_tables import between_runs, short_between_runs
 from tests.export.helpers import outcome_of
 
 RUNS = ("a", "b", "c", "d", "e")

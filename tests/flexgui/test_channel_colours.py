@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flexgui.views import colours
-from flexgui.views.channel_colours import channel_colour, channel_edge
+from flexgui.views.colours import channel_colour, channel_edge
 
 TOGETHER = ("z1", "z2", "theta1", "theta2", "deflection1", "deflection2", "u1", "u2")
 SEVERAL = 0.05

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexgui.views import colours
-from flexgui.views.channel_colours import channel_colour
+from flexgui.views.colours import channel_colour
 
 SIGHT = {
     "all receptors": np.eye(3),

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgui.views.decimate import decimate, trace
+from flexgui.views.layout import decimate, trace
 
 
 @given(st.integers(0, 9000), st.integers(0, 5), st.sampled_from([100, 2000]))

@@ -27,9 +27,9 @@ from core.results import (
 from flexgui.export.outcome import export_outcome
 from flexgui.views.error_map import cell_labels, error_map, place, row_labels, worst_table
 from flexgui.views.ladder import ladder, ladder_table, sizes_table, step_labels
+from flexgui.views.missing_torque import residual_over
 from flexgui.views.ranking import LEAST_SEEN, ranking, ranking_table
-from flexgui.views.residual_over import residual_over
-from flexgui.views.which_fit import distinguishable, starts_freed, which_fit
+from flexgui.views.summary import distinguishable, starts_freed, which_fit
 
 FLOORS = {"ydot1": 2.4e-3, "ydot2": 2.5e-3}
 NASTY = "<script>alert(1)</script> the friction"

@@ -14,7 +14,7 @@ from plotly.offline import get_plotlyjs
 from core.results import Outcome
 from flexgui.export.glance import digest, glance
 from flexgui.export.report import report_html
-from flexgui.views.doubt import DOUBTFUL, doubt
+from flexgui.views.summary import DOUBTFUL, doubt
 
 SCENARIO = "[identify]\nseed = 7\n"
 LARGEST = 4_000_000

@@ -14,7 +14,7 @@ from flexgui.export.outcome import export_outcome
 from flexgui.export.report import FIRST_FIT
 from flexgui.views.fit_table import fit_table
 from flexgui.views.headline import BIASED, COMPLETE, SHORT_OF
-from flexgui.views.parameters import standing_parameters
+from flexgui.views.parameter_tables import standing_parameters
 from flexgui.views.summary import summary
 from tests.flexgui.test_diagnosis_report import FOUND
 

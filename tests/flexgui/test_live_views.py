@@ -17,15 +17,10 @@ from core.simulate.modes import vibration_modes
 from core.simulate.posture import Posture, posture
 from core.simulate.response import frequency_response as gains_of
 from core.simulate.response import step_response
-from flexgui.views.figure_json import figure_json
-from flexgui.views.frequency_response import frequency_response, phase_response
-from flexgui.views.live import Figure, short
-from flexgui.views.mode_table import mode_table
+from flexgui.views.layout import HEIGHT, Figure, figure_json, short
 from flexgui.views.names import channel_symbol
-from flexgui.views.pairs import NEGLIGIBLE
-from flexgui.views.poles import poles, window
-from flexgui.views.small import HEIGHT
-from flexgui.views.step import step
+from flexgui.views.poles import mode_table, poles, window
+from flexgui.views.responses import NEGLIGIBLE, frequency_response, phase_response, step
 from tests.helpers import ARMS, looped
 
 LARGEST_MESSAGE = 60_000

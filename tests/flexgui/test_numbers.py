@@ -5,9 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.written import shown_unit
+from core.written import format_number, format_value, shown_unit
 from flexgui.views.names import channel_symbol, output_title, plain_symbol, typeset
-from flexgui.views.numbers import format_number, format_value
 
 HALF_A_DIGIT = 0.51
 """Rounding moves a number by half of its last digit, and a little by the binary fraction."""

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from flexgui.export.report import FEWEST, PER_CHANNEL, SIGNALS, points_per_line
-from flexgui.views.decimate import POINTS
+from flexgui.views.layout import POINTS
 
 
 def recordings(counts: list[int]) -> Any:

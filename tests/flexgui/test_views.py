@@ -15,16 +15,13 @@ from core.results import Outcome
 from flexgui.views import colours
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
-from flexgui.views.correlation import correlation
-from flexgui.views.fit_bars import fit_bars
-from flexgui.views.fit_table import fit_table
+from flexgui.views.fit_table import fit_bars, fit_table, variants
+from flexgui.views.identifiability import correlation, valley
 from flexgui.views.layout import caption
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
-from flexgui.views.parameters import parameters
+from flexgui.views.parameter_tables import parameters
 from flexgui.views.pooled import overall_estimates, tip_rms
 from flexgui.views.summary import summary
-from flexgui.views.valley import valley
-from flexgui.views.variants import variants
 
 LEAST_CONTRAST = 3.0
 """Of lines against their ground, WCAG 2.2, 1.4.11."""

@@ -14,7 +14,7 @@ from core.scenario.write import scenario_toml
 from flexgui.panels.findings import wording_of
 from flexgui.session import Session
 from flexgui.views.finding import finding_words, title_of
-from flexgui.views.sparkline import sparkline
+from flexgui.views.preview import sparkline
 from tests.session.conftest import Offered
 from tests.session.helpers import bring, good_csv, until
 

@@ -10,7 +10,7 @@ from flexgui.session import Session
 from flexgui.session.edit import Document
 from flexgui.session.look import Look
 from flexgui.views.demonstration import demonstration, demonstration_summary
-from flexgui.views.live_missing import missing_cloud
+from flexgui.views.missing_torque import missing_cloud
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 

@@ -18,7 +18,7 @@ from flexgui.panels.candidates import inviting
 from flexgui.panels.failing import cell_label
 from flexgui.session.experiments import point_name
 from flexgui.session.failing import where_it_fails
-from flexgui.views.error_now import words
+from flexgui.views.error_map import words
 
 N, DT = 1200, 1e-3
 TIME = DT * np.arange(N)

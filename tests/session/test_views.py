@@ -10,11 +10,10 @@ from markupsafe import Markup
 
 from core.recording.recording import Recording
 from core.results import Equation, Estimate, Fit, Generation, Identifiability
-from flexgui.views.figure_json import figure_json
+from flexgui.views.convergence import Searched, live_convergence, live_parameters, live_plane
 from flexgui.views.html import html_equations, html_table
-from flexgui.views.live_parameters import live_parameters
-from flexgui.views.live_search import Searched, live_convergence, live_plane
-from flexgui.views.paper_table import GLOCAL, MEAN, SNR_20, SNR_NONE, paper_table
+from flexgui.views.layout import figure_json
+from flexgui.views.parameter_tables import GLOCAL, MEAN, SNR_20, SNR_NONE, paper_table
 from flexgui.views.preview import ROWS, preview
 from flexgui.views.table import Column, Row, Table
 

@@ -10,7 +10,7 @@ from scipy.io import savemat
 
 from core.results import DescriptorModel, Outcome
 from flexgui.export.model_format import ModelFormat, linear_header
-from flexgui.views.matrices import factor
+from flexgui.views.table import factor
 
 
 class MatFile(ModelFormat):

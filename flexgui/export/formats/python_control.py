@@ -9,7 +9,7 @@ import numpy as np
 from core.results import DescriptorModel, Outcome
 from flexgui.export.basis import FUNCTIONS, scheduled
 from flexgui.export.model_format import ModelFormat, linear_header
-from flexgui.views.matrices import factor
+from flexgui.views.table import factor
 
 TEMPLATE = '''\
 """

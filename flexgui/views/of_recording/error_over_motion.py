@@ -3,8 +3,8 @@
 import plotly.graph_objects as go
 
 from core.results import ErrorMaps, ErrorOver
+from flexgui.views.missing_torque import residual_over
 from flexgui.views.of_recording.view import RecordingView, Seen
-from flexgui.views.residual_over import residual_over
 
 PATTERN = 0.05
 """Share of the error's variance below which a pattern over the motion is not drawn."""

@@ -1,4 +1,4 @@
-"""The estimated parameters as a table."""
+"""Tables of parameters: as estimated, from run to run, and beside those that the paper prints."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 from markupsafe import Markup
 
-from core.results import Estimate, Fit, Outcome
-from core.written import ShownUnit, shown_unit
+from core.montecarlo.printed import GLOCAL, LABELS, MEAN, SNR_20, SNR_NONE, WORKING_POINTS
+from core.results import Estimate, Fit, Outcome, Repeated
+from core.written import ShownUnit, format_number, format_value, shown_unit, with_unit
 from flexgui.views.headline import (
     BIASED,
     COMPLETE,
@@ -22,7 +23,6 @@ from flexgui.views.headline import (
     standing_biased,
 )
 from flexgui.views.names import equals, typeset
-from flexgui.views.numbers import format_number, format_value, with_unit
 from flexgui.views.pooled import overall_estimates
 from flexgui.views.table import Column, Row, Table
 
@@ -171,3 +171,122 @@ def _caption_of(derived: bool, count: int) -> str:
     if count > 1:
         text += " The mean's std is √(Σ std²)/n for n independent fits."
     return text
+
+
+REPEATED_COLUMNS = (
+    Column("Parameter"),
+    Column("Mean of the runs", numeric=True),
+    Column("95 % interval of the mean", numeric=True),
+    Column("Std between runs", numeric=True),
+    Column("Std within a run", numeric=True),
+    Column("Runs that differ"),
+)
+REPEATED_CAPTION = (
+    "Runs of the same experiment, each with estimates of its own. What a next run will give "
+    "scatters by the deviation between runs; the deviation within a run knows nothing of what the "
+    "rig changes from run to run (temperature, load, gain). Runs that differ are left out of mean "
+    "and interval."
+)
+
+
+def between_runs(found: Sequence[Repeated]) -> Table | None:
+    """A row per parameter; None where nothing was repeated."""
+    return (
+        Table(REPEATED_COLUMNS, tuple(_repeated_row(one) for one in found), REPEATED_CAPTION)
+        if found
+        else None
+    )
+
+
+def short_between_runs(found: Sequence[Repeated]) -> Table | None:
+    """The same without the interval, for a panel beside the arm."""
+    whole = between_runs(found)
+    if whole is None:
+        return None
+    kept = (0, 1, 3, 4, 5)
+    rows = tuple(Row(tuple(row.cells[k] for k in kept)) for row in whole.rows)
+    return Table(tuple(REPEATED_COLUMNS[k] for k in kept), rows)
+
+
+def _repeated_row(one: Repeated) -> Row:
+    unit = shown_unit(one.mean, one.unit)
+    odd = ", ".join(f"{each.run} by {100.0 * each.share:+.2g} %" for each in one.disagreeing)
+    return Row(
+        (
+            typeset("", one.name),
+            _shown(one.mean, unit, 4),
+            _interval(one, unit),
+            f"{_shown(one.between, unit, 2)}{_share(one.between, one.mean)}",
+            f"{_shown(one.within, unit, 2)}{_share(one.within, one.mean)}",
+            odd.replace("-", "−") or "none",
+        )
+    )
+
+
+def _shown(value: float, unit: ShownUnit, digits: int) -> str:
+    return with_unit(format_number(value * unit.factor, digits), unit.name)
+
+
+def _interval(one: Repeated, unit: ShownUnit) -> str:
+    ends = [format_number(end * unit.factor, 4) for end in one.interval]
+    return with_unit(" … ".join(ends), unit.name) if np.isfinite(one.interval).all() else "–"
+
+
+def _share(deviation: float, mean: float) -> str:
+    return f" ({100.0 * deviation / abs(mean):.2g} %)" if mean else ""
+
+
+PRINTED_COLUMNS = (
+    Column("Fit"),
+    Column("paper ε [GPa]", numeric=True),
+    Column("ours", numeric=True),
+    Column("paper d [mm]", numeric=True),
+    Column("ours", numeric=True),
+    Column("paper EI [N m²]", numeric=True),
+    Column("ours", numeric=True),
+)
+
+
+def paper_table(fits: Sequence[Fit], points: Sequence[float], noisy: bool) -> Table:
+    """A row per fit of the paper; `points` are the working points (rad) of the local fits."""
+    ours: dict[int, dict[str, Estimate]] = {}
+    if len(fits) == 1:
+        ours[GLOCAL] = _named(fits[0])
+    else:
+        for fit, point in zip(fits, points, strict=False):
+            ours[int(np.argmin(np.abs(np.array(WORKING_POINTS) - point)))] = _named(fit)
+    told = SNR_20 if noisy else SNR_NONE
+    rows = [_printed_row(k, numbers, _ours(k, ours)) for k, numbers in enumerate(told)]
+    text = (
+        "Paper: mean ± deviation of 20 runs; its EI follows from the means. Ours: this one run. "
+        "Alone ε and d are not determined, so they may differ along the valley; EI must not."
+    )
+    return Table(PRINTED_COLUMNS, tuple(rows), text)
+
+
+def _named(fit: Fit) -> dict[str, Estimate]:
+    return {e.name: e for e in (*fit.estimates, *fit.derived)}
+
+
+def _ours(k: int, ours: dict[int, dict[str, Estimate]]) -> dict[str, float]:
+    local = [found for place, found in ours.items() if place < MEAN]
+    if k == MEAN and len(local) > 1:
+        names = set.intersection(*(set(found) for found in local))
+        return {n: float(np.mean([found[n].value for found in local])) for n in names}
+    return {name: e.value for name, e in ours.get(k, {}).items()}
+
+
+def _printed_row(k: int, told: tuple[float, float, float, float], ours: dict[str, float]) -> Row:
+    eps, eps_std, d, d_std = told
+    stiffness = eps * 1e9 * (d * 1e-3) ** 4 / 12.0
+    nan = float("nan")
+    cells = (
+        LABELS[k],
+        f"{eps:.4f} ± {eps_std:.4f}",
+        format_number(ours.get("epsilon", nan) * 1e-9, 5, keep_zeros=True),
+        f"{d:.1f} ± {d_std:.3g}",
+        format_number(ours.get("d", nan) * 1e3, 4, keep_zeros=True),
+        f"{stiffness:.1f}",
+        format_number(ours.get("EI", nan), 5, keep_zeros=True),
+    )
+    return Row(cells, strong=bool(ours))

@@ -1,1 +1,0 @@
-"""Tables and figures of a Monte Carlo study, as pure functions of its summary."""
