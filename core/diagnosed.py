@@ -8,10 +8,9 @@ from typing import Any
 from core.effects import catalogue, with_included
 from core.identify.unknowns import MARK
 from core.results import Diagnosis
-from core.scenario.read import check_scenario
+from core.scenario.read import check_scenario, document_toml
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
-from core.scenario.write import document_toml
 
 NAME = "diagnosed.toml"
 

@@ -38,7 +38,7 @@ def add_to(
         with plain_words(), progress(quiet) as bars:
             found, listed = _checked(what, data, bars)
         if as_json:
-            from flexgui.export.strict_json import dumps
+            from flexgui.export.folder import dumps
 
             typer.echo(dumps({"findings": [one.as_json() for one in found]}), nl=False)
         else:

@@ -13,7 +13,7 @@ import typer
 if TYPE_CHECKING:
     from core.montecarlo.settings import StudySettings
     from core.resumable.executor import Executor
-    from core.resumable.going_on import Finished
+    from core.resumable.journal import Finished
 
 JOURNAL = "results.jsonl"
 INTERRUPTED = 130

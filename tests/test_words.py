@@ -46,7 +46,7 @@ FORBIDDEN = {**TERMS, **{re.escape(text): "its replacement" for text in RETIRED}
 
 NO_SENTENCES = {
     "core/study/blind_tables.py": "column heads of a printed table",
-    "flexgui/export/diagnosis_tables.py": "column names of CSV files",
+    "flexgui/export/tables.py": "column names of CSV files",
 }
 """Files in which a bare term names a column."""
 

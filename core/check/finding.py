@@ -1,13 +1,15 @@
-"""What a check says: data, not prose alone."""
+"""What a check says, data and not prose alone, and what its line of TOML does to a recording."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from core.units import parse_header
 
 if TYPE_CHECKING:
     from core.check.case import Case
@@ -54,3 +56,36 @@ class Check(ABC):
     @abstractmethod
     def look(self, case: Case) -> Iterable[Finding]:
         """What it finds; nothing in good data."""
+
+
+Entry = dict[str, Any]
+
+EVEN = 'resample = { how = "interpolate" }'
+"""Mends what is wrong with the clock alone; where the rows were taken evenly and only the stamps
+scatter, `count` is right, which nobody can see in the file."""
+
+
+def mended_columns(before: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, Any]:
+    """`columns` of a recording with those of a line on top.
+
+    A column of the file keeps its unit, gain and sign, whichever channel it goes to; what the line
+    says of them multiplies them, since the check saw the channel with them.
+    """
+    entries = {c: _entry(entry) for c, entry in before.items()}
+    of_header = {parse_header(entry["name"])[0]: entry for entry in entries.values()}
+    after = dict(before)
+    for channel, value in line.items():
+        said = _entry(value)
+        known = of_header.get(parse_header(said["name"])[0], {"name": said["name"]})
+        name = said["name"] if parse_header(said["name"])[1] else known["name"]
+        factors = {
+            key: known.get(key, 1) * said.get(key, 1)
+            for key in ("gain", "sign")
+            if key in known or key in said
+        }
+        after[channel] = {"name": name, **factors}
+    return after
+
+
+def _entry(value: Any) -> Entry:
+    return {"name": value} if isinstance(value, str) else dict(value)

@@ -16,7 +16,7 @@ from core.loading import joint_units, simulated
 from core.model import Model
 from core.plugins import discover
 from core.progress import Progress, Silent
-from core.recording.camera import in_base_frame, shifted
+from core.recording.clock import in_base_frame, shifted
 from core.recording.load import load_unchecked
 from core.recording.spec import RecordingSpec
 from core.scenario.data_folder import Folder, resolve_file

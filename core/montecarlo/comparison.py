@@ -1,4 +1,4 @@
-"""The baseline table: four methods on the same data, and what follows from each row."""
+"""The results of a study beside each other: methods, validation sweeps, sources of a bias."""
 
 from __future__ import annotations
 
@@ -134,3 +134,85 @@ def _of_glocal(said: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> 
         lost.append(f"poles ({nearest['method']}, {format_number(times, 3)} times as near)")
     first = f"Best on {', '.join(won)}." if won else "Best on nothing alone."
     return f"{first} Beaten on {', '.join(lost)}." if lost else f"{first} Beaten on nothing."
+
+
+LEVELS = {"lpv": "LPV", "rigid": "rigid arm", "nonlinear": "non-linear"}
+"""level -> how it is called."""
+
+
+@dataclass(frozen=True)
+class Validation:
+    """The sweeps of a study; fits[level] is (sweeps, 2) in %."""
+
+    sweeps: tuple[int, ...]
+    snr_db: float | None
+    """Of the data that the estimates come from; the sweeps themselves have no noise."""
+    fits: Mapping[str, np.ndarray]
+    time: np.ndarray
+    """s, of the first sweep's path."""
+    theta2: np.ndarray
+    """rad"""
+
+    def mean(self, level: str) -> tuple[float, float]:
+        """Average FIT of both velocities."""
+        first, second = self.fits[level].mean(axis=0)
+        return float(first), float(second)
+
+
+def validation(records: Mapping[str, Record]) -> Validation | None:
+    """None where no sweep is finished."""
+    answers = [r["answer"] for key, r in sorted(records.items()) if r["part"] == "sweeps"]
+    if not answers:
+        return None
+    return Validation(
+        tuple(a["sweep"] for a in answers),
+        answers[0]["snr_db"],
+        {level: np.array([a["fit"][level] for a in answers]) for level in LEVELS},
+        np.array(answers[0]["time"]),
+        np.array(answers[0]["theta2"]),
+    )
+
+
+@dataclass(frozen=True)
+class BiasSource:
+    """Relative bias of EI without noise, for one excitation and one way to take J."""
+
+    excitation: str
+    rates: str
+    """'tip', 'encoders' or 'working point': at which angles J is taken."""
+    local: np.ndarray
+    """(draws, points)"""
+    glocal: np.ndarray
+    """(draws,)"""
+    wander: np.ndarray
+    """(draws, points) rad: the range of theta2 in each experiment."""
+
+    @property
+    def rms(self) -> np.ndarray:
+        """(points,)"""
+        return np.sqrt(np.mean(self.local**2, axis=0))
+
+    @property
+    def glocal_rms(self) -> float:
+        """Root mean square of the glocal estimates' bias."""
+        return float(np.sqrt(np.mean(self.glocal**2)))
+
+
+def bias_sources(records: Mapping[str, Record]) -> tuple[BiasSource, ...]:
+    """In the order in which they were computed; empty where none is finished."""
+    answers = [r["answer"] for key, r in sorted(records.items()) if r["part"] == "bias"]
+    if not answers:
+        return ()
+    found = []
+    for k, first in enumerate(answers[0]["sources"]):
+        each = [a["sources"][k] for a in answers]
+        found.append(
+            BiasSource(
+                first["excitation"],
+                first["rates"],
+                np.array([s["local"] for s in each]),
+                np.array([s["glocal"] for s in each]),
+                np.array([s["wander"] for s in each]),
+            )
+        )
+    return tuple(found)

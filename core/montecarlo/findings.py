@@ -7,16 +7,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from core.montecarlo import printed
-from core.montecarlo.agreement import agreements, comparable, least_scatter
-from core.montecarlo.bias_finding import about_bias
-from core.montecarlo.comparison import BaselineRow
-from core.montecarlo.estimates import EstimateTable
-from core.montecarlo.phrases import snr_words
+from core.montecarlo.comparison import LEVELS, BaselineRow, BiasSource, Validation
+from core.montecarlo.estimates import EstimateTable, agreements, comparable, least_scatter
 from core.montecarlo.planning import Planning
-from core.montecarlo.sources import BiasSource
-from core.montecarlo.validation import LEVELS, Validation
 from core.montecarlo.valley import WITHIN, ValleyPrior, explained, pooled
-from core.montecarlo.verdicts import about_baselines, about_planning
+from core.montecarlo.verdicts import about_baselines, about_bias, about_planning, snr_words
 from core.sentences import listed
 
 Finding = tuple[str, str]

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from core.montecarlo.comparison import BaselineRow, baseline_rows
+from core.montecarlo.comparison import (
+    BaselineRow,
+    BiasSource,
+    Validation,
+    baseline_rows,
+    bias_sources,
+    validation,
+)
 from core.montecarlo.estimates import EstimateTable, estimate_tables
 from core.montecarlo.findings import findings
 from core.montecarlo.planning import Planning, planning
 from core.montecarlo.rig import Rig
 from core.montecarlo.settings import StudySettings
-from core.montecarlo.sources import BiasSource, bias_sources
 from core.montecarlo.study import study_cases
-from core.montecarlo.validation import Validation, validation
 from core.montecarlo.valley import ValleyPrior, valley_prior
 from core.resumable.journal import Record
 

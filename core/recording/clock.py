@@ -1,10 +1,13 @@
-"""The time column: rising, even, and then exactly even."""
+"""Clocks of recordings: their sample times, the gaps in them, and that of the camera."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from core.errors import InputError
+from core.recording.recording import CameraPose
 from core.recording.table import Table
 
 MIN_SAMPLES = 10
@@ -74,3 +77,59 @@ def even_time(table: Table, header: str, time: np.ndarray, first_row: int) -> np
             f"{off[worst]:.3g} s off an even grid; {RESAMPLE}, or cut it with window."
         )
     return np.asarray(grid)
+
+
+def runs(empty: np.ndarray) -> list[tuple[int, int]]:
+    """(first, stop) of each run of True in a mask (N,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], empty.astype(np.int8), [0]])))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def too_long(empty: np.ndarray, most: int) -> int | None:
+    """The first row of a run longer than `most` rows, or of one at an end, where nothing lies
+    beyond to bridge to; None where there is none."""
+    for first, stop in runs(empty):
+        if stop - first > most or first == 0 or stop == len(empty):
+            return first
+    return None
+
+
+def bridged(values: np.ndarray, empty: np.ndarray) -> np.ndarray:
+    """(N,) with straight lines over the empty rows, which are even in time."""
+    at = np.arange(len(values))
+    return np.where(empty, np.interp(at, at[~empty], values[~empty]), values)
+
+
+def longest_complete(empties: Sequence[np.ndarray], N: int) -> slice:
+    """The longest stretch of rows, of N, in which none of the masks (N,) is True."""
+    complete = ~np.any(np.vstack([np.zeros((1, N), dtype=bool), *empties]), axis=0)
+    stretches = runs(complete)
+    first, stop = max(stretches, key=lambda pair: pair[1] - pair[0], default=(0, 0))
+    return slice(first, stop)
+
+
+def shifted(x: np.ndarray, shift: float) -> np.ndarray:
+    """Samples x (N,) moved earlier by `shift` sample times, not a whole number of them perhaps.
+
+    The whole part moves samples to other rows. For the rest the value at the row's own time is
+    interpolated linearly between the sensor's samples around it, so that a slow camera keeps its
+    rate. What would come from outside the recording is empty (NaN).
+    """
+    out = np.full(len(x), np.nan)
+    sampled = np.flatnonzero(np.isfinite(x))
+    if not sampled.size:
+        return out
+    rows = sampled - int(np.floor(shift + 0.5))
+    # A tolerance: a whole shift of many samples leaves a rest of rounding errors.
+    wanted = np.round(rows + shift, 9)
+    inside = (wanted >= sampled[0]) & (wanted <= sampled[-1]) & (rows >= 0) & (rows < len(x))
+    out[rows[inside]] = np.interp(wanted[inside], sampled, x[sampled])
+    return out
+
+
+def in_base_frame(
+    z1: np.ndarray, z2: np.ndarray, pose: CameraPose
+) -> tuple[np.ndarray, np.ndarray]:
+    """z = origin + R(angle) scale z_camera, in m, both (N,)."""
+    c, s = pose.scale * np.cos(pose.angle), pose.scale * np.sin(pose.angle)
+    return pose.origin[0] + c * z1 - s * z2, pose.origin[1] + s * z1 + c * z2

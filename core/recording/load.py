@@ -9,11 +9,18 @@ from typing import NamedTuple
 import numpy as np
 
 from core.errors import InputError
-from core.quantities import LARGEST
-from core.recording.camera import in_base_frame, shifted
 from core.recording.channels import channel_kind, is_channel
-from core.recording.clock import MIN_SAMPLES, check_rising, choose_rows, even_time
-from core.recording.gaps import bridged, longest_complete, too_long
+from core.recording.clock import (
+    MIN_SAMPLES,
+    bridged,
+    check_rising,
+    choose_rows,
+    even_time,
+    in_base_frame,
+    longest_complete,
+    shifted,
+    too_long,
+)
 from core.recording.read_table import read_table
 from core.recording.reading import Watching
 from core.recording.recording import CameraPose, Recording
@@ -21,7 +28,7 @@ from core.recording.resampling import Even, at_rate, even_table
 from core.recording.spec import GapsSpec, RecordingSpec
 from core.recording.table import Table, number
 from core.sentences import brief, did_you_mean, few
-from core.units import factor_to_si, parse_header
+from core.units import LARGEST, factor_to_si, parse_header
 
 
 class _Source(NamedTuple):

@@ -7,7 +7,6 @@ from core.results.comparison import (
     RecordingComparison,
     Variant,
 )
-from core.results.description import DescriptorModel, Equation
 from core.results.diagnosis import (
     ChannelError,
     Diagnosis,
@@ -20,8 +19,7 @@ from core.results.diagnosis import (
 from core.results.identification import Estimate, Fit, Generation, Identifiability, Valley
 from core.results.maps import ErrorMap, ErrorMaps, ErrorOver, WorstCell
 from core.results.mechanism import Link, Mechanism, PresentEffect
-from core.results.outcome import Outcome
-from core.results.repeated import Disagreement, Repeated
+from core.results.outcome import DescriptorModel, Disagreement, Equation, Outcome, Repeated
 
 __all__ = [
     "ChannelComparison",

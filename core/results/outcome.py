@@ -1,16 +1,16 @@
-"""All that a scenario's run produced."""
+"""All that a scenario's run produced, with the model as it is displayed and its repetitions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from core.results.comparison import RecordingComparison, Variant
-from core.results.description import DescriptorModel, Equation
 from core.results.diagnosis import Diagnosis
 from core.results.identification import Estimate, Fit
 from core.results.mechanism import Mechanism
-from core.results.repeated import Repeated
 
 
 @dataclass(frozen=True)
@@ -40,3 +40,63 @@ class Outcome:
     """Parameters over the runs of one experiment, where each run has estimates of its own."""
     mechanism: Mechanism | None = None
     """The arm of `model` in plain numbers; None where nobody stated it."""
+
+
+@dataclass(frozen=True)
+class Equation:
+    """A displayed equation of the model."""
+
+    title: str
+    latex: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class DescriptorModel:
+    """E(kappa) x' = A x + B u, y = C x in affine terms, numbers at the estimate.
+
+    `E_terms[i]` belongs to `basis[i]`, a readable function of the scheduling variables such as
+    '1' or 'cos(theta2)'; the same for A.
+    """
+
+    basis: tuple[str, ...]
+    E_terms: np.ndarray
+    """(terms, nx, nx)"""
+    A_basis: tuple[str, ...]
+    A_terms: np.ndarray
+    """(terms, nx, nx)"""
+    B: np.ndarray
+    """(nx, nu)"""
+    outputs: tuple[str, ...]
+    C: np.ndarray
+    """(ny, nx)"""
+    D: np.ndarray
+    """(ny, nu)"""
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """A run whose parameter is not what the other runs say."""
+
+    run: str
+    share: float
+    """Of the others' mean by which it differs."""
+    p_value: float
+
+
+@dataclass(frozen=True)
+class Repeated:
+    """One parameter over the runs of an experiment."""
+
+    name: str
+    unit: str
+    mean: float
+    between: float
+    """Standard deviation between runs, those left out that disagree; what a next run will do."""
+    within: float
+    """Root mean square of the runs' own deviations."""
+    interval: tuple[float, float]
+    """95 %, of the mean; Student's, since few runs tell the scatter between them."""
+    disagreeing: tuple[Disagreement, ...]

@@ -20,8 +20,8 @@ from core.study.blind_case import answer_text
 from core.study.blind_run import finished, run_all
 from core.study.blind_tables import tables
 from core.study.cases import PARTS, Choice
-from core.study.noise import COLOURS
 from core.study.outside import OUTSIDE
+from core.study.rig import COLOURS
 
 OUT = Path("reports/blind.jsonl")
 

@@ -19,8 +19,7 @@ from core.recording.recording import Recording
 from core.results import Diagnosis
 from core.study.blind_run import kept
 from core.study.cases import Case
-from core.study.crossing import UnreachableError
-from core.study.detectability import Detectability
+from core.study.detectability import Detectability, UnreachableError
 from core.study.hidden import LEVELS, Hidden, added, hidden, parameters_on
 from core.study.outside import disturbed
 from core.study.rig import IDENTIFY, STDS, bare_model, exactly, noisy, readings, recording

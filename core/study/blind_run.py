@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from core.resumable.executor import Work
-from core.resumable.going_on import Keyed, go_on
-from core.resumable.journal import Journal, Record
+from core.resumable.journal import Journal, Keyed, Record, go_on
 from core.resumable.processes import WORKERS, Processes
 
 C = TypeVar("C", bound=Keyed)

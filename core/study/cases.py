@@ -13,9 +13,8 @@ from core.effects import catalogue
 from core.effects.effect import Effect
 from core.recording.spec import SimulateSpec
 from core.study.hidden import LEVELS, parameters_on
-from core.study.noise import COLOURS
 from core.study.outside import OUTSIDE
-from core.study.rig import Experiment, bare_model, seen_by
+from core.study.rig import COLOURS, Experiment, bare_model, seen_by
 
 POINTS = (np.pi / 8, np.pi / 2, 7 * np.pi / 8)
 """rad, working points theta2 of the three recordings."""

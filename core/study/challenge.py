@@ -22,11 +22,11 @@ from core.parameters import Parameter
 from core.recording.recording import Recording
 from core.recording.save import save_recording
 from core.recording.spec import SimulateSpec
+from core.scenario.read import scenario_toml
 from core.scenario.schema import Scenario
-from core.scenario.write import scenario_toml
 from core.sentences import did_you_mean
 from core.study.cases import candidates
-from core.study.crossing import UnreachableError
+from core.study.detectability import UnreachableError
 from core.study.hidden import Hidden, added, hidden, known_before
 from core.study.obfuscate import obfuscate, opened
 from core.study.rig import (

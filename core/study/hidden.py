@@ -16,8 +16,7 @@ from core.effects import effect, with_included
 from core.effects.effect import Effect, EffectParameter
 from core.effects.sizes import Sizes, typical
 from core.model import Model
-from core.study.crossing import crossing
-from core.study.detectability import Detectability
+from core.study.detectability import Detectability, crossing
 from core.study.rig import Experiment, seen_by
 
 WEAK, STRONG = 0.5, 3.0

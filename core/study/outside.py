@@ -18,8 +18,7 @@ from core.forces.law import V, W, joint_law
 from core.model import Model
 from core.simulate.motion import Task
 from core.simulate.nonlinear import run
-from core.study.crossing import crossing
-from core.study.detectability import Detectability
+from core.study.detectability import Detectability, crossing
 from core.study.rig import STEPS, readings
 from core.trajectory import Trajectory
 

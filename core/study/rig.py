@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from scipy.signal import lfilter
 
 from core.arm.presets import presets
 from core.drives.velocity_loop import VelocityLoop
@@ -20,7 +21,6 @@ from core.simulate.experiment import make_task
 from core.simulate.linear import respond
 from core.simulate.motion import Task
 from core.simulate.nonlinear import run, simulate_within
-from core.study.noise import COLOURS, noise
 from core.trajectory import Trajectory
 
 GAINS = (60.0, 30.0)
@@ -116,3 +116,29 @@ def noisy(
 def _with(r: Recording, channels: Mapping[str, np.ndarray]) -> Recording:
     both = {**r.channels, **channels}
     return Recording(r.name, r.time, both, r.role, source=r.source, theta2=r.theta2)
+
+
+COLOUR = 0.9
+"""Coefficient of the first-order autoregression at SAMPLE_TIME: noise with a memory of 10 ms."""
+
+SAMPLE_TIME = 1e-3
+"""s"""
+
+COLOURS = {"white": 0.0, "coloured": COLOUR}
+"""kind of noise -> coefficient."""
+
+
+def noise(
+    rng: np.random.Generator, samples: int, std: float, colour: float, dt: float = SAMPLE_TIME
+) -> np.ndarray:
+    """(samples,) of x(t) = a x(t - dt) + e(t), stationary from the first sample on.
+
+    `colour` is a at SAMPLE_TIME; `std` is that of x whatever the colour.
+    """
+    e = rng.standard_normal(samples)
+    if not colour:
+        return std * e
+    a = colour ** (dt / SAMPLE_TIME)
+    own = np.sqrt(1.0 - a * a) * e[1:]
+    x, _ = lfilter([1.0], [1.0, -a], own, zi=[a * e[0]])
+    return np.asarray(std * np.concatenate([e[:1], x]))

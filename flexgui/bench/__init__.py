@@ -9,9 +9,7 @@ from __future__ import annotations
 from rich.console import Console
 
 from core.plugins import modules_of
-from flexgui.bench.row import Row
-from flexgui.bench.show import table
-from flexgui.bench.size import FULL, QUICK
+from flexgui.bench.row import FULL, QUICK, Row, table
 
 
 def measure(quick: bool) -> list[Row]:

@@ -1,15 +1,23 @@
-"""A folder that holds the old export or the new one, never half of each."""
+"""How an export is written: a folder that holds the old one or the new one, never half of each,
+strict JSON, and archives without dates.
+"""
 
 from __future__ import annotations
 
+import io
 import json
+import math
 import shutil
 import signal
 import tempfile
 import threading
-from collections.abc import Iterator
+import zipfile
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
 
 from core.errors import InputError
 
@@ -126,3 +134,33 @@ def _refusal(out: Path, error: OSError) -> str:
         return f"The output {out} is a file; give the name of a folder with --out."
     reason = (error.strerror or str(error)).lower()
     return f"The output folder {out} cannot be written ({reason}); choose another with --out."
+
+
+NEVER = (1980, 1, 1, 0, 0, 0)
+
+
+def zipped(content: Mapping[str, bytes]) -> bytes:
+    """A zip of name -> bytes."""
+    room = io.BytesIO()
+    with zipfile.ZipFile(room, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in content.items():
+            archive.writestr(zipfile.ZipInfo(name, NEVER), data, zipfile.ZIP_DEFLATED)
+    return room.getvalue()
+
+
+def strict(value: Any) -> Any:
+    """The same with plain types; what is not a finite number becomes None."""
+    if isinstance(value, Mapping):
+        return {str(key): strict(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return strict(value.tolist())
+    if isinstance(value, list | tuple | set | frozenset):
+        return [strict(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
+
+
+def dumps(value: Any) -> str:
+    """Strict JSON text, in UTF-8 characters, with a line end."""
+    return json.dumps(strict(value), allow_nan=False, ensure_ascii=False, indent=1) + "\n"

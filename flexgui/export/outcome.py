@@ -12,12 +12,11 @@ from pyarrow import csv
 from core.diagnosed import NAME as DIAGNOSED
 from core.errors import InputError
 from core.results import Outcome
-from flexgui.export.folder import INDEX, swap_in, work_folder
+from flexgui.export.folder import INDEX, dumps, swap_in, work_folder
 from flexgui.export.formats import model_formats
 from flexgui.export.motion import Motion
 from flexgui.export.report import report_html
 from flexgui.export.result import result
-from flexgui.export.strict_json import dumps
 from flexgui.export.tables import tables
 
 DIGITS = 10

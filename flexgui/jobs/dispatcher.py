@@ -1,4 +1,4 @@
-"""Threads that call callbacks, so that whoever causes an event never waits for one."""
+"""Callbacks in order on one thread, and messages merged where they come too fast."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from collections.abc import Callable
 from queue import SimpleQueue
 
 from flexgui.jobs.events import Event
-from flexgui.jobs.mailbox import Mailbox
 
 THREADS = 4
 """A callback that blocks takes one of them; a quarter of the page's news then still flows."""
@@ -90,3 +89,42 @@ class Dispatcher:
     def _run(self) -> None:
         while (address := self._calls.get()) is not None:
             address.deliver()
+
+
+class Mailbox:
+    """Takes events from any thread; gives them all at once.
+
+    An event is merged into a waiting one of the same subject, but never across one that has no
+    subject (a new stage, an end): so the order of what matters stays, and what waits is short
+    however slow the reader is.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._waiting: list[Event] = []
+
+    def put(self, event: Event) -> None:
+        """Add an event, or merge it with one of its kind that waits."""
+        with self._lock:
+            place = self._mergeable(event)
+            if place is None:
+                self._waiting.append(event)
+            else:
+                self._waiting[place] = event.after(self._waiting[place])
+
+    def take(self) -> list[Event]:
+        """All that waited."""
+        with self._lock:
+            taken, self._waiting = self._waiting, []
+        return taken
+
+    def _mergeable(self, event: Event) -> int | None:
+        if event.subject is None:
+            return None
+        for place in reversed(range(len(self._waiting))):
+            subject = self._waiting[place].subject
+            if subject is None:
+                return None
+            if subject == event.subject:
+                return place
+        return None

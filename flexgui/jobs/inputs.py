@@ -13,9 +13,8 @@ from typing import Any
 
 from core.errors import InputError
 from flexgui.jobs.events import Advanced, Event, Failed, Finished, WorkerLost
-from flexgui.jobs.limited import TOO_LARGE
 from flexgui.jobs.pool import JobPool
-from flexgui.jobs.settings import PoolSettings
+from flexgui.jobs.settings import TOO_LARGE, PoolSettings
 from flexgui.jobs.task import Task
 
 MEMORY = 700_000_000

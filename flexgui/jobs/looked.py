@@ -1,4 +1,4 @@
-"""What a look at a model finds, as far as it has come: streamed from a worker and kept."""
+"""What a task finds and the page shows: a look at a model, and what an effect does to an arm."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from core.effects.over_speed import OverSpeed
+from core.parameters import Parameter
 from core.progress import Progress
 from core.results import Diagnosis, LadderStep, Outcome, RankedEffect
 
@@ -53,3 +54,26 @@ class PartialProgress(Progress, Protocol):
 
     def partial(self, name: str, value: Any) -> None:
         """A newer value of the same name stands for all earlier ones."""
+
+
+@dataclass(frozen=True)
+class Demonstration:
+    """One output of one recording, where the effect changes it most."""
+
+    kind: str
+    title: str
+    recording: str
+    channel: str
+    unit: str
+    time: np.ndarray
+    """(N,) s, a stretch of the recording"""
+    measured: np.ndarray
+    without: np.ndarray
+    """(N,) of the model with everything else in it"""
+    with_it: np.ndarray
+    sizes: tuple[Parameter, ...]
+    """Of the effect, at the values that were simulated."""
+    floor: float | None = None
+    """Of the output's error, where it is known."""
+    torques: tuple[OverSpeed, ...] = ()
+    """What the effect does to each joint, over its speed; empty where no such law says it."""

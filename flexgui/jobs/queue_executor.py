@@ -12,7 +12,7 @@ from flexgui.jobs.events import Failed, Stopped, WorkerLost
 from flexgui.jobs.job import Job, State
 from flexgui.jobs.pool import JobPool
 from flexgui.jobs.task import Task
-from flexgui.jobs.tasks.study_case import study_case
+from flexgui.jobs.tasks.direct import study_case
 
 
 class QueueExecutor(Executor):

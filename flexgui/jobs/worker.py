@@ -19,11 +19,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from core.errors import InputError
 from core.sentences import brief
+from flexgui.jobs.dispatcher import Mailbox
 from flexgui.jobs.events import Advanced, NewGeneration, Partial, Stage
-from flexgui.jobs.limited import TOO_LARGE, limit_memory, limit_time
-from flexgui.jobs.mailbox import Mailbox
 from flexgui.jobs.messages import Alive, Answer, Begin, Crashed, Done, Order, Ready, Refused
-from flexgui.jobs.settings import PoolSettings
+from flexgui.jobs.settings import TOO_LARGE, PoolSettings, limit_memory, limit_time
 from flexgui.jobs.task import Task
 
 if TYPE_CHECKING:

@@ -12,10 +12,9 @@ from core.loading import joint_units, load_recordings
 from core.model import Model
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
-from core.scenario.read import check_scenario, read_scenario
+from core.scenario.read import check_scenario, read_scenario, scenario_toml, write_scenario
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model, with_hidden_effects
-from core.scenario.write import scenario_toml, write_scenario
 from core.validation import validated
 from flexgui.library.catalogues import OneEffect, model_with
 from flexgui.library.linear import LinearModel, linear_model

@@ -316,8 +316,7 @@ class Diagnosis(_Found):
         Raises:
             InputError: Where there is no such table.
         """
-        from flexgui.export.diagnosis_tables import diagnosis_tables
-        from flexgui.export.tables import parameter_table
+        from flexgui.export.tables import diagnosis_tables, parameter_table
 
         known = {**diagnosis_tables(self.outcome), "parameters": parameter_table(self.outcome)}
         if table not in known:

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from core.errors import InputError
+from flexgui.export.folder import zipped
 from flexgui.export.formats import model_formats
 from flexgui.export.model_format import ModelFormat
-from flexgui.export.zipped import zipped
 from flexgui.panels import widgets
 from flexgui.panels.panel import Panel
 from flexgui.panels.words import Words, joined, paragraph

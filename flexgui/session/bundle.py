@@ -7,9 +7,9 @@ from pathlib import Path
 from core.diagnosed import diagnosed_toml
 from core.results import Diagnosis
 from core.scenario.data_folder import Within
+from core.scenario.read import scenario_toml
 from core.scenario.schema import Scenario
-from core.scenario.write import scenario_toml
-from flexgui.export.zipped import zipped
+from flexgui.export.folder import zipped
 from flexgui.session.uploads import safe_name
 
 

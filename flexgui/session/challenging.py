@@ -14,7 +14,7 @@ from core.scenario.read import parse_scenario
 from core.study.challenge import LEVELS, truth_in_words
 from core.study.obfuscate import opened
 from flexgui.jobs import Event, Finished, Task
-from flexgui.jobs.tasks.hide import hide
+from flexgui.jobs.tasks.direct import hide
 from flexgui.session.board import Entry, plain_name
 from flexgui.session.effects import present, titled
 from flexgui.session.judging import NONE_GUESSED, NONE_TITLE, Guess, Judgement, judged

@@ -7,13 +7,12 @@ from abc import ABC
 from pathlib import Path
 from typing import Any
 
-from core.check.finding import Finding
-from core.check.mending import mended_columns
+from core.check.finding import Finding, mended_columns
 from core.errors import InputError
 from core.scenario.schema import Scenario
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
-from flexgui.jobs.tasks.check import findings
+from flexgui.jobs.tasks.direct import findings
 from flexgui.session.demonstrating import Demonstrating
 from flexgui.session.edit import Document, Edit
 from flexgui.session.latest import LatestWins

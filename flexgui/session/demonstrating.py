@@ -7,9 +7,9 @@ from pathlib import Path
 
 from core.errors import InputError
 from core.results import MissingTorque
-from core.scenario.write import scenario_toml
+from core.scenario.read import scenario_toml
 from flexgui.jobs import Event, Failed, Finished, Job, Task, WorkerLost
-from flexgui.jobs.shown import Demonstration
+from flexgui.jobs.looked import Demonstration
 from flexgui.jobs.tasks.demonstrate import demonstrate
 from flexgui.session.diagnosing import Diagnosing
 from flexgui.session.effects import present

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from core.errors import InputError
 from core.results import Outcome, RecordingComparison
+from core.scenario.read import scenario_toml
 from core.scenario.schema import Scenario
-from core.scenario.write import scenario_toml
 from core.workbench import base_model
 from core.written import format_number
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task

@@ -14,7 +14,7 @@ from core.scenario.data_folder import Within
 from core.scenario.schema import Scenario
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
-from flexgui.jobs.tasks.play import play
+from flexgui.jobs.tasks.direct import play
 from flexgui.places import without_places
 from flexgui.session.editing import Editing
 from flexgui.session.latest import LatestWins

@@ -13,8 +13,8 @@ import numpy as np
 import core.results
 from core.effects.over_speed import OverSpeed
 from core.errors import InputError
+from core.scenario.read import scenario_toml
 from core.scenario.schema import Scenario
-from core.scenario.write import scenario_toml
 from flexgui.jobs.looked import Looked
 from flexgui.session.challenging import Challenge, Revealed
 from flexgui.session.judging import Guess, Judged, Judgement

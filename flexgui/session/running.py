@@ -9,12 +9,11 @@ from pathlib import Path
 
 from core.errors import InputError
 from core.results import Outcome
+from core.scenario.read import scenario_toml
 from core.scenario.schema import Scenario
-from core.scenario.write import scenario_toml
 from flexgui.jobs import Event, Finished, Job, Stopped, Task
 from flexgui.jobs.events import Ended
-from flexgui.jobs.tasks.export import export
-from flexgui.jobs.tasks.identify import identify
+from flexgui.jobs.tasks.direct import export, identify
 from flexgui.session.edit import edited, put
 from flexgui.session.playing import Playing
 from flexgui.session.run import FAILED, LOST, QUEUED, STOPPING, Run

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from core.errors import InputError
 from core.montecarlo.rig import Rig
 from core.montecarlo.settings import StudySettings, make_settings
-from core.montecarlo.study import study_cases
-from core.montecarlo.work import parts
+from core.montecarlo.study import parts, study_cases
 from core.scenario.schema import Scenario
 
 FEW, PAPER = 5, 20

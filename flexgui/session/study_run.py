@@ -13,9 +13,8 @@ from core.montecarlo.part import Case
 from core.montecarlo.settings import StudySettings
 from core.montecarlo.study import study, study_cases
 from core.resumable.executor import Executor
-from core.resumable.going_on import Finished
-from core.resumable.journal import Journal, Record
-from flexgui.jobs.tasks.study_report import JOURNAL
+from core.resumable.journal import Finished, Journal, Record
+from flexgui.jobs.tasks.direct import JOURNAL
 from flexgui.session.study_state import DONE, FAILED, RUNNING, STOPPED, STOPPING, remaining
 
 log = logging.getLogger(__name__)

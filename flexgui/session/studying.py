@@ -16,7 +16,7 @@ from core.montecarlo.summary import summarise
 from core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Task
 from flexgui.jobs.queue_executor import QueueExecutor
-from flexgui.jobs.tasks.study_report import study_report
+from flexgui.jobs.tasks.direct import study_report
 from flexgui.places import without_places
 from flexgui.session.challenging import Challenging
 from flexgui.session.latest import LatestWins

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from core.montecarlo.agreement import comparable, implied_bias
-from core.montecarlo.estimates import EstimateTable
+from core.montecarlo.comparison import BiasSource
+from core.montecarlo.estimates import EstimateTable, comparable, implied_bias
 from core.montecarlo.planning import Candidate, Planning
 from core.montecarlo.printed import LOCALS
-from core.montecarlo.sources import BiasSource
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.study_estimates import EXCITATIONS, RATES, angle, percent, signed, snr

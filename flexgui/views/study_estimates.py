@@ -10,8 +10,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from core.montecarlo.agreement import comparable, implied_bias, least_scatter
-from core.montecarlo.estimates import EstimateRow, EstimateTable, Spread
+from core.montecarlo.estimates import (
+    EstimateRow,
+    EstimateTable,
+    Spread,
+    comparable,
+    implied_bias,
+    least_scatter,
+)
 from core.montecarlo.printed import stiffness
 from core.montecarlo.valley import ValleyPrior, explained, pooled
 from core.written import format_number

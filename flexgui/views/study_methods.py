@@ -8,9 +8,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from core.montecarlo.comparison import BaselineRow
+from core.montecarlo.comparison import LEVELS, BaselineRow, Validation
 from core.montecarlo.printed import FITS
-from core.montecarlo.validation import LEVELS, Validation
 from core.written import format_number
 from flexgui.views import colours
 from flexgui.views.layout import styled

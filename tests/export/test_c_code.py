@@ -15,9 +15,9 @@ from core.results import Outcome
 from core.simulate.linear import respond
 from core.simulate.motion import Task
 from core.simulate.postures import midpoints
-from flexgui.export.basis import in_c, scheduled
-from flexgui.export.c_compiler import compiler
 from flexgui.export.formats.c_code import FOLDER, CCode, c_sources
+from flexgui.export.formats.fmu import compiler
+from flexgui.export.model_format import in_c, scheduled
 from tests.export.arms import MODELS
 from tests.export.helpers import inputs, outcome_of
 from tests.helpers import looped, relative_to_largest, straight

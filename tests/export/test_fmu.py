@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from flexgui.export.c_compiler import compiler, library_place, shared_library
 from flexgui.export.formats import fmu as module
-from flexgui.export.formats.fmu import fmu
+from flexgui.export.formats.fmu import compiler, fmu, library_place, shared_library
 from flexgui.export.formats.python_control import ELBOW
 from tests.export.arms import MODELS
 from tests.export.helpers import inputs, outcome_of

@@ -13,8 +13,7 @@ from core.effects import effect
 from core.model import Model
 from core.results import Outcome
 from core.simulate.posture import Posture, posture
-from flexgui.export.chain import chain_frequencies
-from flexgui.export.formats.mjcf import Mjcf
+from flexgui.export.formats.mjcf import Mjcf, chain_frequencies
 from tests.export.arms import GRAVITY, MODELS
 from tests.export.helpers import outcome_of
 from tests.helpers import ARMS, chain, loaded, looped, with_modes

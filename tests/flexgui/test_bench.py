@@ -15,8 +15,7 @@ from core.simulate.vector import LANES
 from flexgui.bench import measure
 from flexgui.bench.case import MEMBERS, glocal_case, population
 from flexgui.bench.comparisons.peak import ACCUMULATORS, multiply_add, operations
-from flexgui.bench.row import Row, median_seconds
-from flexgui.bench.show import duration, table
+from flexgui.bench.row import Row, duration, median_seconds, table
 
 ROUNDING = 1e-12
 """Relative: the same arithmetic, shared out differently."""

@@ -15,9 +15,8 @@ from scipy.io import loadmat
 from core.errors import InputError
 from core.results import Outcome
 from flexgui.export import outcome as outcome_module
-from flexgui.export.folder import check_writable, swap_in
+from flexgui.export.folder import check_writable, dumps, swap_in
 from flexgui.export.outcome import export_outcome
-from flexgui.export.strict_json import dumps
 from flexgui.export.tables import unique_slugs
 
 SCENARIO = 'title = "Seven working points"  # θ2, <b> & "quotes"\n'

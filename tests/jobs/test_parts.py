@@ -9,11 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.results import Generation
-from flexgui.jobs.dispatcher import Address, Dispatcher
+from flexgui.jobs.dispatcher import Address, Dispatcher, Mailbox
 from flexgui.jobs.events import Advanced, Event, NewGeneration, Queued, Stage, Started
 from flexgui.jobs.fair_queue import FairQueue
 from flexgui.jobs.job import Pace
-from flexgui.jobs.mailbox import Mailbox
 from flexgui.jobs.task import Task
 from tests.jobs.helpers import PATIENCE, count
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from core.montecarlo.paper import paper_scenario
+from core.montecarlo.printed import paper_scenario
 from core.montecarlo.settings import StudySettings, make_settings
 from core.resumable.journal import Record
-from core.scenario.write import write_scenario
+from core.scenario.read import write_scenario
 
 FITS = ["fits"]
 

@@ -14,7 +14,7 @@ import pytest
 from core.errors import InputError
 from core.montecarlo.study import study, study_cases
 from core.resumable.executor import Answers, Executor, Here, Stop, Work, never
-from core.resumable.going_on import records_of
+from core.resumable.journal import records_of
 from core.resumable.processes import Processes
 from tests.paper_study.helpers import FITS, numbers, short
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.montecarlo.interpolated import identify_interpolated
+from core.montecarlo.interpolated import StateSpace, identify_interpolated, identify_subspace
 from core.montecarlo.parts.advice import information
 from core.montecarlo.parts.baselines import BlackBox, pole_error, references
 from core.montecarlo.parts.fits import fit, run_data
 from core.montecarlo.rig import Rig, fit_percent, noise_std, outputs
-from core.montecarlo.subspace import StateSpace, identify_subspace
 from core.scenario.schema import IdentifySpec
 from core.simulate.modes import integrators
 from core.simulate.posture import posture

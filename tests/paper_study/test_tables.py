@@ -9,16 +9,14 @@ import pytest
 
 from core.errors import InputError
 from core.montecarlo import printed
-from core.montecarlo.agreement import implied_bias, least_scatter
-from core.montecarlo.estimates import estimate_tables
-from core.montecarlo.paper import paper_scenario
+from core.montecarlo.estimates import estimate_tables, implied_bias, least_scatter
+from core.montecarlo.printed import paper_scenario
 from core.montecarlo.settings import make_settings
 from core.montecarlo.study import study
 from core.montecarlo.summary import Summary, summarise
 from core.montecarlo.valley import flat_prior
 from core.resumable.executor import Here
-from core.resumable.going_on import records_of
-from core.resumable.journal import Record
+from core.resumable.journal import Record, records_of
 from core.scenario.read import read_scenario
 from flexgui.export.study_report import study_html, write_study
 from tests.paper_study.helpers import short

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from core.errors import InputError
-from core.recording.gaps import bridged, longest_complete, runs, too_long
+from core.recording.clock import bridged, longest_complete, runs, too_long
 from core.recording.load import load_recording
 from core.recording.spec import RecordingSpec
 

@@ -9,10 +9,9 @@ from core.errors import InputError
 from core.loading import load_recordings
 from core.model import Model
 from core.progress import Silent
-from core.scenario.read import parse_scenario
+from core.scenario.read import parse_scenario, scenario_toml
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import candidate_effects, with_effect_parameters
-from core.scenario.write import scenario_toml
 from core.workbench import base_model, run_scenario
 
 HEAD = """

@@ -12,9 +12,14 @@ from hypothesis import strategies as st
 
 from core.errors import InputError
 from core.scenario.data_folder import VARIABLE, outside, resolve_file
-from core.scenario.read import check_scenario, parse_scenario, read_scenario
+from core.scenario.read import (
+    check_scenario,
+    parse_scenario,
+    read_scenario,
+    scenario_toml,
+    write_scenario,
+)
 from core.scenario.schema import Scenario
-from core.scenario.write import scenario_toml, write_scenario
 
 FULL = """
 title = "Everything at once"

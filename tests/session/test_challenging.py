@@ -8,7 +8,7 @@ import pytest
 
 from core.effects import catalogue
 from core.errors import InputError
-from core.scenario.write import scenario_toml
+from core.scenario.read import scenario_toml
 from flexgui.session import Session
 from flexgui.session.board import MOST, Board, Entry
 from flexgui.session.challenging import Challenge, Guess

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from core.check.finding import Finding
-from core.scenario.write import scenario_toml
+from core.scenario.read import scenario_toml
 from flexgui.panels.findings import wording_of
 from flexgui.session import Session
 from flexgui.views.finding import finding_words, title_of

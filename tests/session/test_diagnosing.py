@@ -15,8 +15,7 @@ import numpy as np
 import pytest
 
 from core.diagnose.maps import error_maps
-from core.scenario.read import parse_scenario
-from core.scenario.write import scenario_toml
+from core.scenario.read import parse_scenario, scenario_toml
 from core.workbench import base_model
 from flexgui.jobs import JobPool
 from flexgui.jobs.looked import Looked

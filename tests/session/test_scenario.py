@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.scenario.read import parse_scenario
-from core.scenario.write import scenario_toml
+from core.scenario.read import parse_scenario, scenario_toml
 from flexgui.session import Session, Topic
 from flexgui.session.demo import demo_scenario, scenario_choices
 from flexgui.session.edit import arm_setting, edited, put

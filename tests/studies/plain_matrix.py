@@ -27,11 +27,10 @@ from core.model import Model
 from core.recording.recording import Recording
 from core.recording.save import save_recording
 from core.results import Diagnosis
-from core.scenario.read import read_scenario
+from core.scenario.read import read_scenario, write_scenario
 from core.scenario.schema import Scenario
-from core.scenario.write import write_scenario
 from core.study.blind_run import finished, kept, run_all
-from core.study.crossing import UnreachableError
+from core.study.detectability import UnreachableError
 from core.workbench import run_scenario
 from tests.studies.plain_matrix_hidden import Sight, hide
 from tests.studies.plain_matrix_judge import judged, tables

@@ -37,7 +37,7 @@ from core.identify.setup import Setup, make_setup
 from core.model import Model
 from core.recording.recording import Recording
 from core.scenario.schema import Scenario
-from core.study.crossing import UnreachableError, crossing
+from core.study.detectability import UnreachableError, crossing
 from tests.studies.plain_matrix_rigs import STEPS_HZ
 from tests.studies.plain_matrix_rigs import Rig as Bench
 

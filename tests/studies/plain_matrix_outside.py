@@ -10,7 +10,7 @@ import numpy as np
 from core.recording.recording import Recording
 from core.simulate.motion import Task
 from core.simulate.nonlinear import run
-from core.study.crossing import crossing
+from core.study.detectability import crossing
 from core.study.outside import BREAKS, DraggingCable
 from core.trajectory import Trajectory
 from tests.studies.plain_matrix_hidden import STRONG, Sight

@@ -9,8 +9,7 @@ from core.effects import catalogue
 from core.forces.compiled import compile_law
 from core.recording.spec import SimulateSpec
 from core.simulate.nonlinear import run
-from core.study.crossing import CLOSE
-from core.study.detectability import Detectability
+from core.study.detectability import CLOSE, Detectability
 from core.study.hidden import STRONG
 from core.study.outside import CABLE, OUTSIDE, PIECES, disturbed, in_pieces
 from core.study.rig import STEPS, Experiment, bare_model

@@ -7,8 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.check.mending import EVEN
+from core.check.finding import EVEN, Check, Finding
 
 GAP = 1.75
 """Times the usual step: a row is missing; jitter hardly reaches that."""

@@ -7,8 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.check.mending import EVEN
+from core.check.finding import EVEN, Check, Finding
 
 SHARE = 0.02
 """Of the sample time; rounding of the time column and real loggers stay below 1 %."""

@@ -7,8 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.check.mending import EVEN
+from core.check.finding import EVEN, Check, Finding
 
 
 class RepeatedTimes(Check):

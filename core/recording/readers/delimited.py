@@ -14,8 +14,7 @@ from typing import IO
 from core.errors import InputError
 from core.recording.reading import Reading
 from core.recording.table import Table, TableReader, damaged
-from core.recording.text_block import BlockParser, has_cells
-from core.recording.text_header import read_heading
+from core.recording.text_table import BlockParser, has_cells, read_heading
 
 BLOCK = 1_000_000
 """Bytes that are parsed at once: a hundredth of a second, and no progress bar needs more steps."""

@@ -11,10 +11,9 @@ import numpy as np
 
 from core.errors import InputError
 from core.recording.readers.parquet import BATCH, MAGIC
-from core.recording.reading import Reading
+from core.recording.reading import WIDEST, Reading
 from core.recording.signals import by_length, merged
 from core.recording.table import Table, TableReader, damaged
-from core.recording.vectors import WIDEST
 
 if TYPE_CHECKING:
     from pyarrow.parquet import ParquetFile

@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from core.errors import InputError
-from core.recording.reading import Reading
+from core.recording.reading import Reading, as_vectors
 from core.recording.signals import Group, merged
 from core.recording.table import Table, TableReader, damaged
-from core.recording.vectors import as_vectors
 
 if TYPE_CHECKING:
     from asammdf import MDF

@@ -10,10 +10,9 @@ from typing import IO
 import numpy as np
 
 from core.errors import InputError
-from core.recording.reading import Reading
+from core.recording.reading import Reading, as_vectors
 from core.recording.signals import by_length, merged
 from core.recording.table import Table, TableReader, damaged
-from core.recording.vectors import as_vectors
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK\x03\x04"
 _END = ".npy"

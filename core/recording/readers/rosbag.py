@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from core.errors import InputError
-from core.recording.mcap_chunks import count_unpacked
-from core.recording.message import Flat, flat
+from core.recording.bags import Flat, count_unpacked, flat
 from core.recording.reading import Reading
 from core.recording.signals import Group, merged
 from core.recording.table import Table, TableReader, damaged

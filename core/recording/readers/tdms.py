@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from core.errors import InputError
-from core.recording.reading import Reading
+from core.recording.reading import Reading, as_vectors
 from core.recording.signals import Group, by_length, merged
 from core.recording.table import Table, TableReader, damaged
-from core.recording.vectors import as_vectors
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsFile

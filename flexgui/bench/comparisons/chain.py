@@ -16,8 +16,7 @@ from core.simulate.experiment import make_task
 from core.simulate.motion import Task
 from core.simulate.nonlinear import simulate
 from flexgui.bench.case import GAINS
-from flexgui.bench.row import Row, median_seconds, seconds
-from flexgui.bench.size import FULL, Size
+from flexgui.bench.row import FULL, Row, Size, median_seconds, seconds
 
 SLENDER = 1e-3
 """Share of its transverse inertia that a body has about its axis; MuJoCo refuses none."""

@@ -6,8 +6,7 @@ from importlib.util import find_spec
 
 from flexgui.bench.case import AWAY, MEMBERS, Case, glocal_case, population
 from flexgui.bench.peer_linear import Response, control_response, lsim_response, peer_cost
-from flexgui.bench.row import Row, median_seconds
-from flexgui.bench.size import Size
+from flexgui.bench.row import Row, Size, median_seconds
 
 SAME = 1e-10
 """Relative: both discretise exactly, so only rounding over 3000 steps may differ."""

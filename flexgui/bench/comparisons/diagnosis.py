@@ -23,8 +23,7 @@ from core.recording.spec import SimulateSpec
 from core.scenario.schema import IdentifySpec
 from core.simulate.experiment import NoiseLevels, simulate_recording
 from flexgui.bench.case import GAINS
-from flexgui.bench.row import Row
-from flexgui.bench.size import FULL, Size
+from flexgui.bench.row import FULL, Row, Size
 
 HIDDEN = "coulomb_friction"
 SIZES = {"fc1": 0.5, "fc2": 0.3}

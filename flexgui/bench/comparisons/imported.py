@@ -16,8 +16,7 @@ from core.progress import Silent
 from core.scenario.read import read_scenario
 from core.workbench import base_model, load_recordings
 from flexgui.bench.imported import write
-from flexgui.bench.row import Row, median_seconds, seconds
-from flexgui.bench.size import Size
+from flexgui.bench.row import Row, Size, median_seconds, seconds
 
 VECTORS = 8
 SPREAD = 0.05

@@ -19,8 +19,7 @@ from core.simulate.nonlinear import MOST_SUBSTEPS, run, simulate_fixed, simulate
 from core.trajectory import Trajectory
 from flexgui.bench.case import GAINS
 from flexgui.bench.peer_nonlinear import Setting, SympyArm, integrate
-from flexgui.bench.row import Row, median_seconds, seconds
-from flexgui.bench.size import Size
+from flexgui.bench.row import Row, Size, median_seconds, seconds
 
 ACCURATE = 5e-6
 """m: the largest error of the tip that both sides may have."""

@@ -16,8 +16,7 @@ from core.simulate.lanes import TAYLOR_RADIUS
 from core.simulate.vector import LANES
 from flexgui.bench.case import MEMBERS, Case, glocal_case, population
 from flexgui.bench.peer_linear import state_space
-from flexgui.bench.row import Row, median_seconds
-from flexgui.bench.size import Size
+from flexgui.bench.row import Row, Size, median_seconds
 
 ACCUMULATORS = 8
 """Independent sums: enough to hide the latency of a multiply-add, few enough to stay in

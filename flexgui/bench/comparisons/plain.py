@@ -26,8 +26,7 @@ from flexgui.bench.case import AWAY, glocal_case
 from flexgui.bench.imported import write
 from flexgui.bench.peer_linear import lsim_response, peer_cost
 from flexgui.bench.peer_nonlinear import held_stretches
-from flexgui.bench.row import Row, median_seconds, seconds
-from flexgui.bench.size import FULL, Size
+from flexgui.bench.row import FULL, Row, Size, median_seconds, seconds
 
 MOST_COSTS = 40
 """Times one glocal cost by lsim."""

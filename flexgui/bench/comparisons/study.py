@@ -8,19 +8,18 @@ from core.identify.evolution import evolve
 from core.identify.predictor import Predictor
 from core.identify.residuals import Residuals, channel_weights
 from core.identify.unknowns import collect_unknowns
-from core.montecarlo.paper import paper_scenario
 from core.montecarlo.parts.fits import run_data
+from core.montecarlo.printed import paper_scenario
 from core.montecarlo.rig import Rig
 from core.montecarlo.settings import StudySettings, make_settings
 from core.montecarlo.study import study
 from core.recording.recording import Recording
 from core.resumable.executor import Here
-from core.resumable.going_on import records_of
+from core.resumable.journal import records_of
 from core.resumable.processes import WORKERS, Processes
 from flexgui.bench.case import GENERATIONS, LOWER, MEMBERS, UPPER, Case
 from flexgui.bench.comparisons.evolution import SAME, SEED, peer_search
-from flexgui.bench.row import Row, seconds
-from flexgui.bench.size import Size
+from flexgui.bench.row import Row, Size, seconds
 
 RUNS, SNR_DB = 20, 20.0
 LIMIT = 300.0

@@ -9,8 +9,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from core.results import Outcome
-from flexgui.export.basis import in_c, scheduled
-from flexgui.export.model_format import ModelFormat, linear_header
+from flexgui.export.model_format import ModelFormat, in_c, linear_header, scheduled
 
 FOLDER = "model_c"
 

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import hashlib
+import platform
+import shutil
+import subprocess
+import sys
+import tempfile
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+from pathlib import Path
 from xml.etree import ElementTree
 
 from core.results import DescriptorModel, Outcome
 from flexgui import __version__
-from flexgui.export.basis import scheduled
-from flexgui.export.c_compiler import library_place, shared_library
+from flexgui.export.folder import zipped
 from flexgui.export.formats.c_code import c_sources, c_template
 from flexgui.export.formats.python_control import ELBOW
-from flexgui.export.model_format import ModelFormat, linear_header, plain
-from flexgui.export.zipped import zipped
+from flexgui.export.model_format import ModelFormat, linear_header, plain, scheduled
 
 IDENTIFIER = "flexmodel"
 NO_LIBRARY = (
@@ -107,3 +112,49 @@ def _xml(root: ElementTree.Element) -> bytes:
     ElementTree.indent(root)
     text: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
     return text + b"\n"
+
+
+NAMES = ("cc", "gcc", "clang")
+
+FLAGS = ("-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off")
+"""Without fused multiply-add, so that the same source computes the same everywhere."""
+
+PATIENCE = 60.0
+"""s; it takes a fraction of one."""
+
+SUFFIXES = {"linux": ".so", "darwin": ".dylib", "windows": ".dll"}
+
+
+def compiler() -> str | None:
+    """Path of the first that is there."""
+    return next((path for name in NAMES if (path := shutil.which(name))), None)
+
+
+def library_place() -> str:
+    """Where a shared library of this platform stands in an FMU (FMI 3.0, section 2.5.1.5)."""
+    system = {"win32": "windows"}.get(sys.platform, sys.platform)
+    machine = platform.machine().lower()
+    known = {"amd64": "x86_64", "arm64": "aarch64"}
+    return f"{known.get(machine, machine)}-{system}/flexmodel{SUFFIXES.get(system, '.so')}"
+
+
+def shared_library(sources: Mapping[str, str]) -> bytes | None:
+    """The library of some C files (name -> text); None where no compiler makes one of them."""
+    return _compiled(tuple(sorted(sources.items())))
+
+
+@lru_cache(4)
+def _compiled(sources: tuple[tuple[str, str], ...]) -> bytes | None:
+    path = compiler()
+    if path is None:
+        return None
+    with tempfile.TemporaryDirectory() as room:
+        for name, text in sources:
+            (Path(room) / name).write_text(text, encoding="utf-8")
+        files = [name for name, _ in sources if name.endswith(".c")]
+        order = [path, *FLAGS, "-o", "library", *files, "-lm"]
+        try:
+            subprocess.run(order, cwd=room, check=True, capture_output=True, timeout=PATIENCE)
+            return (Path(room) / "library").read_bytes()
+        except (OSError, subprocess.SubprocessError):
+            return None

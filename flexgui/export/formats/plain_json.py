@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from core.results import DescriptorModel, Outcome
+from flexgui.export.folder import dumps
 from flexgui.export.formats.matlab import note
 from flexgui.export.model_format import ModelFormat, linear_header
-from flexgui.export.strict_json import dumps
 
 
 class JsonFile(ModelFormat):

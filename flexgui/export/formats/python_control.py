@@ -7,8 +7,7 @@ import ast
 import numpy as np
 
 from core.results import DescriptorModel, Outcome
-from flexgui.export.basis import FUNCTIONS, scheduled
-from flexgui.export.model_format import ModelFormat, linear_header
+from flexgui.export.model_format import FUNCTIONS, ModelFormat, linear_header, scheduled
 from flexgui.views.table import factor
 
 TEMPLATE = '''\

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from core.results import RecordingComparison
     from core.scenario.data_folder import Within
     from core.scenario.schema import Scenario
-    from flexgui.jobs.shown import Demonstration
+    from flexgui.jobs.looked import Demonstration
 
 SECONDS = 0.6
 """Of the stretch that is shown: some periods of the first bending mode of a usual arm."""
@@ -47,7 +47,7 @@ def demonstrate(
     from core.errors import InputError
     from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
-    from flexgui.jobs.shown import Demonstration
+    from flexgui.jobs.looked import Demonstration
 
     scenario = parse_scenario(scenario_toml, "The scenario")
     progress.stage("Simulating the arm with and without the effect")

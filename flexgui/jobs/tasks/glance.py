@@ -130,7 +130,7 @@ def _checked(
 ) -> tuple[dict[str, Any], dict[str, tuple[str, str]], dict[str, str]]:
     """The guess with the units, signs and swaps that the other channels ask for; what is left to
     say; and why it was changed."""
-    from core.check.mending import mended_columns
+    from core.check.finding import mended_columns
 
     columns, taken_in = _in_plausible_units(file, columns, numbers)
     columns, found = _least_contradicted(file, columns, taken_in)

@@ -52,7 +52,7 @@ def rows(
 ) -> Rows:
     """Of the columns (N,) of a file; `headers`: channel -> column."""
     from core.recording.channels import channel_kind
-    from core.recording.gaps import runs
+    from core.recording.clock import runs
 
     needed = [h for c, h in headers.items() if c != "t" and not channel_kind(c).sparse]
     empty = {h: np.isnan(numbers[h]) for h in needed if h in numbers}

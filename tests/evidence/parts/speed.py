@@ -9,8 +9,7 @@ from types import ModuleType
 from typing import Any
 
 from core.plugins import modules_of
-from flexgui.bench.show import duration, ratio
-from flexgui.bench.size import FULL
+from flexgui.bench.row import FULL, duration, ratio
 from tests.evidence.frame import table
 
 TITLE = "Speed"

@@ -1,0 +1,141 @@
+"""Tasks that are one call of what lies below: identify, export, check, play, hide, study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from flexgui.jobs.task import Task
+
+if TYPE_CHECKING:
+    from core.progress import Progress
+    from core.results import Outcome
+
+
+def identify(
+    scenario_toml: str,
+    folder: str | None = None,
+    *,
+    progress: Progress,
+) -> Outcome:
+    """Everything that the scenario asks for; it may read the files of `folder` only."""
+    from core.scenario.data_folder import Within
+    from core.scenario.read import parse_scenario
+    from core.workbench import run_scenario
+
+    return run_scenario(
+        parse_scenario(scenario_toml, "The scenario"),
+        folder=Within(Path(folder or ".")),
+        progress=progress,
+    )
+
+
+if TYPE_CHECKING:
+    from core.progress import Progress
+    from core.results import Outcome
+
+
+def export(
+    outcome: Outcome, scenario_toml: str, folder: str, out: str, *, progress: Progress
+) -> str:
+    """The folder `out`, with the report of what the page shows: nothing is identified again.
+
+    `folder` holds the files that the scenario may read; its first motion is played in the report.
+    """
+    from core.scenario.data_folder import Within
+    from core.scenario.read import parse_scenario
+    from flexgui.export.diagnosed_file import diagnosed_plainly
+    from flexgui.export.folder import check_writable
+    from flexgui.export.motion import report_motion
+    from flexgui.export.outcome import export_outcome
+
+    progress.stage("Writing the report")
+    check_writable(Path(out))
+    scenario = parse_scenario(scenario_toml, "scenario.toml")
+    motion = report_motion(scenario, outcome, Within(Path(folder)))
+    found = diagnosed_plainly(scenario, outcome)
+    export_outcome(outcome, scenario_toml, Path(out), motion, found)
+    return out
+
+
+if TYPE_CHECKING:
+    from core.check.finding import Finding
+    from core.progress import Progress
+    from core.scenario.schema import Scenario
+
+
+def findings(folder: str, scenario: Scenario, *, progress: Progress) -> tuple[Finding, ...]:
+    """In the order of the recordings; InputError where one is no table of measurements. Files are
+    those of the folder and no others."""
+    from core.check.run import check_scenario
+    from core.scenario.data_folder import Within
+
+    return tuple(check_scenario(scenario, Within(Path(folder)), None, progress))
+
+
+if TYPE_CHECKING:
+    from core.progress import Progress
+    from core.recording.recording import Recording
+    from core.scenario.schema import Scenario
+    from flexgui.stage.recorded import Playback
+
+
+def play(
+    scenario: Scenario, recording: str, folder: str, values: Mapping[str, float], *,
+    progress: Progress,
+) -> tuple[Recording, Playback]:  # fmt: skip
+    """A file of `folder` only; `values` are the fitted parameters, none where there is no fit."""
+    from core.scenario.data_folder import Within
+    from flexgui.stage.recorded import played, read_one
+
+    found = read_one(scenario, recording, Within(Path(folder)), progress=progress)
+    return found, played(scenario, values, found)
+
+
+if TYPE_CHECKING:
+    from core.progress import Progress
+
+
+def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[str, str]:
+    """(scenario as TOML, sealed truth); the recordings lie in `folder` afterwards."""
+    from core.recording.save import save_recording
+    from core.scenario.read import scenario_toml
+    from core.study.challenge import make_challenge
+
+    progress.stage("Hiding an effect in an arm, and recording it")
+    made = make_challenge(seed, level)
+    for r in made.recordings:
+        save_recording(r, Path(folder) / f"{r.name}.csv")
+    return scenario_toml(made.scenario), made.sealed
+
+
+if TYPE_CHECKING:
+    from core.progress import Progress
+
+
+def study_case(work: str, order: str, *, progress: Progress) -> str:
+    """The record of the case that `order` states, both as text; `work` names who makes it."""
+    found = Task(work).resolve()(order)
+    assert isinstance(found, str)
+    return found
+
+
+if TYPE_CHECKING:
+    from core.progress import Progress
+
+JOURNAL = "results.jsonl"
+"""Beside the report, as `flexgui study` has it: that command goes on in the same folder."""
+
+
+def study_report(settings: str, folder: str, *, progress: Progress) -> str:
+    """Page, tables and result into `folder`, from the journal in it; `settings` as JSON."""
+    from core.montecarlo.settings import settings_of
+    from core.montecarlo.summary import summarise
+    from core.resumable.journal import Journal
+    from flexgui.export.study_report import write_study
+
+    progress.stage("Writing the report of the study")
+    known, out = settings_of(settings), Path(folder)
+    write_study(summarise(known, Journal(out / JOURNAL, known.identity).records), out)
+    return folder
