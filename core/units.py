@@ -1,13 +1,11 @@
-"""Units of columns and their factors to SI; numbers as settings may have them."""
+"""Units of the columns of a file and their factors to SI."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any
-
-from pydantic import AfterValidator, Field
+from typing import TYPE_CHECKING, Any
 
 from core.errors import InputError
 
@@ -85,21 +83,3 @@ def _registry() -> UnitRegistry[Any]:
     from pint import UnitRegistry
 
     return UnitRegistry()
-
-
-LARGEST, SMALLEST = 1e15, 1e-15
-"""SI. Young's modulus of diamond is 1.2e12 Pa and the inertia of a watch's hand 1e-12 kg m^2;
-squares and products of a few numbers of these sizes are still far from overflow (1e308)."""
-
-
-def _not_tiny(value: float) -> float:
-    if 0.0 < value < SMALLEST:
-        raise ValueError(f"is {value:g}; it must be at least {SMALLEST:g}.")
-    return value
-
-
-Bounded = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False), AfterValidator(_not_tiny)]
-NonNegative = Annotated[
-    float, Field(ge=0, le=LARGEST, allow_inf_nan=False), AfterValidator(_not_tiny)
-]

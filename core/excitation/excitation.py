@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from core.units import Positive
+from core.quantities import Positive
 
 
 class Excitation(BaseModel):

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from core.errors import InputError
+from core.quantities import LARGEST
 from core.recording.channels import channel_kind, is_channel
 from core.recording.clock import (
     MIN_SAMPLES,
@@ -28,7 +29,7 @@ from core.recording.resampling import Even, at_rate, even_table
 from core.recording.spec import GapsSpec, RecordingSpec
 from core.recording.table import Table, number
 from core.sentences import brief, did_you_mean, few
-from core.units import LARGEST, factor_to_si, parse_header
+from core.units import factor_to_si, parse_header
 
 
 class _Source(NamedTuple):

@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
 from core import units
+from core.quantities import Bounded
 from core.recording.channels import channel_names, is_channel
 from core.recording.recording import CameraPose, LoggerFilter
 from core.sentences import did_you_mean
-from core.units import Bounded
 
 # Strict: a number in quotes or `true` where a number belongs is a slip, not a number.
 Real = Annotated[Bounded, Field(strict=True)]
