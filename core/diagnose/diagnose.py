@@ -30,6 +30,7 @@ from core.diagnose.ladder import (
 from core.diagnose.phrases import times
 from core.diagnose.prune import ITERATIONS, without_needless
 from core.diagnose.refit import Refit, converged, fit, precise, settled
+from core.diagnose.retraced import retraced
 from core.diagnose.screen import Screen, screen
 from core.diagnose.start import Begun, begin
 from core.diagnose.steps import Validated, ladder_step, validated
@@ -98,6 +99,10 @@ class _State:
     rounds: list[DiagnosisRound]
     steps: list[LadderStep]
     validation: Data | None
+    first: Screen | None = None
+    """Of the first round."""
+    passed: list[str] = field(default_factory=list)
+    """Titles of what was taken out again."""
     unseen: dict[tuple[int, int | None], tuple[Refit, Validated]] = field(default_factory=dict)
     """What `validated` gave for a refit with so many steps: gate, ladder and figures ask alike."""
 
@@ -117,6 +122,12 @@ class _State:
     def found(self) -> list[Effect]:
         """What was added."""
         return self.present[self.given :]
+
+    @property
+    def detours(self) -> tuple[str, ...]:
+        """Titles of what was added on the way and is not in the model at the end."""
+        kept = {one.title for one in self.present}
+        return tuple(title for title in dict.fromkeys(self.passed) if title not in kept)
 
 
 def diagnose(
@@ -138,9 +149,8 @@ def diagnose(
     begun = begun or begin_on(setup, spec, recordings, options, progress)
     state = _state(setup, begun)
     fitted = time.perf_counter()
-    more = _climb(state, options, progress, listen)
-    _prune(state, progress)
-    _exchange(state, options, progress)
+    more = _search(state, options, progress, listen)
+    _retrace(state, begun.base, progress)
     _settle(state, progress)
     left = remains(state.data.experiments, state.refit.errors, state.refit.hypothesis)
     given = remains(begun.data.experiments, begun.base.errors, begun.base.hypothesis)
@@ -154,7 +164,7 @@ def diagnose(
         verdict, final, state.rounds, state.steps, given, left, applies,
         kept=[e.kind for e in state.found], limit=options.max_effects,
         titles=titles_of(state.refit), sizes=sizes_of(state.found, state.refit, state.data),
-        stopped=stopped,
+        stopped=stopped, passed=state.detours,
     )  # fmt: skip
     return Diagnosis(
         verdict=verdict,
@@ -230,6 +240,26 @@ def _step(state: _State, added: Effect | None, title: str) -> LadderStep:
     return ladder_step(state.data, later, state.refit, kind, title, names)
 
 
+MOST_RETURNS = 2
+"""To the climb, after effects that it added turned out needless and made room for others."""
+
+
+def _search(state: _State, options: Options, progress: Progress, listen: Listener | None) -> bool:
+    """Climbs, takes out what is needless and exchanges what stands in for something better; begins
+    anew where that made room and an error is left. Whether another effect is known to be missing.
+    """
+    for returns in range(MOST_RETURNS + 1):
+        more, before = _climb(state, options, progress, listen), len(state.passed)
+        _prune(state, progress)
+        _exchange(state, options, progress)
+        settled_down = len(state.passed) == before
+        if settled_down or progress.stopped() or returns == MOST_RETURNS:
+            break
+        if not remains(state.data.experiments, state.refit.errors).above:
+            return False
+    return more
+
+
 def _climb(state: _State, options: Options, progress: Progress, listen: Listener | None) -> bool:
     """Adds effects while there are some to add; whether another one is known to be missing.
 
@@ -268,21 +298,26 @@ def _look(
     for k, kind in enumerate(kinds):
         left = tuple(r for r in ranking if r.effect not in kinds[:k])
         state.rounds.append(DiagnosisRound(left, kind, sentence, next_ones))
-    state.data = seen.data
+    state.data, state.first = seen.data, state.first or seen.screen
     if state.validation is not None:
         state.validation = replace(state.validation, fine=seen.data.fine)
     return seen
 
 
 def _prune(state: _State, progress: Progress) -> None:
-    kept, removed = without_needless(
-        state.data, state.refit, state.present, state.given, progress.stopped
-    )
-    if removed:
+    """Until nothing is needless: without one effect the others come to rest elsewhere, and the
+    next one may have lost its use."""
+    while not progress.stopped():
+        kept, removed = without_needless(
+            state.data, state.refit, state.present, state.given, progress.stopped
+        )
+        if not removed:
+            return
         state.data, state.refit = converged(
             state.data, kept.refit.hypothesis, None, progress.stopped
         )
         state.present = list(kept.effects)
+        state.passed += [e.title for e in removed]
         names = ", ".join(e.title for e in removed)
         state.steps.append(_step(state, None, f"Without: {names}"))
 
@@ -334,6 +369,25 @@ def _replace(
     state.steps.append(_step(state, None, f"Without: {gone.title}"))
     state.data, state.refit, state.present = data, refit, list(effects)
     state.steps.append(_step(state, came, came.title))
+    state.passed.append(gone.title)
+
+
+def _retrace(state: _State, base: Refit, progress: Progress) -> None:
+    """Tells the ladder as it would be climbed with what is in the model at the end."""
+    if not state.passed or not state.found or state.first is None:
+        return
+    climbed = retraced(
+        state.data, base, state.refit, state.present[: state.given], state.found, state.first,
+        state.rounds, progress.stopped,
+    )  # fmt: skip
+    if not climbed:
+        return
+    rest = [r for r in state.rounds[-1:] if r.accepted is None]  # the last word is kept
+    state.rounds = [*(c.round for c in climbed), *rest]
+    del state.steps[1:]
+    for one in climbed:
+        state.data, state.refit = one.data, one.refit
+        state.steps.append(_step(state, one.effect, one.effect.title))
 
 
 def _settle(state: _State, progress: Progress) -> None:
