@@ -10,8 +10,8 @@ import pytest
 from core.arm.arm import Arm
 from core.arm.segment import Segment
 from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.refit import fit
 from core.diagnose.first_swings import from_first_swings
+from core.diagnose.refit import fit
 from core.drives.velocity_loop import VelocityLoop
 from core.effects import effect
 from core.effects.base_compliance import compliance
