@@ -16,6 +16,7 @@ from core.diagnose.descent import (
     descend,
     normal_equations,
 )
+from core.diagnose.first_swings import from_first_swings
 from core.diagnose.narrow import narrowed
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
@@ -158,16 +159,26 @@ def _starts(
 ) -> list[dict[str, float]]:
     """From the base's nuisance and what the screen found, and where these may mislead also from
 
+    - what the first swings say, of an effect that swings itself; alone, where that is better than
+      the base as it stands;
     - the best sizes near by: one alone may look better further off while the others are wrong;
     - the prior nominals: the base fit may have bent them to swallow the effect, and a descent from
-      there can stick (design section 6, 1).
+      there can stick.
     """
     begun = {**base.values(), **values}
+    swung = from_first_swings(data, base, effects, values, scanned, stopped)
+    if swung is not None and _cost(hypothesis(data, effects, swung)) < _cost(base):
+        return [swung]
     best = narrowed(data, base, effects, begun, scanned, stopped)
     nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
     apart = any(abs(base.values()[k] - v) > NOMINAL_MOVED * abs(v) for k, v in nominal.items())
     others = [best] if best != begun else []
+    others += [swung] if swung is not None else []
     return [begun, *others, *([{**best, **nominal}] if apart else [])]
+
+
+def _cost(h: Hypothesis) -> float:
+    return cost_of(h.errors(h.vector))
 
 
 EXACT = 2
