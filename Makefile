@@ -53,7 +53,7 @@ evidence: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.evidence $(PARTS)
 
 blind: $(VENV)/.installed-test
-	@$(BIN)/python -m core.study.blind
+	@$(BIN)/python -m tests.studies.blind
 
 matrix: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.studies.plain_matrix --workers 2

@@ -25,9 +25,8 @@ from core.recording.spec import SimulateSpec
 from core.scenario.read import scenario_toml
 from core.scenario.schema import Scenario
 from core.sentences import did_you_mean
-from core.study.cases import candidates
 from core.study.detectability import UnreachableError
-from core.study.hidden import Hidden, added, hidden, known_before
+from core.study.hidden import Hidden, added, candidates, hidden, known_before
 from core.study.obfuscate import obfuscate, opened
 from core.study.rig import (
     CHANNELS,

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.effects import effect, with_included
+from core.effects import catalogue, effect, with_included
 from core.effects.effect import Effect, EffectParameter
 from core.effects.sizes import Sizes, typical
 from core.model import Model
 from core.study.detectability import Detectability, crossing
-from core.study.rig import Experiment, seen_by
+from core.study.rig import Experiment, bare_model, seen_by
 
 WEAK, STRONG = 0.5, 3.0
 """Noise rms per sample."""
@@ -34,6 +34,20 @@ BEFORE = {"backlash": ("joint_elasticity",)}
 """kind -> what must be known beside what the effect includes. Teeth with play are elastic teeth: on
 a rigid joint their compliance and the motor's own inertia would be the larger surprise, some five
 times the noise however small the play."""
+
+LEVELS_OF_MODEL = ("large_motion",)
+"""What is no effect of the arm but a level of the model: a diagnosis uses the full equations, so
+it cannot be missing there."""
+
+
+def candidates() -> dict[str, Effect]:
+    """All effects that the rig of the studies can show."""
+    rig = seen_by(bare_model())
+    return {
+        kind: one
+        for kind, one in catalogue().items()
+        if kind not in LEVELS_OF_MODEL and not one.not_applicable(rig)
+    }
 
 
 def known_before(one: Effect) -> tuple[Effect, ...]:

@@ -29,9 +29,9 @@ from core.recording.save import save_recording
 from core.results import Diagnosis
 from core.scenario.read import read_scenario, write_scenario
 from core.scenario.schema import Scenario
-from core.study.blind_run import finished, kept, run_all
 from core.study.detectability import UnreachableError
 from core.workbench import run_scenario
+from tests.studies.blind_run import finished, kept, run_all
 from tests.studies.plain_matrix_hidden import Sight, hide
 from tests.studies.plain_matrix_judge import judged, tables
 from tests.studies.plain_matrix_outside import OUTSIDE, disturbed

@@ -11,8 +11,8 @@ from core.recording.recording import Recording
 from core.simulate.motion import Task
 from core.simulate.nonlinear import run
 from core.study.detectability import crossing
-from core.study.outside import BREAKS, DraggingCable
 from core.trajectory import Trajectory
+from tests.studies.outside import BREAKS, DraggingCable
 from tests.studies.plain_matrix_hidden import STRONG, Sight
 from tests.studies.plain_matrix_rigs import STEPS_HZ, Rig
 

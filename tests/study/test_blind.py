@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from core.errors import InputError
-from core.study import blind, blind_case
-from core.study.blind_case import answer_text, made, run_case
-from core.study.blind_run import finished, order_text, run_all
-from core.study.blind_tables import both, near_floor, right, tables, unlisted
-from core.study.cases import Case, Choice, candidates
+from core.study.hidden import candidates
 from core.study.rig import noisy
+from tests.studies import blind, blind_case
+from tests.studies.blind_case import answer_text, made, run_case
+from tests.studies.blind_cases import Case, Choice
+from tests.studies.blind_run import finished, order_text, run_all
+from tests.studies.blind_tables import both, near_floor, right, tables, unlisted
 from tests.study import counting
 from tests.study.counting import MORTAL, UNLUCKY, Number
 

@@ -10,10 +10,17 @@ import pytest
 from core.effects import effect
 from core.recording.spec import SimulateSpec
 from core.simulate.nonlinear import run
-from core.study.cases import LEVELS_OF_MODEL, candidates, sized
 from core.study.detectability import CLOSE, Detectability, UnreachableError, crossing
-from core.study.hidden import STRONG, hidden, known_before, parameters_on
+from core.study.hidden import (
+    LEVELS_OF_MODEL,
+    STRONG,
+    candidates,
+    hidden,
+    known_before,
+    parameters_on,
+)
 from core.study.rig import CHANNELS, IDENTIFY, STDS, STEPS, Experiment, bare_model, readings
+from tests.studies.blind_cases import sized
 from tests.study.helpers import least_squares_rest
 
 EXPERIMENTS = [

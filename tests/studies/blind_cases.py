@@ -12,9 +12,9 @@ import numpy as np
 from core.effects import catalogue
 from core.effects.effect import Effect
 from core.recording.spec import SimulateSpec
-from core.study.hidden import LEVELS, parameters_on
-from core.study.outside import OUTSIDE
-from core.study.rig import COLOURS, Experiment, bare_model, seen_by
+from core.study.hidden import LEVELS, candidates, parameters_on
+from core.study.rig import COLOURS, Experiment, bare_model
+from tests.studies.outside import OUTSIDE
 
 POINTS = (np.pi / 8, np.pi / 2, 7 * np.pi / 8)
 """rad, working points theta2 of the three recordings."""
@@ -28,10 +28,6 @@ PARTS = ("singles", "pairs", "nulls", "outside")
 
 EXCITATION: Mapping[str, Mapping[str, Any]] = {}
 """kind -> what its recordings need beyond the default excitation of 1 s."""
-
-LEVELS_OF_MODEL = ("large_motion",)
-"""What is no effect of the arm but a level of the model: a diagnosis uses the full equations, so
-it cannot be missing there."""
 
 
 @dataclass(frozen=True)
@@ -67,16 +63,6 @@ class Case:
             Experiment(f"th{k + 1}", SimulateSpec(theta2=float(x), seed=first + k, **given))
             for k, x in enumerate(POINTS)
         ]
-
-
-def candidates() -> dict[str, Effect]:
-    """All effects that the rig of the studies can show."""
-    rig = seen_by(bare_model())
-    return {
-        kind: one
-        for kind, one in catalogue().items()
-        if kind not in LEVELS_OF_MODEL and not one.not_applicable(rig)
-    }
 
 
 def sized(one: Effect) -> bool:

@@ -1,4 +1,4 @@
-"""The blind matrix: `python -m core.study.blind`, resumable, and its tables.
+"""The blind matrix: `python -m tests.studies.blind`, resumable, and its tables.
 
 Every applicable effect is hidden at two sizes under white and coloured noise, then pairs, nothing,
 and disturbances that no effect describes; the diagnosis knows nothing of it. The results stand in
@@ -16,12 +16,12 @@ from core.effects import catalogue
 from core.errors import InputError
 from core.resumable.processes import WORKERS
 from core.sentences import did_you_mean
-from core.study.blind_case import answer_text
-from core.study.blind_run import finished, run_all
-from core.study.blind_tables import tables
-from core.study.cases import PARTS, Choice
-from core.study.outside import OUTSIDE
 from core.study.rig import COLOURS
+from tests.studies.blind_case import answer_text
+from tests.studies.blind_cases import PARTS, Choice
+from tests.studies.blind_run import finished, run_all
+from tests.studies.blind_tables import tables
+from tests.studies.outside import OUTSIDE
 
 OUT = Path("reports/blind.jsonl")
 
@@ -62,7 +62,7 @@ def _listed(text: str | None, known: Iterable[str], option: str) -> tuple[str, .
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m core.study.blind", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tests.studies.blind", description=__doc__)
     parser.add_argument("--part", help=f"some of {', '.join(PARTS)}; all by default")
     parser.add_argument("--effects", help="ids of effects or disturbances; all by default")
     parser.add_argument("--seeds", type=int, help="fewer or more seeds (pairs, nulls) than planned")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from core.study.blind_case import COVERED
+from tests.studies.blind_case import COVERED
 
 Record = dict[str, Any]
 

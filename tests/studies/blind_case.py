@@ -18,12 +18,12 @@ from core.identify.setup import make_setup
 from core.model import Model
 from core.recording.recording import Recording
 from core.results import Diagnosis
-from core.study.blind_run import kept
-from core.study.cases import Case
 from core.study.detectability import Detectability, UnreachableError
 from core.study.hidden import LEVELS, Hidden, added, hidden, parameters_on
-from core.study.outside import disturbed
 from core.study.rig import IDENTIFY, STDS, bare_model, exactly, noisy, readings, recording
+from tests.studies.blind_cases import Case
+from tests.studies.blind_run import kept
+from tests.studies.outside import disturbed
 
 COVERED = 1.96
 """Standard deviations of the interval in which 95 % of the truths should lie."""
