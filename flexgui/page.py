@@ -9,7 +9,6 @@ import viser
 
 from core.plugins import classes_of
 from flexgui.panels.curtain import lift
-from flexgui.panels.offer import Offer
 from flexgui.panels.page_context import PageContext
 from flexgui.panels.page_layout import CONTROLS, PLOTS, PageLayout, Widths, Window
 from flexgui.panels.painter import Painter
@@ -18,7 +17,7 @@ from flexgui.panels.plot import fresh_paper, paper_of
 from flexgui.panels.scene import Scene
 from flexgui.panels.stagebar import StageBar
 from flexgui.panels.timeline import TimeLine
-from flexgui.panels.tour import Tour
+from flexgui.panels.tour import Offer, Tour
 from flexgui.panels.widgets import grey
 from flexgui.session import Services, Session, Topic
 from flexgui.session.state import STAGES

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar, cast
 
+import numpy as np
 from markupsafe import Markup
 
 from core.results import DescriptorModel
 from flexgui.panels import widgets
 from flexgui.panels.arm_sliders import ArmSliders
-from flexgui.panels.lines import Lines
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
 from flexgui.panels.theme import THEMES
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.tour_card import holds_way_on
+from flexgui.views.chart import chart
 from flexgui.views.html import html_equations, html_matrices, html_table
+from flexgui.views.layout import Figure
 from flexgui.views.poles import mode_table, poles
 from flexgui.views.responses import frequency_response, noisy_step, phase_response
 from flexgui.views.table import affine, matrices
@@ -125,3 +128,42 @@ def _all_matrices(described: DescriptorModel) -> Markup:
         paragraph(affine("E", described.basis)), paragraph(affine("A", described.A_basis))
     )
     return joined(sums, html_matrices(matrices(described)))
+
+
+PADDING = (6, 12, 0, 0)
+"""px: above, right, below, left."""
+
+
+class Lines:
+    """One chart; hidden until there is something to draw."""
+
+    def __init__(self, desk: PageContext, height: int, title: str) -> None:
+        """`height` in px, without title and legend."""
+        self._theme = desk.theme
+        self._shown: Figure | None = None
+        desk.theme.followers.append(self._recolour)
+        nothing = np.array([0.0, 1.0])
+        self._look: dict[str, Any] = {}
+        self._handle = desk.gui.add_uplot(
+            (nothing, nothing), ({}, {}), title=title, height=height, padding=PADDING, visible=False
+        )
+
+    def show(self, figure: Figure) -> None:
+        """Draws a figure of lines over one common axis; one without any line hides the chart."""
+        self._shown = figure
+        if not figure["data"]:
+            self._handle.visible = False
+            return
+        found = chart(figure, self._theme.dark)
+        self._handle.data = found.data
+        if found.look != self._look:
+            self._look = found.look
+            self._handle.series = cast(Any, found.look["series"])
+            self._handle.scales = cast(Any, found.look["scales"])
+            self._handle.axes = cast(Any, found.look["axes"])
+        self._handle.visible = True
+
+    def _recolour(self, dark: bool) -> None:
+        """Text on a canvas follows no style sheet."""
+        if self._shown is not None:
+            self.show(self._shown)

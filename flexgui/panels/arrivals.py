@@ -5,6 +5,7 @@ from __future__ import annotations
 from flexgui.panels import widgets
 from flexgui.panels.page_context import PageContext
 from flexgui.panels.words import Words, joined, paragraph
+from flexgui.session import Services
 
 TOP = -1.0
 """Order of what stands above all else in the panel: a question waits. viser counts from 0."""
@@ -48,3 +49,15 @@ class Arrivals:
 
 def _set_aside(count: int) -> str:
     return f"{count} recordings were set aside." if count != 1 else "One recording was set aside."
+
+
+MEGA = 1e6
+
+
+def upload_hint(services: Services) -> str:
+    """For the buttons that take a file."""
+    limit = services.upload_limit_bytes / MEGA
+    return (
+        f"CSV, Parquet, MAT, HDF5, TDMS, MDF4, MCAP, ROS 2 db3 or NPZ, several at once; or a "
+        f"scenario (TOML, or its zip). At most {limit:.0f} MB each."
+    )

@@ -1,12 +1,19 @@
-"""An effect at work on this arm: story, formula, the outputs with it and without it, and its torque
-in the one that is missing."""
+"""An effect at work on this arm: its story, formula, outputs and torque; how its job stands."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+from markupsafe import Markup
+
+from core.diagnose.announce import aside
+from flexgui.panels import widgets
 from flexgui.panels.candidates import story
 from flexgui.panels.page_context import PageContext
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
+from flexgui.session.run import QUEUED, STOPPING, Run
 from flexgui.views.demonstration import demonstration, demonstration_summary
 from flexgui.views.missing_torque import missing_cloud
 
@@ -67,3 +74,63 @@ class AtWork:
             where = f"recording {shown.recording}"
             self._about.show(paragraph(TORQUE.format(where), "soft"))
             self._cloud.show(missing_cloud(torques, shown.torques, shown.title))
+
+
+STAYS = Markup("""<style>
+.mantine-ScrollArea-content div:not(.fx):has(.fx-busy) { overflow: visible !important; }
+div:has(> .fx > .fx-busy), div:has(> .fx > .fx-busy) + div, div:has(> .fx > .fx-busy) + div + div {
+  position: sticky; z-index: 3; background: var(--mantine-color-body);
+  box-shadow: -.7em 0 var(--mantine-color-body), .7em 0 var(--mantine-color-body); }
+div:has(> .fx > .fx-busy) { top: 0; }
+div:has(> .fx > .fx-busy) + div { top: 2.8rem; padding-top: .3rem; }
+div:has(> .fx > .fx-busy) + div + div { top: 4rem; }
+.fx:has(> .fx-busy) { height: 2.9rem; overflow: hidden; }
+.fx .fx-busy span { font-weight: 400; }
+</style>""")
+"""However far the panel is scrolled, all three stand on top of it: what was pressed may be far
+below. Nothing around them may clip for that. The sentence has two lines, so that nothing jumps
+when it changes."""
+
+
+class Busy:
+    """Seen while a job of one of `kinds` waits or runs."""
+
+    def __init__(self, desk: PageContext, *kinds: str) -> None:
+        self._desk, self._kinds = desk, kinds
+        self._said = Words(desk.gui)
+        self._bar: Any = desk.gui.add_progress_bar(0.0, visible=False, animated=True)
+        self._stop = widgets.button(desk, "Stop", desk.session.stop)
+        self._stop.visible = False
+        self._aside = Words(desk.gui)
+
+    @property
+    def running(self) -> bool:
+        """Whether a job of these kinds waits or runs."""
+        run = self._desk.session.run
+        return run.busy and run.kind in self._kinds
+
+    def refresh(self, else_said: Callable[[], str]) -> None:
+        """`else_said` is what stands there while nothing runs."""
+        running, run = self.running, self._desk.session.run
+        self._bar.visible = running
+        self._bar.value = 100.0 * (run.share if run.share is not None else 1.0)
+        self._stop.visible = running
+        self._stop.disabled = run.phase == STOPPING or self._desk.read_only
+        head, tail, note = how_it_stands(run)
+        now = Markup("{}<p class='lead fx-busy'>{}<span>{}</span></p>").format(STAYS, head, tail)
+        self._said.show(now if running else paragraph(else_said(), "lead"))
+        self._aside.show(paragraph(note, "soft") if running and note else "")
+
+
+def how_it_stands(run: Run) -> tuple[str, str, str]:
+    """The stage and how far it is; what it is at; and what is said in a lower voice."""
+    if run.phase == QUEUED:
+        place = "" if run.place is None else f", place {run.place} in the queue"
+        return f"Waiting{place}.", "", ""
+    if run.phase == STOPPING:
+        return "Stopping …", "", ""
+    said, note = aside(run.text)
+    steps = f", {min(run.done, run.total)} of {run.total}" if run.total else ""
+    note = note.strip("()")
+    lower = note[:1].upper() + note[1:]
+    return f"{run.stage or 'Starting'}{steps}", f": {said}" if said else "", lower

@@ -12,7 +12,7 @@ from core.excitation.excitation import Excitation
 from core.plugins import classes_of
 from core.scenario.schema import Scenario
 from flexgui.panels import widgets
-from flexgui.panels.arrivals import Arrivals
+from flexgui.panels.arrivals import Arrivals, upload_hint
 from flexgui.panels.columns import ColumnChoice
 from flexgui.panels.findings import FindingList, wording_of
 from flexgui.panels.one_recording import OneRecording
@@ -20,7 +20,6 @@ from flexgui.panels.onward import to_identification
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
 from flexgui.panels.rig import RigChoice
-from flexgui.panels.uploads import upload_hint
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.demo import scenario_choices

@@ -14,8 +14,7 @@ from core.workbench import base_model
 from core.written import format_number
 from flexgui.jobs.looked import Looked, refitted_only
 from flexgui.panels import widgets
-from flexgui.panels.at_work import AtWork
-from flexgui.panels.busy import Busy
+from flexgui.panels.at_work import AtWork, Busy
 from flexgui.panels.candidates import Candidates, inviting
 from flexgui.panels.challenge import ChallengeControls
 from flexgui.panels.grown import Grown
@@ -24,10 +23,9 @@ from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
-from flexgui.session.effects import present
+from flexgui.session.effects import own_place, present
 from flexgui.session.last_step import in_vain, worse
 from flexgui.session.look import Look, ladder_steps
-from flexgui.session.own_ranked import own_place
 from flexgui.session.run import RUNNING
 from flexgui.session.tour_card import holds_way_on
 from flexgui.views.headline import AS_GIVEN, BIASED, COMPLETE

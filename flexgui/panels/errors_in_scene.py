@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from flexgui.panels.page_context import PageContext
 from flexgui.session.failing import WhereItFails
-from flexgui.stage.error_board import NAME, ErrorBoard
-from flexgui.stage.error_paint import error_paint
+from flexgui.stage.error_board import NAME, ErrorBoard, error_paint
 from flexgui.stage.scene import Stage
 
 COLOURED = ("Compare", "Diagnose")

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from core.diagnose.phrases import FLOOR_IS
-from core.results import ErrorMaps, RecordingComparison, WorstCell
+from core.results import ErrorMaps, MissingTorque, RecordingComparison, WorstCell
 from core.written import format_number
 from flexgui.panels import widgets
-from flexgui.panels.missing import Missing
 from flexgui.panels.page_context import PageContext
 from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, paragraph
 from flexgui.views.error_map import place
+from flexgui.views.missing_torque import missing_cloud, missing_curve
 from flexgui.views.names import output_title
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.error_by_frequency import ErrorByFrequency
@@ -141,3 +141,47 @@ def cell_label(cell: WorstCell) -> str:
     short = output.replace("joint angle", "angle").replace("tip position", "tip")
     short = short.replace("deflection of the link", "deflection")
     return f"recording {cell.recording}: {short}, {place(cell)}, {times} ×"
+
+
+SAID = (
+    "The torque that the drive delivers beyond what the model needs for the measured motion. Over "
+    "the speed: a step at zero is dry friction, a slope viscous friction, a cloud without shape is "
+    "noise."
+)
+NONE = (
+    "No missing torque is known for this recording: press Find what is missing first. It needs a "
+    "working point (or a torque rig), since it is computed with the model linearised there."
+)
+
+
+class Missing:
+    """Hidden unless it was asked for."""
+
+    def __init__(self, desk: PageContext) -> None:
+        self._desk = desk
+        self._words = Words(desk.gui)
+        self._curve, self._cloud = Plot(desk.gui, 0.75), Plot(desk.gui, 0.75)
+        self._drawn: tuple[MissingTorque, ...] | None = None
+
+    def refresh(self, torques: tuple[MissingTorque, ...] | None) -> None:
+        """None hides it; an empty tuple says why there is nothing."""
+        self._words.show("" if torques is None else paragraph(SAID if torques else NONE, "soft"))
+        if not torques:
+            self._drawn = None
+            self._curve.show(None)
+            self._cloud.show(None)
+            return
+        if torques is not self._drawn:
+            self._drawn = torques
+            self._curve.show(missing_curve(torques), self._cursor())
+            self._cloud.show(missing_cloud(torques))
+
+    def _cursor(self) -> float | None:
+        if not self._drawn:
+            return None
+        return float(self._drawn[0].time[0]) + self._desk.session.cursor.time
+
+    def move_cursor(self) -> None:
+        """The time-line's cursor moved."""
+        if self._drawn:
+            self._curve.move_cursor(self._cursor())

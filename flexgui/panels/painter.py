@@ -8,8 +8,7 @@ import time
 from collections.abc import Callable
 
 from flexgui.session import Topic
-from flexgui.session.crew import CREW
-from flexgui.session.turn import TURNS
+from flexgui.session.latest import CREW, TURNS
 
 log = logging.getLogger(__name__)
 

@@ -14,8 +14,8 @@ from flexgui.panels.keys import help_hands
 from flexgui.panels.page_context import PageContext
 from flexgui.panels.page_layout import Widths, Window, aspect, covered
 from flexgui.session import Topic
-from flexgui.session.crew import CREW
 from flexgui.session.effects import places
+from flexgui.session.latest import CREW
 from flexgui.session.live import LiveModel
 from flexgui.stage.effect_nodes import Drawn, show_effects
 from flexgui.stage.look import HOME, lowered

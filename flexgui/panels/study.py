@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -14,15 +15,25 @@ from core.montecarlo.study import parts, study_cases
 from core.scenario.schema import Scenario
 from core.sentences import listed
 from flexgui.panels import widgets
-from flexgui.panels.confirm import Confirm
+from flexgui.panels.page_context import PageContext
 from flexgui.panels.panel import Panel
-from flexgui.panels.study_results import StudyResults
+from flexgui.panels.plot import Plot
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.bundle import zipped_folder
 from flexgui.session.demo import DEMO
-from flexgui.session.study_choice import MOST_AT_ONCE, MOST_RUNS, StudyChoice, asked, whole
-from flexgui.session.study_state import DONE, FAILED, STOPPING, StudyState
+from flexgui.session.study_state import (
+    DONE,
+    FAILED,
+    MOST_AT_ONCE,
+    MOST_RUNS,
+    STOPPING,
+    ShownSection,
+    StudyChoice,
+    StudyState,
+    asked,
+    whole,
+)
 from flexgui.session.uploads import safe_name
 from flexgui.views.study_estimates import snr
 
@@ -195,3 +206,118 @@ def _size(scenario: Scenario, choice: StudyChoice) -> str:
     cases = len(study_cases(settings, choice.parts))
     ratios = listed([snr(each) for each in settings.snr_db])
     return f"{cases} cases; {choice.runs} runs at {len(settings.points)} working points, {ratios}."
+
+
+class Confirm:
+    """A button that acts at once where there is nothing to lose, and else asks first."""
+
+    def __init__(
+        self, desk: PageContext, label: str, question: str, action: Callable[[], object],
+        loses: Callable[[], bool], yes: str, no: str,
+    ) -> None:  # fmt: skip
+        self._action, self._loses, self._question = action, loses, question
+        self._words = Words(desk.gui)
+        self._begin: Any = widgets.button(desk, label, self._pressed, prominent=True)
+        self._yes: Any = widgets.button(desk, yes, self._confirmed, prominent=True)
+        self._no: Any = widgets.button(desk, no, self._left)
+        self._asking, self._shown = False, True
+        self.show(True)
+
+    def show(self, visible: bool) -> None:
+        """The button or its question; nothing."""
+        self._shown = visible
+        self._asking = self._asking and visible
+        self._words.show(paragraph(self._question, "bad") if self._asking else "")
+        self._begin.visible = visible and not self._asking
+        self._yes.visible = self._no.visible = visible and self._asking
+
+    def _pressed(self) -> None:
+        if self._loses():
+            self._asking = True
+            self.show(self._shown)
+        else:
+            self._action()
+
+    def _confirmed(self) -> None:
+        self._left()
+        self._action()
+
+    def _left(self) -> None:
+        self._asking = False
+        self.show(self._shown)
+
+
+NONE = "no results yet"
+MOST_FIGURES = 2
+"""Of one section."""
+
+EMPTY = (
+    "The study repeats the identification with fresh noise, as the paper does for its Tables I and "
+    "II, and shows how far the estimates scatter, beside the printed figures. Further parts "
+    "validate on sweeps, compare with other methods on the same data, and say which experiments "
+    "would give more information. Tables and figures stand here as soon as the first results come."
+)
+
+
+class StudyResults:
+    """A choice on the right; on the left what was chosen, which grows while the study runs."""
+
+    def __init__(self, desk: PageContext) -> None:
+        self._desk = desk
+        self._chosen = ""
+        self._drawn: ShownSection | None = None
+
+    def build_choice(self) -> None:
+        """Add the choice of a section."""
+        self._choice = widgets.choice(
+            self._desk, "Show", (NONE,), lambda: self._chosen or NONE, self._choose
+        )
+
+    def build_plots(self) -> None:
+        """Add the figures and tables of a section."""
+        gui = self._desk.gui
+        self._title = Words(gui)
+        self._figures = [(Plot(gui, 0.6), Words(gui)) for _ in range(MOST_FIGURES)]
+        self._words = Words(gui)
+
+    def refresh(self) -> None:
+        """Draws the chosen section where it has changed."""
+        sections = {s.title: s for s in self._desk.session.study.sections}
+        options = tuple(sections) or (NONE,)
+        if self._chosen not in options:
+            self._chosen = options[0]
+        self._choice.visible = bool(sections)
+        if self._choice.options != options:
+            self._choice.options = options
+        if self._choice.value != self._chosen:
+            self._choice.value = self._chosen
+        section = sections.get(self._chosen)
+        if section is None:
+            self._clear()
+        elif section is not self._drawn:
+            self._draw(section)
+        self._drawn = section
+
+    def _choose(self, title: str) -> bool:
+        self._chosen = title
+        self.refresh()
+        return True
+
+    def _clear(self) -> None:
+        self._title.show(paragraph(EMPTY, "soft"))
+        self._words.show("")
+        for plot, caption in self._figures:
+            plot.show(None)
+            caption.show("")
+
+    def _draw(self, section: ShownSection) -> None:
+        self._title.show(paragraph(section.title, "lead"))
+        self._words.show(section.words)
+        figures = [*section.figures, *[None] * MOST_FIGURES]
+        for (plot, caption), shown in zip(self._figures, figures, strict=False):
+            if shown is None:
+                plot.show(None)
+                caption.show("")
+            else:
+                plot.show(shown.figure, height=shown.height)
+                caption.show(paragraph(shown.caption, "soft"))

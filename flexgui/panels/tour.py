@@ -7,9 +7,9 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.panels import widgets
+from flexgui.panels.arrivals import upload_hint
 from flexgui.panels.page_context import PageContext
-from flexgui.panels.uploads import upload_hint
-from flexgui.panels.words import Words
+from flexgui.panels.words import Words, paragraph
 from flexgui.session.demo import HIDDEN, is_of_tour
 from flexgui.session.tour_card import (
     AT,
@@ -112,3 +112,29 @@ class Tour:
         # Where earlier work is offered, to restore it is the next thing to do.
         self._go.color = "gray" if self._desk.session.earlier is not None else "blue"
         self._quiet.label = REFUSE if offers else LEAVE
+
+
+ON_TOP = -1e8
+"""Order in the main panel: above the stages."""
+
+
+class Offer:
+    """A question with two buttons; gone once it is answered."""
+
+    def __init__(self, desk: PageContext) -> None:
+        self._desk = desk
+        earlier = desk.session.earlier
+        self._folder = None
+        if earlier is None or desk.read_only:
+            return
+        self._folder = desk.gui.add_folder(None, order=ON_TOP)
+        with self._folder:
+            question = f"Restore your work of {earlier.words}?"
+            Words(desk.gui).show(paragraph(question, "lead"))
+            widgets.button(desk, "Restore it", lambda: desk.session.restore(), prominent=True)
+            widgets.button(desk, "Not now", lambda: desk.session.decline())
+
+    def refresh(self) -> None:
+        """Takes the question away once it is answered."""
+        if self._folder is not None:
+            self._folder.visible = self._desk.session.earlier is not None

@@ -25,13 +25,12 @@ from flexgui.server.binding import bind, port_of
 from flexgui.server.ending import end_in_any_case, until_asked, wait
 from flexgui.server.entry import Word
 from flexgui.server.greeting import Say, greet_alone, greet_class, teacher_address
-from flexgui.server.kept import KeptWork
+from flexgui.server.kept import KeptWork, server_key, state_folder
 from flexgui.server.limits import Limits
 from flexgui.server.lost import watch_connection
 from flexgui.server.options import ServeOptions
 from flexgui.server.plotly_script import send_plotly
 from flexgui.server.services import Services
-from flexgui.server.state import server_key, state_folder
 from flexgui.server.store import Kept
 from flexgui.server.warming import Warming
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from flexgui.server.limits import MEGA, Limits
-from flexgui.server.refusal import RefusedError
+from flexgui.server.values import RefusedError
 
 SMALLEST_PART = 64 * 1024
 """bytes; viser's client sends 512 KiB. Keeps a small file from having a million parts."""

@@ -10,7 +10,6 @@ from typing import Any
 import viser
 
 from flexgui.server.limits import Limits
-from flexgui.server.refusal import RefusedError
 
 SLACK = 1e-9
 """Of a range: browsers add steps up in floating point (0.1 + 0.2 > 0.3)."""
@@ -104,3 +103,11 @@ def items(value: object, n: int) -> Sequence[object]:
     if not isinstance(value, list) or len(value) != n:
         raise RefusedError(f"not a list of {n}")
     return value
+
+
+class RefusedError(Exception):
+    """A message that changes nothing; the text is for the log, or for the person if `tell`."""
+
+    def __init__(self, why: str, *, tell: bool = False) -> None:
+        super().__init__(why)
+        self.tell = tell

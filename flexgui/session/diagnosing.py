@@ -17,12 +17,18 @@ from flexgui.jobs import Event, Finished, Partial, Stopped, Task
 from flexgui.jobs.events import Ended
 from flexgui.jobs.looked import Looked
 from flexgui.jobs.tasks.diagnose import AFTER, BEFORE, COMPARED, diagnose
-from flexgui.session.comparing import Comparing
 from flexgui.session.edit import Edit, edited, put, thawed
-from flexgui.session.effects import present, titled, with_effect, with_own, without_effect
+from flexgui.session.effects import (
+    present,
+    ranked_with_own,
+    titled,
+    with_effect,
+    with_own,
+    without_effect,
+)
 from flexgui.session.last_step import last_change, worse
 from flexgui.session.look import Look
-from flexgui.session.own_ranked import ranked_with_own
+from flexgui.session.running import Comparing
 from flexgui.session.services import Services
 from flexgui.session.topics import Topic
 

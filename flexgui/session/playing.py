@@ -1,7 +1,9 @@
-"""The recording under the time-line's cursor and its motion."""
+"""The motion that a page plays, and the thread that moves its cursor."""
 
 from __future__ import annotations
 
+import threading
+import time
 from abc import ABC
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +20,6 @@ from flexgui.jobs.tasks.direct import play
 from flexgui.places import without_places
 from flexgui.session.editing import Editing
 from flexgui.session.latest import LatestWins
-from flexgui.session.player import Player
 from flexgui.session.state import STAGES, Cursor
 from flexgui.session.topics import Topic
 from flexgui.stage.recorded import Playback, fitted_values, played, read_one
@@ -135,3 +136,37 @@ def _data_part(scenario: Scenario) -> Scenario:
     return scenario.model_copy(
         update={"title": "-", "identify": plain.identify, "compare": (), "model": plain.model}
     )
+
+
+RATE = 25.0
+"""Frames a second; the page draws arm and cursor at each."""
+
+
+class Player:
+    """A thread that lives only while something plays."""
+
+    def __init__(self, session: Playing) -> None:
+        self._session = session
+        self._lock = threading.Lock()
+        self._running = False
+
+    def wake(self) -> None:
+        """Starts to move the cursor where it should and nobody does yet."""
+        with self._lock:
+            if self._running or not self._session.cursor.playing:
+                return
+            self._running = True
+        threading.Thread(target=self._run, name="player", daemon=True).start()
+
+    def _run(self) -> None:
+        last = time.monotonic()
+        while True:
+            time.sleep(1.0 / RATE)
+            now = time.monotonic()
+            with self._lock:
+                cursor = self._session.cursor
+                if not cursor.playing or self._session.closed:
+                    self._running = False
+                    return
+            self._session.advance((now - last) * cursor.speed)
+            last = now

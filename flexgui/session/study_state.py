@@ -1,14 +1,27 @@
-"""How a study stands, as one record that a page shows."""
+"""What a session knows of its study: what was chosen, how far it is, what is shown."""
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from core.montecarlo.settings import StudySettings
+from markupsafe import Markup
+
+from core.errors import InputError
+from core.montecarlo.rig import Rig
+from core.montecarlo.settings import StudySettings, make_settings
+from core.montecarlo.study import parts, study_cases
+from core.montecarlo.summary import Summary
 from core.resumable.journal import Record
-from flexgui.session.study_shown import ShownSection
+from core.scenario.schema import Scenario
+from flexgui.export.plot import Plot
+from flexgui.export.study_report import sections
+from flexgui.views.html import html_table
+from flexgui.views.study_estimates import parameter_table, snr, stiffness_table
+from flexgui.views.table import Table
 
 IDLE, RUNNING, STOPPING = "idle", "running", "stopping"
 STOPPED, DONE, FAILED = "stopped", "done", "failed"
@@ -61,3 +74,109 @@ def remaining(
     mean = {part: sum(values) / len(values) for part, values in each.items()}
     usual = sum(mean.values()) / len(mean)
     return sum(mean.get(part, usual) for part in left) * elapsed / work
+
+
+FEW, PAPER = 5, 20
+"""Runs: for a look in front of a class, and as in the paper."""
+
+MOST_RUNS, MOST_AT_ONCE = 500, 4
+
+NOTHING_TO_DO = "The chosen parts have nothing to do in this scenario; choose Estimates as well."
+
+
+@dataclass(frozen=True)
+class StudyChoice:
+    """The first one takes seconds."""
+
+    runs: int = FEW
+    parts: tuple[str, ...] = ("fits",)
+    at_once: int = 2
+    """Cases under way at a time, where the workers are free."""
+
+
+def whole() -> StudyChoice:
+    """All that the paper has, and all that goes beyond it."""
+    return StudyChoice(PAPER, tuple(parts()))
+
+
+def asked(scenario: Scenario, choice: StudyChoice) -> StudySettings:
+    """InputError, one sentence, where there is no such study."""
+    if not choice.parts:
+        raise InputError("No part of the study is chosen; choose Estimates at least.")
+    settings = make_settings(scenario, runs=choice.runs)
+    _ = Rig(settings).truth  # an arm of another kind is refused here, not in a worker
+    if not study_cases(settings, choice.parts):
+        raise InputError(NOTHING_TO_DO)
+    return settings
+
+
+def refusal(scenario: Scenario) -> str:
+    """Why no study can be made of a scenario, in one sentence; empty where one can."""
+    try:
+        asked(scenario, StudyChoice())
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+FINDINGS = "Conclusions"
+
+FONT_SIZE = 11
+"""Of a figure on the page; a report has more room."""
+
+
+@dataclass(frozen=True)
+class ShownFigure:
+    """One figure as Plotly reads it."""
+
+    figure: dict[str, Any]
+    height: float
+    """px"""
+    caption: str
+
+
+@dataclass(frozen=True)
+class ShownSection:
+    """Figures, and tables or paragraphs below them."""
+
+    title: str
+    figures: tuple[ShownFigure, ...]
+    words: Markup
+
+
+def shown(summary: Summary) -> tuple[ShownSection, ...]:
+    """The report's sections as far as there are results, and its findings."""
+    found = []
+    for section in sections(summary):
+        figures = tuple(_figure(plot) for plot in section.figures)
+        tables = _narrow(summary) if section.id == "estimates" else ()
+        own = section.tables[2:] if tables else section.tables
+        words = Markup("").join(_table(title, table) for title, table in (*tables, *own))
+        found.append(ShownSection(section.title, figures, words))
+    if summary.findings:
+        said = (_paragraph(heading, text) for heading, text in summary.findings)
+        found.append(ShownSection(FINDINGS, (), Markup("").join(said)))
+    return tuple(found)
+
+
+def _narrow(summary: Summary) -> Iterator[tuple[str, Table]]:
+    """The two wide tables of the report ratio by ratio: a page has half its width."""
+    for table in summary.tables:
+        yield f"Estimates at {snr(table.snr_db)}", parameter_table([table])
+    for table in summary.tables:
+        yield f"EI at {snr(table.snr_db)}", stiffness_table([table], summary.stiffness)
+
+
+def _figure(plot: Plot) -> ShownFigure:
+    figure = json.loads(plot.json)
+    layout = figure["layout"]
+    layout |= {"template": "none", "font": {**layout["font"], "size": FONT_SIZE}}
+    return ShownFigure(figure, float(plot.height), plot.caption)
+
+
+def _table(title: str, table: Table) -> Markup:
+    return Markup("<h4>{}</h4>{}").format(title, html_table(table))
+
+
+def _paragraph(heading: str, text: str) -> Markup:
+    return Markup("<h4>{}</h4><p>{}</p>").format(heading, text)

@@ -21,10 +21,16 @@ from flexgui.places import without_places
 from flexgui.session.challenging import Challenging
 from flexgui.session.latest import LatestWins
 from flexgui.session.services import Services
-from flexgui.session.study_choice import StudyChoice, asked, refusal
 from flexgui.session.study_run import StudyRun
-from flexgui.session.study_shown import shown
-from flexgui.session.study_state import FAILED, STOPPED, StudyState
+from flexgui.session.study_state import (
+    FAILED,
+    STOPPED,
+    StudyChoice,
+    StudyState,
+    asked,
+    refusal,
+    shown,
+)
 from flexgui.session.topics import Topic
 
 CALM = 1.0

@@ -1,4 +1,4 @@
-"""The motion of one recording: the model's coordinates and the measured ones, frame by frame."""
+"""The motion of one recording, the model's and the measured one, and the ghost of the latter."""
 
 from __future__ import annotations
 
@@ -11,10 +11,14 @@ from pathlib import Path
 import numpy as np
 
 from core.arm.arm import Arm
+from core.arm.chord import chord_matrix
+from core.arm.compiled import CompiledArm
+from core.arm.slots import gravity_slot
 from core.identify.prepared import make_task
 from core.identify.setup import make_setup
 from core.identify.unknowns import GAIN, OFFSET
 from core.loading import load_recordings
+from core.model import Model, Numbers
 from core.progress import Progress, Silent
 from core.recording.recording import Recording
 from core.results import Outcome
@@ -25,7 +29,6 @@ from core.simulate.nonlinear import simulate
 from core.trajectory import Trajectory
 from core.workbench import base_model
 from flexgui.stage.geometry import ArmGeometry
-from flexgui.stage.ghost import filled, measured_postures
 
 SHARE = 0.09
 """Of the reach: so far the tip is drawn from where a stiff arm had it, at the most."""
@@ -163,3 +166,91 @@ def fitted_values(outcome: Outcome | None, recording: str) -> dict[str, float]:
             if e.recording in (None, recording) and not e.name.startswith((OFFSET, GAIN)):
                 found.setdefault(e.name, []).append(e.value)
     return {name: float(np.mean(values)) for name, values in found.items()}
+
+
+STEPS = 5
+"""Newton steps; the tip is nearly linear in the bending, so each takes two digits or more."""
+
+REGULARISATION = 1e-3
+"""Of the largest compliance seen at the tip. A bending that hardly moves the tip (along a straight
+arm) is not read from it: the camera's noise would become a large bending. What moves the tip is
+not touched, since each step takes the share that the one before has left."""
+
+
+def measured_postures(recording: Recording, model: Model, numbers: Numbers) -> np.ndarray | None:
+    """q (N, n) of a recording; None without encoders. Straight where nothing tells the bending.
+
+    Between samples of a slow camera the bending runs straight in time.
+    """
+    arm = model.arm
+    names = [f"theta{k + 1}" for k in range(arm.joints)]
+    if not recording.has(*names):
+        return None
+    q = np.zeros((len(recording.time), arm.coordinates))
+    q[:, : arm.joints] = np.column_stack([recording[name] for name in names])
+    if arm.coordinates == arm.joints:
+        return q
+    flexibility = _flexibility(arm, model.compiled, numbers.p)
+    _add_deflections(q, recording, arm, numbers.p, flexibility)
+    if recording.has("z1", "z2"):
+        z = np.column_stack([recording["z1"], recording["z2"]])
+        _add_tip(q, recording.time, z, model.compiled, numbers.p, flexibility)
+    return q
+
+
+def _flexibility(arm: Arm, compiled: CompiledArm, p: np.ndarray) -> np.ndarray:
+    """(n, n) inverse of the bending stiffness, zero for the joints."""
+    without_gravity = p.copy()
+    without_gravity[gravity_slot(arm.joints, 0) : gravity_slot(arm.joints, 2)] = 0.0
+    K, _ = compiled.linear_matrices(np.zeros(arm.coordinates), without_gravity)
+    out = np.zeros_like(K)
+    out[arm.joints :, arm.joints :] = np.linalg.inv(K[arm.joints :, arm.joints :])
+    return out
+
+
+def _add_deflections(
+    q: np.ndarray, recording: Recording, arm: Arm, p: np.ndarray, flexibility: np.ndarray
+) -> None:
+    """The least bending with the measured chord angle of each link that has a gauge."""
+    for k, row in enumerate(chord_matrix(arm, p)):
+        name = f"deflection{k + 1}"
+        if not arm.modes[k] or not recording.has(name):
+            continue
+        shape = flexibility @ row
+        q += filled(recording.time, recording[name][:, None]) * (shape / (row @ shape))
+
+
+def _add_tip(
+    q: np.ndarray,
+    time: np.ndarray,
+    z: np.ndarray,
+    compiled: CompiledArm,
+    p: np.ndarray,
+    flexibility: np.ndarray,
+) -> None:
+    """Bends q (N, n) until its tips stand at z (N, 2)."""
+    seen = np.flatnonzero(np.isfinite(z).all(axis=1))
+    if not seen.size:
+        return
+    bent = q[seen]
+    for _ in range(STEPS):
+        tips, slopes = zip(*(compiled.tip_place(row, p) for row in bent), strict=True)
+        miss, J = z[seen] - np.array(tips), np.array(slopes)
+        yielding = J @ flexibility
+        compliance = yielding @ np.swapaxes(J, 1, 2)
+        size = np.trace(compliance, axis1=1, axis2=2)[:, None, None]
+        pull = np.linalg.solve(compliance + REGULARISATION * size * np.eye(2), miss[:, :, None])
+        bent = bent + (np.swapaxes(yielding, 1, 2) @ pull)[:, :, 0]
+    change = np.full_like(q, np.nan)
+    change[seen] = bent - q[seen]
+    q += filled(time, change)
+
+
+def filled(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Columns (N, k) with NaN replaced by what runs straight between the samples around it."""
+    known = np.isfinite(values).all(axis=1)
+    if known.all():
+        return values
+    if not known.any():
+        return np.zeros_like(values)
+    return np.column_stack([np.interp(time, time[known], column[known]) for column in values.T])

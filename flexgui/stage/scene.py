@@ -10,8 +10,7 @@ import numpy as np
 from viser import FrameHandle, SceneNodeHandle
 
 from core.arm.arm import Arm
-from flexgui.stage.arm_nodes import GHOST, MODEL, ArmNodes, MarkNodes
-from flexgui.stage.camera_nodes import CameraNodes, PathNodes
+from flexgui.stage.arm_nodes import GHOST, MODEL, ArmNodes, CameraNodes, MarkNodes, PathNodes
 from flexgui.stage.floor import add_floor
 from flexgui.stage.look import HOME, ROOT, Owner, View, light, view_of
 from flexgui.stage.paint import Rgb

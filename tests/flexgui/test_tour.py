@@ -14,7 +14,7 @@ import pytest
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
 from core.results import ChannelError, Diagnosis, LadderStep, Outcome, RankedEffect
 from flexgui.jobs.looked import Looked
-from flexgui.panels.busy import how_it_stands
+from flexgui.panels.at_work import how_it_stands
 from flexgui.panels.onward import to_diagnosis, to_identification
 from flexgui.panels.page_context import PageContext
 from flexgui.session import Session

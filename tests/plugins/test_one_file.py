@@ -26,7 +26,7 @@ from core.recording.load import load_recording
 from core.recording.spec import RecordingSpec
 from core.scenario.schema import DiagnoseSpec, SensorsSpec
 from flexgui.panels import arm_sliders, failing, widgets
-from flexgui.panels.guess import GuessFields
+from flexgui.panels.challenge import GuessFields
 from flexgui.reference import reference_text
 from flexgui.views.names import channel_title
 

@@ -17,8 +17,8 @@ from websockets.http11 import Request, Response
 
 from flexgui.server.access import CODE, TEACHER, AccessHandler
 from flexgui.server.entry import Word, neighbours, new_code
+from flexgui.server.kept import KEY_FILE, VARIABLE, server_key
 from flexgui.server.limits import Limits
-from flexgui.server.state import KEY_FILE, VARIABLE, server_key
 from tests.server.helpers import FakeClock
 
 PORT = 8080

@@ -17,7 +17,7 @@ from flexgui.server.binding import bind
 from flexgui.server.limits import Limits
 from flexgui.server.services import Services
 from flexgui.session import Session
-from flexgui.session.crew import LINGER
+from flexgui.session.latest import LINGER
 from tests.server.conftest import Place
 from tests.server.helpers import Browser, FakeClock
 from tests.server.served import until, widget

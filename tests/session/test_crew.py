@@ -8,8 +8,7 @@ import time
 import pytest
 
 from flexgui.session import latest
-from flexgui.session.crew import Crew
-from flexgui.session.latest import LatestWins
+from flexgui.session.latest import Crew, LatestWins
 from tests.session.helpers import until
 
 SHORT = 0.2

@@ -14,7 +14,8 @@ from core.errors import InputError
 from core.progress import Silent
 from core.scenario.data_folder import VARIABLE, Within
 from core.scenario.read import scenario_toml
-from flexgui.jobs.tasks.direct import identify, play
+from flexgui.jobs.tasks.direct import play
+from flexgui.jobs.tasks.identify import identify
 from flexgui.jobs.tasks.read_file import headers, length_and_rate
 from flexgui.places import without_places
 from flexgui.server.copying import copy_session

@@ -10,8 +10,8 @@ import pytest
 from core.results import ChannelError, Estimate, LadderStep, RankedEffect
 from flexgui.jobs.looked import Looked
 from flexgui.session.demo import demo_scenario
+from flexgui.session.effects import own_place, own_ranked, ranked_with_own
 from flexgui.session.look import Look
-from flexgui.session.own_ranked import own_place, own_ranked, ranked_with_own
 
 
 def listed(kind: str, refitted: float | None) -> RankedEffect:

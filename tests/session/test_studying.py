@@ -20,9 +20,16 @@ from core.scenario.read import parse_scenario, read_scenario
 from flexgui.jobs.tasks.direct import JOURNAL
 from flexgui.session import Session, Topic
 from flexgui.session.bundle import zipped_folder
-from flexgui.session.study_choice import StudyChoice, whole
-from flexgui.session.study_shown import shown
-from flexgui.session.study_state import DONE, FAILED, IDLE, STOPPED, remaining
+from flexgui.session.study_state import (
+    DONE,
+    FAILED,
+    IDLE,
+    STOPPED,
+    StudyChoice,
+    remaining,
+    shown,
+    whole,
+)
 from flexgui.study import JOURNAL as JOURNAL_OF_THE_COMMAND
 from tests.paper_study.helpers import numbers, short
 from tests.session.conftest import Offered

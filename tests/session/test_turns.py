@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from flexgui.session.turn import Turns
+from flexgui.session.latest import Turns
 
 SOON = 5.0
 """s that a thread may take to be heard of."""

@@ -8,8 +8,7 @@ import viser
 
 from core.study.rig import bare_model
 from flexgui.stage import paint
-from flexgui.stage.error_board import AWAY, EMPTY, ErrorBoard, cells
-from flexgui.stage.error_paint import error_paint, shade
+from flexgui.stage.error_board import AWAY, EMPTY, ErrorBoard, cells, error_paint, shade
 from flexgui.stage.scene import FAINT, Stage
 from flexgui.views import colours
 

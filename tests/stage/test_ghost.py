@@ -7,7 +7,7 @@ import pytest
 
 from core.arm.arm import Arm
 from core.recording.recording import Recording
-from flexgui.stage.ghost import filled, measured_postures
+from flexgui.stage.recorded import filled, measured_postures
 from tests.helpers import ARMS, compiled, looped
 
 RECOVERED = 1e-4
