@@ -5,6 +5,12 @@ Each is first brought to coordinates in which its observability matrix is as nea
 that of a reference; then every entry of A, B and C is a polynomial in cos(theta2), fitted by
 least squares (J. De Caigny, J. F. Camino and J. Swevers, Interpolation-based modeling of MIMO
 LPV systems, IEEE Trans. Control Systems Technology 19, 2011).
+
+The local models come by subspace identification, PO-MOESP: x(t+1) = A x + B u, y = C x + e. Past
+inputs and outputs are the instruments, so that white or coloured noise on the outputs leaves A and
+C unbiased (Verhaegen and Verdult, Filtering and System Identification, 2007, section 9.6). B and
+the initial state follow by least squares on the outputs themselves, in which they are linear once A
+and C are known.
 """
 
 from __future__ import annotations

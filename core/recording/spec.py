@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from core import units
+from core import quantities
 from core.quantities import Bounded
 from core.recording.channels import channel_names, is_channel
 from core.recording.recording import CameraPose, LoggerFilter
@@ -14,7 +14,7 @@ from core.sentences import did_you_mean
 
 # Strict: a number in quotes or `true` where a number belongs is a slip, not a number.
 Real = Annotated[Bounded, Field(strict=True)]
-Positive = Annotated[units.Positive, Field(strict=True)]
+Positive = Annotated[quantities.Positive, Field(strict=True)]
 NonNegative = Annotated[units.NonNegative, Field(strict=True)]
 Whole = Annotated[int, Field(strict=True, ge=0, lt=2**32)]
 Switch = Annotated[bool, Field(strict=True)]

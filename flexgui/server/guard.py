@@ -1,4 +1,8 @@
-"""Every message of one browser passes here before viser sees it: which are known, and how large."""
+"""Every message of one browser passes here before viser sees it: kinds, fields, what each may be.
+
+The kinds of messages are those that viser 1.1.1's own client sends, without the two of the share
+button and the one that viser passes on to all other browsers (`GuiFormDirtyMessage`).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,10 @@
-"""The motion of one recording, the model's and the measured one, and the ghost of the latter."""
+"""The motion of one recording: the model's, and postures that agree with what was measured.
+
+A recording does not hold the modal coordinates, so they are reconstructed: of all bendings that
+explain the measured link deflections or the measured tip, the one with the least bending energy.
+For one mode per segment and two joints that is the only one; for more modes it is the shape that
+a force at the tip gives, close to the first natural mode.
+"""
 
 from __future__ import annotations
 
