@@ -65,8 +65,45 @@ def from_first_swings(
     share = _telling(data, base, len(hypothesis(data, effects, values).vector))
     if share is None:
         return None
-    first = _begun(data, share)
     starts = _starts(data, base, effects, values, scanned)
+    return _best(data, effects, starts, share, stopped)
+
+
+def from_nominal_values(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Start | None:
+    """A start of a fitted model in another valley than where it stands: from the nominal values.
+
+    Returns:
+        None where the nominal values are near, or lead over the first swings to nothing better.
+    """
+    at = h.values()
+    nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
+    if all(abs(at.get(k, v) - v) <= MOVED * abs(v) for k, v in nominal.items()):
+        return None
+    share = _telling(data, h, len(h.vector))
+    if share is None:
+        return None
+    effects, values = h.model.effects, {**h.model.effect_values, **at}
+    first = _begun(data, share)
+    here, _ = _descended(first, effects, values, ITERATIONS, stopped)
+    there, _ = _descended(first, effects, {**values, **nominal}, ITERATIONS, stopped)
+    if (here - there) * first.count < SHOWN * len(h.vector):
+        return None
+    return _best(data, effects, [{**values, **nominal}], share, stopped)
+
+
+MOVED = 0.02
+"""Share by which a parameter must have left its nominal value for another start to be worth it."""
+
+
+def _best(
+    data: Data,
+    effects: Sequence[Effect],
+    starts: Sequence[Start],
+    share: float,
+    stopped: Callable[[], bool],
+) -> Start | None:
+    """Where the start leads that leaves least over the first `share` of each recording."""
+    first = _begun(data, share)
     looks = [_descended(first, effects, one, LOOK, stopped) for one in starts]
     looks = sorted(looks, key=lambda one: one[0])[:BEST]
     ended = [_descended(first, effects, one, ITERATIONS, stopped) for _, one in looks]

@@ -16,7 +16,7 @@ from core.diagnose.descent import (
     descend,
     normal_equations,
 )
-from core.diagnose.first_swings import from_first_swings
+from core.diagnose.first_swings import MOVED, from_first_swings, from_nominal_values
 from core.diagnose.narrow import narrowed
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
@@ -171,7 +171,7 @@ def _starts(
         return [swung]
     best = narrowed(data, base, effects, begun, scanned, stopped)
     nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
-    apart = any(abs(base.values()[k] - v) > NOMINAL_MOVED * abs(v) for k, v in nominal.items())
+    apart = any(abs(base.values()[k] - v) > MOVED * abs(v) for k, v in nominal.items())
     others = [best] if best != begun else []
     others += [swung] if swung is not None else []
     return [begun, *others, *([{**best, **nominal}] if apart else [])]
@@ -207,9 +207,6 @@ def columns_of(base: Hypothesis, slopes: Sequence[np.ndarray]) -> Known:
 
 LOOK = 2
 """Iterations from each start before the one that is ahead goes on alone."""
-
-NOMINAL_MOVED = 0.02
-"""Share by which a nominal parameter must have moved for a second start to be worth it."""
 
 
 def settled(found: Refit) -> Refit:
@@ -295,12 +292,20 @@ def converged(
     minimum), so the descent begins anew from where it ended until that gains nothing.
     """
     data, found = _descended(data, h, whitener, stopped)
-    free = _off_bounds(data, found.hypothesis)
-    if free is not None and not stopped():
-        other = _descended(replace(data, anchor=None), free, whitener, stopped)
-        if other[1].cost < found.cost:
-            data, found = other
+    for elsewhere in (_off_bounds, _other_valley):
+        start = elsewhere(data, found.hypothesis, stopped)
+        if start is not None and not stopped():
+            other = _descended(replace(data, anchor=None), start, whitener, stopped)
+            if other[1].cost < found.cost:
+                data, found = other
     return data, found
+
+
+def _other_valley(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hypothesis | None:
+    """The same where the nominal values lead over the first swings; None where to nothing better:
+    a fit that lacked an effect may have left the valley."""
+    values = from_nominal_values(data, h, stopped)
+    return again(data, h, values, finer=1) if values is not None else None
 
 
 NEAR = 0.05
@@ -308,7 +313,7 @@ NEAR = 0.05
 stiff is a rigid one, and hardly moves an output."""
 
 
-def _off_bounds(data: Data, h: Hypothesis) -> Hypothesis | None:
+def _off_bounds(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hypothesis | None:
     """The same with the nominal values of what ended at a bound while an effect was missing: there
     the error is flat, and no descent leads back. None where nothing did."""
     at, moved = h.values(), dict[str, float]()

@@ -77,9 +77,9 @@ def test_a_stiffness_that_ended_at_its_bound_begins_anew_from_the_nominal_one() 
     data = bare().data
     (nominal,) = [u.parameter for u in data.nuisance if u.parameter.name == "EI"]
     away = hypothesis(data, (), {**bare().base.hypothesis.values(), "EI": 0.99 * nominal.upper})
-    found = _off_bounds(data, away)
+    found = _off_bounds(data, away, NEVER)
     assert found is not None and found.values()["EI"] == pytest.approx(nominal.value)
-    assert _off_bounds(data, found) is None
+    assert _off_bounds(data, found, NEVER) is None
 
 
 CLOSER = 5.0
