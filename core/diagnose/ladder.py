@@ -19,8 +19,9 @@ from core.diagnose.evidence import (
     ranked,
     weigh,
 )
+from core.diagnose.minimum import converged
 from core.diagnose.race import Runner, ended, in_the_race, started
-from core.diagnose.refit import Refit, converged, refit_with, whitened
+from core.diagnose.refit import Refit, refit_with, whitened
 from core.diagnose.reshape import reshaped
 from core.diagnose.screen import Screen, Screened, screen
 from core.diagnose.sets import FoundSet, best_set

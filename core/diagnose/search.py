@@ -23,9 +23,10 @@ from core.diagnose.ladder import (
     applicable,
     one_round,
 )
+from core.diagnose.minimum import converged, precise
 from core.diagnose.phrases import times
 from core.diagnose.prune import ITERATIONS, without_needless
-from core.diagnose.refit import Refit, converged, fit, precise, settled
+from core.diagnose.refit import Refit, fit, settled
 from core.diagnose.retraced import retraced
 from core.diagnose.screen import Screen, screen
 from core.diagnose.start import Begun

@@ -15,7 +15,7 @@ from core.diagnose.data import Data, again, hypothesis
 from core.diagnose.descent import cost_of
 from core.diagnose.exchange import best_exchange
 from core.diagnose.ladder import Added, _Work
-from core.diagnose.refit import _off_bounds, _with_steps, anchored, converged, precise
+from core.diagnose.minimum import _off_bounds, _with_steps, anchored, converged, precise
 from core.diagnose.screen import screen
 from core.effects import effect
 from tests.diagnose.test_stated import TRUE, bare
