@@ -160,7 +160,7 @@ def _refitted(
         effects = [*present, s.effect]
         return started(data, before.hypothesis, effects, s.values, seen.slopes, s.scanned, stopped)
 
-    if within_noise(data, before.cost):
+    if within_noise(data, before.errors):
         return  # nothing can be missing, whatever is explained below the floor
     chosen = promising(seen, data.count)
     with ThreadPoolExecutor(predictor.WORKERS) as pool:

@@ -165,7 +165,7 @@ def _climb(state: State, options: Options, progress: Progress, listen: Listener 
             state.steps.append(_step(state, added, added.title))
         above = remains(state.data.experiments, state.refit.errors).above
         full = len(state.found) >= options.max_effects
-        within = within_noise(state.data, state.refit.cost)
+        within = within_noise(state.data, state.refit.errors)
         if progress.stopped() or within or (full and not above):
             return False
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis
+from core.diagnose.descent import cost_of
 from core.diagnose.lines import unexplained_line
 from core.identify.prepared import Prepared
 
@@ -21,14 +22,17 @@ ABOVE_IN_ONE = 1.2
 """The same for the worst channel alone."""
 
 
-def within_noise(data: Data, cost: float) -> bool:
-    """Whether nothing can be missing at a squared error in noise floors.
+def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
+    """Whether nothing can be missing where errors (M, k) per recording, in noise floors, are left:
+    neither over all channels nor in one of them.
 
     Where a servo leads the joints, the encoders' noise shakes the links, and a sharper limit than
     that of the verdict would find what imitates it: links that are damped follow noise less.
     """
     share = ABOVE**2 if data.rig.servo else 1.0
-    return cost <= share * data.count
+    if not cost_of(errors) <= share * data.count:
+        return False
+    return not any(x > ABOVE_IN_ONE for x in remains(data.experiments, errors).by_channel.values())
 
 
 @dataclass(frozen=True)
