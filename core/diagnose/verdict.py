@@ -32,7 +32,19 @@ def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
     share = ABOVE**2 if data.rig.servo else 1.0
     if not cost_of(errors) <= share * data.count:
         return False
-    return not any(x > ABOVE_IN_ONE for x in remains(data.experiments, errors).by_channel.values())
+    each = _by_channel(data.experiments, errors)
+    return all(np.mean(x) <= ABOVE_IN_ONE**2 for x in each.values())
+
+
+def _by_channel(
+    experiments: Sequence[Prepared], errors: Sequence[np.ndarray]
+) -> dict[str, np.ndarray]:
+    """channel -> its squared errors in noise floors, of what counts."""
+    squares: dict[str, list[np.ndarray]] = {}
+    for e, r in zip(experiments, errors, strict=True):
+        for k, (name, _) in enumerate(e.channels):
+            squares.setdefault(name, []).append(r[e.counted[:, k], k] ** 2)
+    return {name: np.concatenate(parts) for name, parts in squares.items()}
 
 
 @dataclass(frozen=True)
@@ -57,12 +69,9 @@ def remains(
     fitted: Hypothesis | None = None,
 ) -> Remains:
     """From weighted errors (M, k) per recording, and the model that left them."""
-    squares: dict[str, list[np.ndarray]] = {}
-    for e, r in zip(experiments, errors, strict=True):
-        for k, (name, _) in enumerate(e.channels):
-            squares.setdefault(name, []).append(r[e.counted[:, k], k] ** 2)
-    by_channel = {n: float(np.sqrt(np.mean(np.concatenate(s)))) for n, s in squares.items()}
-    everything = np.concatenate([x for parts in squares.values() for x in parts])
+    squares = _by_channel(experiments, errors)
+    by_channel = {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
+    everything = np.concatenate(list(squares.values()))
     line = None
     if max(by_channel.values()) >= ABOVE:
         found = unexplained_line(experiments, errors, fitted, ABOVE)

@@ -1,4 +1,4 @@
-"""Noise is what no channel stands out of: one floor that is too high does not hide another channel."""
+"""Noise is what no channel stands out of: a quiet channel does not hide another one."""
 
 from __future__ import annotations
 
