@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from core.arm.symbols import Structure
 from core.diagnose.announce import Steps, round_title
 from core.diagnose.columns import trials
 from core.diagnose.data import Data, hypothesis, names_of
@@ -225,8 +226,9 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
         candidates = applicable(state.data, state.present, options.candidates)
         seen = screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
         found = best_exchange(
-            state.data, state.refit, state.present, state.given, seen, progress.stopped
-        )
+            state.data, state.refit, state.present, state.given, seen, progress.stopped,
+            _swinging(state, candidates),
+        )  # fmt: skip
         if found is None:
             return
         refit, effects = found
@@ -238,6 +240,15 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
             return
         _replace(state, seen, data, refit, effects)
         _prune(state, progress)
+
+
+def _swinging(state: State, candidates: Sequence[Effect]) -> list[str]:
+    """Where an error above the noise is left: ids of what swings by itself, of which straight lines
+    say little."""
+    if not remains(state.data.experiments, state.refit.errors).above:
+        return []
+    arm = state.refit.hypothesis.model.arm
+    return [e.kind for e in candidates if Structure.of(e.changed_arm(arm, {})) != Structure.of(arm)]
 
 
 def _replace(
