@@ -9,7 +9,7 @@ sizes that the screen tried and from both sets of nominal values meet there.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,10 +20,10 @@ from core.diagnose.descent import descend
 from core.effects.effect import Effect
 from core.identify.growing import FEWEST, SHARES, beginnings
 
-LOOK = 2
+LOOK = 3
 """Iterations from each start before the best go on."""
 
-BEST = 2
+BEST = 3
 """Starts that go on."""
 
 ITERATIONS = 8
@@ -65,11 +65,55 @@ def from_first_swings(
     share = _telling(data, base, len(hypothesis(data, effects, values).vector))
     if share is None:
         return None
-    first = _begun(data, share)
     starts = _starts(data, base, effects, values, scanned)
-    looks = [_descended(first, effects, one, LOOK, stopped) for one in starts]
+    # Sizes that are known already stay at first: a limit that no beginning reaches runs away.
+    return _best(data, effects, starts, share, stopped, held=set(base.values()) & _own(base))
+
+
+def _own(h: Hypothesis) -> set[str]:
+    """Parameters of the effects in a model."""
+    return set(h.model.effect_parameters)
+
+
+def from_nominal_values(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Start | None:
+    """A start of a fitted model in another valley than where it stands: from the nominal values.
+
+    Returns:
+        None where the nominal values are near, or lead over the first swings to nothing better.
+    """
+    at = h.values()
+    nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
+    if all(abs(at.get(k, v) - v) <= MOVED * abs(v) for k, v in nominal.items()):
+        return None
+    share = _telling(data, h, len(h.vector))
+    if share is None:
+        return None
+    effects, values = h.model.effects, {**h.model.effect_values, **at}
+    first = _begun(data, share)
+    here, _ = _descended(first, effects, values, ITERATIONS, stopped)
+    there, _ = _descended(first, effects, {**values, **nominal}, ITERATIONS, stopped)
+    if (here - there) * first.count < SHOWN * len(h.vector):
+        return None
+    return _best(data, effects, [{**values, **nominal}], share, stopped)
+
+
+MOVED = 0.02
+"""Share by which a parameter must have left its nominal value for another start to be worth it."""
+
+
+def _best(
+    data: Data,
+    effects: Sequence[Effect],
+    starts: Sequence[Start],
+    share: float,
+    stopped: Callable[[], bool],
+    held: Collection[str] = (),
+) -> Start | None:
+    """Where the start leads that leaves least over the first `share` of each recording."""
+    first = _begun(data, share)
+    looks = [_descended(first, effects, one, LOOK, stopped, held) for one in starts]
     looks = sorted(looks, key=lambda one: one[0])[:BEST]
-    ended = [_descended(first, effects, one, ITERATIONS, stopped) for _, one in looks]
+    ended = [_descended(first, effects, one, ITERATIONS, stopped, held) for _, one in looks]
     cost, best = min(ended, key=lambda one: one[0])
     if LONGER * share < 1.0:
         cost, best = _descended(_begun(data, LONGER * share), effects, best, ITERATIONS, stopped)
@@ -123,8 +167,15 @@ def _descended(
     values: Mapping[str, float],
     most: int,
     stopped: Callable[[], bool],
+    held: Collection[str] = (),
 ) -> tuple[float, Start]:
-    """Cost per sample and values after at most so many iterations."""
-    h = hypothesis(data, effects, values).coarse
+    """Cost per sample and values after at most so many iterations; sizes that are `held` stay."""
+    h = hypothesis(data, effects, values)
+    if held:
+        nominal = {u.parameter.name for u in data.nuisance}
+        named = [u for u in h.unknowns.items if u.parameter.name not in nominal]
+        free = tuple(u for u in named if u.parameter.name not in held)
+        h = hypothesis(data, effects, values, freed=free)
+    h = h.coarse
     found = descend(h.errors, h.slopes, h.vector, h.limits, stopped, most=most)
     return found.cost / data.count, {**values, **h.at(found.vector).values()}

@@ -81,7 +81,7 @@ def _needless(
     enough = [
         (found.cost + len(found.hypothesis.unknowns) * np.log(data.count), n)
         for n, found in enumerate(fits)
-        if found.cost - whole.cost < RELEVANT * data.count or within_noise(data, found.cost)
+        if found.cost - whole.cost < RELEVANT * data.count or within_noise(data, found.errors)
     ]
     if stopped() or not enough:
         return None

@@ -14,8 +14,9 @@ from core.diagnose.data import Data, hypothesis
 from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import weigh
 from core.diagnose.ladder import Round
+from core.diagnose.minimum import converged
 from core.diagnose.prune import ITERATIONS
-from core.diagnose.refit import Refit, converged, fit, whitened
+from core.diagnose.refit import Refit, fit, whitened
 from core.diagnose.screen import Screen, Screened
 from core.effects.effect import Effect
 from core.results import DiagnosisRound

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from core.arm.symbols import Structure
 from core.diagnose.announce import Steps, round_title
 from core.diagnose.columns import trials
 from core.diagnose.data import Data, hypothesis, names_of
@@ -23,9 +24,10 @@ from core.diagnose.ladder import (
     applicable,
     one_round,
 )
+from core.diagnose.minimum import converged, precise
 from core.diagnose.phrases import times
 from core.diagnose.prune import ITERATIONS, without_needless
-from core.diagnose.refit import Refit, converged, fit, precise, settled
+from core.diagnose.refit import Refit, fit, settled
 from core.diagnose.retraced import retraced
 from core.diagnose.screen import Screen, screen
 from core.diagnose.start import Begun
@@ -164,7 +166,7 @@ def _climb(state: State, options: Options, progress: Progress, listen: Listener 
             state.steps.append(_step(state, added, added.title))
         above = remains(state.data.experiments, state.refit.errors).above
         full = len(state.found) >= options.max_effects
-        within = within_noise(state.data, state.refit.cost)
+        within = within_noise(state.data, state.refit.errors)
         if progress.stopped() or within or (full and not above):
             return False
 
@@ -224,8 +226,9 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
         candidates = applicable(state.data, state.present, options.candidates)
         seen = screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
         found = best_exchange(
-            state.data, state.refit, state.present, state.given, seen, progress.stopped
-        )
+            state.data, state.refit, state.present, state.given, seen, progress.stopped,
+            _swinging(state, candidates),
+        )  # fmt: skip
         if found is None:
             return
         refit, effects = found
@@ -237,6 +240,15 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
             return
         _replace(state, seen, data, refit, effects)
         _prune(state, progress)
+
+
+def _swinging(state: State, candidates: Sequence[Effect]) -> list[str]:
+    """Where an error above the noise is left: ids of what swings by itself, of which straight lines
+    say little."""
+    if not remains(state.data.experiments, state.refit.errors).above:
+        return []
+    arm = state.refit.hypothesis.model.arm
+    return [e.kind for e in candidates if Structure.of(e.changed_arm(arm, {})) != Structure.of(arm)]
 
 
 def _replace(

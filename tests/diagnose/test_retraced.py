@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 from core.diagnose.data import Data, hypothesis
-from core.diagnose.refit import Refit, converged
+from core.diagnose.minimum import converged
+from core.diagnose.refit import Refit
 from core.diagnose.retraced import Climbed, retraced
 from core.diagnose.screen import Screen, screen
 from core.effects import effect
