@@ -15,7 +15,7 @@ from core.sentences import did_you_mean
 # Strict: a number in quotes or `true` where a number belongs is a slip, not a number.
 Real = Annotated[Bounded, Field(strict=True)]
 Positive = Annotated[quantities.Positive, Field(strict=True)]
-NonNegative = Annotated[units.NonNegative, Field(strict=True)]
+NonNegative = Annotated[quantities.NonNegative, Field(strict=True)]
 Whole = Annotated[int, Field(strict=True, ge=0, lt=2**32)]
 Switch = Annotated[bool, Field(strict=True)]
 Words = Annotated[str, Field(min_length=1)]
