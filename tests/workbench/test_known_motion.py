@@ -39,7 +39,6 @@ deflection_noise = 1e-4
 parameters = [{parameters}]
 filter = {{ cutoff_hz = 60.0 }}
 generations = 0
-{diagnose}
 [[recordings]]
 name = "rig"
 {recording}
@@ -54,9 +53,9 @@ hidden = { coulomb_friction = { fc1 = 0.5, fc2 = 0.3 }, sensor_delay = { tg1 = 4
 LED = 'kind = "torque"\nknown_motion = [2]'
 
 
-def written(drive: str, recording: str = FILE, diagnose: str = "", **changed: object) -> Scenario:
+def written(drive: str, recording: str = FILE, **changed: object) -> Scenario:
     settings = {"effects": "", "parameters": "", **TRUE, **changed}
-    text = RIG.format(drive=drive, recording=recording, diagnose=diagnose, **settings)
+    text = RIG.format(drive=drive, recording=recording, **settings)
     return parse_scenario(text, "rig.toml")
 
 
@@ -113,11 +112,3 @@ def test_what_was_said_of_the_joints_that_move_by_themselves_is_not_read(folder:
 def test_a_known_motion_that_has_no_place_is_refused(drive: str, words: str) -> None:
     with pytest.raises(InputError, match=words):
         base_model(written(drive))
-
-
-@pytest.mark.long
-def test_what_such_a_rig_lacks_is_named(folder: Path) -> None:
-    found = fitted(folder, effects="", diagnose="[diagnose]\nmax_effects = 3").diagnosis
-    assert found is not None
-    assert set(found.steps[-1].model) == {"sensor_delay", "coulomb_friction"}
-    assert found.values["fc1"] == pytest.approx(0.5, rel=CLOSE)
