@@ -155,7 +155,13 @@ def test_inputs_that_are_not_held(kind):
     check(recordings(excitation=kind), EXACT)
 
 
-@pytest.mark.parametrize("model", [LPV, MODES], ids=["one mode", "two modes and one"])
+@pytest.mark.parametrize("model", [
+    pytest.param(LPV, id="one mode"),
+    pytest.param(MODES, id="two modes and one"),
+    pytest.param(
+        looped(with_modes(2, 3), level="lpv"), id="two and three modes", marks=pytest.mark.long
+    ),
+])  # fmt: skip
 @pytest.mark.parametrize("output", ["ydot", "z", "encoder"])
 def test_a_recorded_posture_is_followed_within_the_stated_error(model, output):
     moving = [without(r, "ydot1", "ydot2", theta2=None) for r in recordings(3, model, seconds=0.5)]

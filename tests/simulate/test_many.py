@@ -54,9 +54,16 @@ def jobs_of(kinds: tuple[str, ...], count: int, modes: tuple[int, int] = UNEQUAL
     return found
 
 
-@pytest.mark.parametrize("kinds", EFFECTS, ids="+".join)
-def test_many_simulations_at_once_are_those_of_each_alone(kinds: tuple[str, ...]) -> None:
-    jobs = jobs_of(kinds, 5, SHARED if ADDING & set(kinds) else UNEQUAL)
+@pytest.mark.parametrize("kinds, modes", [
+    *[(kinds, SHARED if ADDING & set(kinds) else UNEQUAL) for kinds in EFFECTS],
+    *[
+        pytest.param((kind,), UNEQUAL, marks=pytest.mark.long) for kind in sorted(ADDING)
+    ],
+])  # fmt: skip
+def test_many_simulations_at_once_are_those_of_each_alone(
+    kinds: tuple[str, ...], modes: tuple[int, int]
+) -> None:
+    jobs = jobs_of(kinds, 5, modes)
     for job, found in zip(jobs, run_many(jobs, 8), strict=True):
         alone = run(job.model, job.numbers, job.task, 8)
         assert found.q.shape == alone.q.shape
