@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 
 from core.arm.build import build_arm
-from core.diagnose.diagnose import Options, diagnose
+from core.diagnose.diagnose import diagnose
 from core.diagnose.level import AUTO, choose_level
 from core.diagnose.phrases import linear_line
 from core.diagnose.repeated_runs import runs_compared
+from core.diagnose.search import Options
 from core.diagnose.stated_noise import stated_noise
 from core.diagnosed import diagnosed_scenario
 from core.errors import InputError

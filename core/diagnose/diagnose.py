@@ -2,121 +2,41 @@
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import replace
 
 from core.arm.beforehand import compile_beforehand
-from core.diagnose.announce import Steps, fit_title, round_title
-from core.diagnose.columns import trials
+from core.diagnose.announce import fit_title
 from core.diagnose.compared import compared
-from core.diagnose.data import Data, hypothesis, names_of
-from core.diagnose.deciding import deciding
-from core.diagnose.descent import cost_of
-from core.diagnose.describe import ranking_of
-from core.diagnose.evidence import RELEVANT, weigh
-from core.diagnose.exchange import best_exchange
 from core.diagnose.facts import final_parameters, origins, sizes_of, titles_of
 from core.diagnose.ladder import (
-    REFITTED,
-    Gate,
-    Round,
-    applicable,
     not_applicable,
-    one_round,
 )
-from core.diagnose.phrases import times
-from core.diagnose.prune import ITERATIONS, without_needless
-from core.diagnose.refit import Refit, converged, fit, precise, settled
-from core.diagnose.screen import Screen, screen
+from core.diagnose.search import (
+    Listener,
+    Options,
+    State,
+    begun_state,
+    retrace,
+    search,
+    settings,
+    settle,
+)
 from core.diagnose.start import Begun, begin
-from core.diagnose.steps import Validated, ladder_step, validated
-from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains, within_noise
+from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
 from core.diagnose.words import Told, say
 from core.effects import catalogue, with_included
-from core.effects.effect import Effect
 from core.errors import InputError
 from core.identify.setup import Setup
 from core.progress import Progress, Silent
 from core.recording.recording import Recording
 from core.results import (
     Diagnosis,
-    DiagnosisRound,
-    LadderStep,
-    RankedEffect,
     RecordingComparison,
 )
 from core.scenario.schema import IdentifySpec
 from core.scenario.stated_effects import structures_tried
-
-FIDELITY = 0.001
-"""Share of a channel's spread that no model is asked to explain where nothing else is stated."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """How far to look."""
-
-    max_effects: int = 3
-    candidates: tuple[str, ...] = ()
-    """Ids to choose from; empty: all that apply."""
-    fidelity: float = FIDELITY
-    stated_noise: Mapping[str, float] = field(default_factory=dict)
-    """channel -> standard deviation of the sensor's noise, SI, where it is known."""
-    per_recording: tuple[str, ...] = ()
-    """Effects whose sizes are estimated anew on validation data (another bench's friction)."""
-    identified: Mapping[str, float] = field(default_factory=dict)
-    """label -> value: where an identification ended, one of the two starts of the first fit."""
-    compare: bool = True
-    """Whether measured and modelled signals are kept, of the first model and the last."""
-
-
-class ToCome(NamedTuple):
-    """What a ranking does not know yet."""
-
-    sizes: int
-    """That are still to be tried."""
-    effects: tuple[str, ...]
-    """Titles of those of which no size was tried yet."""
-
-
-Listener = Callable[[tuple[RankedEffect, ...], ToCome], None]
-"""Called with the ranking as it stands: while the screen goes on, after it, after each refit."""
-
-
-@dataclass
-class _State:
-    """What the ladder has so far."""
-
-    data: Data
-    refit: Refit
-    present: list[Effect]
-    given: int
-    """How many of them the user put there."""
-    rounds: list[DiagnosisRound]
-    steps: list[LadderStep]
-    validation: Data | None
-    unseen: dict[tuple[int, int | None], tuple[Refit, Validated]] = field(default_factory=dict)
-    """What `validated` gave for a refit with so many steps: gate, ladder and figures ask alike."""
-
-    def validated(self, refit: Refit, fine: int | None = None) -> Validated | None:
-        """A refit on the recordings that no fit sees; `fine` steps per sample, else those known."""
-        if self.validation is None:
-            return None
-        fine = self.validation.fine if fine is None else fine
-        key = (id(refit), fine)
-        if key not in self.unseen:
-            found = validated(replace(self.validation, fine=fine), refit)
-            assert found is not None
-            self.unseen[key] = refit, found  # the refit is held, so that its id stays its own
-        return self.unseen[key][1]
-
-    @property
-    def found(self) -> list[Effect]:
-        """What was added."""
-        return self.present[self.given :]
 
 
 def diagnose(
@@ -136,12 +56,11 @@ def diagnose(
     options, progress = options or Options(), progress or Silent()
     clock = time.perf_counter()
     begun = begun or begin_on(setup, spec, recordings, options, progress)
-    state = _state(setup, begun)
+    state = begun_state(setup, begun)
     fitted = time.perf_counter()
-    more = _climb(state, options, progress, listen)
-    _prune(state, progress)
-    _exchange(state, options, progress)
-    _settle(state, progress)
+    more = search(state, options, progress, listen)
+    retrace(state, begun.base, progress)
+    settle(state, progress)
     left = remains(state.data.experiments, state.refit.errors, state.refit.hypothesis)
     given = remains(begun.data.experiments, begun.base.errors, begun.base.hypothesis)
     stopped = progress.stopped()
@@ -154,7 +73,7 @@ def diagnose(
         verdict, final, state.rounds, state.steps, given, left, applies,
         kept=[e.kind for e in state.found], limit=options.max_effects,
         titles=titles_of(state.refit), sizes=sizes_of(state.found, state.refit, state.data),
-        stopped=stopped,
+        stopped=stopped, passed=state.detours,
     )  # fmt: skip
     return Diagnosis(
         verdict=verdict,
@@ -163,7 +82,7 @@ def diagnose(
         steps=tuple(state.steps),
         words=say(told),
         not_applicable=applies,
-        effects=tuple(_settings(state)),
+        effects=tuple(settings(state)),
         floors=state.data.floors,
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted},
         notes=(STOPPED,) if stopped else (),
@@ -175,7 +94,7 @@ def diagnose(
     )
 
 
-def _compared_after(state: _State, begun: Begun) -> tuple[RecordingComparison, ...]:
+def _compared_after(state: State, begun: Begun) -> tuple[RecordingComparison, ...]:
     return compared(Begun(state.data, state.refit, known=state.validated(state.refit)))
 
 
@@ -210,210 +129,3 @@ def begin_on(
     if validation is not None:
         validation = replace(validation, per_recording=options.per_recording)
     return replace(begun, validation=validation)
-
-
-def _state(setup: Setup, begun: Begun) -> _State:
-    present = list(setup.model.effects)
-    first = ladder_step(begun.data, begun.validated, begun.base, None, "The model as given", ())
-    state = _State(begun.data, begun.base, present, len(present), [], [first], begun.validation)
-    if begun.validation is not None and begun.validated is not None:
-        state.unseen[id(begun.base), begun.validation.fine] = begun.base, begun.validated
-    return state
-
-
-def _step(state: _State, added: Effect | None, title: str) -> LadderStep:
-    names: tuple[str, ...] = ()
-    if added is not None:
-        names = names_of(added, state.refit.hypothesis.model, state.data.sizes) or ("",)
-    kind = None if added is None else added.kind
-    later = state.validated(state.refit)
-    return ladder_step(state.data, later, state.refit, kind, title, names)
-
-
-def _climb(state: _State, options: Options, progress: Progress, listen: Listener | None) -> bool:
-    """Adds effects while there are some to add; whether another one is known to be missing.
-
-    At the limit one more look tells whether what is left above the floor is on the list.
-    """
-    while True:
-        room = options.max_effects - len(state.found)
-        seen = _look(state, options, room, progress, listen)
-        if not seen.added:
-            return seen.accepted is not None
-        for one in seen.added:
-            added, state.refit = one.weighed.screened.effect, one.fit
-            state.present.append(added)
-            state.steps.append(_step(state, added, added.title))
-        above = remains(state.data.experiments, state.refit.errors).above
-        full = len(state.found) >= options.max_effects
-        within = within_noise(state.data, state.refit.cost)
-        if progress.stopped() or within or (full and not above):
-            return False
-
-
-def _look(
-    state: _State, options: Options, room: int, progress: Progress, listen: Listener | None
-) -> Round:
-    """One round, kept with its ranking; what it adds is left to the caller."""
-    candidates, at = applicable(state.data, state.present, options.candidates), state.refit
-    planned = [t for c in candidates for t in trials(at.hypothesis, c, state.data)]
-    told = Steps(progress, at.hypothesis.model.arm, planned)
-    told.begin(round_title(state.present, bool(options.candidates)), len(candidates) + REFITTED)
-    seen = _round(state, candidates, room, told, listen)
-    ranking = ranking_of(seen, state.data)
-    next_ones = deciding(seen, ranking, state.data, progress)
-    sentence = next_ones[0].sentence if next_ones else seen.refused
-    kinds: list[str | None] = [a.weighed.screened.effect.kind for a in seen.added]
-    kinds = kinds or [None]
-    for k, kind in enumerate(kinds):
-        left = tuple(r for r in ranking if r.effect not in kinds[:k])
-        state.rounds.append(DiagnosisRound(left, kind, sentence, next_ones))
-    state.data = seen.data
-    if state.validation is not None:
-        state.validation = replace(state.validation, fine=seen.data.fine)
-    return seen
-
-
-def _prune(state: _State, progress: Progress) -> None:
-    kept, removed = without_needless(
-        state.data, state.refit, state.present, state.given, progress.stopped
-    )
-    if removed:
-        state.data, state.refit = converged(
-            state.data, kept.refit.hypothesis, None, progress.stopped
-        )
-        state.present = list(kept.effects)
-        names = ", ".join(e.title for e in removed)
-        state.steps.append(_step(state, None, f"Without: {names}"))
-
-
-MOST_EXCHANGES = 3
-"""Each shortens the way to the best set by one; more were never seen."""
-
-
-def _exchange(state: _State, options: Options, progress: Progress) -> None:
-    """Puts better effects in the place of accepted ones, where several were accepted: the first of
-    them was chosen while the others were missing."""
-    for _ in range(MOST_EXCHANGES):
-        if len(state.found) < 2 or progress.stopped():
-            return
-        at = state.refit.hypothesis
-        candidates = applicable(state.data, state.present, options.candidates)
-        seen = screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
-        found = best_exchange(
-            state.data, state.refit, state.present, state.given, seen, progress.stopped
-        )
-        if found is None:
-            return
-        refit, effects = found
-        data, refit = converged(state.data, refit.hypothesis, seen.whitener, progress.stopped)
-        # The whitener knows the error of the model as it stands; one that leaves relevantly more
-        # of it is no better explanation, whatever its colour says.
-        worse = refit.cost - state.refit.cost > RELEVANT * data.count
-        if worse or _gate(state)(data, refit):
-            return
-        _replace(state, seen, data, refit, effects)
-        _prune(state, progress)
-
-
-def _replace(
-    state: _State, seen: Screen, data: Data, refit: Refit, effects: Sequence[Effect]
-) -> None:
-    """Puts one effect in the place of another, told as a round against the model with neither."""
-    gone = next(e for e in state.present if e not in effects)
-    came = next(e for e in effects if e not in state.present)
-    rest = [e for e in effects if e is not came]
-    start = hypothesis(state.data, rest, state.refit.hypothesis.values())
-    lacking = settled(fit(start, seen.whitener, lambda: False, ITERATIONS))
-    screened = next(s for s in seen.candidates if s.effect is came)
-    weighed = weigh(screened, lacking, refit, data.count, len(seen.candidates))
-    ranking = ranking_of(Round(seen, (weighed,), weighed, lacking, refit, data), data)
-    refused = bool(state.rounds) and state.rounds[-1].accepted is None  # the last word is kept
-    state.rounds.insert(len(state.rounds) - refused, DiagnosisRound(ranking[:1], came.kind))
-    state.refit, state.present = lacking, rest
-    state.steps.append(_step(state, None, f"Without: {gone.title}"))
-    state.data, state.refit, state.present = data, refit, list(effects)
-    state.steps.append(_step(state, came, came.title))
-
-
-def _settle(state: _State, progress: Progress) -> None:
-    """States the last model at its minimum; what led there needs no such digits."""
-    if progress.stopped():
-        return
-    state.data, state.refit = precise(state.data, state.refit, progress.stopped)
-    last = state.steps[-1]
-    added = next((e for e in state.present if e.kind == last.added), None)
-    state.steps[-1] = _step(state, added, last.title)
-
-
-WORSE = 1.1
-"""Times the error on unseen recordings beyond which an effect made it worse: above what starts
-that are fitted anew and noise move it (1.02 in recordings of an independent engine)."""
-
-
-def _gate(state: _State) -> Gate:
-    """Refuses what makes recordings that no fit saw worse by more than noise could."""
-    before = state.refit
-
-    def refuse(data: Data, refit: Refit) -> str:
-        was_seen, after = state.validated(before), state.validated(refit, data.fine)
-        if was_seen is None or after is None:
-            return ""
-        was, now = (cost_of(v.errors) / v.data.count for v in (was_seen, after))
-        if now - was < RELEVANT or now < WORSE**2 * was:
-            return ""
-        return (
-            f"recordings that no fit has seen become worse with it, from {times(math.sqrt(was))} "
-            f"to {times(math.sqrt(now))} the noise floor, so it probably imitates another "
-            "effect."
-        )
-
-    return refuse
-
-
-def _round(
-    state: _State,
-    candidates: Sequence[Effect],
-    room: int,
-    told: Steps,
-    listen: Listener | None,
-) -> Round:
-    def screened(seen: Screen) -> None:
-        refitted(Round(seen, (), None, state.refit, state.refit, state.data))
-
-    def refitted(partial: Round) -> None:
-        assert listen is not None
-        known, sizes = {c.effect.kind for c in partial.screen.columns}, partial.screen.to_come
-        untried = tuple(c.title for c in candidates if sizes and c.kind not in known)
-        listen(ranking_of(partial, state.data), ToCome(sizes, untried))
-
-    heard = {} if listen is None else {"on_screen": screened, "on_refit": refitted}
-    return one_round(
-        state.data,
-        state.refit,
-        state.present,
-        candidates,
-        told,
-        room=room,
-        gate=_gate(state),
-        **heard,  # type: ignore[arg-type]
-    )
-
-
-def _settings(state: _State) -> list[dict[str, object]]:
-    """The accepted effects, with what they include, as [model] effects of a scenario."""
-    model = state.refit.hypothesis.model
-    known = {**model.effect_values, **state.refit.hypothesis.values()}
-    have = {e.kind for e in with_included(state.present[: state.given])}
-    listed: list[dict[str, object]] = []
-    for one in with_included(state.found):
-        if one.kind in have and not one.repeats:
-            continue
-        entry: dict[str, object] = {"id": one.kind}
-        for knob in one.parameters(model.arm, model.drive, state.data.sizes):
-            name = knob.parameter.name
-            if not one.shown(name, state.data.rig):
-                continue
-            entry[name] = {"start": float(known.get(name, knob.parameter.value)), "vary": True}
-        listed.append(entry)
-    return listed

@@ -52,8 +52,6 @@ class Weighed:
     """Squared error explained per sample, in floors squared."""
     white_drop: float
     """Fall of the whitened squared error."""
-    above: bool
-    """Whether the base's error is above the floor at all."""
     delta_bic: float
     """White drop minus the price of the parameters; above 10 is very strong."""
     p_value: float
@@ -96,7 +94,6 @@ def weigh(screened: Screened, base: Refit, refit: Refit, count: int, tried: int)
         fall=max(drop, 0.0) / above,
         explained=drop / count,
         white_drop=white,
-        above=base.cost > count,
         delta_bic=white - own * float(np.log(count)),
         p_value=min(p, 1.0),
     )
@@ -106,7 +103,7 @@ def acceptable(w: Weighed, part: bool = False) -> bool:
     """Significant, relevant, and a real share of what there is above the floor, by itself or as
     `part` of a set of effects that explains one together."""
     sure = w.p_value < SURE and w.delta_bic > TIE
-    return w.above and sure and w.explained >= RELEVANT and (part or w.fall >= BAR)
+    return sure and w.explained >= RELEVANT and (part or w.fall >= BAR)
 
 
 def degenerate(w: Weighed, polished: Refit) -> bool:

@@ -19,8 +19,9 @@ from core.diagnose.evidence import (
     ranked,
     weigh,
 )
+from core.diagnose.minimum import converged
 from core.diagnose.race import Runner, ended, in_the_race, started
-from core.diagnose.refit import Refit, converged, refit_with, whitened
+from core.diagnose.refit import Refit, refit_with, whitened
 from core.diagnose.reshape import reshaped
 from core.diagnose.screen import Screen, Screened, screen
 from core.diagnose.sets import FoundSet, best_set
@@ -159,7 +160,7 @@ def _refitted(
         effects = [*present, s.effect]
         return started(data, before.hypothesis, effects, s.values, seen.slopes, s.scanned, stopped)
 
-    if within_noise(data, before.cost):
+    if within_noise(data, before.errors):
         return  # nothing can be missing, whatever is explained below the floor
     chosen = promising(seen, data.count)
     with ThreadPoolExecutor(predictor.WORKERS) as pool:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+
+import numpy as np
 
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.evidence import RELEVANT
 from core.diagnose.refit import Refit, fit, settled
+from core.diagnose.verdict import within_noise
 from core.effects import effect
 from core.effects.effect import Effect
+from core.identify import predictor
 
 ITERATIONS = 6
 
@@ -29,26 +34,59 @@ def without_needless(
     given: int,
     stopped: Callable[[], bool],
 ) -> tuple[Kept, tuple[Effect, ...]]:
-    """Takes out each effect without which the error hardly grows, or puts the simpler ones that it
-    includes in its place.
+    """Takes out effects without which the error hardly grows, or stays within the noise, or puts
+    the simpler ones that they include in their place; of several each time what leaves least.
 
     The last added too: an effect of no size can lead the others out of a minimum that they were
     stuck in. The first `given` are what the user put into the model: they stay.
     """
     kept: list[tuple[Effect, ...]] = [(one,) for one in present]
-    removed: list[Effect] = []
-    for place in range(given, len(present)):
-        for instead in _instead(kept, place):
-            if stopped():
-                break
-            tried = [*kept[:place], instead, *kept[place + 1 :]]
-            start = hypothesis(data, _flat(tried), refit.hypothesis.values())
-            found = fit(start, None, stopped, ITERATIONS)
-            if found.cost - refit.cost < RELEVANT * data.count:
-                kept, refit = tried, settled(found)
-                removed.append(present[place])
-                break
-    return Kept(refit, _flat(kept)), tuple(removed)
+    whole, removed = refit, dict[int, Effect]()
+    while not stopped():
+        options = [
+            (place, [*kept[:place], instead, *kept[place + 1 :]])
+            for place in range(given, len(present))
+            if place not in removed
+            for instead in _instead(kept, place)
+        ]
+        found = _needless(data, refit, whole, options, stopped)
+        if found is None:
+            break
+        refit, place, kept = found
+        removed[place] = present[place]
+    refit = settled(refit) if removed else refit
+    return Kept(refit, _flat(kept)), tuple(removed[place] for place in sorted(removed))
+
+
+Option = tuple[int, list[tuple[Effect, ...]]]
+"""A place, and what stands in all of them without its effect."""
+
+
+def _needless(
+    data: Data,
+    refit: Refit,
+    whole: Refit,
+    options: Sequence[Option],
+    stopped: Callable[[], bool],
+) -> tuple[Refit, int, list[tuple[Effect, ...]]] | None:
+    """The option with the least squared error and price of its parameters, of those that leave
+    hardly more than `whole`, or no more than noise."""
+
+    def tried(one: Option) -> Refit:
+        start = hypothesis(data, _flat(one[1]), refit.hypothesis.values())
+        return fit(start, None, stopped, ITERATIONS)
+
+    with ThreadPoolExecutor(predictor.WORKERS) as pool:
+        fits = list(pool.map(tried, options))
+    enough = [
+        (found.cost + len(found.hypothesis.unknowns) * np.log(data.count), n)
+        for n, found in enumerate(fits)
+        if found.cost - whole.cost < RELEVANT * data.count or within_noise(data, found.errors)
+    ]
+    if stopped() or not enough:
+        return None
+    _, n = min(enough)
+    return fits[n], *options[n]
 
 
 def _flat(places: Sequence[tuple[Effect, ...]]) -> tuple[Effect, ...]:

@@ -11,6 +11,9 @@ law is linear in its sizes, exactly), and the best of these shapes race.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, again, hypothesis
 from core.diagnose.missing_torque import Pushed, pushed
@@ -18,6 +21,7 @@ from core.diagnose.refit import Refit, fit
 from core.diagnose.shapes import place
 from core.diagnose.torque_shape import Sized, best_shapes
 from core.effects.effect import Effect, EffectParameter
+from core.identify.prepared import Processing, prepare
 
 Stopped = Callable[[], bool]
 
@@ -40,6 +44,30 @@ def reshaped(data: Data, found: Refit, effect: Effect, stopped: Stopped) -> Refi
                 tried = fit(start, None, stopped, most=ITERATIONS)
                 best = tried if tried.cost < best.cost else best
     return best
+
+
+NOISE = 4096
+"""Samples of white noise that tell what filters leave of it, to a few per cent."""
+
+
+def _unfiltered(data: Data) -> Data:
+    """The same recordings without what happens to measurement and model alike before they are
+    compared: one linear model tells how an output answers a torque, not what is left of it.
+
+    The noise floors grow as those of white noise.
+    """
+    noise = np.random.default_rng(0).standard_normal((NOISE, 1))
+    left = [
+        float(np.std(e.processing.apply(noise, e.recording.sample_time))) for e in data.experiments
+    ]
+    return replace(
+        data,
+        experiments=tuple(
+            prepare(e.model, e.recording, e.outputs, Processing()) for e in data.experiments
+        ),
+        weights=tuple(w * share for w, share in zip(data.weights, left, strict=True)),
+        anchor=None,
+    )
 
 
 def _starts(
@@ -72,6 +100,9 @@ def _without(
 def _pushed(h: Hypothesis, data: Data) -> list[Pushed]:
     """Of each recording that tells its missing torque."""
     found: list[Pushed] = []
+    if not all(e.processing.nothing for e in data.experiments):
+        data = _unfiltered(data)
+        h = again(data, h, finer=1)
     errors, agility = h.errors(h.vector), None
     for i, block in enumerate(errors):
         one, agility = pushed(h, i, block / data.weights[i], 1.0 / data.weights[i], agility)

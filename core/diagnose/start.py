@@ -12,7 +12,8 @@ import numpy as np
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.descent import MOST_ITERATIONS
 from core.diagnose.floor import channel_floors
-from core.diagnose.refit import Refit, converged, fit
+from core.diagnose.minimum import converged
+from core.diagnose.refit import Refit, fit
 from core.diagnose.steps import Validated, validated
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical

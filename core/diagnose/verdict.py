@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis
+from core.diagnose.descent import cost_of
 from core.diagnose.lines import unexplained_line
 from core.identify.prepared import Prepared
 
@@ -21,14 +22,29 @@ ABOVE_IN_ONE = 1.2
 """The same for the worst channel alone."""
 
 
-def within_noise(data: Data, cost: float) -> bool:
-    """Whether nothing can be missing at a squared error in noise floors.
+def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
+    """Whether nothing can be missing where errors (M, k) per recording, in noise floors, are left:
+    neither over all channels nor in one of them.
 
     Where a servo leads the joints, the encoders' noise shakes the links, and a sharper limit than
     that of the verdict would find what imitates it: links that are damped follow noise less.
     """
     share = ABOVE**2 if data.rig.servo else 1.0
-    return cost <= share * data.count
+    if not cost_of(errors) <= share * data.count:
+        return False
+    each = _by_channel(data.experiments, errors)
+    return all(np.mean(x) <= ABOVE_IN_ONE**2 for x in each.values())
+
+
+def _by_channel(
+    experiments: Sequence[Prepared], errors: Sequence[np.ndarray]
+) -> dict[str, np.ndarray]:
+    """channel -> its squared errors in noise floors, of what counts."""
+    squares: dict[str, list[np.ndarray]] = {}
+    for e, r in zip(experiments, errors, strict=True):
+        for k, (name, _) in enumerate(e.channels):
+            squares.setdefault(name, []).append(r[e.counted[:, k], k] ** 2)
+    return {name: np.concatenate(parts) for name, parts in squares.items()}
 
 
 @dataclass(frozen=True)
@@ -53,12 +69,9 @@ def remains(
     fitted: Hypothesis | None = None,
 ) -> Remains:
     """From weighted errors (M, k) per recording, and the model that left them."""
-    squares: dict[str, list[np.ndarray]] = {}
-    for e, r in zip(experiments, errors, strict=True):
-        for k, (name, _) in enumerate(e.channels):
-            squares.setdefault(name, []).append(r[e.counted[:, k], k] ** 2)
-    by_channel = {n: float(np.sqrt(np.mean(np.concatenate(s)))) for n, s in squares.items()}
-    everything = np.concatenate([x for parts in squares.values() for x in parts])
+    squares = _by_channel(experiments, errors)
+    by_channel = {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
+    everything = np.concatenate(list(squares.values()))
     line = None
     if max(by_channel.values()) >= ABOVE:
         found = unexplained_line(experiments, errors, fitted, ABOVE)

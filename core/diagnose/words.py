@@ -51,6 +51,8 @@ class Told:
     """Parameter -> what it is."""
     sizes: Mapping[str, Sequence[Estimate]] = field(default_factory=dict)
     """Effect -> its parameters at the end."""
+    passed: Sequence[str] = ()
+    """Titles of the effects that were added on the way and are not needed at the end."""
     stopped: bool = False
     """Whether the user stopped the search before it was through."""
 
@@ -145,15 +147,12 @@ def _found(f: Finding, told: Told) -> str:
 
 
 def _removed(told: Told) -> str:
-    titles = {r.effect: r.title for one in told.rounds for r in one.ranking}
-    added = [s.added for s in told.steps if s.added is not None]
-    gone = [titles.get(kind, kind) for kind in dict.fromkeys(added) if kind not in told.kept]
-    if not gone:
+    if not told.passed:
         return ""
-    them = "it" if len(gone) == 1 else "them"
+    them = "it" if len(told.passed) == 1 else "them"
     return (
-        f"{listed(gone)} seemed to be missing at first, but with what was added later the error "
-        f"is as small without {them}."
+        f"{listed(told.passed)} seemed to be missing at first, but with what was added later the "
+        f"error is as small without {them}."
     )
 
 

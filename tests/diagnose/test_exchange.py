@@ -15,7 +15,7 @@ from core.diagnose.data import Data, again, hypothesis
 from core.diagnose.descent import cost_of
 from core.diagnose.exchange import best_exchange
 from core.diagnose.ladder import Added, _Work
-from core.diagnose.refit import _off_bounds, _with_steps, anchored, converged, precise
+from core.diagnose.minimum import _off_bounds, _with_steps, anchored, converged, precise
 from core.diagnose.screen import screen
 from core.effects import effect
 from tests.diagnose.test_stated import TRUE, bare
@@ -77,9 +77,9 @@ def test_a_stiffness_that_ended_at_its_bound_begins_anew_from_the_nominal_one() 
     data = bare().data
     (nominal,) = [u.parameter for u in data.nuisance if u.parameter.name == "EI"]
     away = hypothesis(data, (), {**bare().base.hypothesis.values(), "EI": 0.99 * nominal.upper})
-    found = _off_bounds(data, away)
+    found = _off_bounds(data, away, NEVER)
     assert found is not None and found.values()["EI"] == pytest.approx(nominal.value)
-    assert _off_bounds(data, found) is None
+    assert _off_bounds(data, found, NEVER) is None
 
 
 CLOSER = 5.0

@@ -20,7 +20,6 @@ def weighed(kind: str, fall: float, bic: float, parameters: int, p_value: float 
         fall=fall,
         explained=30.0 * fall,
         white_drop=bic,
-        above=True,
         delta_bic=bic,
         p_value=p_value,
     )

@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from core.diagnose.data import Data, hypothesis
 from core.diagnose.missing_torque import SLOW, Pushed
+from core.diagnose.refit import Refit, fit
+from core.diagnose.reshape import reshaped
+from core.diagnose.start import begin
 from core.diagnose.torque_shape import Sized, best_shapes
 from core.effects import effect
 from core.effects.sizes import Sizes, typical
 from core.effects.torque_ripple import every_order
+from core.identify.setup import make_setup
+from core.loading import load_recordings
+from core.progress import Silent
+from core.scenario.schema import Scenario
 from core.study.rig import bare_model
+from core.workbench import base_model
 
 SAMPLES, DT = 2000, 1e-3
 TRAVEL, APART = 0.02, 0.4
@@ -82,3 +92,48 @@ def test_orders_lie_close_enough_over_all_positions() -> None:
     grid = (300.0, 450.0, 750.0, 1200.0)
     steps = np.diff(every_order(grid, span=0.8))
     assert np.all(steps * 0.8 <= 0.5 * np.pi * 1.01)
+
+
+def with_a_filter() -> tuple[Data, Refit]:
+    """Short recordings with a ripple at three working points, fitted from wrong orders."""
+    hidden = {"torque_ripple": dict(RIPPLE)}
+    scenario = Scenario.model_validate({
+        "title": "filtered",
+        "arm": {"preset": "paper"},
+        "drive": {"kind": "velocity_loop", "gains": [60.0, 30.0]},
+        "model": {"level": "nonlinear"},
+        "sensors": {"encoder_noise": 2e-6},
+        "identify": {"parameters": ["EI"], "output": ["encoder"], "filter": {"cutoff_hz": CUTOFF}},
+        "recordings": [
+            {"simulate": {"theta2": x, "seconds": 0.6}, "hidden": hidden} for x in (0.6, 1.0, 1.4)
+        ],
+    })  # fmt: skip
+    model = base_model(scenario)
+    recordings = load_recordings(scenario, model, Path(), None, Silent())
+    setup = make_setup(model, scenario.identify, recordings)
+    found = begin(
+        model, setup.outputs, setup.processing, scenario.identify, recordings,
+        {"theta1": 2e-6, "theta2": 2e-6}, 1e-3,
+    )  # fmt: skip
+    wrong = {**found.base.hypothesis.values(), **RIPPLE, "nr1": WRONG, "nr2": WRONG}
+    start = hypothesis(found.data, [effect("torque_ripple")], wrong)
+    return found.data, fit(start, None, lambda: False, 4)
+
+
+RIPPLE = {"ra1": 0.08, "rb1": -0.04, "nr1": 610.0, "ra2": 0.04, "rb2": 0.03, "nr2": 780.0}
+CUTOFF = 60.0
+"""Hz, a sixteenth of the sampling rate."""
+
+WRONG = 400.0
+"""Order from which no descent leads to the true ones."""
+
+ORDER = 0.01
+"""Relative, of an order from three recordings of 0.6 s."""
+
+
+def test_the_orders_are_found_though_what_is_compared_is_filtered() -> None:
+    data, stuck = with_a_filter()
+    found = reshaped(data, stuck, effect("torque_ripple"), lambda: False)
+    assert found.cost < 0.1 * stuck.cost
+    at = found.hypothesis.values()
+    assert [at["nr1"], at["nr2"]] == pytest.approx([RIPPLE["nr1"], RIPPLE["nr2"]], rel=ORDER)

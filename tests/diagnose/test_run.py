@@ -211,6 +211,7 @@ def test_an_early_effect_that_includes_a_simpler_one_gives_way_to_it() -> None:
     assert set(found.steps[-1].model) == {"coulomb_friction", "camera_delay"}
     assert found.steps[-1].title == "Without: Presliding friction"
     assert found.steps[-1].cost_per_sample < 1.1
+    assert found.final_verdict == "nothing_missing"
 
 
 SAME_SIGNALS = 0.01

@@ -70,7 +70,7 @@ def test_noise_alone_makes_no_set(seed: int) -> None:
 
 
 def weighed(fall: float) -> Weighed:
-    return Weighed(None, None, 1, fall, 1.0, 500.0, True, 490.0, 1e-20)  # type: ignore[arg-type]
+    return Weighed(None, None, 1, fall, 1.0, 500.0, 490.0, 1e-20)  # type: ignore[arg-type]
 
 
 def test_a_quarter_of_the_error_is_accepted_as_part_of_a_set_that_explains_it() -> None:

@@ -110,7 +110,10 @@ def test_two_found_effects_have_a_paragraph_each() -> None:
 def test_what_became_needless_is_told_and_not_claimed() -> None:
     second = DiagnosisRound((ranked(PAYLOAD, 88.0, 300.0),), PAYLOAD)
     steps = (GIVEN, AFTER, step(PAYLOAD, 1.0, None), replace(GIVEN, title="Without: x"))
-    told = replace(FOUND, rounds=(FOUND.rounds[0], second), steps=steps, kept=(PAYLOAD,))
+    told = replace(
+        FOUND, rounds=(FOUND.rounds[0], second), steps=steps, kept=(PAYLOAD,),
+        passed=("Coulomb friction",),
+    )  # fmt: skip
     said = say(told)
     assert "first missing effect is Tip payload" in said[0]
     assert any("Coulomb friction seemed to be missing at first" in p for p in said)

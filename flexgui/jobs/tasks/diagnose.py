@@ -11,7 +11,7 @@ import numpy as np
 from core.progress import Progress, Silent
 
 if TYPE_CHECKING:
-    from core.diagnose.diagnose import Options, ToCome
+    from core.diagnose.search import Options, ToCome
     from core.diagnose.start import Begun
     from core.identify.setup import Setup
     from core.recording.recording import Recording
@@ -89,7 +89,7 @@ def diagnose(
 def _asked(
     scenario: Any, model: Any, spec: IdentifySpec, where: Within, progress: PartialProgress
 ) -> Asked:
-    from core.diagnose.diagnose import Options
+    from core.diagnose.search import Options
     from core.diagnose.stated_noise import stated_noise
     from core.errors import InputError
     from core.identify.setup import make_setup

@@ -31,8 +31,8 @@ def believable_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, f
     its own. As in a diagnosis a small modelling tolerance is part of them: no model is good for
     the last thousandth of what a channel does.
     """
-    from core.diagnose.diagnose import FIDELITY  # late: it loads all of a diagnosis
     from core.diagnose.maps import noise_floors
+    from core.diagnose.search import FIDELITY  # late: it loads all of a diagnosis
 
     spread: dict[str, list[float]] = {}
     for r in comparisons:

@@ -1,0 +1,181 @@
+"""Where a refit of something that swings begins: from the first swings of each recording.
+
+A fit that lacks a soft base, an elastic joint or play puts the beams' own vibration where the
+recordings swing most. With the effect added that vibration belongs elsewhere, and over whole
+recordings the cost has a minimum wherever model and recording meet again after some more or fewer
+swings. Over the first swings there is one wide valley (core.identify.growing): descents from the
+sizes that the screen tried and from both sets of nominal values meet there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from core.arm.symbols import Structure
+from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.descent import descend
+from core.effects.effect import Effect
+from core.identify.growing import FEWEST, SHARES, beginnings
+
+LOOK = 3
+"""Iterations from each start before the best go on."""
+
+BEST = 3
+"""Starts that go on."""
+
+ITERATIONS = 8
+"""Of those; they end earlier where they converge."""
+
+LONGER = 4
+"""Times as much of each recording for the last descent, so that what begins on the whole is out of
+step by no more than a part of a swing."""
+
+SHOWN = 10.0
+"""Squared error above that of noise, in noise floors and per unknown, that a beginning must hold to
+say where a refit begins: a recording may begin at rest."""
+
+Start = dict[str, float]
+"""label -> value"""
+
+
+def from_first_swings(
+    data: Data,
+    base: Hypothesis,
+    effects: Sequence[Effect],
+    values: Mapping[str, float],
+    scanned: Sequence[str],
+    stopped: Callable[[], bool],
+) -> Start | None:
+    """A start of the model with `effects`, whose other sizes are `values`.
+
+    Args:
+        base: the model without the last effect, at its minimum.
+        scanned: the parameters among `values` that come from a grid.
+
+    Returns:
+        None where the effects leave the arm's coordinates as they are, or where no beginning of the
+        recordings says enough.
+    """
+    model = data.bare.with_effects(effects, {**values}, data.sizes)
+    if Structure.of(model.arm) == Structure.of(base.model.arm):
+        return None
+    share = _telling(data, base, len(hypothesis(data, effects, values).vector))
+    if share is None:
+        return None
+    starts = _starts(data, base, effects, values, scanned)
+    # Sizes that are known already stay at first: a limit that no beginning reaches runs away.
+    return _best(data, effects, starts, share, stopped, held=set(base.values()) & _own(base))
+
+
+def _own(h: Hypothesis) -> set[str]:
+    """Parameters of the effects in a model."""
+    return set(h.model.effect_parameters)
+
+
+def from_nominal_values(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Start | None:
+    """A start of a fitted model in another valley than where it stands: from the nominal values.
+
+    Returns:
+        None where the nominal values are near, or lead over the first swings to nothing better.
+    """
+    at = h.values()
+    nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
+    if all(abs(at.get(k, v) - v) <= MOVED * abs(v) for k, v in nominal.items()):
+        return None
+    share = _telling(data, h, len(h.vector))
+    if share is None:
+        return None
+    effects, values = h.model.effects, {**h.model.effect_values, **at}
+    first = _begun(data, share)
+    here, _ = _descended(first, effects, values, ITERATIONS, stopped)
+    there, _ = _descended(first, effects, {**values, **nominal}, ITERATIONS, stopped)
+    if (here - there) * first.count < SHOWN * len(h.vector):
+        return None
+    return _best(data, effects, [{**values, **nominal}], share, stopped)
+
+
+MOVED = 0.02
+"""Share by which a parameter must have left its nominal value for another start to be worth it."""
+
+
+def _best(
+    data: Data,
+    effects: Sequence[Effect],
+    starts: Sequence[Start],
+    share: float,
+    stopped: Callable[[], bool],
+    held: Collection[str] = (),
+) -> Start | None:
+    """Where the start leads that leaves least over the first `share` of each recording."""
+    first = _begun(data, share)
+    looks = [_descended(first, effects, one, LOOK, stopped, held) for one in starts]
+    looks = sorted(looks, key=lambda one: one[0])[:BEST]
+    ended = [_descended(first, effects, one, ITERATIONS, stopped, held) for _, one in looks]
+    cost, best = min(ended, key=lambda one: one[0])
+    if LONGER * share < 1.0:
+        cost, best = _descended(_begun(data, LONGER * share), effects, best, ITERATIONS, stopped)
+    return best if np.isfinite(cost) else None
+
+
+def _telling(data: Data, base: Hypothesis, unknowns: int) -> float | None:
+    """The least share of each recording over which the error of `base` is more than noise."""
+    errors = base.errors(base.vector)
+    for share in SHARES:
+        cost, count = 0.0, 0
+        for e, r in zip(data.experiments, errors, strict=True):
+            part = slice(0, int(np.ceil(share * len(r))))
+            cost += float(np.sum(np.square(r[part])))
+            count += int(e.counted[part].sum())
+        if count >= FEWEST * unknowns and cost > count + SHOWN * unknowns:
+            return share if _begun(data, share).experiments else None
+    return None
+
+
+def _begun(data: Data, share: float) -> Data:
+    """The same comparison over the first `share` of each recording."""
+    return replace(data, experiments=tuple(beginnings(data.experiments, share)), anchor=None)
+
+
+def _starts(
+    data: Data,
+    base: Hypothesis,
+    effects: Sequence[Effect],
+    values: Mapping[str, float],
+    scanned: Sequence[str],
+) -> list[Start]:
+    """Where the base ended and the nominal values, each with the sizes that the screen found best
+    and those of each place in its grids."""
+    arm = data.bare.with_effects(effects).arm
+    knobs = [k for one in effects for k in one.parameters(arm, data.bare.drive, data.sizes)]
+    grids = {k.parameter.name: sorted(k.grid) for k in knobs if k.parameter.name in scanned}
+    places = range(max((len(grid) for grid in grids.values()), default=0))
+    sizes = [{n: g[min(i, len(g) - 1)] for n, g in grids.items() if g} for i in places]
+    nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
+    return [
+        {**base.values(), **arm_values, **values, **size}
+        for arm_values in ({}, nominal)
+        for size in ({}, *sizes)
+    ]
+
+
+def _descended(
+    data: Data,
+    effects: Sequence[Effect],
+    values: Mapping[str, float],
+    most: int,
+    stopped: Callable[[], bool],
+    held: Collection[str] = (),
+) -> tuple[float, Start]:
+    """Cost per sample and values after at most so many iterations; sizes that are `held` stay."""
+    h = hypothesis(data, effects, values)
+    if held:
+        nominal = {u.parameter.name for u in data.nuisance}
+        named = [u for u in h.unknowns.items if u.parameter.name not in nominal]
+        free = tuple(u for u in named if u.parameter.name not in held)
+        h = hypothesis(data, effects, values, freed=free)
+    h = h.coarse
+    found = descend(h.errors, h.slopes, h.vector, h.limits, stopped, most=most)
+    return found.cost / data.count, {**values, **h.at(found.vector).values()}

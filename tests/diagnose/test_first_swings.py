@@ -1,0 +1,99 @@
+"""A soft base whose resonance a beam's stiffness has taken is found from the first swings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from core.arm.arm import Arm
+from core.arm.segment import Segment
+from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.first_swings import from_first_swings
+from core.diagnose.refit import fit
+from core.drives.velocity_loop import VelocityLoop
+from core.effects import effect
+from core.effects.base_compliance import compliance
+from core.effects.sizes import typical
+from core.identify.prepared import Processing, prepare
+from core.identify.unknowns import Unknown
+from core.model import Model
+from core.parameters import Parameter
+from core.recording.recording import Recording
+from core.sensors import sensor
+from core.simulate.motion import Task, at_rest
+from core.simulate.nonlinear import simulate_fixed
+
+ARM = Arm(
+    segments=(
+        Segment(length=0.32, mass=2.3, EI=268.0, hub_inertia=0.017, modes=1),
+        Segment(length=0.34, mass=1.6, EI=194.0, hub_inertia=0.012, modes=1),
+    )
+)
+DRIVE, BASE = VelocityLoop(gains=(4.9, 1.7)), effect("base_compliance")
+SOFT_HZ = 46.0
+"""Of the arm's mass on its base, beside the second beam's own vibration."""
+
+STEP, SAMPLES, HOLD = 1e-3, 1000, 14
+"""s; the base swings 46 times."""
+
+NOISE = 1e-5
+"""rad, of the encoders; here what errors are measured in, none is added."""
+
+BENT = {"EI1": 1.03, "EI2": 0.6}
+"""Where a fit without the soft base ended on such a rig, of the truth."""
+
+FOUND = 0.1
+"""Relative, of a start; a refit goes on from here."""
+
+TRUTH = {"EI1": 268.0, "EI2": 194.0, "cb": compliance(ARM, SOFT_HZ)}
+
+
+def recorded() -> Recording:
+    rng = np.random.default_rng(7)
+    speeds = 0.3 * np.repeat(rng.choice([-1.0, 1.0], (-(-SAMPLES // HOLD), 2)), HOLD, axis=0)
+    machine = Model(ARM, DRIVE, "nonlinear").with_effects([BASE], {"cb": TRUTH["cb"]})
+    n, joints = machine.arm.coordinates, np.array([0.2, 1.1])
+    start = at_rest(joints, n)
+    task = Task(np.arange(SAMPLES) * STEP, speeds[:SAMPLES], start, start[None, :n])
+    motion = simulate_fixed(machine, machine.numbers(), task, 16)
+    names = machine.drive.reference_channels(machine.arm)
+    channels = {name: task.references[:, k] for k, name in enumerate(names)}
+    channels |= {f"theta{k + 1}": motion.q[:, k] for k in range(2)}
+    return Recording("r", task.time, channels)
+
+
+@pytest.fixture(scope="module")
+def data() -> Data:
+    bare = Model(ARM, DRIVE, "nonlinear")
+    one = prepare(bare, recorded(), [sensor("encoder")], Processing())
+    nuisance = tuple(
+        Unknown(Parameter(name, TRUTH[name] * x, "N m²", 1.0, 1e5)) for name, x in BENT.items()
+    )
+    floors = {"theta1": NOISE, "theta2": NOISE}
+    weights = (np.full(2, 1.0 / NOISE),)
+    return Data(bare, (one,), nuisance, weights, floors, {}, typical(ARM), 2)
+
+
+def apart(values: Mapping[str, float]) -> float:
+    return max(abs(values[name] / true - 1.0) for name, true in TRUTH.items())
+
+
+def bent(data: Data) -> Hypothesis:
+    return hypothesis(data, [], {})
+
+
+def test_the_first_swings_tell_the_base_from_the_beam(data: Data) -> None:
+    before = bent(data)
+    begun = {**before.values(), "cb": compliance(ARM, 60.0)}
+    found = from_first_swings(data, before, [BASE], begun, ["cb"], lambda: False)
+    assert found is not None and apart(found) < FOUND
+    there = fit(hypothesis(data, [BASE], found), None, lambda: False, 10)
+    plain = fit(hypothesis(data, [BASE], begun), None, lambda: False, 10)
+    assert there.cost < 0.1 * plain.cost  # or there was nothing to escape from
+
+
+def test_what_does_not_swing_has_no_such_start(data: Data) -> None:
+    friction = [effect("viscous_friction")]
+    assert from_first_swings(data, bent(data), friction, {}, [], lambda: False) is None

@@ -1,0 +1,64 @@
+"""The ladder of what is in the model at the end is in the order of what each effect explains."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from core.diagnose.data import Data, hypothesis
+from core.diagnose.minimum import converged
+from core.diagnose.refit import Refit
+from core.diagnose.retraced import Climbed, retraced
+from core.diagnose.screen import Screen, screen
+from core.effects import effect
+from core.results import DiagnosisRound
+from tests.diagnose.test_stated import TRUE, bare
+
+NEVER = lambda: False  # noqa: E731
+SMALL, LARGE = effect("tip_payload"), effect("viscous_friction")
+"""Of which the recordings hold the second alone."""
+
+
+@cache
+def last() -> tuple[Data, Refit, Screen]:
+    values = {**bare().base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": 1e-3}
+    start = hypothesis(bare().data, [SMALL, LARGE], values)
+    data, refit = converged(bare().data, start, None, NEVER)
+    seen = screen(bare().data, bare().base.hypothesis, [], [SMALL, LARGE, effect("torque_offset")])
+    return data, refit, seen
+
+
+def climbed(found=(SMALL, LARGE), stopped=NEVER) -> list[Climbed]:  # type: ignore[no-untyped-def]
+    data, refit, seen = last()
+    return retraced(data, bare().base, refit, [], found, seen, [], stopped)
+
+
+def test_what_explains_most_comes_first_and_the_last_step_is_the_model_at_the_end() -> None:
+    steps = climbed()
+    assert [c.effect for c in steps] == [LARGE, SMALL]
+    assert [c.round.accepted for c in steps] == ["viscous_friction", "tip_payload"]
+    assert steps[0].refit.cost < 0.1 * bare().base.cost  # it is all that is hidden
+    assert steps[-1].refit.hypothesis is last()[1].hypothesis
+
+
+def test_each_effect_is_ranked_against_the_step_before_it() -> None:
+    first, second = climbed()
+    assert first.round.ranking[0].effect == "viscous_friction"
+    assert (first.round.ranking[0].refit_drop_percent or 0.0) > 90.0  # of all that is hidden
+    assert second.round.ranking[0].effect == "tip_payload"
+    assert (second.round.ranking[0].refit_drop_percent or 0.0) < 50.0  # there is nothing left
+
+
+def test_what_else_was_ranked_at_first_stays_beside_it() -> None:
+    data, refit, seen = last()
+    rival = climbed()[1].round.ranking[0]
+    known = [DiagnosisRound((rival,), "tip_payload")]
+    steps = retraced(data, bare().base, refit, [], [SMALL, LARGE], seen, known, NEVER)
+    assert [r.effect for r in steps[0].round.ranking] == ["viscous_friction", "tip_payload"]
+
+
+def test_what_was_never_compared_with_the_model_as_given_leaves_the_ladder_as_it_is() -> None:
+    assert climbed([LARGE, effect("air_drag")]) == []
+
+
+def test_when_stopped_the_ladder_stays_as_it_is() -> None:
+    assert climbed(stopped=lambda: True) == []
