@@ -16,7 +16,7 @@ from core.diagnose.diagnose import diagnose
 from core.diagnose.level import AUTO, choose_level
 from core.diagnose.phrases import linear_line
 from core.diagnose.repeated_runs import runs_compared
-from core.diagnose.search import Options
+from core.diagnose.state import Options
 from core.diagnose.stated_noise import stated_noise
 from core.diagnosed import diagnosed_scenario
 from core.errors import InputError

@@ -13,17 +13,9 @@ from core.diagnose.facts import final_parameters, origins, sizes_of, titles_of
 from core.diagnose.ladder import (
     not_applicable,
 )
-from core.diagnose.search import (
-    Listener,
-    Options,
-    State,
-    begun_state,
-    retrace,
-    search,
-    settings,
-    settle,
-)
+from core.diagnose.search import better_given, retrace, search, settle
 from core.diagnose.start import Begun, begin
+from core.diagnose.state import Listener, Options, State, begun_state, settings
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
 from core.diagnose.words import Told, say
 from core.effects import catalogue, with_included
@@ -59,6 +51,7 @@ def diagnose(
     state = begun_state(setup, begun)
     fitted = time.perf_counter()
     more = search(state, options, progress, listen)
+    begun = better_given(state, begun, options, progress)
     retrace(state, begun.base, progress)
     settle(state, progress)
     left = remains(state.data.experiments, state.refit.errors, state.refit.hypothesis)

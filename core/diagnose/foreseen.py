@@ -33,14 +33,28 @@ FEWEST_PER_COLUMN = 4
 
 def unforeseen(recordings: Sequence[Recording], name: str, others: Sequence[str]) -> float | None:
     """Standard deviation of the white noise in a column, its steps included, at most; None where
-    the recordings are too short to say. `others`: joints, and what drives them."""
+    the recordings are too short to say. `others`: joints, and what drives them.
+
+    It holds for all recordings together and for each alone: a calm one tells less of the ripples
+    and the friction that no linear equation foretells.
+    """
     able = [r for r in recordings if r.has(name, *others) and _complete(r, [name, *others])]
+    able = able[:MOST_RECORDINGS]
     if not able:
         return None
-    able = able[:MOST_RECORDINGS]
-    each = MOST_SAMPLES // len(able)
-    own = np.vstack([_lagged(r[name][:each]) for r in able])
-    beside = [np.vstack([_lagged(r[n][:each]) for r in able]) for n in others]
+    bounds = [_least(able, name, others, 1)]
+    if len(able) > 1:
+        bounds += [_least([r], name, others, len(able)) for r in able]
+    return min((x for x in bounds if x is not None), default=None)
+
+
+def _least(
+    recordings: Sequence[Recording], name: str, others: Sequence[str], chosen_of: int
+) -> float | None:
+    """The bound from some recordings, the least of so many; None where they are too short."""
+    each = MOST_SAMPLES // len(recordings)
+    own = np.vstack([_lagged(r[name][:each]) for r in recordings])
+    beside = [np.vstack([_lagged(r[n][:each]) for r in recordings]) for n in others]
     known = np.hstack([np.ones((len(own), 1)), *beside])
     free = len(own) - known.shape[1]
     if free < FEWEST_PER_COLUMN * own.shape[1]:
@@ -53,6 +67,9 @@ def unforeseen(recordings: Sequence[Recording], name: str, others: Sequence[str]
     # The median is not moved by the few instants at which a dry friction turns.
     middle = float(np.median(np.abs(rest))) / NORMAL_MAD
     level = min(float(np.sqrt(np.mean(rest**2))), middle) * np.sqrt(len(rest) / free)
+    # The least of several deviations of noise alone lies below it by chance: at most, on average,
+    # sqrt(2 ln n) of their own deviations 1 / sqrt(2 free).
+    level *= 1.0 + np.sqrt(np.log(chosen_of) / free)
     # The least singular value of white noise alone (Marchenko and Pastur, 1967).
     return float(level / (1.0 - np.sqrt(own.shape[1] / free)))
 

@@ -13,10 +13,10 @@ from core.diagnose.sensor_noise import (
     ESTIMATED,
     STATED,
     ColumnNoise,
+    common_step,
     estimated,
     is_command,
     noise_of,
-    step_of,
     with_colour,
 )
 from core.diagnose.servo_noise import MissingTorque, levels
@@ -116,7 +116,7 @@ def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str,
         limit = min((r.logged_to(name) for r in able), default=np.pi)
         narrow = limit < NARROW
         pieces = [piece for r in able for piece in r.beyond_the_model(name, undo=not narrow)]
-        step = min((step_of(r.recording[name]) for r in able), default=0.0)
+        step = common_step([r.recording[name] for r in able])
         if any(r.commanded(name) for r in able):
             found[name] = ColumnNoise(0.0, source=ESTIMATED)
             continue
@@ -170,7 +170,7 @@ def _of_missing_torque(
     able = [r for r in driven if all(r.recording.has(n) for n in names)]
     if not able or any(r.recording.logger_filters.get(n) for r in able for n in names):
         return {}
-    steps = {n: min(step_of(r.recording[n]) for r in able) for n in names}
+    steps = {n: common_step([r.recording[n] for r in able]) for n in names}
     known = {
         n: ColumnNoise(level, step=steps[n])
         for n in names if (level := _level(able, n, stated)) is not None

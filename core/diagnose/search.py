@@ -4,9 +4,8 @@ better."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from collections.abc import Sequence
+from dataclasses import replace
 
 from core.arm.symbols import Structure
 from core.diagnose.announce import Steps, round_title
@@ -31,94 +30,15 @@ from core.diagnose.refit import Refit, fit, settled
 from core.diagnose.retraced import retraced
 from core.diagnose.screen import Screen, screen
 from core.diagnose.start import Begun
-from core.diagnose.steps import Validated, ladder_step, validated
+from core.diagnose.state import Listener, Options, State, ToCome, given_step
+from core.diagnose.steps import ladder_step
 from core.diagnose.verdict import remains, within_noise
-from core.effects import with_included
 from core.effects.effect import Effect
-from core.identify.setup import Setup
 from core.progress import Progress
 from core.results import (
     DiagnosisRound,
     LadderStep,
-    RankedEffect,
 )
-
-FIDELITY = 0.001
-"""Share of a channel's spread that no model is asked to explain where nothing else is stated."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """How far to look."""
-
-    max_effects: int = 3
-    candidates: tuple[str, ...] = ()
-    """Ids to choose from; empty: all that apply."""
-    fidelity: float = FIDELITY
-    stated_noise: Mapping[str, float] = field(default_factory=dict)
-    """channel -> standard deviation of the sensor's noise, SI, where it is known."""
-    per_recording: tuple[str, ...] = ()
-    """Effects whose sizes are estimated anew on validation data (another bench's friction)."""
-    identified: Mapping[str, float] = field(default_factory=dict)
-    """label -> value: where an identification ended, one of the two starts of the first fit."""
-    compare: bool = True
-    """Whether measured and modelled signals are kept, of the first model and the last."""
-
-
-class ToCome(NamedTuple):
-    """What a ranking does not know yet."""
-
-    sizes: int
-    """That are still to be tried."""
-    effects: tuple[str, ...]
-    """Titles of those of which no size was tried yet."""
-
-
-Listener = Callable[[tuple[RankedEffect, ...], ToCome], None]
-"""Called with the ranking as it stands: while the screen goes on, after it, after each refit."""
-
-
-@dataclass
-class State:
-    """What the ladder has so far."""
-
-    data: Data
-    refit: Refit
-    present: list[Effect]
-    given: int
-    """How many of them the user put there."""
-    rounds: list[DiagnosisRound]
-    steps: list[LadderStep]
-    validation: Data | None
-    first: Screen | None = None
-    """Of the first round."""
-    passed: list[str] = field(default_factory=list)
-    """Titles of what was taken out again."""
-    unseen: dict[tuple[int, int | None], tuple[Refit, Validated]] = field(default_factory=dict)
-    """What `validated` gave for a refit with so many steps: gate, ladder and figures ask alike."""
-
-    def validated(self, refit: Refit, fine: int | None = None) -> Validated | None:
-        """A refit on the recordings that no fit sees; `fine` steps per sample, else those known."""
-        if self.validation is None:
-            return None
-        fine = self.validation.fine if fine is None else fine
-        key = (id(refit), fine)
-        if key not in self.unseen:
-            found = validated(replace(self.validation, fine=fine), refit)
-            assert found is not None
-            self.unseen[key] = refit, found  # the refit is held, so that its id stays its own
-        return self.unseen[key][1]
-
-    @property
-    def found(self) -> list[Effect]:
-        """What was added."""
-        return self.present[self.given :]
-
-    @property
-    def detours(self) -> tuple[str, ...]:
-        """Titles of what was added on the way and is not in the model at the end."""
-        kept = {one.title for one in self.present}
-        return tuple(title for title in dict.fromkeys(self.passed) if title not in kept)
 
 
 def _step(state: State, added: Effect | None, title: str) -> LadderStep:
@@ -290,6 +210,21 @@ def retrace(state: State, base: Refit, progress: Progress) -> None:
         state.steps.append(_step(state, one.effect, one.effect.title))
 
 
+def better_given(state: State, begun: Begun, options: Options, progress: Progress) -> Begun:
+    """The model as given where the search has led it: at a better minimum, where an effect that
+    turned out needless took it out of another one."""
+    if state.found or not state.passed or not state.refit.cost < begun.base.cost:
+        return begun
+    found = replace(
+        begun, data=state.data, base=state.refit, validation=state.validation, known=None
+    )
+    state.passed.clear()
+    state.rounds.clear()
+    state.steps[:] = [given_step(found)]
+    _look(state, options, 0, progress, None)  # the ranking is that of this model
+    return found
+
+
 def settle(state: State, progress: Progress) -> None:
     """States the last model at its minimum; what led there needs no such digits."""
     if progress.stopped():
@@ -352,32 +287,3 @@ def _round(
         gate=_gate(state),
         **heard,  # type: ignore[arg-type]
     )
-
-
-def begun_state(setup: Setup, begun: Begun) -> State:
-    """The model as given, before the first round."""
-    present = list(setup.model.effects)
-    first = ladder_step(begun.data, begun.validated, begun.base, None, "The model as given", ())
-    state = State(begun.data, begun.base, present, len(present), [], [first], begun.validation)
-    if begun.validation is not None and begun.validated is not None:
-        state.unseen[id(begun.base), begun.validation.fine] = begun.base, begun.validated
-    return state
-
-
-def settings(state: State) -> list[dict[str, object]]:
-    """The accepted effects, with what they include, as [model] effects of a scenario."""
-    model = state.refit.hypothesis.model
-    known = {**model.effect_values, **state.refit.hypothesis.values()}
-    have = {e.kind for e in with_included(state.present[: state.given])}
-    listed: list[dict[str, object]] = []
-    for one in with_included(state.found):
-        if one.kind in have and not one.repeats:
-            continue
-        entry: dict[str, object] = {"id": one.kind}
-        for knob in one.parameters(model.arm, model.drive, state.data.sizes):
-            name = knob.parameter.name
-            if not one.shown(name, state.data.rig):
-                continue
-            entry[name] = {"start": float(known.get(name, knob.parameter.value)), "vary": True}
-        listed.append(entry)
-    return listed

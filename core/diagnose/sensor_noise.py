@@ -75,14 +75,21 @@ FEWEST_LEVELS = 3
 
 def step_of(column: np.ndarray) -> float:
     """The distance between the numbers that a column (N,) can hold; 0 where it has no such."""
-    levels = np.unique(column[np.isfinite(column)])
-    if len(levels) < FEWEST_LEVELS:
+    return common_step([column])
+
+
+def common_step(columns: Sequence[np.ndarray]) -> float:
+    """The same of one sensor's columns (N,) in several recordings, each counted from a zero of its
+    own: a short or lively one alone may hold no two neighbouring counts."""
+    levels = [np.unique(column[np.isfinite(column)]) for column in columns]
+    levels = [each for each in levels if len(each) >= FEWEST_LEVELS]
+    if not levels:
         return 0.0
-    distances = np.diff(levels)
+    distances = np.concatenate([np.diff(each) for each in levels])
     step = float(distances.min())
     ratio = distances / step
     whole = np.abs(ratio - np.round(ratio)).max() < EVEN
-    return step if whole and step > ROUNDING * np.abs(levels).max() else 0.0
+    return step if whole and step > ROUNDING * max(np.abs(x).max() for x in levels) else 0.0
 
 
 FEW_LEVELS = 8

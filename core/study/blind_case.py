@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from core.diagnose.diagnose import diagnose
-from core.diagnose.search import Options
+from core.diagnose.state import Options
 from core.effects import effect, with_included
 from core.identify.predictor import single_threaded
 from core.identify.setup import make_setup

@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from core.diagnose.foreseen import unforeseen
 from core.diagnose.noise_route import _counted
-from core.diagnose.sensor_noise import ESTIMATED, STATED, ColumnNoise
+from core.diagnose.sensor_noise import ESTIMATED, STATED, ColumnNoise, common_step
 from core.recording.recording import Recording
 
 STEP, SAMPLES, RECORDINGS = 2e-3, 600, 4
@@ -113,3 +113,27 @@ def test_short_recordings_and_holes_say_nothing() -> None:
     holed = recordings()[0]
     holed.channels["theta1"][5] = np.nan
     assert unforeseen([holed], "theta1", ["u1"]) is None
+
+
+RIPPLED = 40.0
+"""Times the white noise: what a ripple leaves that no linear equation foretells."""
+
+
+def test_a_calm_recording_tells_what_lively_ones_hide() -> None:
+    rng, found = np.random.default_rng(6), recordings()
+    for r in found[1:]:
+        lively = RIPPLED * WHITE * np.sin(900.0 * r["theta1"] + rng.uniform(0.0, 6.0))
+        r.channels["theta1"] = COUNT * np.round((r["theta1"] + lively) / COUNT)
+    lively_alone = unforeseen(found[1:], "theta1", ["u1"])
+    level = unforeseen(found, "theta1", ["u1"])
+    assert level is not None and lively_alone is not None
+    assert WHITE <= level < NEAR * WHITE < 0.5 * lively_alone
+
+
+def test_counts_are_seen_over_all_recordings_where_one_alone_has_no_neighbours() -> None:
+    rng = np.random.default_rng(8)
+    sparse = COUNT * np.array([3.0, 11.0, 20.0, 47.0, 92.0])
+    dense = 0.4 * COUNT + COUNT * rng.integers(0, 500, SAMPLES)
+    assert common_step([sparse]) == 0.0
+    assert common_step([sparse, dense]) == pytest.approx(COUNT)
+    assert common_step([sparse, rng.standard_normal(SAMPLES)]) == 0.0

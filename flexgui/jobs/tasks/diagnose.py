@@ -11,8 +11,8 @@ import numpy as np
 from core.progress import Progress, Silent
 
 if TYPE_CHECKING:
-    from core.diagnose.search import Options, ToCome
     from core.diagnose.start import Begun
+    from core.diagnose.state import Options, ToCome
     from core.identify.setup import Setup
     from core.recording.recording import Recording
     from core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
@@ -89,7 +89,7 @@ def diagnose(
 def _asked(
     scenario: Any, model: Any, spec: IdentifySpec, where: Within, progress: PartialProgress
 ) -> Asked:
-    from core.diagnose.search import Options
+    from core.diagnose.state import Options
     from core.diagnose.stated_noise import stated_noise
     from core.errors import InputError
     from core.identify.setup import make_setup

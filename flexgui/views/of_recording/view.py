@@ -32,7 +32,7 @@ def believable_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, f
     the last thousandth of what a channel does.
     """
     from core.diagnose.maps import noise_floors
-    from core.diagnose.search import FIDELITY  # late: it loads all of a diagnosis
+    from core.diagnose.state import FIDELITY  # late: it loads all of a diagnosis
 
     spread: dict[str, list[float]] = {}
     for r in comparisons:

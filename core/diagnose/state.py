@@ -1,0 +1,133 @@
+"""What a search has so far, and how far it is to look."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+from core.diagnose.data import Data
+from core.diagnose.refit import Refit
+from core.diagnose.screen import Screen
+from core.diagnose.start import Begun
+from core.diagnose.steps import Validated, ladder_step, validated
+from core.effects import with_included
+from core.effects.effect import Effect
+from core.identify.setup import Setup
+from core.results import (
+    DiagnosisRound,
+    LadderStep,
+    RankedEffect,
+)
+
+FIDELITY = 0.001
+"""Share of a channel's spread that no model is asked to explain where nothing else is stated."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How far to look."""
+
+    max_effects: int = 3
+    candidates: tuple[str, ...] = ()
+    """Ids to choose from; empty: all that apply."""
+    fidelity: float = FIDELITY
+    stated_noise: Mapping[str, float] = field(default_factory=dict)
+    """channel -> standard deviation of the sensor's noise, SI, where it is known."""
+    per_recording: tuple[str, ...] = ()
+    """Effects whose sizes are estimated anew on validation data (another bench's friction)."""
+    identified: Mapping[str, float] = field(default_factory=dict)
+    """label -> value: where an identification ended, one of the two starts of the first fit."""
+    compare: bool = True
+    """Whether measured and modelled signals are kept, of the first model and the last."""
+
+
+class ToCome(NamedTuple):
+    """What a ranking does not know yet."""
+
+    sizes: int
+    """That are still to be tried."""
+    effects: tuple[str, ...]
+    """Titles of those of which no size was tried yet."""
+
+
+Listener = Callable[[tuple[RankedEffect, ...], ToCome], None]
+"""Called with the ranking as it stands: while the screen goes on, after it, after each refit."""
+
+
+@dataclass
+class State:
+    """What the ladder has so far."""
+
+    data: Data
+    refit: Refit
+    present: list[Effect]
+    given: int
+    """How many of them the user put there."""
+    rounds: list[DiagnosisRound]
+    steps: list[LadderStep]
+    validation: Data | None
+    first: Screen | None = None
+    """Of the first round."""
+    passed: list[str] = field(default_factory=list)
+    """Titles of what was taken out again."""
+    unseen: dict[tuple[int, int | None], tuple[Refit, Validated]] = field(default_factory=dict)
+    """What `validated` gave for a refit with so many steps: gate, ladder and figures ask alike."""
+
+    def validated(self, refit: Refit, fine: int | None = None) -> Validated | None:
+        """A refit on the recordings that no fit sees; `fine` steps per sample, else those known."""
+        if self.validation is None:
+            return None
+        fine = self.validation.fine if fine is None else fine
+        key = (id(refit), fine)
+        if key not in self.unseen:
+            found = validated(replace(self.validation, fine=fine), refit)
+            assert found is not None
+            self.unseen[key] = refit, found  # the refit is held, so that its id stays its own
+        return self.unseen[key][1]
+
+    @property
+    def found(self) -> list[Effect]:
+        """What was added."""
+        return self.present[self.given :]
+
+    @property
+    def detours(self) -> tuple[str, ...]:
+        """Titles of what was added on the way and is not in the model at the end."""
+        kept = {one.title for one in self.present}
+        return tuple(title for title in dict.fromkeys(self.passed) if title not in kept)
+
+
+def given_step(begun: Begun) -> LadderStep:
+    """The first step of a ladder."""
+    return ladder_step(begun.data, begun.validated, begun.base, None, "The model as given", ())
+
+
+def begun_state(setup: Setup, begun: Begun) -> State:
+    """The model as given, before the first round."""
+    present = list(setup.model.effects)
+    state = State(
+        begun.data, begun.base, present, len(present), [], [given_step(begun)], begun.validation
+    )
+    if begun.validation is not None and begun.validated is not None:
+        state.unseen[id(begun.base), begun.validation.fine] = begun.base, begun.validated
+    return state
+
+
+def settings(state: State) -> list[dict[str, object]]:
+    """The accepted effects, with what they include, as [model] effects of a scenario."""
+    model = state.refit.hypothesis.model
+    known = {**model.effect_values, **state.refit.hypothesis.values()}
+    have = {e.kind for e in with_included(state.present[: state.given])}
+    listed: list[dict[str, object]] = []
+    for one in with_included(state.found):
+        if one.kind in have and not one.repeats:
+            continue
+        entry: dict[str, object] = {"id": one.kind}
+        for knob in one.parameters(model.arm, model.drive, state.data.sizes):
+            name = knob.parameter.name
+            if not one.shown(name, state.data.rig):
+                continue
+            entry[name] = {"start": float(known.get(name, knob.parameter.value)), "vary": True}
+        listed.append(entry)
+    return listed
