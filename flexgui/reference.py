@@ -145,6 +145,12 @@ def _drives() -> Iterable[str]:
         "columns `known_torque1` (N m, on a slide N), which are added to the drive's torque; their "
         "scales `kx1` can be estimated.\n"
     )
+    yield (
+        "Where somebody else moves a joint and nobody records its torque, `known_motion = [2]` "
+        "lists the joints whose positions `theta2` alone are known: they change the inertia that "
+        "the others see, as recorded. What is stated or recorded of their drive is not read, and "
+        "their torque is not compared.\n"
+    )
     for kind, drive in sorted(drive_classes().items()):
         yield f"### `{kind}`\n"
         yield f"{_doc(drive)}\n"

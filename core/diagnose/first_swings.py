@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.arm.symbols import Structure
-from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
 from core.diagnose.descent import descend
 from core.effects.effect import Effect
 from core.identify.growing import FEWEST, SHARES, beginnings
@@ -56,11 +56,10 @@ def from_first_swings(
         scanned: the parameters among `values` that come from a grid.
 
     Returns:
-        None where the effects leave the arm's coordinates as they are, or where no beginning of the
-        recordings says enough.
+        None where the last effect leaves the arm's vibrations as they are, or where no beginning of
+        the recordings says enough.
     """
-    model = data.bare.with_effects(effects, {**values}, data.sizes)
-    if Structure.of(model.arm) == Structure.of(base.model.arm):
+    if not _swings(data, base, effects, values):
         return None
     share = _telling(data, base, len(hypothesis(data, effects, values).vector))
     if share is None:
@@ -68,6 +67,16 @@ def from_first_swings(
     starts = _starts(data, base, effects, values, scanned)
     # Sizes that are known already stay at first: a limit that no beginning reaches runs away.
     return _best(data, effects, starts, share, stopped, held=set(base.values()) & _own(base))
+
+
+def _swings(
+    data: Data, base: Hypothesis, effects: Sequence[Effect], values: Mapping[str, float]
+) -> bool:
+    """Whether the last of the effects has a vibration of its own, or moves those of the arm."""
+    model = data.bare.with_effects(effects, {**values}, data.sizes)
+    own = names_of(effects[-1], model, data.sizes)
+    other_arm = Structure.of(model.arm) != Structure.of(base.model.arm)
+    return other_arm or not model.arm_catalogue.entries.keys().isdisjoint(own)
 
 
 def _own(h: Hypothesis) -> set[str]:

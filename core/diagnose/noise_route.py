@@ -297,7 +297,9 @@ class _Route:
         e, dt = self.experiment, self.recording.sample_time
         place = e.model.drive.reference_channels(e.model.arm).index(name)
         read = e.sensed(sensor(TORQUE), self.trajectory, self.numbers, self.values)
-        torque = read[:, min(place, e.model.arm.joints - 1)]
+        # A drive may have no column for a joint whose motion alone is known.
+        law = e.model.drive.law(e.model.arm, self.trajectory.p, self.values)
+        torque = read[:, int(np.argmax(np.abs(law.R[:, place])))]
         wide = min(WIDE_SERVO * self._steering.hz, 0.4 / dt)
         return ZeroPhaseLowPass(cutoff_hz=wide).apply(torque, dt) / self._constant(name)
 

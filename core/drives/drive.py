@@ -41,6 +41,11 @@ class Drive(BaseModel):
     """Whether the torque follows from the recording; False: only what the joints take along can be
     compared."""
 
+    @property
+    def torque_unknown(self) -> tuple[int, ...]:
+        """Joints, from 1, whose torque is not recorded beside others whose torque is."""
+        return ()
+
     def check(self, arm: Arm) -> None:
         """InputError where the drive does not fit the arm."""
 
@@ -83,6 +88,25 @@ def per_joint(values: tuple[float, ...], arm: Arm, setting: str) -> tuple[float,
             f"give one per joint."
         )
     return values
+
+
+def stated_joints(setting: str, stated: object) -> tuple[int, ...]:
+    """Joints, from 1, that a setting of [drive] lists; InputError where it is no such list."""
+    joints = list(stated) if isinstance(stated, list | tuple) else None
+    whole = joints is not None and all(type(k) is int and k > 0 for k in joints)
+    if joints is None or not whole or len(set(joints)) < len(joints):
+        raise InputError(f"[drive] {setting} must be a list of joints such as [1], each once.")
+    return tuple(joints)
+
+
+def joints_there(setting: str, joints: Sequence[int], arm: Arm) -> None:
+    """InputError where a setting of [drive] names a joint that the arm has not."""
+    for k in joints:
+        if not 1 <= k <= arm.joints:
+            raise InputError(
+                f"[drive] {setting} names joint {k}; the arm has {arm.joints} joints, counted "
+                f"from 1."
+            )
 
 
 def gain_parameter(name: str, gain: float, unit: str, symbol: str, title: str) -> Parameter:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.arm.arm import Arm
-from core.drives.drive import Drive
+from core.drives.drive import Drive, joints_there, stated_joints
 from core.drives.law import DriveLaw
 from core.errors import InputError
 from core.parameters import Parameter
@@ -29,12 +29,7 @@ class WithKnownTorque(Drive):
 
     def check(self, arm: Arm) -> None:
         self.base.check(arm)
-        for k in self.joints:
-            if not 1 <= k <= arm.joints:
-                raise InputError(
-                    f"[drive] {SETTING} names joint {k}; the arm has {arm.joints} joints, "
-                    f"counted from 1."
-                )
+        joints_there(SETTING, self.joints, arm)
 
     def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
         scales = tuple(
@@ -73,13 +68,10 @@ class WithKnownTorque(Drive):
 def with_known_torque(drive: Drive, stated: object) -> Drive:
     """The drive beside the known torques that `[drive] known_torque` states; InputError where it is
     no list of joints, or where the drive knows no torque to add them to."""
-    joints = list(stated) if isinstance(stated, list | tuple) else None
-    whole = joints is not None and all(type(k) is int and k > 0 for k in joints)
-    if joints is None or not whole or len(set(joints)) < len(joints):
-        raise InputError(f"[drive] {SETTING} must be a list of joints such as [1], each once.")
+    joints = stated_joints(SETTING, stated)
     if joints and not drive.torque_known:
         raise InputError(
             f"[drive] {SETTING} has no place where kind is {drive.kind!r}: the joints follow the "
             f"encoders whatever the torque is; leave it out."
         )
-    return WithKnownTorque(base=drive, joints=tuple(joints)) if joints else drive
+    return WithKnownTorque(base=drive, joints=joints) if joints else drive

@@ -119,6 +119,8 @@ def _missing(
     torques = [c for c in channels if c.channel.startswith("u")]
     found = []
     for k, c in enumerate(torques):
+        if k + 1 in model.drive.torque_unknown:
+            continue
         kind = joint(model.arm.segments[k].joint)
         found.append(
             MissingTorque(

@@ -314,5 +314,6 @@ def _rms(block: np.ndarray) -> np.ndarray:
 
 def _spread_of(e: Prepared) -> np.ndarray:
     """(k,) of what was measured, one where nothing moves."""
-    spread = np.array([np.std(e.measured[e.counted[:, k], k]) for k in range(e.measured.shape[1])])
+    counted = [y[mask] for y, mask in zip(e.measured.T, e.counted.T, strict=True)]
+    spread = np.array([np.std(y) if y.size else 0.0 for y in counted])
     return np.where(spread > 0.0, spread, 1.0)

@@ -295,6 +295,8 @@ def measured_outputs(
         chosen = recording.counted.get(name)
         if chosen is not None:
             mask[:, k] &= chosen
+    if sensor.kind == TORQUE:
+        mask[:, [k - 1 for k in model.drive.torque_unknown]] = False
     return y, mask
 
 

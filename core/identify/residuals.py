@@ -49,7 +49,9 @@ def _spreads(experiments: Sequence[Prepared]) -> dict[str, float]:
         for k, (name, _) in enumerate(e.channels):
             y = e.measured[e.counted[:, k], k]
             collected.setdefault(name, []).append(y - y.mean() if y.size else y)
-    sizes = {name: float(np.std(np.concatenate(parts))) for name, parts in collected.items()}
+    whole = {name: np.concatenate(parts) for name, parts in collected.items()}
+    # A channel of which nothing counts, such as a torque that nobody recorded, has no spread.
+    sizes = {name: float(np.std(y)) if y.size else 0.0 for name, y in whole.items()}
     return {name: size if size > 0.0 else 1.0 for name, size in sizes.items()}
 
 

@@ -9,7 +9,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
-from core.check.measured import noise_of
+from core.check.measured import Measured, noise_of
 from core.check.relations import Relation
 
 SHARE = 0.5
@@ -18,6 +18,8 @@ FIRST = 5
 """Samples of an average speed."""
 SPAN = 5e-3
 """s from whose samples the speed at the start is taken: a drive changes it within ten."""
+HELD = 0.5
+"""Share of the samples at which a reference that steps changes at most; smooth ones always do."""
 EARLY = 0.03
 """s in which a vibration of the links still shows that it was there."""
 LAGS = 30
@@ -49,9 +51,10 @@ class StartsMoving(Check):
             if len(q) < 10 * FIRST:
                 continue
             usual = float(np.sqrt(np.mean(np.gradient(_averaged(q), found.step * FIRST) ** 2)))
-            speed, noise = _first_speed(q, found.step)
+            count = _undisturbed(found)
+            speed, noise = _first_speed(q, found.step, count)
             expected = _from_rest(case, name)
-            asked = 0.0 if expected is None else _first_speed(expected, found.step)[0]
+            asked = 0.0 if expected is None else _first_speed(expected, found.step, count)[0]
             # Slower than asked is a heavier or softer joint, and no motion before.
             beyond = 0.0 if 0.0 <= speed / (asked or np.inf) <= 1.0 and asked else speed - asked
             clear = max(SHARE * usual, SURE * noise)
@@ -62,12 +65,25 @@ class StartsMoving(Check):
                 yield case.finding(self.kind, name, speed, "SI/s", said)
 
 
-def _first_speed(q: np.ndarray, step: float) -> tuple[float, float]:
-    """The slope at the first sample of a parabola through the first few, and its deviation."""
-    count = int(np.clip(round(SPAN / step), 3, 8))
-    columns = np.vander(step * np.arange(count), 3)
+def _first_speed(q: np.ndarray, step: float, count: int) -> tuple[float, float]:
+    """The slope at the first sample of a parabola through the first few (a line through two), and
+    its deviation."""
+    columns = np.vander(step * np.arange(count), min(count, 3))
     pinv = np.linalg.pinv(columns)
-    return float(pinv[1] @ q[:count]), noise_of(q) * float(np.linalg.norm(pinv[1]))
+    return float(pinv[-2] @ q[:count]), noise_of(q) * float(np.linalg.norm(pinv[-2]))
+
+
+def _undisturbed(found: Measured) -> int:
+    """Samples from which the speed at the start is taken: up to the next step of a reference, as a
+    fast loop turns a joint around within the sample after it."""
+    count = int(np.clip(round(SPAN / found.step), 3, 8))
+    for name in found.names("dtheta#_ref", "theta#_ref"):
+        changes = np.flatnonzero(np.diff(found.even(name)))
+        held = len(changes) < HELD * len(found.grid)
+        if held and len(changes):
+            # What is given from sample c + 1 on moves no joint up to that sample.
+            count = min(count, int(changes[0]) + 2)
+    return count
 
 
 def _wrong_first(case: Case) -> float:
