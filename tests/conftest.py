@@ -16,11 +16,26 @@ ROOT = Path(__file__).parents[1]
 settings.register_profile("flexgui", deadline=None, derandomize=True)
 settings.load_profile("flexgui")
 
-COMPILE = (
-    "from core.progress import Silent; from core.warm import warm_up; warm_up(Silent())",
-    "import core.simulate.wide_rosenbrock",
+ARMS = """
+from core.arm.compiled import compile_arm, compile_wide_arm
+from core.effects import catalogue
+from core.scenario.stated_effects import structures_tried
+from tests.helpers import PAPER
+for structure in structures_tried(PAPER, list(catalogue().values()))[{}::2]:
+    compile_arm(structure), compile_wide_arm(structure)
+"""
+"""Every second one of the structures that a diagnosis tries: so many tests need them that both
+processes, and the workers of each, would compile them at the same time."""
+HALVES = (
+    "import core.simulate.wide_rosenbrock" + ARMS.format(0),
+    "import core.simulate.followed, core.simulate.linear, core.simulate.pieces"
+    + ARMS.format(1)
+    + "import core.identify.prescribed, core.identify.held, core.arm.calls",
 )
-"""What nearly every test needs compiled, once per machine: each is half of the work."""
+"""What nearly every test needs compiled, once per machine: each is half of the work, and neither
+compiles what the other does. The last line needs the other's first, which is over by then."""
+MARK = "from core.progress import Silent; from core.warm import warm_up; warm_up(Silent())"
+"""Finds all of it there, and says so to the next start."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -30,9 +45,10 @@ def pytest_configure(config: pytest.Config) -> None:
     from core.warm import is_warm
 
     if not is_warm():
-        halves = [subprocess.Popen([sys.executable, "-c", text], cwd=ROOT) for text in COMPILE]
+        halves = [subprocess.Popen([sys.executable, "-c", text], cwd=ROOT) for text in HALVES]
         for half in halves:
             half.wait()
+        subprocess.run([sys.executable, "-c", MARK], cwd=ROOT)
 
 
 FIRST = ROOT / "tests" / "server" / "test_load.py"

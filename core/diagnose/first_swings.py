@@ -61,7 +61,7 @@ def from_first_swings(
     """
     if not _swings(data, base, effects, values):
         return None
-    share = _telling(data, base, len(hypothesis(data, effects, values).vector))
+    share = _shown_within(data, base, len(hypothesis(data, effects, values).vector))
     if share is None:
         return None
     starts = _starts(data, base, effects, values, scanned)
@@ -94,7 +94,7 @@ def from_nominal_values(data: Data, h: Hypothesis, stopped: Callable[[], bool]) 
     nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
     if all(abs(at.get(k, v) - v) <= MOVED * abs(v) for k, v in nominal.items()):
         return None
-    share = _telling(data, h, len(h.vector))
+    share = _shown_within(data, h, len(h.vector))
     if share is None:
         return None
     effects, values = h.model.effects, {**h.model.effect_values, **at}
@@ -129,7 +129,7 @@ def _best(
     return best if np.isfinite(cost) else None
 
 
-def _telling(data: Data, base: Hypothesis, unknowns: int) -> float | None:
+def _shown_within(data: Data, base: Hypothesis, unknowns: int) -> float | None:
     """The least share of each recording over which the error of `base` is more than noise."""
     errors = base.errors(base.vector)
     for share in SHARES:

@@ -15,7 +15,6 @@ from core.recording.spec import SimulateSpec
 from core.simulate.experiment import NoiseLevels, simulate_recording
 
 GAINS = [60.0, 30.0]
-MODES = 3
 NOISE = NoiseLevels({"z": 3e-5, "encoder": 1e-5})
 """m of a good camera, rad of an encoder with 18 bit."""
 CHANNELS = ("dtheta1_ref", "dtheta2_ref", "theta1", "theta2", "z1", "z2")
@@ -25,13 +24,13 @@ AWAY = (1.3, 0.7)
 """What the start is of the truth."""
 
 
-def write(folder: Path, seconds: float, outputs: str = "") -> Path:
+def write(folder: Path, seconds: float, modes: int, outputs: str = "") -> Path:
     """The tables at theta2 = pi/8 .. 7 pi/8 and a scenario that states no working point, no
     level and no more of the fit than `parameters`; returns the scenario's file.
 
-    `outputs` are further lines under [identify].
+    `modes` are those of each segment, `outputs` further lines under [identify].
     """
-    arm = build_arm(ArmSpec.model_validate({"preset": "paper", "modes": MODES}))
+    arm = build_arm(ArmSpec.model_validate({"preset": "paper", "modes": modes}))
     model = Model(arm, build_drive("velocity_loop", {"gains": GAINS}), level="nonlinear")
     for k in range(1, 8):
         spec = SimulateSpec(
@@ -41,16 +40,16 @@ def write(folder: Path, seconds: float, outputs: str = "") -> Path:
         table = replace(found, channels={name: found[name] for name in CHANNELS})
         save_recording(table, folder / f"th{k}.csv")
     file = folder / "plain.toml"
-    file.write_text(_text(outputs), encoding="utf-8")
+    file.write_text(_text(modes, outputs), encoding="utf-8")
     return file
 
 
-def _text(outputs: str) -> str:
+def _text(modes: int, outputs: str) -> str:
     files = "".join(f'[[recordings]]\nfile = "th{k}.csv"\n' for k in range(1, 8))
     starts = ", ".join(f"EI{k + 1} = {TRUTH * a:.6g}" for k, a in enumerate(AWAY))
     return (
         'title = "Seven tables"\n'
-        f'[arm]\npreset = "paper"\nmodes = {MODES}\n'
+        f'[arm]\npreset = "paper"\nmodes = {modes}\n'
         f'[drive]\nkind = "velocity_loop"\ngains = {GAINS}\n'
         f'[identify]\nparameters = ["EI1", "EI2"]\nstart = {{ {starts} }}\n{outputs}{files}'
     )

@@ -93,7 +93,9 @@ class Size:
     peak_loops: int
     study_runs: int
     """Monte Carlo runs that are really made; the rest of the paper's 20 is extrapolated."""
+    modes: int
+    """Of each segment, in the recordings that a rig would hand over."""
 
 
-FULL = Size(3.0, 200, 5, 2, 0.3, 3.0, 3_000_000, 20)
-QUICK = Size(0.1, 20, 1, 1, 0.04, 0.4, 200_000, 1)
+FULL = Size(3.0, 200, 5, 2, 0.3, 3.0, 3_000_000, 20, 3)
+QUICK = Size(0.1, 20, 1, 1, 0.04, 0.4, 200_000, 1, 2)

@@ -99,7 +99,7 @@ class ArmSliders:
             return float(getattr(self._arm.segments[0], name) or unit) / unit
 
         def change(value: float) -> bool:
-            return session.change(arm_setting(session.scenario, name, value * unit))
+            return session.slide(arm_setting(session.scenario, name, value * unit))
 
         widgets.slider(self._desk, label, around(get(), limits), get, change, hint)
 
@@ -116,7 +116,9 @@ class ArmSliders:
             if k >= len(values) or None in values:
                 return False
             values[k] = int(value) if whole else value
-            return session.change(arm_setting(session.scenario, name, values))
+            # Another number of modes is compiled first, so that is kept at once.
+            put_in = session.change if whole else session.slide
+            return put_in(arm_setting(session.scenario, name, values))
 
         shown = limits if whole else around(get(), limits)
         widgets.slider(self._desk, label, shown, get, change, hint)
@@ -132,7 +134,7 @@ class ArmSliders:
         if k >= len(values):
             return False
         values[k] = float(value)
-        return self._desk.session.change(put(("drive", one.setting), values))
+        return self._desk.session.slide(put(("drive", one.setting), values))
 
 
 def around(value: float, limits: Limits) -> Limits:

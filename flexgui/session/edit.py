@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from core.arm.build import build_arm
-from core.scenario.read import check_scenario
 from core.scenario.schema import Scenario
+from flexgui.session.shared import scenario_of
 
 Document = dict[str, Any]
 Edit = Callable[[Document], None]
@@ -24,7 +24,7 @@ def edited(scenario: Scenario, *edits: Edit) -> Scenario:
     document = thawed(scenario.model_dump(exclude_defaults=True))
     for edit in edits:
         edit(document)
-    return check_scenario(document, SOURCE)
+    return scenario_of(document, SOURCE)
 
 
 def thawed(value: Any) -> Any:

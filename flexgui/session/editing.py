@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 from core.arm.build import build_arm
 from core.errors import InputError
 from core.scenario.schema import Scenario
-from core.workbench import base_model
 from flexgui.session.demo import demo_scenario
 from flexgui.session.edit import Edit, edited, noise_of_simulations
 from flexgui.session.latest import TURNS, LatestWins
 from flexgui.session.live import LiveModel, Prepared, is_new, live_model, prepare
 from flexgui.session.observable import Observable
+from flexgui.session.shared import model_of
 from flexgui.session.state import STAGES, Live
 from flexgui.session.topics import Topic
 
@@ -30,6 +31,8 @@ class Editing(Observable, ABC):
         self.live, self.stage = Live(), STAGES[0]
         self.view: LiveModel | None = None
         self._live_worker = LatestWins(f"live-{key[:8]}")
+        self._slid = False
+        """Whether the scenario was changed by `slide` and nobody has heard of it."""
 
     @abstractmethod
     def _scenario_changed(self) -> None:
@@ -41,17 +44,31 @@ class Editing(Observable, ABC):
 
     def change(self, *edits: Edit) -> bool:
         """Edits the scenario; where the result is none, says why and changes nothing."""
-        try:
-            with self._lock:
-                changed = edited(self.scenario, *edits)
-                base_model(changed)
-                self.scenario = changed
-        except InputError as error:
-            self.show_message(str(error), bad=True)
+        if not self._edit(edits):
             return False
         self.notify(Topic.SCENARIO)
         self.refresh_live()
         self._scenario_changed()
+        return True
+
+    def slide(self, *edits: Edit) -> bool:
+        """As `change`, under a hand that moves on: the subscribers hear of it with the arm that
+        was computed for it, and only of the places for which one was."""
+        if not self._edit(edits, slid=True):
+            return False
+        self.refresh_live()
+        self._scenario_changed()
+        return True
+
+    def _edit(self, edits: Sequence[Edit], slid: bool = False) -> bool:
+        try:
+            with self._lock:
+                changed = edited(self.scenario, *edits)
+                model_of(changed)
+                self.scenario, self._slid = changed, self._slid or slid
+        except InputError as error:
+            self.show_message(str(error), bad=True)
+            return False
         return True
 
     def set_live(self, **changes: Any) -> None:
@@ -82,12 +99,19 @@ class Editing(Observable, ABC):
                 view = live_model(prepare(scenario, known), live)
         except InputError as error:
             self.show_message(str(error), bad=True)
+            self.notify(*self._unheard())
             return
         if self.message.text == COMPILING:
             self.show_message("")
         with self._lock:
             self.view = view
-        self.notify(Topic.LIVE)
+        # In one call: what is to be kept is written before any of it is shown.
+        self.notify(Topic.LIVE, *self._unheard())
+
+    def _unheard(self) -> tuple[Topic, ...]:
+        with self._lock:
+            slid, self._slid = self._slid, False
+        return (Topic.SCENARIO,) if slid else ()
 
     def _compiled(self) -> Prepared:
         """A model with the arm that is wanted; says so where that may take long."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -23,8 +23,8 @@ from core.simulate.response import (
     frequency_response,
     step_response,
 )
-from core.workbench import base_model
 from flexgui.session.demo import demo_scenario
+from flexgui.session.shared import Recent, model_of
 from flexgui.session.state import Live
 
 STEP_SIZE = 0.3
@@ -69,7 +69,7 @@ def prepare(scenario: Scenario, before: Prepared | None) -> Prepared:
         return before
     if scenario is demo_scenario():
         return _demo()
-    return _prepared(scenario, before)
+    return _PREPARED.get(id(scenario), lambda: _prepared(scenario, before))
 
 
 @cache
@@ -79,7 +79,7 @@ def _demo() -> Prepared:
 
 
 def _prepared(scenario: Scenario, before: Prepared | None) -> Prepared:
-    model = base_model(scenario)
+    model = model_of(scenario)
     # Not by `model.compiled`: its lock is one for all models, and others must not wait.
     compile_arm(Structure.of(model.arm))
     return Prepared(scenario, model, _equations(model, before))
@@ -90,8 +90,17 @@ def is_new(arm: Arm, before: Prepared | None) -> bool:
     return before is None or Structure.of(arm) != Structure.of(before.model.arm)
 
 
+_PREPARED: Recent[Prepared] = Recent()
+_LIVE: Recent[LiveModel] = Recent()
+"""By ids of what the entries hold, so that no other object can have them."""
+
+
 def live_model(known: Prepared, live: Live) -> LiveModel:
-    """Computed in some milliseconds."""
+    """Computed in some milliseconds; at once where another session is at the same place."""
+    return _LIVE.get((id(known.model), live), lambda: _live_model(known, live))
+
+
+def _live_model(known: Prepared, live: Live) -> LiveModel:
     model = known.model
     numbers = model.numbers()
     at = posture(model, _joints(model, live), numbers)
@@ -152,5 +161,9 @@ def _noise(step: np.ndarray, snr_db: float | None) -> np.ndarray:
     """White, the same draws each time so that a slider changes its size only."""
     if snr_db is None:
         return np.zeros_like(step)
-    draws = np.random.default_rng(1).standard_normal(step.shape)
-    return np.asarray(draws * step.std(axis=0) * 10.0 ** (-snr_db / 20.0))
+    return np.asarray(_draws(step.shape) * step.std(axis=0) * 10.0 ** (-snr_db / 20.0))
+
+
+@lru_cache(8)
+def _draws(shape: tuple[int, ...]) -> np.ndarray:
+    return np.random.default_rng(1).standard_normal(shape)

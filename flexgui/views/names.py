@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 
 from markupsafe import Markup, escape
 
@@ -39,6 +40,7 @@ SLIDING = {"theta": "q", "dtheta": "q" + DOT}
 OF_SLIDES = ("m", "m/s")
 
 
+@lru_cache(1024)
 def channel_symbol(channel: str, unit: str = "") -> str:
     """'ydot1' -> 'ȳ₁'; with the SI unit of what it measures 'theta1' of a slide, in m, -> 'q₁'."""
     stem, number = split_name(channel)

@@ -8,7 +8,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -18,9 +18,6 @@ from core.arm.compiled import _name as name_of
 from core.arm.compiled import compile_wide_arm
 from core.arm.symbols import Structure
 from tests.helpers import PAPER
-
-PATIENCE = 300.0
-"""s that compiling may take on a busy machine."""
 
 WORK = """
 import numpy as np
@@ -34,20 +31,47 @@ p = np.linspace(1.0, 2.0, 60)
 print(arm.mass_matrix(np.array([0.3]), p)[0, 0])
 """
 
+STARTS = f"""
+import os, sys
+import numba.core.registry, numpy, pydantic, sympy
+for line in sys.stdin:
+    folder, said, trouble = line.rstrip("\\n").split("\\t")
+    child = os.fork()
+    if not child:
+        os.environ[{cache.VARIABLE!r}] = folder
+        for path, stream in ((said, 1), (trouble, 2)):
+            os.dup2(os.open(path, os.O_CREAT | os.O_WRONLY | os.O_TRUNC), stream)
+        exec({WORK!r}, {{}})
+        break
+    print(os.waitpid(child, 0)[1], flush=True)
+"""
+"""Each folder's process is one of its own, but the libraries are imported once for all of them."""
 
-def work(folder: Path) -> tuple[str, str]:
-    """What a process that compiles an arm of one rigid link computes with it, and what it says."""
-    given = {**os.environ, cache.VARIABLE: str(folder)}
-    given.pop("NUMBA_CACHE_DIR", None)
-    done = subprocess.run(
-        [sys.executable, "-c", WORK], env=given, capture_output=True, text=True, timeout=PATIENCE
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout, done.stderr
+Work = Callable[[Path], tuple[str, str]]
 
 
 @pytest.fixture(scope="module")
-def kept(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+def work(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Work]:
+    """What a process that compiles an arm of one rigid link computes with it, and what it says."""
+    given = {name: text for name, text in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    told = [tmp_path_factory.mktemp("told") / name for name in ("said", "trouble")]
+    with subprocess.Popen(
+        [sys.executable, "-c", STARTS], env=given, text=True,
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+    ) as starts:  # fmt: skip
+
+        def once(folder: Path) -> tuple[str, str]:
+            assert starts.stdin is not None and starts.stdout is not None
+            print(folder, *told, sep="\t", file=starts.stdin, flush=True)
+            assert starts.stdout.readline() == "0\n", told[1].read_text()
+            said, trouble = (path.read_text() for path in told)
+            return said, trouble
+
+        yield once
+
+
+@pytest.fixture(scope="module")
+def kept(work: Work, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
     """A folder in which all was compiled once, and the number that came out."""
     folder = tmp_path_factory.mktemp("kept")
     said, trouble = work(folder)
@@ -87,7 +111,7 @@ DAMAGE: dict[str, tuple[str, Callable[[bytes], bytes]]] = {
 
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_what_is_damaged_is_made_anew_and_said_once(
-    damage: str, kept: tuple[Path, str], tmp_path: Path
+    damage: str, work: Work, kept: tuple[Path, str], tmp_path: Path
 ) -> None:
     pattern, spoil = DAMAGE[damage]
     folder = tmp_path / "cache"
@@ -104,7 +128,7 @@ def test_what_is_damaged_is_made_anew_and_said_once(
 
 
 def test_without_a_folder_it_works_in_a_temporary_one(
-    kept: tuple[Path, str], tmp_path: Path
+    work: Work, kept: tuple[Path, str], tmp_path: Path
 ) -> None:
     place = tmp_path / "file"
     place.touch()

@@ -25,11 +25,12 @@ from tests.fuzz.judge import fault, perform
 SECONDS = 20.0
 """Of a processor, so that other work on the machine does not count."""
 HANGING = 6.0 * SECONDS
-"""s after which a case that only waits is ended."""
+"""s of a processor, or of waiting for something else than one, after which a case is ended: on a
+busy machine it waits its turn for as long as that takes."""
 MEMORY = 2_000_000_000
 """Bytes."""
 COMPILING = 600.0
-"""s that the first case on a machine may take."""
+"""The same of the first case on a machine."""
 TICK = 0.01
 """s"""
 
@@ -52,7 +53,7 @@ class Outcome:
         if self.seconds > SECONDS:
             return f"took more than {SECONDS:.0f} s"
         if self.code == -signal.SIGKILL:
-            return f"did not end within {HANGING:.0f} s"
+            return f"waited for {HANGING:.0f} s"
         if self.memory > MEMORY:
             return f"took {self.memory / 1e9:.1f} GB"
         return fault(self.code, self.said)
@@ -87,7 +88,7 @@ def attempt(seed: int, number: int) -> Outcome:
 
 
 def measured(made: Case, number: int, patience: float) -> Outcome:
-    """The case in a process of its own, which is killed after `patience` s."""
+    """The case in a process of its own, which is killed when its `patience` in s is over."""
     with tempfile.TemporaryDirectory() as place:
         folder, errors = Path(place) / "work", Path(place) / "stderr"
         folder.mkdir()
@@ -95,22 +96,34 @@ def measured(made: Case, number: int, patience: float) -> Outcome:
         child = os.fork()
         if child == 0:
             _child(made, folder, errors)
-        code, seconds, memory = _wait(child, time.monotonic() + patience)
+        code, seconds, memory = _wait(child, patience)
         said = errors.read_text("utf-8", "replace") if errors.exists() else ""
     return Outcome(number, made.label, code, said, seconds, memory)
 
 
-def _wait(child: int, until: float) -> tuple[int, float, int]:
+def _wait(child: int, patience: float) -> tuple[int, float, int]:
     """Exit code (negative: killed), s of a processor and bytes."""
+    waited, before = 0.0, time.monotonic()
     while True:
         done, status, usage = os.wait4(child, os.WNOHANG)
         if done:
             seconds = usage.ru_utime + usage.ru_stime
             return os.waitstatus_to_exitcode(status), seconds, usage.ru_maxrss * 1024
-        if time.monotonic() > until:
+        runs, worked = _progress(child)
+        now = time.monotonic()
+        waited, before = waited + (0.0 if runs else now - before), now
+        if max(waited, worked) > patience:
             with contextlib.suppress(ProcessLookupError):
                 os.kill(child, signal.SIGKILL)
         time.sleep(TICK)
+
+
+def _progress(process: int) -> tuple[bool, float]:
+    """Whether it runs or could if a processor were free, and the s of one that it has had: fields
+    state, utime and stime of proc(5), which come after the name in brackets."""
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    worked = (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    return fields[0] == "R", worked
 
 
 def load() -> None:

@@ -89,3 +89,11 @@ def test_the_report_is_of_the_outcome_given(warm_pool, here, tmp_path: Path):
     assert job.result == str(out)
     assert "<iframe" in (out / "report.html").read_text(), "the motion in 3-D"
     assert json.loads((out / "result.json").read_text())["title"] == "Two points"
+
+
+def test_a_fit_keeps_its_last_population_only(here):
+    """As many as there are generations would be 50 MB of a long search, in every session."""
+    generations = here.fits[0].convergence
+    assert len(generations) == 8
+    assert all(generation.population is None for generation in generations[:-1])
+    assert generations[-1].population.shape == (12, 2)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
+from flexgui.cli import run
 from flexgui.session import Services, Session
 from flexgui.session.edit import Document, put
 
@@ -60,3 +64,9 @@ def good_csv(session: Session) -> bytes:
     content = path.read_bytes()
     path.unlink()
     return content
+
+
+def exported(scenario: Path, out: Path) -> dict[str, Any]:
+    """What `flexgui export` finds, in this process: another would only begin with imports."""
+    assert run(["export", str(scenario), "--out", str(out), "--quiet"]) == 0
+    return dict(json.loads((out / "result.json").read_text()))

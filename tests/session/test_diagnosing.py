@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +25,7 @@ from flexgui.session.look import ladder_steps, story
 from flexgui.session.run import DONE, FAILED
 from flexgui.views.pooled import channel_errors, with_role
 from tests.session.conftest import SOON, Offered
-from tests.session.helpers import until
+from tests.session.helpers import exported, until
 
 CANDIDATES = ["coulomb_friction", "viscous_friction", "tip_payload"]
 FLOOR = 1.1
@@ -108,8 +106,8 @@ def test_add_lets_the_error_fall_and_undo_brings_it_back(
         "nothing_missing",
     )
     every_channel_agrees(friction)
-    headless = exported(scenario_toml(friction.scenario), tmp_path)
-    rms = [e["rms"] for e in headless["steps"][0]["errors"]]
+    alone = headless(scenario_toml(friction.scenario), tmp_path)
+    rms = [e["rms"] for e in alone["steps"][0]["errors"]]
     assert rms == pytest.approx([e.rms for e in second.errors], rel=SAME_LADDER)
     headline_of_the_whole_way(friction, reported(friction, services))
     assert friction.undo()
@@ -167,15 +165,13 @@ def test_adding_ends_a_ranking_that_still_goes_on(friction: Session, services: O
     assert friction.looks[1].error < FLOOR < friction.looks[0].error
 
 
-def exported(scenario: str, folder: Path) -> dict[str, Any]:
+def headless(scenario: str, folder: Path) -> dict[str, Any]:
     """What the command line says of it."""
-    path, out = folder / "saved.toml", folder / "out"
+    path = folder / "saved.toml"
     path.write_text(scenario)
-    command = [sys.executable, "-m", "flexgui", "export", str(path), "--out", str(out), "--quiet"]
-    subprocess.run(command, check=True, timeout=120)
-    result = json.loads((out / "result.json").read_text())
+    result = exported(path, folder / "out")
     assert any(p["name"] == "fc1" for p in result["parameters"])
-    return dict(result)
+    return result
 
 
 def test_a_formula_is_fitted_and_a_hostile_one_refused(

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +13,7 @@ from flexgui.session import Session
 from flexgui.session.bundle import scenario_file
 from flexgui.session.run import DONE, QUEUED, RUNNING, STOPPED, Run
 from tests.session.conftest import Offered
-from tests.session.helpers import LONG, small, until
+from tests.session.helpers import LONG, exported, small, until
 
 SAME = 1e-9
 """Relative: the same code on the same data; results go through a file with all their digits."""
@@ -101,10 +98,7 @@ def test_downloaded_scenario_gives_the_same_numbers_on_the_command_line(
     until(lambda: session.outcome is not None)
     name, content = scenario_file(session.scenario, session.folder)
     (tmp_path / name).write_bytes(content)
-    out = tmp_path / "out"
-    command = [sys.executable, "-m", "flexgui", "export", str(tmp_path / name), "--out", str(out)]
-    subprocess.run([*command, "--quiet"], check=True, timeout=120)
-    told = json.loads((out / "result.json").read_text())["parameters"]
+    told = exported(tmp_path / name, tmp_path / "out")["parameters"]
     assert session.outcome is not None
     fit = session.outcome.fits[0]
     ours = {e.name: e.value for e in (*fit.estimates, *fit.derived)}

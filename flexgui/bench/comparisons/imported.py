@@ -30,7 +30,7 @@ def rows(size: Size) -> list[Row]:
     """Against one exponential per sample: the recordings tell no working point, so that the
     posture is followed."""
     with TemporaryDirectory() as folder:
-        outputs, predictor = _case(write(Path(folder), size.seconds))
+        outputs, predictor = _case(write(Path(folder), size.seconds, size.modes))
     vectors = _vectors(outputs)
     exact: list[list[np.ndarray]] = []
     peer = seconds(lambda: exact.append(predictor.predict(vectors[0])))
@@ -43,7 +43,9 @@ def rows(size: Size) -> list[Row]:
         f"{VECTORS} vectors in one call; largest difference {worst:.0e} of a channel's rms, "
         f"stated {max(outputs.errors.values()):.0e}"
     )
-    what = f"outputs of 7 x {samples} imported samples, three modes, an exponential per sample"
+    what = (
+        f"outputs of 7 x {samples} imported samples, {size.modes} modes, an exponential per sample"
+    )
     return [Row(what, each, peer, same=worst < SAME, note=note)]
 
 

@@ -46,7 +46,7 @@ RELATIVE, ABSOLUTE = 1e-6, 1e-9
 def rows(size: Size) -> list[Row]:
     """Ours against one cost by lsim in the same run, and against CVODES."""
     with TemporaryDirectory() as folder:
-        file = write(Path(folder), size.seconds)
+        file = write(Path(folder), size.seconds, size.modes)
         scenario = read_scenario(file)
         run_scenario(scenario, folder=file.parent)  # compiles what is new
         found = []
@@ -58,7 +58,7 @@ def rows(size: Size) -> list[Row]:
     case = glocal_case(size.seconds)
     cost = median_seconds(lambda: peer_cost(case, lsim_response, AWAY), size.peer_repeats)
     samples = len(residuals.experiments[0].task.time)
-    what = f"plain identification, 7 x {samples} samples from CSV, three modes"
+    what = f"plain identification, 7 x {samples} samples from CSV, {size.modes} modes"
     note = (
         f"level {found[0].level}; one glocal cost by lsim {cost * 1e3:.0f} ms; {apart:.3f} "
         f"deviations from a tight reference at most"

@@ -1,0 +1,132 @@
+"""A slider of the arm under a hand, and what sessions share of the arms that it makes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from flexgui.session.turn import TURNS
+
+import flexgui.session.editing as editing
+from core.errors import InputError
+from flexgui.kept_files import WORK, is_kept
+from flexgui.session import Session, Topic
+from flexgui.session.edit import Edit, arm_setting, edited, put
+from flexgui.session.live import LiveModel
+from flexgui.session.records import packed, unpacked
+from flexgui.session.shared import Recent
+
+SOON = 60.0
+"""s on a busy machine; only waited for where something is wrong."""
+
+
+def stiffness(session: Session, value: float) -> Edit:
+    """Of the segments' material, in Pa."""
+    return arm_setting(session.scenario, "young_modulus", value)
+
+
+def drawn(session: Session, value: float) -> bool:
+    """Whether the arm that is shown has it."""
+    view = session.view
+    return view is not None and view.scenario.arm.model_dump()["young_modulus"] == value
+
+
+@pytest.fixture
+def kept(session: Session) -> Session:
+    session.keep_here()
+    session.refresh_live()
+    assert session.wait_idle(SOON)
+    return session
+
+
+def test_places_that_a_hand_passes_are_not_heard_and_the_last_one_is_written_before_it_is(
+    kept: Session,
+) -> None:
+    heard: list[tuple[Topic, float]] = []
+
+    def listen(topic: Topic) -> None:
+        if topic in (Topic.SCENARIO, Topic.LIVE):
+            written = unpacked((kept.folder / WORK).read_bytes())["scenario"]
+            heard.append((topic, written.arm.model_dump()["young_modulus"]))
+
+    kept.subscribe(listen)
+    with TURNS.begin():  # nobody else computes meanwhile
+        for value in (0.91e9, 0.92e9, 0.93e9):
+            assert kept.slide(stiffness(kept, value))
+        assert not heard and not is_kept(kept.folder)
+    assert kept.wait_idle(SOON) and drawn(kept, 0.93e9)
+    assert [topic for topic, _ in heard].count(Topic.SCENARIO) == 1
+    assert {value for _, value in heard} == {0.93e9}
+
+
+def test_a_slid_scenario_is_heard_of_and_written_even_where_its_arm_cannot_be_computed(
+    kept: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> LiveModel:
+        raise InputError("no such arm")
+
+    monkeypatch.setattr(editing, "live_model", fails)
+    heard: list[Topic] = []
+    kept.subscribe(heard.append)
+    assert kept.slide(stiffness(kept, 0.94e9))
+    assert kept.wait_idle(SOON)
+    assert Topic.SCENARIO in heard and is_kept(kept.folder)
+
+
+def test_what_is_no_scenario_changes_nothing_under_a_hand_either(kept: Session) -> None:
+    before = kept.scenario
+    assert not kept.slide(put(("arm", "young_modulus"), -1.0))
+    assert kept.scenario is before and kept.message.bad
+
+
+def test_sessions_at_the_same_place_share_scenario_and_model(kept: Session, tmp_path: Path) -> None:
+    folder = tmp_path / "another"
+    folder.mkdir()
+    other = Session("another-person", folder)
+    for each in (kept, other):
+        assert each.slide(stiffness(each, 0.95e9))
+        assert each.wait_idle(SOON)
+    assert kept.scenario is other.scenario
+    assert kept.view is other.view is not None
+    other.set_live(theta2=2.0)
+    assert other.wait_idle(SOON)
+    assert kept.view is not other.view and kept.view.model is other.view.model  # type: ignore[union-attr]
+    other.close()
+
+
+def test_numbers_that_are_equal_but_not_the_same_kind_are_two_documents(kept: Session) -> None:
+    title = kept.scenario.title
+    one = edited(kept.scenario, put(("arm", "tip_mass"), 1.0), put(("title",), title))
+    two = edited(kept.scenario, put(("arm", "tip_mass"), 2.0), put(("title",), title))
+    assert one != two
+    assert edited(kept.scenario, put(("arm", "tip_mass"), 1.0)) is one
+
+
+def test_what_is_known_is_bounded_and_the_oldest_goes_first() -> None:
+    known: Recent[list[int]] = Recent(3)
+    first = known.get(0, lambda: [0])
+    for k in (1, 2, 0, 3):
+        known.get(k, lambda k=k: [k])  # type: ignore[misc]
+    assert known.get(0, list) is first
+    assert known.get(1, list) == [], "1 was used longest ago when 3 came"
+
+
+def test_no_changed_byte_of_kept_text_is_taken_for_the_work() -> None:
+    content = packed({"stage": "Arm", "own": [1.5, True, None]})
+    assert unpacked(content) == {"stage": "Arm", "own": [1.5, True, None]}
+    for place in range(len(content)):
+        for bit in (1, 4):
+            damaged = bytearray(content)
+            damaged[place] ^= bit
+            with pytest.raises(InputError):
+                unpacked(bytes(damaged))
+    for length in range(len(content)):
+        with pytest.raises(InputError):
+            unpacked(content[:length])
+
+
+def test_arrays_are_kept_as_before() -> None:
+    value = {"values": np.arange(3.0), "name": "z1"}
+    found = unpacked(packed(value))
+    assert np.array_equal(found["values"], value["values"]) and found["name"] == "z1"
