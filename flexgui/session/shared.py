@@ -9,10 +9,9 @@ from collections.abc import Callable, Hashable
 from typing import Any, Generic, TypeVar
 
 import msgspec
-from core.scenario.write import scenario_toml
 
 from core.model import Model
-from core.scenario.read import check_scenario
+from core.scenario.read import check_scenario, scenario_toml
 from core.scenario.schema import Scenario
 from core.workbench import base_model
 
