@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from flexgui.session.turn import TURNS
 
 import flexgui.session.editing as editing
 from core.errors import InputError
 from flexgui.kept_files import WORK, is_kept
 from flexgui.session import Session, Topic
 from flexgui.session.edit import Edit, arm_setting, edited, put
+from flexgui.session.latest import TURNS
 from flexgui.session.live import LiveModel
 from flexgui.session.records import packed, unpacked
 from flexgui.session.shared import Recent
