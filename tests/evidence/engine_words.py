@@ -82,7 +82,8 @@ def _share(right: Any) -> str:
 
 def _said(name: str, one: Found) -> str:
     named = ", ".join(one["named"]) or "nothing"
-    came = f", after {', '.join(one['added'])}" if set(one["added"]) != set(one["named"]) else ""
+    added = [kind for kind in one["added"] if kind]  # a step that takes one out adds none
+    came = f", after {', '.join(added)}" if set(added) != set(one["named"]) else ""
     tip = f"; tip error {_tip(one)}" if one["tip_mm"] else ""
     return f"{name}: named {named}{came}{tip}; verdict on what remains: {one['final_verdict']}"
 
