@@ -8,7 +8,7 @@ effect is compared with what could stand in its place, the others staying: all c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import NamedTuple
@@ -40,7 +40,6 @@ def best_exchange(
     given: int,
     seen: Screen,
     stopped: Callable[[], bool],
-    also: Collection[str] = (),
 ) -> tuple[Refit, tuple[Effect, ...]] | None:
     """The model with one accepted effect replaced, where that is better by more than a tie of BIC.
 
@@ -48,7 +47,6 @@ def best_exchange(
         data: anchored at `refit`.
         present: the effects in the model; the first `given` are the user's and stay.
         seen: the screen of all candidates at `refit`.
-        also: ids of effects that are refitted in every place, whatever straight lines say of them.
 
     Returns:
         The refit and its effects; None where every effect is the best in its place.
@@ -65,7 +63,7 @@ def best_exchange(
             one.scanned, stopped,
         )  # fmt: skip
 
-    tried = _exchanges(data, refit, present, given, seen, also)
+    tried = _exchanges(data, refit, present, given, seen)
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
         refits = list(pool.map(refitted, tried))
     if stopped():
@@ -86,19 +84,14 @@ class _Exchange(NamedTuple):
 
 
 def _exchanges(
-    data: Data,
-    refit: Refit,
-    present: Sequence[Effect],
-    given: int,
-    seen: Screen,
-    also: Collection[str],
+    data: Data, refit: Refit, present: Sequence[Effect], given: int, seen: Screen
 ) -> list[_Exchange]:
     found = []
     for place in range(given, len(present)):
         rest = [*present[:place], *present[place + 1 :]]
         if any(present[place].kind in e.includes for e in rest):
             continue
-        for rival, values, scanned in _rivals(data, refit, present[place], rest, seen, also):
+        for rival, values, scanned in _rivals(data, refit, present[place], rest, seen):
             effects = (*present[:place], rival, *present[place + 1 :])
             found.append(_Exchange(effects, values, scanned))
     return found
@@ -109,12 +102,7 @@ def _bic(refit: Refit, data: Data) -> float:
 
 
 def _rivals(
-    data: Data,
-    refit: Refit,
-    one: Effect,
-    rest: Sequence[Effect],
-    seen: Screen,
-    also: Collection[str],
+    data: Data, refit: Refit, one: Effect, rest: Sequence[Effect], seen: Screen
 ) -> list[tuple[Effect, dict[str, float], tuple[str, ...]]]:
     """What explains most of the error without `one`, where to begin, and what was scanned."""
     h = refit.hypothesis
@@ -136,14 +124,13 @@ def _rivals(
             continue
         mine = [i for i, c in enumerate(seen.columns) if c.effect is s.effect]
         shaped = best_shape(mine, seen.columns, products)
-        wanted = s.effect.kind in also
-        if wanted or shaped.explained.drop > SHARE * explained:
+        if shaped.explained.drop > SHARE * explained:
             chosen = [seen.columns[i] for i in shaped.chosen]
             values = _start(chosen, shaped.explained.coefficients)
             scanned = tuple(c.knob for c in chosen if c.scanned and c.knob)
             found.append((shaped.explained.drop, s.effect, values, scanned))
     found.sort(key=lambda f: -f[0])
-    return [rival[1:] for n, rival in enumerate(found) if n < TRIED or rival[1].kind in also]
+    return [f[1:] for f in found[:TRIED]]
 
 
 def _start(chosen: Sequence[Column], coefficients: np.ndarray) -> dict[str, float]:

@@ -7,7 +7,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from core.arm.symbols import Structure
 from core.diagnose.announce import Steps, round_title
 from core.diagnose.columns import trials
 from core.diagnose.data import Data, hypothesis, names_of
@@ -146,9 +145,8 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
         candidates = applicable(state.data, state.present, options.candidates)
         seen = screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
         found = best_exchange(
-            state.data, state.refit, state.present, state.given, seen, progress.stopped,
-            _swinging(state, candidates),
-        )  # fmt: skip
+            state.data, state.refit, state.present, state.given, seen, progress.stopped
+        )
         if found is None:
             return
         refit, effects = found
@@ -160,15 +158,6 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
             return
         _replace(state, seen, data, refit, effects)
         _prune(state, progress)
-
-
-def _swinging(state: State, candidates: Sequence[Effect]) -> list[str]:
-    """Where an error above the noise is left: ids of what swings by itself, of which straight lines
-    say little."""
-    if not remains(state.data.experiments, state.refit.errors).above:
-        return []
-    arm = state.refit.hypothesis.model.arm
-    return [e.kind for e in candidates if Structure.of(e.changed_arm(arm, {})) != Structure.of(arm)]
 
 
 def _replace(
