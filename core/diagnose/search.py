@@ -202,7 +202,8 @@ def retrace(state: State, base: Refit, progress: Progress) -> None:
 def better_given(state: State, begun: Begun, options: Options, progress: Progress) -> Begun:
     """The model as given where the search has led it: at a better minimum, where an effect that
     turned out needless took it out of another one."""
-    if state.found or not state.passed or not state.refit.cost < begun.base.cost:
+    better = state.passed and not state.found and state.refit.cost < begun.base.cost
+    if not better or progress.stopped():
         return begun
     found = replace(
         begun, data=state.data, base=state.refit, validation=state.validation, known=None
