@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from core.diagnose.announce import Steps, round_title
 from core.diagnose.columns import trials
-from core.diagnose.data import Data, hypothesis, names_of
+from core.diagnose.data import Data, hypothesis, names_of, sharing_motions
 from core.diagnose.deciding import deciding
 from core.diagnose.descent import cost_of
 from core.diagnose.describe import ranking_of
@@ -143,6 +143,7 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
             return
         at = state.refit.hypothesis
         candidates = applicable(state.data, state.present, options.candidates)
+        state.data = sharing_motions(state.data, at)
         seen = screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
         found = best_exchange(
             state.data, state.refit, state.present, state.given, seen, progress.stopped
