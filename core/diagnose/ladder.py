@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.data import Data
+from core.diagnose.data import Data, sharing_motions
 from core.diagnose.evidence import (
     AT_BOUND,
     BAR,
@@ -119,6 +119,7 @@ def one_round(
     `on_screen` gets the screen while it goes on, and at its end. `room`: how many effects may be
     added; with none it only looks: `after` is `before`. What `gate` refuses is not added.
     """
+    data = sharing_motions(data, before.hypothesis)
     seen = screen(data, before.hypothesis, present, candidates, told, on_screen)
     if on_screen is not None:
         on_screen(seen)
