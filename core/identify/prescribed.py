@@ -27,7 +27,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +40,7 @@ from core.arm.slots import HUB_INERTIA, slot, weighing
 from core.arm.symbols import Structure
 from core.drives.law import static_law
 from core.drives.servo import FollowingServo, acceleration, bend
+from core.identify.recent import recently
 from core.model import Model, Numbers
 from core.simulate.elements import ELEMENTS, push, see
 from core.simulate.many import Job
@@ -165,7 +165,11 @@ class _Course:
     """The same: part of the acceleration that is held between samples."""
 
 
-@lru_cache(maxsize=8)
+def _led_bytes(found: Led) -> int:
+    return sum(part.nbytes for part in (found.place, found.speed, found.straight, found.held))
+
+
+@recently(bytes_of=_led_bytes)
 def _led(course: _Course) -> Led:
     """The motion; the last few are kept, since most parameters of a fit leave them as they are and
     splines cost more than simulating an arm of few coordinates along them."""
@@ -251,7 +255,11 @@ class _Pushed:
         return cls(Structure.of(model.arm), found.digest(), model, p, torque, place)
 
 
-@lru_cache(maxsize=8)
+def _bytes(found: np.ndarray) -> int:
+    return found.nbytes
+
+
+@recently(bytes_of=_bytes)
 def _weighed(pushed: _Pushed) -> np.ndarray:
     """(N, joints) accelerations at once; the last few are kept, as stiffnesses, friction and
     sensors leave them as they are."""
