@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import threading
 import time
+from collections.abc import Iterator
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -30,6 +32,7 @@ class WorkerProcess:
 
     def __init__(self, settings: PoolSettings) -> None:
         self._heard = time.monotonic()
+        self._silence = settings.silence
         self._pipe, theirs = _SPAWN.Pipe()
         try:
             self._process = _SPAWN.Process(
@@ -63,6 +66,11 @@ class WorkerProcess:
         return time.monotonic() - self._heard
 
     @property
+    def hangs(self) -> bool:
+        """Whether there was no sign of life for as long as it takes to say so."""
+        return self.silent > self._silence
+
+    @property
     def ending(self) -> str:
         """How the process ended, for a sentence."""
         code = self._process.exitcode
@@ -73,7 +81,8 @@ class WorkerProcess:
     def send(self, message: Any) -> None:
         """WorkerGoneError where nobody is there; other errors where it cannot travel."""
         try:
-            self._pipe.send(message)
+            with self._not_for_ever():
+                self._pipe.send(message)
         except OSError as error:
             self._process.join(LAST_BREATH)
             raise WorkerGoneError from error
@@ -83,13 +92,26 @@ class WorkerProcess:
         try:
             # A dead worker's last words are read before its death is told: the pipe ends after.
             if wait([self._pipe], timeout):
-                message = self._pipe.recv()
+                with self._not_for_ever():
+                    message = self._pipe.recv()
                 self._heard = time.monotonic()
                 return None if isinstance(message, Alive) else message
         except (EOFError, OSError) as error:
             self._process.join(LAST_BREATH)
             raise WorkerGoneError from error
         return None
+
+    @contextlib.contextmanager
+    def _not_for_ever(self) -> Iterator[None]:
+        """A message that a pipe cannot hold at once waits for both ends: a process that stands
+        still meanwhile is killed, which ends the pipe and the wait."""
+        ends = threading.Timer(self._silence, self._process.kill)
+        ends.daemon = True
+        ends.start()
+        try:
+            yield
+        finally:
+            ends.cancel()
 
     def end(self, patience: float) -> None:
         """The process is gone afterwards: by itself within `patience` s, else killed."""

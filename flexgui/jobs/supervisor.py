@@ -96,7 +96,7 @@ class WorkerSupervisor:
             worker.receive(0.0)
         except WorkerGoneError:
             return False
-        return worker.alive and worker.silent < self._settings.silence
+        return worker.alive and not worker.hangs
 
     def _started(self) -> WorkerProcess | None:
         if self._pool.closing.is_set():
@@ -152,7 +152,7 @@ class WorkerSupervisor:
             ending = self._ending(job, self._worker)
         except WorkerGoneError:
             log.warning("Worker %s is gone in the middle of a job", self._worker.pid)
-            ending = _lost(job, self._worker)
+            ending = (_hung if self._worker.hangs else _lost)(job, self._worker)
             self._dismiss(0.0)
         except Exception as error:  # a task or a result that no pipe can carry
             log.exception("%s could not be sent or received", job.task.title)
@@ -179,7 +179,7 @@ class WorkerSupervisor:
                 log.warning("%s took too long; its worker is replaced", job.task.title)
                 self._dismiss(0.0)
                 return Failed(f"{job.task.title} {TOO_LONG.format(self._settings.seconds)}")
-            if worker.silent > self._settings.silence:
+            if worker.hangs:
                 log.warning("Worker %s hangs; another takes its place", worker.pid)
                 self._dismiss(0.0)
                 return _hung(job, worker)

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
 import numpy as np
@@ -63,6 +64,16 @@ def process_id(*, progress: Progress) -> int:
 
 def sevens(size: int, *, progress: Progress) -> np.ndarray:
     return np.full(size, 7.0)
+
+
+def size_of(values: np.ndarray, *, progress: Progress) -> int:
+    return values.size
+
+
+def half_a_message(pipe: Connection, settings: PoolSettings) -> None:
+    """What a worker has written that was stopped in between: a length, and nothing of it."""
+    os.write(pipe.fileno(), (1000).to_bytes(4, "big"))
+    time.sleep(PATIENCE)
 
 
 def refuse(*, progress: Progress) -> None:

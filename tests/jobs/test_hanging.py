@@ -8,9 +8,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, cast
 
+import numpy as np
 import pytest
 
-from flexgui.jobs import Advanced, Finished, JobPool, WorkerLost, worker
+from flexgui.jobs import Advanced, Finished, JobPool, WorkerLost, process, worker
 from flexgui.jobs.messages import Alive
 from tests.jobs.conftest import LIGHT
 from tests.jobs.helpers import (
@@ -19,7 +20,9 @@ from tests.jobs.helpers import (
     Listener,
     count,
     eventually,
+    half_a_message,
     process_id,
+    size_of,
     sleep_deaf,
     task,
 )
@@ -58,6 +61,34 @@ def test_an_idle_worker_that_is_stopped_is_replaced(pool: JobPool) -> None:
         lambda: before not in {supervisor.pid for supervisor in pool._supervisors}, 2 * PATIENCE
     )
     assert worker_of(pool) != before
+
+
+LARGE = np.zeros(2_000_000)
+"""16 MB: more than any pipe holds."""
+
+
+def test_a_worker_that_stands_still_while_it_is_sent_a_large_job_is_replaced(
+    pool: JobPool,
+) -> None:
+    before, heard = worker_of(pool), Listener()
+    os.kill(before, signal.SIGSTOP)
+    pool.submit("s", task(size_of, values=LARGE), heard)
+    said = heard.wait_for(WorkerLost, SILENCE + PATIENCE).sentence
+    assert said.startswith("The test hangs") and said.endswith("start it again.")
+    again = Listener()
+    pool.submit("s", task(size_of, values=LARGE), again)
+    assert again.wait_for(Finished, PATIENCE).result == LARGE.size
+
+
+def test_a_worker_that_stands_still_in_the_middle_of_a_message_is_lost(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(process, "work", half_a_message)
+    worker = process.WorkerProcess(replace(OFTEN, silence=1.0))
+    with pytest.raises(process.WorkerGoneError):
+        worker.receive(PATIENCE)
+    assert worker.hangs
+    worker.end(0.0)
 
 
 def test_a_task_that_says_nothing_does_not_hang(pool: JobPool) -> None:
