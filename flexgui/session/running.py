@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
@@ -35,6 +36,10 @@ class Running(Playing, ABC):
         self.run = Run()
         self.job: Job | None = None
         self._run_number = 0
+        self._settled = 0
+        """The last of the runs whose end was heard to the last word."""
+        self._hearer: int | None = None
+        """The thread that hears an end."""
 
     def identify(self, services: Services, then: Callable[[], object] | None = None) -> bool:
         """Runs the scenario in the pool; `then` follows however it ends."""
@@ -109,8 +114,13 @@ class Running(Playing, ABC):
 
     @property
     def busy(self) -> bool:
-        """Whether a job waits or runs."""
-        return self.job is not None and not self.job.over
+        """Whether a job waits or runs, or what it found is being taken over: who began the next
+        one in between would never see it. Whoever takes it over may begin the next."""
+        job = self.job
+        if job is None:
+            return False
+        mine = self._hearer == threading.get_ident()
+        return not job.over or not (mine or self._settled == self._run_number)
 
     @property
     def remaining_seconds(self) -> float | None:
@@ -137,8 +147,7 @@ class Running(Playing, ABC):
 
                 def relay(event: Event) -> None:
                     if number == self._run_number:
-                        self._heard(event)
-                        more(event)
+                        self._take_over(number, event, more)
 
                 self.job = services.pool.submit(self.key, task, relay)
         except InputError as error:
@@ -146,6 +155,20 @@ class Running(Playing, ABC):
             return False
         self.notify(Topic.RUN)
         return True
+
+    def _take_over(self, number: int, event: Event, more: Callable[[Event], None]) -> None:
+        if not isinstance(event, Ended):
+            self._heard(event)
+            more(event)
+            return
+        self._hearer = threading.get_ident()
+        try:
+            self._heard(event)
+            more(event)
+        finally:
+            self._hearer = None
+            self._settled = max(self._settled, number)
+        self.notify(Topic.RUN)
 
     def _heard(self, event: Event) -> None:
         with self._lock:

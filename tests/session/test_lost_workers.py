@@ -51,7 +51,7 @@ def identified(session: Session, offered: Offered) -> Session:
     assert session.change(put(("diagnose", "candidates"), ["coulomb_friction"]))
     assert session.identify(offered)
     until(lambda: not session.busy, WARM)
-    assert session.outcome is not None
+    assert session.outcome is not None, session.message
     return session
 
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from core.results import Generation
-from flexgui.jobs import Advanced, Finished, NewGeneration, Queued, Stage, Started
+from core.scenario.schema import Scenario
+from flexgui.jobs import Advanced, Event, Finished, NewGeneration, Queued, Stage, Started
 from flexgui.session import Session
 from flexgui.session.bundle import scenario_file
 from flexgui.session.run import DONE, QUEUED, RUNNING, STOPPED, Run
-from tests.session.conftest import Offered
+from tests.session.conftest import SOON, Offered
 from tests.session.helpers import LONG, exported, small, until
 
 SAME = 1e-9
@@ -48,6 +50,26 @@ def test_identification_gives_an_outcome_that_plays(session: Session, services: 
     session.refresh_playback()
     assert session.wait_idle()
     assert session.playback is not None and session.playback.fitted
+
+
+def test_nobody_begins_another_job_before_the_result_of_the_first_is_taken_over(
+    session: Session, services: Offered, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken, keep = threading.Event(), session._identified
+
+    def late(event: Event, scenario: Scenario) -> None:
+        if isinstance(event, Finished):
+            taken.wait(SOON)
+        keep(event, scenario)
+
+    monkeypatch.setattr(session, "_identified", late)
+    small(session)
+    assert session.identify(services)
+    until(lambda: session.job is not None and session.job.over)
+    assert session.busy and not session.identify(services)
+    taken.set()
+    until(lambda: not session.busy)
+    assert session.outcome is not None
 
 
 def test_a_second_job_is_refused_in_words(session: Session, services: Offered) -> None:
