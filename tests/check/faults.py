@@ -94,6 +94,8 @@ def clipped(kinds: tuple[str, ...]) -> Callable[[Measured, Rng], Seeded | None]:
             return None
         x = found.channels[name]
         level = float(np.nanpercentile(x, rng.uniform(85.0, 95.0)))
+        if level >= np.nanmax(x):
+            return None  # two levels: nothing is cut off
         return Seeded(_with(found, **{name: np.minimum(x, level)}), frozenset({name}), level)
 
     return make
@@ -195,7 +197,10 @@ def moving(found: Measured, rng: Rng) -> Seeded | None:
     speed = np.gradient(found.even(name), found.step)
     inner = np.arange(int(0.1 * found.rows), int(0.6 * found.rows))
     usual = float(np.sqrt(np.mean(speed**2)))
-    first = int(rng.choice(inner[np.abs(speed[inner]) > 1.2 * usual]))
+    fast = inner[np.abs(speed[inner]) > 1.2 * usual]
+    if not len(fast):
+        return None
+    first = int(rng.choice(fast))
     channels = {k: v[first:] for k, v in found.channels.items()}
     masks = {k: v[first:] for k, v in found.masks.items()}
     spoilt = replace(found, time=found.time[first:], channels=channels, masks=masks)
