@@ -30,6 +30,8 @@ LIGHT = 0.01
 """Damping ratio to begin with: that of bolted aluminium links."""
 CLEAN = 0.1
 """Of an acceleration's rms, that may be noise of the encoder once the high frequencies are off."""
+IN_MOTION = 0.5
+"""Of its rms speed: what a joint has at the first samples that does not begin at rest."""
 LONGEST, FIRST, MOVES = 6000, 50, 0.01
 """Samples that are looked at, from so many before a joint has left 1 % of its range: a lag of a
 tenth of a sample shows in them, and a check stays quick."""
@@ -102,22 +104,47 @@ class Bending:
         K, _ = self.model.compiled.linear_matrices(middle, p)
         return p, self.model.compiled.mass_matrix(middle, p), K
 
-    def bent(self, shape: Shape, q: np.ndarray) -> np.ndarray:
-        """(M, bending coordinates) while the joints move as q (M, joints), from rest."""
+    def _modes(self, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+        """(rad/s (modes,), shapes (bending coordinates, modes)) while the joints stand."""
         _, M, K = self._matrices
         j = self.model.arm.joints
         root = np.sqrt(shape.stiffness[self.segments])
-        stiff = root[:, None] * K[j:, j:] * root
+        squares, modes = eigh(root[:, None] * K[j:, j:] * root, M[j:, j:])
+        return np.sqrt(np.maximum(squares, 1e-12)), modes
+
+    def bent(self, shape: Shape, q: np.ndarray) -> np.ndarray:
+        """(M, bending coordinates) while the joints move as q (M, joints), from rest."""
+        _, M, _ = self._matrices
+        j = self.model.arm.joints
+        omega, modes = self._modes(shape)
         followed = -np.linalg.solve(M[j:, j:], M[j:, :j])
-        squares, modes = eigh(stiff, M[j:, j:])
         moved = (q - q[0]) @ followed.T
         inputs = -moved @ (M[j:, j:] @ modes)
-        omega = np.sqrt(np.maximum(squares, 1e-12))
         answers = [
             _second_order(w, shape.damping, self.found.step, x)
             for w, x in zip(omega, inputs.T, strict=True)
         ]
         return np.asarray(moved + np.column_stack(answers) @ modes.T)
+
+    def ringing(self, shape: Shape) -> list[np.ndarray]:
+        """Free vibrations (M,) of every mode, two each: what a recording that starts in motion adds
+        to the answer from rest. None where the joints begin at rest: they would explain more than
+        there is in a short recording."""
+        if not self._moves_first:
+            return []
+        omega, _ = self._modes(shape)
+        t = self.grid - self.grid[0]
+        waves = [
+            np.exp(w * (-shape.damping + 1j * np.sqrt(1.0 - shape.damping**2)) * t) for w in omega
+        ]
+        return [part for wave in waves for part in (wave.real, wave.imag)]
+
+    @cached_property
+    def _moves_first(self) -> bool:
+        dt = self.found.step
+        first = np.abs(self.q[2] - self.q[0]) / (2.0 * dt)
+        speed = np.gradient(self.smooth(self.q), dt, axis=0)
+        return bool(np.any(first > IN_MOTION * np.sqrt(np.mean(speed**2, axis=0))))
 
     def sensed(self, shape: Shape, q: np.ndarray) -> dict[str, np.ndarray]:
         """Channels (M,) of the camera and the gauges."""

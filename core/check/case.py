@@ -14,7 +14,7 @@ from core.check.geometry import Misfit, agrees, geometric_misfits, mended
 from core.check.late import Judged, judge, shape_alone
 from core.check.measured import Measured
 from core.check.relations import LOOP, Relation, relations
-from core.check.suspects import Suspect, late_channels, suspects
+from core.check.suspects import CLEAR, Suspect, late_channels, suspects
 from core.recording.channels import channel_kind
 from core.units import parse_header
 
@@ -100,7 +100,8 @@ class Case:
         if not self.stiffness:
             return stated
         fitted = relations(self.mended, values=self.stiffness, shape=self.shape)
-        return fitted if _explained(fitted) > _explained(stated) else stated
+        # A loop that explains little with any stiffness lacks something else, which a fit hides.
+        return fitted if _explained(fitted) > max(_explained(stated), CLEAR) else stated
 
     @cached_property
     def suspects(self) -> tuple[Suspect, ...]:

@@ -252,12 +252,14 @@ class _Problem:
         if key not in self._answers:
             while len(self._answers) >= KEPT:
                 self._answers.pop(next(iter(self._answers)))
-            made = {n: [y] for n, y in self.links.sensed(shape, q).items()}
+            ringing = self.links.ringing(shape)
+            made = {n: [y, *ringing] for n, y in self.links.sensed(shape, q).items()}
             if any(n in self.names for n in self.driven):
                 torques = self.links.torques(shape, q)
                 speed, dry = self.links.rubbed(q)
+                smooth = [self.links.smooth(each) for each in ringing]
                 made |= {
-                    n: [torques[:, k], speed[:, k], dry[:, k]]
+                    n: [torques[:, k], speed[:, k], dry[:, k], *smooth]
                     for k, n in enumerate(self.driven)
                     if n in self.names
                 }

@@ -154,7 +154,9 @@ def wrong_rate(found: Measured, rng: Rng) -> Seeded | None:
 def outlying(found: Measured, rng: Rng) -> Seeded | None:
     name = pick(found, rng, "theta#", "z#", "deflection#", "i#")
     x = found.channels[name].copy()
-    rows = rng.choice(np.arange(10, len(x) - 10, 7), int(rng.integers(3, 9)), replace=False)
+    # More than a few per cent are no outliers.
+    count = min(int(rng.integers(3, 9)), int(0.02 * len(x)))
+    rows = rng.choice(np.arange(10, len(x) - 10, 7), count, replace=False)
     x[rows] += rng.choice([-1.0, 1.0], len(rows)) * rng.uniform(4.0, 8.0, len(rows)) * np.nanstd(x)
     return Seeded(_with(found, **{name: x}), frozenset({name}), len(rows))
 

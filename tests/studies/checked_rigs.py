@@ -53,3 +53,8 @@ def _rubbing(bench: Bench, seed: int) -> Model:
 
 def _as_measured(r: Recording, stated: Model) -> Measured:
     return Measured(r.name, r.role, r.time, r.channels, model=stated)
+
+
+def coarse(found: Measured, channel: str, seed: int) -> bool:
+    """Whether the rig's encoder has steps above a twentieth of the motion."""
+    return bool(drawn(seed).encoder_step > 0.05 * np.std(found.channels[channel]))

@@ -17,6 +17,9 @@ FACTORS = (0.1, 0.2, 0.25, 0.4, 0.5, 2.0, 2.5, 4.0, 5.0, 10.0)
 VISCOUS = 1.6
 """Ratio of a reference to a speed that viscous friction makes, at most: it takes 0.6 of what the
 loop gives at that speed."""
+NEAR = 4.0
+"""Ratio to what the speeds say by themselves: with a wrong clock no stiffness fits the torques, and
+they draw the speeds' gain along."""
 RIGHT = 0.3
 """What is left, in ln, of the speeds (beyond viscous friction) and of the roots of the torques with
 the right clock: a gain that is stated 30 % wrong makes half of it. With a place that has a wrong
@@ -55,7 +58,7 @@ def _by_speeds(case: Case) -> tuple[float, float, float] | None:
         return None
     best: tuple[float, float, float] | None = None
     for factor in FACTORS:
-        if abs(np.log(factor / max(seen, 1e-3))) > np.log(VISCOUS):
+        if abs(np.log(factor / max(seen, 1e-3))) > np.log(NEAR):
             continue
         other = Case(replace(case.recording, time=case.recording.time / factor))
         made = [] if other.shape is None else loops(other.recording, other.shape)
