@@ -66,6 +66,7 @@ class Clock:
         self.seconds[what] = self.seconds.get(what, 0.0) + time.perf_counter() - start
 
 
+@predictor.quick_handover()
 def run_scenario(
     scenario: Scenario,
     *,

@@ -16,10 +16,18 @@ TWIST_STIFFNESS = 8
 """N m/rad (N/m) of an elastic joint; zero where the joint is rigid."""
 PER_SEGMENT = 9
 
+WEIGHING = [LENGTH, MASS, TIP_MASS, TIP_INERTIA, HUB_INERTIA, AXIS_ANGLE]
+"""Of a segment's slots, those that the mass matrix depends on."""
+
 
 def slot(segment: int, which: int) -> int:
     """Index in p of a quantity of a segment (from 0)."""
     return PER_SEGMENT * segment + which
+
+
+def weighing(p: np.ndarray, joints: int) -> np.ndarray:
+    """The entries of p that the mass matrix depends on; springs, dampers and gravity are not."""
+    return p[: PER_SEGMENT * joints].reshape(joints, PER_SEGMENT)[:, WEIGHING].ravel()
 
 
 def gravity_slot(joints: int, component: int) -> int:

@@ -14,7 +14,7 @@ from core.effects import with_included
 from core.effects.effect import Effect, Rig
 from core.effects.sizes import Sizes, typical
 from core.identify.held import steps_needed
-from core.identify.predictor import Predictor
+from core.identify.predictor import KnownMotions, Predictor
 from core.identify.prepared import Prepared, make_task
 from core.identify.residuals import Residuals
 from core.identify.unknowns import Unknown, Unknowns
@@ -72,6 +72,9 @@ class Data:
     """channel -> where its noise comes from: repetition, stated or estimated."""
     held: Mapping[str, float] = field(default_factory=dict)
     """Parameters of the effects in the model as given that are not estimated, and their values."""
+    known: KnownMotions = field(default_factory=KnownMotions)
+    """Of the model that others are compared with: what a sensor does, or a force at a held joint,
+    moves nothing."""
     limited: frozenset[str] = frozenset()
     """Parameters of those effects with bounds, a prior or recordings of their own: they stay as
     they are among `nuisance`."""
@@ -194,7 +197,7 @@ def hypothesis(
         dt = max(e.recording.sample_time for e in data.experiments)
         loose = 1.0 if data.anchor is None else LOOSE
         steps = max(int(steps_needed(model, dt, data.steps, loose) * finer), 1)
-    predictor = Predictor(experiments, unknowns, data.fixed, steps=steps)
+    predictor = Predictor(experiments, unknowns, data.fixed, steps=steps, known=data.known)
     residuals = Residuals(predictor, list(data.weights))
     return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector(), data.anchor)
 
@@ -210,9 +213,22 @@ def again(
     return hypothesis(data, h.model.effects, start, freed=own, finer=finer)
 
 
+def sharing_motions(data: Data, h: Hypothesis) -> Data:
+    """The data with the motions of a hypothesis, for the models that are compared with it; with its
+    steps and with half of them, as directions are taken."""
+    motions = KnownMotions()
+    if h.steps is None:
+        return data
+    for one in (h, h.coarse):
+        found = one.residuals.predictor.simulated_at(h.vector)
+        motions = KnownMotions({**motions.motions, **found.motions}, found.recordings)
+    return replace(data, known=motions)
+
+
 def coarser(predictor: Predictor, steps: int) -> Predictor:
     """The same with other steps per sample."""
-    return Predictor(predictor.experiments, predictor.unknowns, predictor.fixed, steps=steps)
+    parts = predictor.experiments, predictor.unknowns, predictor.fixed
+    return Predictor(*parts, steps=steps, known=predictor.known)
 
 
 def moved(experiment: Prepared, model: Model) -> Prepared:

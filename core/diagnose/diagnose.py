@@ -20,6 +20,7 @@ from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
 from core.diagnose.words import Told, say
 from core.effects import catalogue, with_included
 from core.errors import InputError
+from core.identify.predictor import quick_handover
 from core.identify.setup import Setup
 from core.progress import Progress, Silent
 from core.recording.recording import Recording
@@ -31,6 +32,7 @@ from core.scenario.schema import IdentifySpec
 from core.scenario.stated_effects import structures_tried
 
 
+@quick_handover()
 def diagnose(
     setup: Setup,
     spec: IdentifySpec,
@@ -99,6 +101,7 @@ def _verdict(more: bool, of: Remains) -> str:
     return MISSING if more else UNLISTED if of.above else NOTHING
 
 
+@quick_handover()
 def begin_on(
     setup: Setup,
     spec: IdentifySpec,

@@ -66,7 +66,12 @@ def from_first_swings(
         return None
     starts = _starts(data, base, effects, values, scanned)
     # Sizes that are known already stay at first: a limit that no beginning reaches runs away.
-    return _best(data, effects, starts, share, stopped, held=set(base.values()) & _own(base))
+    held = set(base.model.effect_parameters)
+    first = _begun(data, share)
+    looks = [_descended(first, effects, one, LOOK, stopped, held) for one in starts]
+    looks = sorted(looks, key=lambda one: one[0])[:BEST]
+    ended = [_descended(first, effects, one, ITERATIONS, stopped, held) for _, one in looks]
+    return _longer(data, effects, min(ended, key=lambda one: one[0]), share, stopped)
 
 
 def _swings(
@@ -79,53 +84,57 @@ def _swings(
     return other_arm or not model.arm_catalogue.entries.keys().isdisjoint(own)
 
 
-def _own(h: Hypothesis) -> set[str]:
-    """Parameters of the effects in a model."""
-    return set(h.model.effect_parameters)
-
-
 def from_nominal_values(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Start | None:
-    """A start of a fitted model in another valley than where it stands: from the nominal values.
+    """A start of a fitted model in another valley than where it stands: where descents over the
+    first swings lead, from there and from the nominal values.
 
     Returns:
-        None where the nominal values are near, or lead over the first swings to nothing better.
+        None where nothing swings, where the nominal values are near, or where the first swings are
+        met as well from where it stands.
     """
-    at = h.values()
-    nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
-    if all(abs(at.get(k, v) - v) <= MOVED * abs(v) for k, v in nominal.items()):
+    arm, at = h.model.arm, h.values()
+    if arm.coordinates == arm.joints or not has_moved(data, at):
         return None
     share = _shown_within(data, h, len(h.vector))
     if share is None:
         return None
     effects, values = h.model.effects, {**h.model.effect_values, **at}
-    first = _begun(data, share)
-    here, _ = _descended(first, effects, values, ITERATIONS, stopped)
-    there, _ = _descended(first, effects, {**values, **nominal}, ITERATIONS, stopped)
-    if (here - there) * first.count < SHOWN * len(h.vector):
+    first, elsewhere = _begun(data, share), {**values, **nominal_values(data)}
+    stands, _ = _descended(first, effects, values, 0, stopped)
+    ended = [_descended(first, effects, x, ITERATIONS, stopped) for x in (values, elsewhere)]
+    best = min(ended, key=lambda one: one[0])
+    if not (stands - best[0]) * first.count >= SHOWN * len(h.vector):
         return None
-    return _best(data, effects, [{**values, **nominal}], share, stopped)
+    return _longer(data, effects, best, share, stopped)
 
 
 MOVED = 0.02
 """Share by which a parameter must have left its nominal value for another start to be worth it."""
 
 
-def _best(
+def has_moved(data: Data, values: Mapping[str, float]) -> bool:
+    """Whether a nominal parameter stands elsewhere."""
+    return any(abs(values.get(k, x) - x) > MOVED * abs(x) for k, x in nominal_values(data).items())
+
+
+def nominal_values(data: Data) -> Start:
+    """label -> value of what all recordings share, as it was stated."""
+    return {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
+
+
+def _longer(
     data: Data,
     effects: Sequence[Effect],
-    starts: Sequence[Start],
+    found: tuple[float, Start],
     share: float,
     stopped: Callable[[], bool],
-    held: Collection[str] = (),
 ) -> Start | None:
-    """Where the start leads that leaves least over the first `share` of each recording."""
-    first = _begun(data, share)
-    looks = [_descended(first, effects, one, LOOK, stopped, held) for one in starts]
-    looks = sorted(looks, key=lambda one: one[0])[:BEST]
-    ended = [_descended(first, effects, one, ITERATIONS, stopped, held) for _, one in looks]
-    cost, best = min(ended, key=lambda one: one[0])
+    """Where a start that was found over the first `share` of each recording leads over more of it,
+    all sizes free; None where it went astray."""
+    cost, best = found
     if LONGER * share < 1.0:
-        cost, best = _descended(_begun(data, LONGER * share), effects, best, ITERATIONS, stopped)
+        longer = _begun(data, LONGER * share)
+        cost, best = _descended(longer, effects, best, ITERATIONS, stopped)
     return best if np.isfinite(cost) else None
 
 
@@ -162,12 +171,14 @@ def _starts(
     grids = {k.parameter.name: sorted(k.grid) for k in knobs if k.parameter.name in scanned}
     places = range(max((len(grid) for grid in grids.values()), default=0))
     sizes = [{n: g[min(i, len(g) - 1)] for n, g in grids.items() if g} for i in places]
-    nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
-    return [
-        {**base.values(), **arm_values, **values, **size}
-        for arm_values in ({}, nominal)
+    standing = base.values()
+    others = [{}, nominal_values(data)] if has_moved(data, standing) else [{}]
+    found = [
+        {**standing, **arm_values, **values, **size}
+        for arm_values in others
         for size in ({}, *sizes)
     ]
+    return [one for k, one in enumerate(found) if one not in found[:k]]
 
 
 def _descended(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.data import Data
+from core.diagnose.data import Data, sharing_motions
 from core.diagnose.evidence import (
     AT_BOUND,
     BAR,
@@ -119,6 +119,7 @@ def one_round(
     `on_screen` gets the screen while it goes on, and at its end. `room`: how many effects may be
     added; with none it only looks: `after` is `before`. What `gate` refuses is not added.
     """
+    data = sharing_motions(data, before.hypothesis)
     seen = screen(data, before.hypothesis, present, candidates, told, on_screen)
     if on_screen is not None:
         on_screen(seen)
@@ -215,13 +216,19 @@ class _Work:
             if not room:
                 return replace(still, accepted=best)
             weighed, data, after = self._polished(best)
-            reason = ended_at_bound(after, data) or self.gate(data, after)
+            reason = ended_at_bound(after, data) or self.unsettled(after) or self.gate(data, after)
             if not reason:
                 order = [weighed, *[w for w in found if w.screened is not weighed.screened]]
                 kept = (Added(weighed, after),)
                 return Round(self.seen, tuple(order), weighed, self.before, after, data, kept)
             refused = refused or f"{weighed.screened.effect.title} was not added: {reason}"
         return replace(still, refused=refused)
+
+    def unsettled(self, after: Refit) -> str:
+        """A sentence where a model with more in it leaves more: it contains the one before."""
+        if after.cost <= self.before.cost:
+            return ""
+        return "with finer steps of the simulation its fit does not settle where it was found."
 
     def _polished(self, best: Weighed) -> tuple[Weighed, Data, Refit]:
         """Converged, in its best shape; or the simpler effect to which it was fitted down."""
@@ -275,7 +282,7 @@ class _Work:
         there = {e.kind for e in after.hypothesis.model.effects}
         members = tuple(s for s in members if s.effect.kind in there)
         ended = {kind for kind, _ in at_bounds(after, data)}
-        if ended or self.gate(data, after):
+        if ended or self.unsettled(after) or self.gate(data, after):
             return None, ended or {s.effect.kind for s in members}
         added = self._in_order(members, after, found) if len(members) > 1 else []
         if not added or self._stuck(added):

@@ -92,10 +92,15 @@ def converged(
 
 
 def _other_valley(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hypothesis | None:
-    """The same where the nominal values lead over the first swings; None where to nothing better:
-    a fit that lacked an effect may have left the valley."""
+    """The same where the first swings lead, if that leaves less of the whole recordings: a fit that
+    lacked an effect may have left the valley. None where nothing better is found."""
     values = from_nominal_values(data, h, stopped)
-    return again(data, h, values, finer=1) if values is not None else None
+    if values is None:
+        return None
+    bare = replace(data, anchor=None)
+    here, there = again(bare, h, finer=1), again(bare, h, values, finer=1)
+    lower = cost_of(there.errors(there.vector)) < cost_of(here.errors(here.vector))
+    return there if lower else None
 
 
 NEAR = 0.05

@@ -15,7 +15,7 @@ from core.diagnose.descent import (
     descend,
     normal_equations,
 )
-from core.diagnose.first_swings import MOVED, from_first_swings
+from core.diagnose.first_swings import from_first_swings, has_moved, nominal_values
 from core.diagnose.narrow import narrowed
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
@@ -167,11 +167,10 @@ def _starts(
     if swung is not None and _cost(hypothesis(data, effects, swung)) < _cost(base):
         return [swung]
     best = narrowed(data, base, effects, begun, scanned, stopped)
-    nominal = {u.label: u.parameter.value for u in data.nuisance if u.recording is None}
-    apart = any(abs(base.values()[k] - v) > MOVED * abs(v) for k, v in nominal.items())
     others = [best] if best != begun else []
     others += [swung] if swung is not None else []
-    return [begun, *others, *([{**best, **nominal}] if apart else [])]
+    others += [{**best, **nominal_values(data)}] if has_moved(data, base.values()) else []
+    return [begun, *others]
 
 
 def _cost(h: Hypothesis) -> float:

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from core.diagnose.announce import Steps, round_title
 from core.diagnose.columns import trials
-from core.diagnose.data import Data, hypothesis, names_of
+from core.diagnose.data import Data, hypothesis, names_of, sharing_motions
 from core.diagnose.deciding import deciding
 from core.diagnose.descent import cost_of
 from core.diagnose.describe import ranking_of
@@ -143,6 +143,7 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
             return
         at = state.refit.hypothesis
         candidates = applicable(state.data, state.present, options.candidates)
+        state.data = sharing_motions(state.data, at)
         seen = screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
         found = best_exchange(
             state.data, state.refit, state.present, state.given, seen, progress.stopped
@@ -202,7 +203,8 @@ def retrace(state: State, base: Refit, progress: Progress) -> None:
 def better_given(state: State, begun: Begun, options: Options, progress: Progress) -> Begun:
     """The model as given where the search has led it: at a better minimum, where an effect that
     turned out needless took it out of another one."""
-    if state.found or not state.passed or not state.refit.cost < begun.base.cost:
+    better = state.passed and not state.found and state.refit.cost < begun.base.cost
+    if not better or progress.stopped():
         return begun
     found = replace(
         begun, data=state.data, base=state.refit, validation=state.validation, known=None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -17,6 +18,7 @@ from core.identify.prepared import TORQUE, Prepared
 from core.identify.prescribed import given_motion, is_given, is_prescribed, prescribed_job
 from core.identify.unknowns import Unknowns
 from core.model import Model, Numbers
+from core.recording.recording import Recording
 from core.simulate.linear import respond
 from core.simulate.many import Job, run_many, run_many_extrapolated, simulate_many
 from core.simulate.motion import Task
@@ -52,6 +54,23 @@ def single_threaded() -> Iterator[None]:
         WORKERS = before
 
 
+HANDOVER = 1e-4
+"""s after which a thread that waits for the interpreter gets it. Many short compiled calls run side
+by side here, and each that ended waits for it; with Python's 5 ms two threads were no faster than
+one (EMPS 18.6 s, with this 14.4 s), and shorter ones bring no more."""
+
+
+@contextmanager
+def quick_handover() -> Iterator[None]:
+    """While threads take turns in the interpreter between short pieces of compiled work."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(min(before, HANDOVER))
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
+
+
 def on_all_cores(work: Callable[[One], Found], which: Sequence[One]) -> Iterator[Found]:
     """What the work gives for each, in their order; most of its time must be compiled code."""
     with ThreadPoolExecutor(WORKERS) as pool:
@@ -62,6 +81,18 @@ Request = tuple[np.ndarray, Sequence[int]]
 """A vector (P,) and the indices of the experiments to predict with it."""
 
 Motion = tuple[Trajectory, Numbers, dict[str, float]]
+
+Key = tuple[int, int | None, bytes]
+"""Of a motion: the identity of its recording, steps per sample, and a digest of all else."""
+
+
+@dataclass(frozen=True)
+class KnownMotions:
+    """Motions that were simulated already, for other models that move in the same way."""
+
+    motions: Mapping[Key, Trajectory] = field(default_factory=dict)
+    recordings: tuple[Recording, ...] = ()
+    """Kept, so that their identities stay theirs."""
 
 
 def job_of(model: Model, numbers: Numbers, task: Task) -> Job:
@@ -108,7 +139,8 @@ class Predictor:
     """Recording -> (M, k): the outputs that `steps` miss, added to all predictions."""
     errors: dict[str, float] = field(default_factory=dict)
     """Estimated simulation error per recording in m or rad, non-linear level only."""
-    _motions: OrderedDict[tuple[object, ...], Trajectory] = field(default_factory=OrderedDict)
+    known: KnownMotions = field(default_factory=KnownMotions)
+    _motions: OrderedDict[Key, Trajectory] = field(default_factory=OrderedDict)
 
     @property
     def simulation_is_dear(self) -> bool:
@@ -167,11 +199,10 @@ class Predictor:
         """Motions, each once: what a sensor does, or a force at a held joint, moves nothing."""
         parts = [held.simulated_part(e.model, n) for e, n in zip(chosen, numbers, strict=True)]
         tasks = [e.task_at(v) for e, v in zip(chosen, values, strict=True)]
-        keys = [
-            (e.recording.name, self.steps, held.digest(e.model, n, task, e.task))
-            for e, n, task in zip(chosen, parts, tasks, strict=True)
-        ]
+        keys = [self._key(*each) for each in zip(chosen, parts, tasks, strict=True)]
         first = {key: i for i, key in reversed(list(enumerate(keys)))}
+        known = self.known.motions
+        self._motions |= {key: known[key] for key in first if key in known}
         new = [i for i, key in enumerate(keys) if key not in self._motions and first[key] == i]
         some = [chosen[i] for i in new]
         found = self._run(some, [parts[i] for i in new], [tasks[i] for i in new])
@@ -181,6 +212,9 @@ class Predictor:
         while len(self._motions) > len(chosen) + REMEMBERED * len(self.experiments):
             self._motions.popitem(last=False)
         return motions
+
+    def _key(self, e: Prepared, moving: Numbers, task: Task) -> Key:
+        return id(e.recording), self.steps, held.digest(e.model, moving, task, e.task)
 
     def _run(
         self, chosen: Sequence[Prepared], numbers: Sequence[Numbers], tasks: Sequence[Task]
@@ -222,6 +256,18 @@ class Predictor:
         for i, result in zip(new, results, strict=True):
             self.substeps[names[i]], self.errors[names[i]] = result.substeps, result.error
         return {i: result.trajectory for i, result in zip(new, results, strict=True)}
+
+    def simulated_at(self, vector: np.ndarray) -> KnownMotions:
+        """The motions at a vector (P,)."""
+        values = [self.values(e, vector) for e in self.experiments]
+        numbers = [e.model.numbers(v) for e, v in zip(self.experiments, values, strict=True)]
+        found = self._simulate(self.experiments, numbers, values)
+        keys = [
+            self._key(e, held.simulated_part(e.model, n), e.task_at(v))
+            for e, n, v in zip(self.experiments, numbers, values, strict=True)
+        ]
+        recordings = tuple(e.recording for e in self.experiments)
+        return KnownMotions(dict(zip(keys, found, strict=True)), recordings)
 
     def refine_steps(self, times: int) -> None:
         """Simulates with `times` as many steps per sample as the stated error needs."""

@@ -37,7 +37,8 @@ from scipy.linalg import eigh
 from scipy.ndimage import convolve1d, uniform_filter1d
 
 from core.arm.signatures import DYNAMICS, OPTIONS, TIP, matrix, vector
-from core.arm.slots import HUB_INERTIA, slot
+from core.arm.slots import HUB_INERTIA, slot, weighing
+from core.arm.symbols import Structure
 from core.drives.law import static_law
 from core.drives.servo import FollowingServo, acceleration, bend
 from core.model import Model, Numbers
@@ -216,9 +217,7 @@ def _held_acceleration(
     torque = joint_servo(model).jumps(numbers.law, task.references)
     if n == joints or not np.any(np.diff(torque, axis=0)) or not np.isfinite(torque).all():
         return np.zeros_like(place)
-    q = np.zeros((len(torque), n))
-    q[:, :joints] = place[lead:]
-    found = _at_once(model.compiled.dynamics, q, numbers.p, np.ascontiguousarray(torque))
+    found = _weighed(_Pushed.of(model, numbers.p, np.ascontiguousarray(torque), place[lead:]))
     if not np.isfinite(found).all():  # sizes so far off that no mass matrix is left
         return np.zeros_like(place)
     if not lead:
@@ -227,6 +226,38 @@ def _held_acceleration(
     first = 2.0 * (place[lead + 1] - place[lead]) / task.sample_time**2
     moves = np.clip(first, np.minimum(found[0], 0.0), np.maximum(found[0], 0.0))
     return np.vstack([np.repeat((found[0] - moves)[None], lead, axis=0), found])
+
+
+@dataclass(frozen=True)
+class _Pushed:
+    """Joints at which a drive pushes."""
+
+    structure: Structure
+    digest: bytes
+    """Of torques and places, and of the numbers that decide what the joints weigh."""
+    model: Model = field(compare=False)
+    p: np.ndarray = field(compare=False)
+    torque: np.ndarray = field(compare=False)
+    """(N, joints)"""
+    place: np.ndarray = field(compare=False)
+    """(N, joints)"""
+
+    @classmethod
+    def of(cls, model: Model, p: np.ndarray, torque: np.ndarray, place: np.ndarray) -> _Pushed:
+        """With its digest."""
+        found = hashlib.blake2b(digest_size=16)
+        for array in (weighing(p, model.arm.joints), torque, np.ascontiguousarray(place)):
+            found.update(array.tobytes())
+        return cls(Structure.of(model.arm), found.digest(), model, p, torque, place)
+
+
+@lru_cache(maxsize=8)
+def _weighed(pushed: _Pushed) -> np.ndarray:
+    """(N, joints) accelerations at once; the last few are kept, as stiffnesses, friction and
+    sensors leave them as they are."""
+    q = np.zeros((len(pushed.torque), pushed.model.arm.coordinates))
+    q[:, : pushed.place.shape[1]] = pushed.place
+    return _at_once(pushed.model.compiled.dynamics, q, pushed.p, pushed.torque)
 
 
 def _integrated(held: np.ndarray, mean: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:

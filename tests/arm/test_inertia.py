@@ -10,7 +10,7 @@ from core.arm.arm import Arm
 from core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
 from core.arm.kinematics import Kinematics, components
 from core.arm.segment import Segment
-from core.arm.slots import arm_vector
+from core.arm.slots import arm_vector, weighing
 from core.arm.straight import StraightArm
 from core.arm.symbols import Structure
 from tests.helpers import ARMS, PAPER, compiled, jacobian, loaded, random_state, straight
@@ -151,3 +151,12 @@ def test_bent_inertia_and_forces_are_sums_over_points_of_the_arm(name: str) -> N
     found_M, found_F = compiled(arm).mass_and_force(q, v, p)
     np.testing.assert_allclose(found_M, M, atol=ROUNDING * np.abs(M).max())
     np.testing.assert_allclose(found_F, F, atol=ROUNDING * np.abs(F).max())
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_only_what_weighs_changes_the_inertia(name: str) -> None:
+    arm, mass = ARMS[name], compiled(ARMS[name]).mass_matrix
+    p, (q, _) = arm_vector(arm), random_state(arm, 5)
+    more = [p + (np.arange(len(p)) == k) for k in range(len(p))]
+    weighs = {k for k, other in enumerate(more) if not np.array_equal(mass(q, other), mass(q, p))}
+    assert weighs <= set(weighing(np.arange(len(p)), arm.joints))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from core.arm.arm import Arm
 from core.arm.segment import Segment
 from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.first_swings import from_first_swings
+from core.diagnose.first_swings import from_first_swings, from_nominal_values
 from core.diagnose.refit import fit
 from core.drives.velocity_loop import VelocityLoop
 from core.effects import effect
@@ -97,3 +98,34 @@ def test_the_first_swings_tell_the_base_from_the_beam(data: Data) -> None:
 def test_what_does_not_swing_has_no_such_start(data: Data) -> None:
     friction = [effect("viscous_friction")]
     assert from_first_swings(data, bent(data), friction, {}, [], lambda: False) is None
+
+
+def stated(data: Data, share: float) -> Data:
+    """With both stiffnesses stated at a share of the truth."""
+    nuisance = tuple(
+        replace(u, parameter=replace(u.parameter, value=share * TRUTH[u.label]))
+        for u in data.nuisance
+    )
+    return replace(data, nuisance=nuisance)
+
+
+AWAY = 1.1
+"""Times the truth: where a data sheet may well be."""
+
+
+def test_a_complete_model_in_a_wrong_valley_is_led_out_of_it_by_the_nominal_values(
+    data: Data,
+) -> None:
+    known = stated(data, AWAY)
+    wrong = {name: TRUTH[name] * x for name, x in BENT.items()}
+    values = {**wrong, "cb": compliance(ARM, 60.0)}
+    stuck = fit(hypothesis(known, [BASE], values), None, lambda: False, 10).hypothesis
+    assert apart(stuck.values()) > FOUND  # or there was nothing to escape from
+    found = from_nominal_values(known, stuck, lambda: False)
+    assert found is not None and apart(found) < FOUND
+
+
+def test_there_is_no_other_start_at_the_nominal_values_or_at_the_minimum(data: Data) -> None:
+    at = hypothesis(stated(data, 1.0), [BASE], TRUTH)
+    assert from_nominal_values(stated(data, 1.0), at, lambda: False) is None
+    assert from_nominal_values(stated(data, AWAY), at, lambda: False) is None

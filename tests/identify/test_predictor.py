@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -79,4 +80,18 @@ def test_motions_asked_for_together_are_those_asked_for_apart(counting: Residual
     apart = [fresh.predict(here), fresh.predict(there), fresh.predict(here)[1:]]
     for one, other in zip(together, apart, strict=True):
         for a, b in zip(one, other, strict=True):
+            assert np.array_equal(a, b)
+
+
+def test_what_is_simulated_already_is_taken_where_the_motion_is_the_same(
+    counting: Residuals,
+) -> None:
+    predictor, here = counting.predictor, counting.unknowns.parameters.vector()
+    known = replace(predictor, known=predictor.simulated_at(here), _motions=OrderedDict())
+    given = {id(motion) for motion in known.known.motions.values()}
+    everything = range(len(known.experiments))
+    for vector, same in ((here, True), (1.01 * here, False)):
+        motions = known.trajectories([(vector, everything)])[0]
+        assert all((id(motion) in given) == same for motion, _, _ in motions)
+        for a, b in zip(known.predict(vector), predictor.predict(vector), strict=True):
             assert np.array_equal(a, b)

@@ -1,0 +1,41 @@
+"""A model that finer steps take out of the minimum that was found for it is not accepted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from core.diagnose import ladder
+from core.diagnose.data import Data, Hypothesis
+from core.diagnose.refit import Refit
+from core.effects import effect
+from tests.diagnose.test_stated import bare
+
+converged = ladder.converged
+
+
+def leaving(times: float) -> Callable[..., tuple[Data, Refit]]:
+    """As `converged`, with so many times the squared error of the model without the effect."""
+
+    def found(data: Data, h: Hypothesis, *rest: Any) -> tuple[Data, Refit]:
+        data, refit = converged(data, h, *rest)
+        cost = times * bare().base.cost
+        return data, replace(refit, descended=replace(refit.descended, cost=cost))
+
+    return found
+
+
+@pytest.mark.parametrize("times, accepted", [(0.5, True), (1.5, False)])
+def test_a_larger_model_that_leaves_more_is_refused_with_a_reason(
+    times: float, accepted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ladder, "converged", leaving(times))
+    begun = bare()
+    candidates = [effect("viscous_friction")]
+    found = ladder.one_round(begun.data, begun.base, (), candidates, lambda _: False)
+    assert (found.accepted is not None) == accepted
+    assert ("finer steps" in found.refused) != accepted
+    assert (found.after.cost == begun.base.cost) != accepted
