@@ -1,5 +1,6 @@
 """Settings for all tests."""
 
+import os
 import shutil
 import subprocess
 import sys
@@ -11,6 +12,14 @@ import pytest
 from hypothesis import settings
 
 ROOT = Path(__file__).parents[1]
+
+if sys.dont_write_bytecode:
+    # The tests start hundreds of processes, and each would compile every module of ours anew: a
+    # second of a processor. The virtual environment is no place that this was to keep clean.
+    sys.dont_write_bytecode = False
+    sys.pycache_prefix = str(Path(sys.prefix) / "bytecode")
+    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # The first call compiles, which no deadline per example allows for; the same examples each time.
 settings.register_profile("flexgui", deadline=None, derandomize=True)

@@ -109,6 +109,16 @@ class Member:
             await self._press()
         await self._back()
 
+    async def stop(self, patience: float) -> None:
+        """Ends its search, which the next one would wait for; it is not waited for any longer."""
+        self._watches = False
+        await self.set("Stage", "Identify")
+        await self.set("Stop", True)
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(patience):
+                while self._search != RESTS:
+                    await asyncio.sleep(0.05)
+
     async def _press(self) -> None:
         self._search = ""
         await self.set(START, True)

@@ -130,6 +130,8 @@ async def crowd_at_work(
             await asyncio.gather(*(member.identify_again() for member in searching))
     await asyncio.gather(*moving)
     await last_answers(members)
+    for member in searching:
+        await member.stop(LAST_ANSWERS)
     for member in members:
         await member.leave()
     return members, watch.looks
