@@ -12,10 +12,9 @@ STUDY ?= studies/$(basename $(notdir $(SCENARIO)))
 SEED ?= 1
 # TRIES=--quick leaves out the tries that take minutes; TRIES="--items 1 3": only these items.
 TRIES ?=
-# Each process takes its third of the tests in their order, then some of the others': what the tests
-# of a file share is made once. Three for two cores: a third of its time a process waits, for pages,
-# servers and workers that start.
-SHARED := -n 3 --dist worksteal
+# Each process takes its half of the tests in their order, then some of the other's: what the tests
+# of a file share is made once.
+SHARED := -n 2 --dist worksteal
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
 help:

@@ -19,6 +19,7 @@ RANKS = {
     "core.validation": 0.2,
     "core.written": 0.2,
     "core.plugins": 0.2,
+    "core.recent": 0.2,
     "core.resumable": 0.3,
     "core.parameters": 1,
     "core.recording": 1,

@@ -216,13 +216,10 @@ def again(
 def sharing_motions(data: Data, h: Hypothesis) -> Data:
     """The data with the motions of a hypothesis, for the models that are compared with it; with its
     steps and with half of them, as directions are taken."""
-    motions = KnownMotions()
     if h.steps is None:
         return data
-    for one in (h, h.coarse):
-        found = one.residuals.predictor.simulated_at(h.vector)
-        motions = KnownMotions({**motions.motions, **found.motions}, found.recordings)
-    return replace(data, known=motions)
+    fine, coarse = (one.residuals.predictor.simulated_at(h.vector) for one in (h, h.coarse))
+    return replace(data, known=KnownMotions({**fine.motions, **coarse.motions}, fine.recordings))
 
 
 def coarser(predictor: Predictor, steps: int) -> Predictor:

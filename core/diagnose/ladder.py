@@ -216,7 +216,7 @@ class _Work:
             if not room:
                 return replace(still, accepted=best)
             weighed, data, after = self._polished(best)
-            reason = ended_at_bound(after, data) or self.unsettled(after) or self.gate(data, after)
+            reason = ended_at_bound(after, data) or self._unsettled(after) or self.gate(data, after)
             if not reason:
                 order = [weighed, *[w for w in found if w.screened is not weighed.screened]]
                 kept = (Added(weighed, after),)
@@ -224,11 +224,11 @@ class _Work:
             refused = refused or f"{weighed.screened.effect.title} was not added: {reason}"
         return replace(still, refused=refused)
 
-    def unsettled(self, after: Refit) -> str:
+    def _unsettled(self, after: Refit) -> str:
         """A sentence where a model with more in it leaves more: it contains the one before."""
         if after.cost <= self.before.cost:
             return ""
-        return "with finer steps of the simulation its fit does not settle where it was found."
+        return "simulated with finer steps, the model is worse with it than without it."
 
     def _polished(self, best: Weighed) -> tuple[Weighed, Data, Refit]:
         """Converged, in its best shape; or the simpler effect to which it was fitted down."""
@@ -282,7 +282,7 @@ class _Work:
         there = {e.kind for e in after.hypothesis.model.effects}
         members = tuple(s for s in members if s.effect.kind in there)
         ended = {kind for kind, _ in at_bounds(after, data)}
-        if ended or self.unsettled(after) or self.gate(data, after):
+        if ended or self._unsettled(after) or self.gate(data, after):
             return None, ended or {s.effect.kind for s in members}
         added = self._in_order(members, after, found) if len(members) > 1 else []
         if not added or self._stuck(added):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -60,15 +61,25 @@ by side here, and each that ended waits for it; with Python's 5 ms two threads w
 one (EMPS 18.6 s, with this 14.4 s), and shorter ones bring no more."""
 
 
+_HASTE = threading.Lock()
+_hasty: list[float] = []
+"""What the interval was when each of those began who want it short now."""
+
+
 @contextmanager
 def quick_handover() -> Iterator[None]:
-    """While threads take turns in the interpreter between short pieces of compiled work."""
-    before = sys.getswitchinterval()
-    sys.setswitchinterval(min(before, HANDOVER))
+    """While threads take turns in the interpreter between short pieces of compiled work; the last
+    of several at once restores what the first found."""
+    with _HASTE:
+        _hasty.append(sys.getswitchinterval() if not _hasty else _hasty[0])
+        sys.setswitchinterval(min(_hasty[0], HANDOVER))
     try:
         yield
     finally:
-        sys.setswitchinterval(before)
+        with _HASTE:
+            before = _hasty.pop()
+            if not _hasty:
+                sys.setswitchinterval(before)
 
 
 def on_all_cores(work: Callable[[One], Found], which: Sequence[One]) -> Iterator[Found]:
@@ -160,7 +171,7 @@ class Predictor:
         motions = self._simulate([e for e, _ in jobs], numbers, values)
         whole = [
             held.with_held(e.model, n, motion)
-            for (e, _), n, motion in zip(jobs, numbers, motions, strict=True)
+            for (e, _), n, (_, motion) in zip(jobs, numbers, motions, strict=True)
         ]
         found = iter(zip(whole, numbers, values, strict=True))
         return [[next(found) for _ in which] for _, which in requests]
@@ -195,8 +206,9 @@ class Predictor:
         chosen: Sequence[Prepared],
         numbers: Sequence[Numbers],
         values: Sequence[Mapping[str, float]],
-    ) -> list[Trajectory]:
-        """Motions, each once: what a sensor does, or a force at a held joint, moves nothing."""
+    ) -> list[tuple[Key, Trajectory]]:
+        """Motions with their keys, each made once: what a sensor does, or a force at a held joint,
+        moves nothing."""
         parts = [held.simulated_part(e.model, n) for e, n in zip(chosen, numbers, strict=True)]
         tasks = [e.task_at(v) for e, v in zip(chosen, values, strict=True)]
         keys = [self._key(*each) for each in zip(chosen, parts, tasks, strict=True)]
@@ -208,7 +220,7 @@ class Predictor:
         found = self._run(some, [parts[i] for i in new], [tasks[i] for i in new])
         for i, motion in zip(new, found, strict=True):
             self._motions[keys[i]] = motion
-        motions = [self._motions[key] for key in keys]
+        motions = [(key, self._motions[key]) for key in keys]
         while len(self._motions) > len(chosen) + REMEMBERED * len(self.experiments):
             self._motions.popitem(last=False)
         return motions
@@ -261,13 +273,8 @@ class Predictor:
         """The motions at a vector (P,)."""
         values = [self.values(e, vector) for e in self.experiments]
         numbers = [e.model.numbers(v) for e, v in zip(self.experiments, values, strict=True)]
-        found = self._simulate(self.experiments, numbers, values)
-        keys = [
-            self._key(e, held.simulated_part(e.model, n), e.task_at(v))
-            for e, n, v in zip(self.experiments, numbers, values, strict=True)
-        ]
-        recordings = tuple(e.recording for e in self.experiments)
-        return KnownMotions(dict(zip(keys, found, strict=True)), recordings)
+        found = dict(self._simulate(self.experiments, numbers, values))
+        return KnownMotions(found, tuple(e.recording for e in self.experiments))
 
     def refine_steps(self, times: int) -> None:
         """Simulates with `times` as many steps per sample as the stated error needs."""

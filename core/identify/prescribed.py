@@ -26,8 +26,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -42,6 +41,7 @@ from core.arm.symbols import Structure
 from core.drives.law import static_law
 from core.drives.servo import FollowingServo, acceleration, bend
 from core.model import Model, Numbers
+from core.recent import Recent
 from core.simulate.elements import ELEMENTS, push, see
 from core.simulate.many import Job
 from core.simulate.motion import Task
@@ -145,34 +145,34 @@ def joint_motion(model: Model, numbers: Numbers, task: Task) -> Led:
         nothing = np.full((finer * (len(whole) - 1) + 1, joints), np.nan)
         return Led(nothing, nothing, nothing, nothing, lead, finer)
     at_once = _held_acceleration(model, numbers, task, whole, lead)
-    seen = hashlib.blake2b(whole.tobytes(), digest_size=16)
-    seen.update(at_once.tobytes())
-    return _led(_Course(seen.digest(), lead, finer, task.sample_time, whole, at_once))
+    dt = task.sample_time
+    key = _digest(whole, at_once), lead, finer, dt
+    return _LED.get(key, lambda: _led(whole, at_once, lead, finer, dt))
 
 
-@dataclass(frozen=True)
-class _Course:
-    """What a motion of joints is made of."""
-
-    digest: bytes
-    """Of the arrays."""
-    lead: int
-    finer: int
-    sample_time: float
-    places: np.ndarray = field(compare=False)
-    """(L + N, joints)"""
-    jumps: np.ndarray = field(compare=False)
-    """The same: part of the acceleration that is held between samples."""
+def _digest(*arrays: np.ndarray) -> bytes:
+    found = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        found.update(np.ascontiguousarray(array).tobytes())
+    return found.digest()
 
 
-@lru_cache(maxsize=8)
-def _led(course: _Course) -> Led:
-    """The motion; the last few are kept, since most parameters of a fit leave them as they are and
-    splines cost more than simulating an arm of few coordinates along them."""
-    lead, finer, whole, at_once = course.lead, course.finer, course.places, course.jumps
+ROOM = 64 * 2**20
+"""Bytes: some dozen recordings of ten thousand samples, each at a few values of a parameter. A
+number of motions would be too few for many short recordings, which then push each other out, and
+too many for long ones."""
+
+_LED = Recent[Led](ROOM, lambda led: sum(part.nbytes for part in led[:4]))
+"""Most parameters of a fit leave a motion as it is, and splines cost more than simulating an arm of
+few coordinates along them."""
+
+
+def _led(whole: np.ndarray, at_once: np.ndarray, lead: int, finer: int, sample_time: float) -> Led:
+    """The motion through places (L + N, joints); `at_once` (L + N, joints) is the part of its
+    acceleration that is held between samples."""
     mean = uniform_filter1d(at_once, AVERAGE, axis=0, mode="nearest")
     at_once, mean = _between(at_once, mean, finer)
-    dt = course.sample_time / finer
+    dt = sample_time / finer
     jumping, speed = _integrated(at_once, mean, dt)
     # At rest there is no acceleration; what it is at the other ends nobody knows.
     flat = (mean[0] - at_once[0], (mean[1] - mean[0]) / dt) if lead else None
@@ -217,7 +217,12 @@ def _held_acceleration(
     torque = joint_servo(model).jumps(numbers.law, task.references)
     if n == joints or not np.any(np.diff(torque, axis=0)) or not np.isfinite(torque).all():
         return np.zeros_like(place)
-    found = _weighed(_Pushed.of(model, numbers.p, np.ascontiguousarray(torque), place[lead:]))
+    q = np.zeros((len(torque), n))
+    q[:, :joints] = place[lead:]
+    key = Structure.of(model.arm), _digest(weighing(numbers.p, joints), torque, place[lead:])
+    found = _WEIGHED.get(
+        key, lambda: _at_once(model.compiled.dynamics, q, numbers.p, np.ascontiguousarray(torque))
+    )
     if not np.isfinite(found).all():  # sizes so far off that no mass matrix is left
         return np.zeros_like(place)
     if not lead:
@@ -228,36 +233,8 @@ def _held_acceleration(
     return np.vstack([np.repeat((found[0] - moves)[None], lead, axis=0), found])
 
 
-@dataclass(frozen=True)
-class _Pushed:
-    """Joints at which a drive pushes."""
-
-    structure: Structure
-    digest: bytes
-    """Of torques and places, and of the numbers that decide what the joints weigh."""
-    model: Model = field(compare=False)
-    p: np.ndarray = field(compare=False)
-    torque: np.ndarray = field(compare=False)
-    """(N, joints)"""
-    place: np.ndarray = field(compare=False)
-    """(N, joints)"""
-
-    @classmethod
-    def of(cls, model: Model, p: np.ndarray, torque: np.ndarray, place: np.ndarray) -> _Pushed:
-        """With its digest."""
-        found = hashlib.blake2b(digest_size=16)
-        for array in (weighing(p, model.arm.joints), torque, np.ascontiguousarray(place)):
-            found.update(array.tobytes())
-        return cls(Structure.of(model.arm), found.digest(), model, p, torque, place)
-
-
-@lru_cache(maxsize=8)
-def _weighed(pushed: _Pushed) -> np.ndarray:
-    """(N, joints) accelerations at once; the last few are kept, as stiffnesses, friction and
-    sensors leave them as they are."""
-    q = np.zeros((len(pushed.torque), pushed.model.arm.coordinates))
-    q[:, : pushed.place.shape[1]] = pushed.place
-    return _at_once(pushed.model.compiled.dynamics, q, pushed.p, pushed.torque)
+_WEIGHED = Recent[np.ndarray](ROOM, lambda found: found.nbytes)
+"""Stiffnesses, friction and sensors leave it as it is."""
 
 
 def _integrated(held: np.ndarray, mean: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ from core.arm.arm import Arm
 from core.arm.compiled import compile_arm
 from core.arm.symbols import Structure
 from core.model import Model, Numbers
+from core.recent import Recent
 from core.results import DescriptorModel, Equation
 from core.scenario.schema import Scenario
 from core.simulate.affine import quick_descriptor
@@ -24,7 +25,7 @@ from core.simulate.response import (
     step_response,
 )
 from flexgui.session.demo import demo_scenario
-from flexgui.session.shared import Recent, model_of
+from flexgui.session.shared import MOST, model_of
 from flexgui.session.state import Live
 
 STEP_SIZE = 0.3
@@ -90,8 +91,8 @@ def is_new(arm: Arm, before: Prepared | None) -> bool:
     return before is None or Structure.of(arm) != Structure.of(before.model.arm)
 
 
-_PREPARED: Recent[Prepared] = Recent()
-_LIVE: Recent[LiveModel] = Recent()
+_PREPARED: Recent[Prepared] = Recent(MOST)
+_LIVE: Recent[LiveModel] = Recent(MOST)
 """By ids of what the entries hold, so that no other object can have them."""
 
 

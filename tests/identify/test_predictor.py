@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.identify.predictor import Predictor
+from core.identify.predictor import HANDOVER, Predictor, quick_handover
 from core.identify.prepared import Processing, prepare
 from core.identify.residuals import Residuals
 from core.recording.velocity import ZeroPhaseLowPass
@@ -95,3 +96,15 @@ def test_what_is_simulated_already_is_taken_where_the_motion_is_the_same(
         assert all((id(motion) in given) == same for motion, _, _ in motions)
         for a, b in zip(known.predict(vector), predictor.predict(vector), strict=True):
             assert np.array_equal(a, b)
+
+
+def test_searches_at_once_leave_the_interpreter_as_they_found_it() -> None:
+    before = sys.getswitchinterval()
+    first, second = quick_handover(), quick_handover()
+    first.__enter__()
+    second.__enter__()
+    assert sys.getswitchinterval() == pytest.approx(HANDOVER)
+    first.__exit__(None, None, None)
+    assert sys.getswitchinterval() == pytest.approx(HANDOVER)  # the second still runs
+    second.__exit__(None, None, None)
+    assert sys.getswitchinterval() == pytest.approx(before)

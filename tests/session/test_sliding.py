@@ -9,13 +9,13 @@ import pytest
 
 import flexgui.session.editing as editing
 from core.errors import InputError
+from core.recent import Recent
 from flexgui.kept_files import WORK, is_kept
 from flexgui.session import Session, Topic
 from flexgui.session.edit import Edit, arm_setting, edited, put
 from flexgui.session.latest import TURNS
 from flexgui.session.live import LiveModel
 from flexgui.session.records import packed, unpacked
-from flexgui.session.shared import Recent
 
 SOON = 60.0
 """s on a busy machine; only waited for where something is wrong."""
