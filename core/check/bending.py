@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.fft import next_fast_len
+from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import eigh
 from scipy.signal import lfilter
 
@@ -146,10 +146,13 @@ class Bending:
         speed = np.gradient(self.smooth(self.q), dt, axis=0)
         return bool(np.any(first > IN_MOTION * np.sqrt(np.mean(speed**2, axis=0))))
 
-    def sensed(self, shape: Shape, q: np.ndarray) -> dict[str, np.ndarray]:
-        """Channels (M,) of the camera and the gauges."""
+    def moved(self, shape: Shape, q: np.ndarray) -> np.ndarray:
+        """(M, coordinates) of the arm while its joints move as q (M, joints), from rest."""
+        return np.hstack([q, self.bent(shape, q)])
+
+    def sensed(self, whole: np.ndarray) -> dict[str, np.ndarray]:
+        """Channels (M,) of the camera and the gauges while the arm moves so (M, coordinates)."""
         p, _, _ = self._matrices
-        whole = np.ascontiguousarray(np.hstack([q, self.bent(shape, q)]))
         nothing = np.zeros_like(whole)
         motion = Trajectory(
             self.model.arm, self.model.compiled, p, self.grid, whole, nothing, nothing
@@ -178,13 +181,12 @@ class Bending:
         one sample to the next is half a sample late."""
         return self.smooth((x + np.r_[x[0], x[:-1]]) / 2.0)
 
-    def torques(self, shape: Shape, q: np.ndarray) -> np.ndarray:
-        """(M, joints) smoothed torques that move the arm so, without friction."""
+    def torques(self, whole: np.ndarray) -> np.ndarray:
+        """(M, joints) smoothed torques that move the arm so (M, coordinates), without friction."""
         _, M, _ = self._matrices
-        j, dt = self.model.arm.joints, self.found.step
-        whole = self.smooth(np.hstack([q, self.bent(shape, q)]))
-        twice = np.gradient(np.gradient(whole, dt, axis=0), dt, axis=0)
-        return np.asarray(twice @ M[:j].T)
+        dt = self.found.step
+        momentum = self.smooth(whole @ M[: self.model.arm.joints].T)
+        return np.asarray(np.gradient(np.gradient(momentum, dt, axis=0), dt, axis=0))
 
     def torques_of_each(self, shape: Shape | None) -> np.ndarray:
         """(M, joints, joints) smoothed torques of each joint (rows) that the motion of each joint
@@ -194,7 +196,7 @@ class Bending:
             for k in range(self.q.shape[1]):
                 alone = np.tile(self.q[0], (len(self.q), 1))
                 alone[:, k] = self.q[:, k]
-                columns.append(self.torques(shape, alone))
+                columns.append(self.torques(self.moved(shape, alone)))
             return np.stack(columns, axis=2)
         p, n, j = self.model.numbers().p, self.model.arm.coordinates, self.q.shape[1]
         smooth, dt = self.smooth(self.q), self.found.step
@@ -235,12 +237,15 @@ def _low_passed(x: np.ndarray, cut: float) -> np.ndarray:
     """A Butterworth filter of third order run forwards and backwards, over signals that are turned
     about both their ends; `cut` of the sample rate."""
     more = min(int(3.0 / cut), len(x) - 1)
-    long = np.concatenate([2 * x[:1] - x[more:0:-1], x, 2 * x[-1:] - x[-2 : -more - 2 : -1]])
-    size = next_fast_len(len(long), real=True)
+    rows = np.ascontiguousarray(x.T)  # transforms of columns take twice as long
+    first, last = rows[..., :1], rows[..., -1:]
+    before, after = 2 * first - rows[..., more:0:-1], 2 * last - rows[..., -2 : -more - 2 : -1]
+    long = np.concatenate([before, rows, after], axis=-1)
+    size = next_fast_len(long.shape[-1], real=True)
     powers = 1.0 / (1.0 + (np.fft.rfftfreq(size) / cut) ** 6)
-    powers = powers if x.ndim == 1 else powers[:, None]
-    made = np.fft.irfft(powers * np.fft.rfft(long - long[0], size, axis=0), size, axis=0)
-    return np.asarray(made[more : more + len(x)] + long[0])
+    base = long[..., :1]
+    made = irfft(powers * rfft(long - base, size), size)[..., more : more + len(x)] + base
+    return np.asarray(made.T)
 
 
 def _clean(x: np.ndarray, cut: float) -> bool:

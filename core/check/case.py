@@ -8,10 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from core.check.bending import Bending, Shape
+from core.check.bending import Shape
 from core.check.finding import Finding, Picture
 from core.check.geometry import Misfit, agrees, geometric_misfits, mended
-from core.check.late import Judged, judge, shape_alone
+from core.check.late import Judged, judge, link_fit
 from core.check.measured import Measured
 from core.check.relations import LOOP, Relation, relations
 from core.check.suspects import CLEAR, Suspect, late_channels, suspects
@@ -64,21 +64,19 @@ class Case:
         return found
 
     @cached_property
-    def links(self) -> Bending | None:
-        """What bends beyond the measured joints; None where that cannot be said."""
-        return Bending.of(self.mended)
-
-    @cached_property
     def shape(self) -> Shape | None:
-        """The links as this recording shows them, each channel taken as it is."""
-        return None if self.links is None else shape_alone(self.links)
+        """The links as this recording shows them, each channel taken as it is; None where nothing
+        that is measured shows them."""
+        fit = link_fit(self.mended)
+        return None if fit is None else fit.shape_alone
 
     @cached_property
     def judged(self) -> Judged | None:
         """Which channel is late, whatever the stiffness; None where that cannot be said."""
-        if self.links is None:
+        fit = link_fit(self.mended)
+        if fit is None:
             return None
-        return judge(self.links, [o.shape for o in self.others if o.shape is not None])
+        return judge(fit, [o.shape for o in self.others if o.shape is not None])
 
     @cached_property
     def stiffness(self) -> dict[str, float]:

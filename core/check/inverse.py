@@ -65,7 +65,8 @@ def loops(found: Measured, shape: Shape) -> list[tuple[float, float, float]]:
     names = model.drive.reference_channels(model.arm)
     if not found.has(*names) or not all(n.startswith("dtheta") for n in names):
         return []
-    torques, (speed, dry) = links.torques(shape, links.q), links.rubbed(links.q)
+    torques = links.torques(links.moved(shape, links.q))
+    speed, dry = links.rubbed(links.q)
     count = len(links.q)
     inner = slice(min(EDGE, count // 5), count - min(EDGE, count // 5))
     made = []

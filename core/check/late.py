@@ -16,11 +16,13 @@ from functools import cached_property
 import numpy as np
 
 from core.check.bending import LIGHT, Bending, Shape
-from core.check.measured import lattice_step
+from core.check.measured import Measured, lattice_step
 
 STARTS = tuple(np.geomspace(0.2, 5.0, 13))
 """Times the stated stiffness at which a fit may begin: estimates from a drawing are a factor of 4
 off, and a resonance shows to a fit that begins within some ten per cent of its frequency."""
+NEAR = 0.1
+"""In ln, by which two beginnings differ that lead to the same end: resonances 5 % apart."""
 LAGS = (1.0, 2.0, 4.0, 7.0, 10.0, 13.0, 16.0)
 """Samples of lag at which a fit may begin: it finds what is within half a period of it."""
 GROWN = (-20.0, -8.0, -3.0, -1.0, 1.0, 3.0, 8.0, 20.0)
@@ -75,27 +77,28 @@ class Judged:
     """What explains most; None where no lag explains anything."""
 
 
-def shape_alone(links: Bending) -> Shape | None:
-    """The links' stiffness where all channels are taken for punctual; None where nothing that is
-    measured shows it."""
-    problem = _Problem(links)
-    return problem.shape(problem.alone) if problem.names else None
+def link_fit(found: Measured) -> LinkFit | None:
+    """The fit of the links that a recording shows, made once; None where it shows none of them."""
+    if LinkFit not in found.derived:
+        links = Bending.of(found)
+        fit = None if links is None else LinkFit(links)
+        found.derived[LinkFit] = fit if fit is not None and fit.names else None
+    fit = found.derived[LinkFit]
+    assert fit is None or isinstance(fit, LinkFit)
+    return fit
 
 
-def judge(links: Bending, others: Sequence[Shape] = ()) -> Judged | None:
+def judge(problem: LinkFit, others: Sequence[Shape] = ()) -> Judged:
     """The stiffness of the links, and the channel whose lag explains most.
 
     Args:
         others: The same links as other recordings show them, where a fit may begin as well.
     """
-    problem = _Problem(links)
-    if not problem.names:
-        return None
     tried = [problem.alone]
     if others:
         tried.append(problem.fitted(Cause(), problem.middle(others)))
     plain = min(tried, key=lambda x: problem.cost(problem.rests(Cause(), x)))
-    begins = [*tried, *([problem.middle(others)] if others else [])]
+    begins = _apart([plain, *tried, *([problem.middle(others)] if others else [])])
     before = problem.rests(Cause(), plain)
     scanned = [(problem.scanned(cause, begins), cause) for cause in problem.causes()]
     best, chosen, least = plain, Cause(), problem.cost(before)
@@ -115,15 +118,27 @@ def judge(links: Bending, others: Sequence[Shape] = ()) -> Judged | None:
     return Judged(problem.shape(best), explained, late)
 
 
+def _apart(begins: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Without those that lead to where an earlier one does."""
+    kept: list[np.ndarray] = []
+    for one in begins:
+        if all(np.max(np.abs(one - other)) > NEAR for other in kept):
+            kept.append(one)
+    return kept
+
+
 @dataclass(frozen=True)
-class _Problem:
-    """Unknowns: logarithms of stiffnesses and damping; with a cause its lag in samples (at the
+class LinkFit:
+    """Stiffness and damping of the links of one recording, and how late a channel is.
+
+    Unknowns: logarithms of stiffnesses and damping; with a cause its lag in samples (at the
     end, where it grows)."""
 
     links: Bending
     _known: dict[str, np.ndarray] = field(default_factory=dict)
+    _smoothed: dict[str, np.ndarray] = field(default_factory=dict)
     _floors: dict[str, float] = field(default_factory=dict)
-    _answers: dict[tuple[object, ...], dict[str, list[np.ndarray]]] = field(default_factory=dict)
+    _answers: dict[tuple[object, ...], dict[str, np.ndarray]] = field(default_factory=dict)
 
     @cached_property
     def segments(self) -> int:
@@ -133,7 +148,7 @@ class _Problem:
     def names(self) -> list[str]:
         """The channels that are explained."""
         shape = Shape(np.ones(self.segments), LIGHT)
-        found = list(self.links.sensed(shape, self.links.q))
+        found = list(self.links.sensed(self.links.moved(shape, self.links.q)))
         return found + [name for name in self.driven if self.links.found.has(name)]
 
     @cached_property
@@ -180,6 +195,11 @@ class _Problem:
         ]
         groups += [("z1", "z2")] if {"z1", "z2"} <= set(self.names) else []
         return [Cause(group, grows) for group in groups for grows in (False, True)]
+
+    @cached_property
+    def shape_alone(self) -> Shape:
+        """The links where all channels are taken for punctual."""
+        return self.shape(self.alone)
 
     def shape(self, x: np.ndarray) -> Shape:
         """Of the links."""
@@ -230,36 +250,42 @@ class _Problem:
         late = size if any(n in cause.channels for n in self.places) else 0.0
         key = (shape.stiffness.tobytes(), shape.damping, cause if late else None, late)
         answers = self._kept(key, shape, np.column_stack(list(places.values())))
-        made = {}
-        for n, columns in answers.items():
-            y = self._channel(n)
-            if n in self.driven:
-                y = punctual(n, self.links.held(y))
-            elif n in cause.channels:
-                # The answer is moved and not the measurement, whose noise would shrink between
-                # the samples and draw the lag there.
-                columns = [np.interp(t - (when - t), t, each) for each in columns]
-            made[n] = _unexplained(y, columns)
         edge = min(EDGE, len(t) // 5)
         thin = slice(edge, len(t) - edge, max(len(t) // MOST, 1))
-        return {n: r[thin] for n, r in made.items()}
+        at, made = (t - (when - t))[thin], {}
+        for n, rows in answers.items():
+            y, own = self._channel(n), n in cause.channels
+            if n in self.driven:
+                y = self.links.held(punctual(n, y)) if own else self._held(n)
+            elif own:
+                # The answer is moved and not the measurement, whose noise would shrink between
+                # the samples and draw the lag there.
+                made[n] = _unexplained(y[thin], np.array([np.interp(at, t, each) for each in rows]))
+                continue
+            made[n] = _unexplained(y[thin], rows[:, thin])
+        return made
+
+    def _held(self, name: str) -> np.ndarray:
+        if name not in self._smoothed:
+            self._smoothed[name] = self.links.held(self._channel(name))
+        return self._smoothed[name]
 
     def _kept(
         self, key: tuple[object, ...], shape: Shape, q: np.ndarray
-    ) -> dict[str, list[np.ndarray]]:
-        """What explains each channel, as columns (M,) of a regression; the last ones are kept, as
+    ) -> dict[str, np.ndarray]:
+        """What explains each channel, as rows (k, M) of a regression; the last ones are kept, as
         a lag of a channel alone changes none of them."""
         if key not in self._answers:
             while len(self._answers) >= KEPT:
                 self._answers.pop(next(iter(self._answers)))
-            ringing = self.links.ringing(shape)
-            made = {n: [y, *ringing] for n, y in self.links.sensed(shape, q).items()}
+            whole, ringing = self.links.moved(shape, q), self.links.ringing(shape)
+            made = {n: np.array([y, *ringing]) for n, y in self.links.sensed(whole).items()}
             if any(n in self.names for n in self.driven):
-                torques = self.links.torques(shape, q)
+                torques = self.links.torques(whole)
                 speed, dry = self.links.rubbed(q)
-                smooth = [self.links.smooth(each) for each in ringing]
+                smooth = self.links.smooth(np.array(ringing).T).T if ringing else []
                 made |= {
-                    n: [torques[:, k], speed[:, k], dry[:, k], *smooth]
+                    n: np.array([torques[:, k], speed[:, k], dry[:, k], *smooth])
                     for k, n in enumerate(self.driven)
                     if n in self.names
                 }
@@ -323,8 +349,11 @@ class _Problem:
         return abs(self.size(cause, moved))
 
 
-def _unexplained(y: np.ndarray, columns: Sequence[np.ndarray]) -> np.ndarray:
-    """What a regression with a constant leaves of y (M,)."""
-    A = np.column_stack([*columns, np.ones_like(y)])
-    part, *_ = np.linalg.lstsq(A, y, rcond=None)
-    return np.asarray(y - A @ part)
+def _unexplained(y: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """What a regression on rows (k, M) and a constant leaves of y (M,)."""
+    y, A = y - y.mean(), rows - rows.mean(axis=1, keepdims=True)
+    sizes = np.sqrt(np.einsum("km,km->k", A, A))
+    A = A / np.where(sizes > 0.0, sizes, 1.0)[:, None]
+    # Few columns that were scaled: squaring their condition costs digits below any noise.
+    part, *_ = np.linalg.lstsq(A @ A.T, A @ y, rcond=None)
+    return np.asarray(y - part @ A)

@@ -152,10 +152,12 @@ def share(x: np.ndarray, y: np.ndarray, dt: float) -> float:
     return _best_lag(y, x, dt)[1] if np.std(x) > 0 and np.std(y) > 0 else 0.0
 
 
+SLOW = signal.butter(2, 0.2, output="sos")
+"""Without the fastest tenth of a signal, where there is noise and no motion."""
+
+
 def _smooth(x: np.ndarray) -> np.ndarray:
-    """Without its fastest tenth, where there is noise and no motion."""
-    sections = signal.butter(2, 0.2, output="sos")
-    return np.asarray(signal.sosfiltfilt(sections, x - x[0])) if len(x) > 20 else x
+    return np.asarray(signal.sosfiltfilt(SLOW, x - x[0])) if len(x) > 20 else x
 
 
 def _best_lag(y: np.ndarray, x: np.ndarray, dt: float) -> tuple[float, float]:
