@@ -51,10 +51,7 @@ def far_out(x: np.ndarray) -> np.ndarray:
     spread = float(np.std(np.clip(x, low, high)))
     for width in (1, 2):
         out = _standing_out(x, width)
-        # Where few samples stand out by so much, they are outliers and say nothing of the usual.
-        usual = out[out <= OF_SPREAD * spread]
-        usual = usual if len(usual) >= (1.0 - MOST) * len(out) else out
-        limit = FAR * float(np.percentile(usual, 99.0))
+        limit = FAR * float(np.percentile(out, 99.0))
         for k in np.flatnonzero(out > max(limit, OF_SPREAD * spread, 1e-12)):
             bad[k : k + width] = True
     return bad
