@@ -8,11 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
+from core.check.bending import Shape
 from core.check.finding import Finding, Picture
 from core.check.geometry import Misfit, agrees, geometric_misfits, mended
+from core.check.late import Judged, judge, link_fit
 from core.check.measured import Measured
-from core.check.relations import Relation, relations
-from core.check.suspects import Suspect, suspects
+from core.check.relations import LOOP, Relation, relations
+from core.check.suspects import CLEAR, Suspect, late_channels, suspects
 from core.recording.channels import channel_kind
 from core.units import parse_header
 
@@ -62,14 +64,51 @@ class Case:
         return found
 
     @cached_property
+    def shape(self) -> Shape | None:
+        """The links as this recording shows them, each channel taken as it is; None where nothing
+        that is measured shows them."""
+        fit = link_fit(self.mended)
+        return None if fit is None else fit.shape_alone
+
+    @cached_property
+    def judged(self) -> Judged | None:
+        """Which channel is late, whatever the stiffness; None where that cannot be said."""
+        fit = link_fit(self.mended)
+        if fit is None:
+            return None
+        return judge(fit, [o.shape for o in self.others if o.shape is not None])
+
+    @cached_property
+    def stiffness(self) -> dict[str, float]:
+        """EI of the segments as the recordings show it, the middle one of all; empty where none
+        does, and the scenario's counts."""
+        found = [one for one in (self.shape, *(o.shape for o in self.others)) if one is not None]
+        model = self.recording.model
+        if not found or model is None:
+            return {}
+        factors = np.exp(np.median([np.log(one.stiffness) for one in found], axis=0))
+        bending = [k for k, modes in enumerate(model.arm.modes) if modes]
+        named = {f"EI{k + 1}": f for k, f in zip(bending, factors, strict=True)}
+        return {n: model.parameters[n].value * f for n, f in named.items() if n in model.parameters}
+
+    @cached_property
     def relations(self) -> tuple[Relation, ...]:
         """What the channels say of each other, once the geometry is right."""
-        return relations(self.mended)
+        stated = relations(self.mended, shape=self.shape)
+        if not self.stiffness:
+            return stated
+        fitted = relations(self.mended, values=self.stiffness, shape=self.shape)
+        # A loop that explains little with any stiffness lacks something else, which a fit hides.
+        return fitted if _explained(fitted) > max(_explained(stated), CLEAR) else stated
 
     @cached_property
     def suspects(self) -> tuple[Suspect, ...]:
         """The channels that disagree with all others by a factor or a delay."""
-        return suspects(self.relations, [other.relations for other in self.others])
+        own, others = self.relations, [other.relations for other in self.others]
+        if self.judged is None:
+            return suspects(own, others)
+        found = suspects([r.timeless for r in own], [[r.timeless for r in o] for o in others])
+        return (*found, *late_channels(self.judged, self.recording.step))
 
     def finding(
         self, fault: str, channel: str, size: float, unit: str, evidence: str,
@@ -99,6 +138,12 @@ class Case:
         unit = channel_kind(channel).units[0]
         shown = self.recording.channels[channel][thin]
         return Picture(self.recording.time[thin], shown, expected, unit)
+
+
+def _explained(found: Sequence[Relation]) -> float:
+    """Share of the encoders' variance that the scenario's loop explains, the mean of all."""
+    shares = [r.explained for r in found if r.room == LOOP and r.output.startswith("theta")]
+    return float(np.mean(shares)) if shares else 0.0
 
 
 def _disagreement(found: Sequence[Relation]) -> float:

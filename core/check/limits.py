@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from core.check.measured import lattice_step
+
 SHARE = 0.01
 """Of the samples; recordings of real rigs have 0.2 % at their largest value."""
 FEWEST = 8
@@ -34,6 +36,8 @@ def _at(x: np.ndarray, top: float, side: float) -> tuple[float, float] | None:
     edges = np.flatnonzero(np.diff(at.astype(int)) != 0)
     if len(edges) == 0 or not np.any(at[1:] & at[:-1]):
         return None
+    if lattice_step(x) > 0 and len(edges) <= 2:
+        return None  # where dry friction holds a joint once, an encoder repeats a value as well
     speed = np.abs(np.diff(x))
     usual = float(np.sqrt(np.mean(speed**2)))
     # Two samples before the limit and two after it.

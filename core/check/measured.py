@@ -59,6 +59,11 @@ class Measured:
         count = min(int(round((good[-1] - good[0]) / self.step)) + 1, 4 * self.rows)
         return np.asarray(good[0] + self.step * np.arange(max(count, 2)))
 
+    @cached_property
+    def derived(self) -> dict[object, object]:
+        """What was worked out of this very recording and costs much, by what it is."""
+        return {}
+
     def counted(self, channel: str) -> np.ndarray:
         """(N,) values; NaN where masked."""
         values = self.channels[channel]

@@ -6,12 +6,14 @@ sensor; a reference and what follows it; and Newton's law between a joint's torq
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import signal
 
+from core.check.bending import Shape
+from core.check.inverse import gains
 from core.check.measured import Measured
 from core.model import Model
 from core.sensors import sensors
@@ -66,16 +68,31 @@ class Relation:
         """By which two relations are the same: output and inputs."""
         return self.output, self.inputs
 
+    @property
+    def timeless(self) -> Relation:
+        """Without the lag where that depends on dynamics which nobody knows."""
+        if self.room == DIRECT:
+            return self
+        return replace(self, lag=np.inf, drift=0.0, drift_error=np.inf)
 
-def relations(found: Measured, quick: bool = False) -> tuple[Relation, ...]:
+
+def relations(
+    found: Measured,
+    quick: bool = False,
+    values: Mapping[str, float] | None = None,
+    shape: Shape | None = None,
+) -> tuple[Relation, ...]:
     """All that can be said; nothing where the arm is not known.
 
-    `quick` leaves out what each reference does by itself.
+    Args:
+        quick: Leaves out what each reference does by itself.
+        values: Of parameters that the recordings show better than the scenario states them.
+        shape: The links as the recordings show them.
     """
     made = [*_followed(found)]
     if found.model is not None:
-        made += _loop(found, found.model, quick)
-        made += _newton(found, found.model)
+        made += _loop(found, found.model, quick, values or {})
+        made += _torques(found, found.model, shape)
     return tuple(made)
 
 
@@ -135,10 +152,12 @@ def share(x: np.ndarray, y: np.ndarray, dt: float) -> float:
     return _best_lag(y, x, dt)[1] if np.std(x) > 0 and np.std(y) > 0 else 0.0
 
 
+SLOW = signal.butter(2, 0.2, output="sos")
+"""Without the fastest tenth of a signal, where there is noise and no motion."""
+
+
 def _smooth(x: np.ndarray) -> np.ndarray:
-    """Without its fastest tenth, where there is noise and no motion."""
-    sections = signal.butter(2, 0.2, output="sos")
-    return np.asarray(signal.sosfiltfilt(sections, x - x[0])) if len(x) > 20 else x
+    return np.asarray(signal.sosfiltfilt(SLOW, x - x[0])) if len(x) > 20 else x
 
 
 def _best_lag(y: np.ndarray, x: np.ndarray, dt: float) -> tuple[float, float]:
@@ -186,7 +205,9 @@ def _refined(
     return gain, lag, drift, error, explained
 
 
-def _loop(found: Measured, model: Model, quick: bool) -> list[Relation]:
+def _loop(
+    found: Measured, model: Model, quick: bool, values: Mapping[str, float]
+) -> list[Relation]:
     """Every sensor against the scenario's closed loop under the recorded references."""
     references = model.drive.reference_channels(model.arm)
     if not all(r.endswith("_ref") and r.startswith(("dtheta", "theta")) for r in references):
@@ -197,13 +218,17 @@ def _loop(found: Measured, model: Model, quick: bool) -> list[Relation]:
     if start is None:
         return []
     signals = np.column_stack([found.even(r) for r in references])
-    together = _predicted(model, found.grid, signals, start)
+
+    def predicted(given: np.ndarray) -> dict[str, np.ndarray] | None:
+        return _predicted(model, found.grid, given, start, values)
+
+    together = predicted(signals)
     if together is None:
         return []
-    return _compared(found, model, references, signals, start, together, quick)
+    return _compared(found, model, references, signals, predicted, together, quick)
 
 
-def _compared(found, model, references, signals, start, together, quick):  # type: ignore[no-untyped-def]
+def _compared(found, model, references, signals, predicted, together, quick):  # type: ignore[no-untyped-def]
     names = [n for n in together if found.has(n)]
     joints = model.arm.joints
     moved = max((np.ptp(together[f"theta{k + 1}"]) for k in range(joints)), default=0.0)
@@ -215,9 +240,9 @@ def _compared(found, model, references, signals, start, together, quick):  # typ
         for j in range(len(references)):
             alone = np.zeros_like(signals)
             alone[:, j] = signals[:, j]
-            answer = _predicted(model, found.grid, alone, start)
+            answer = predicted(alone)
             singles += [answer] if answer else []
-    crossed = _predicted(model, found.grid, signals[:, ::-1], start) if small else None
+    crossed = predicted(signals[:, ::-1]) if small else None
     made: list[Relation] = []
     for name in names:
         swapped = share(crossed[name], found.even(name), found.step) if crossed else 0.0
@@ -269,10 +294,11 @@ def _posture(found: Measured, model: Model) -> np.ndarray | None:
 
 
 def _predicted(
-    model: Model, time: np.ndarray, signals: np.ndarray, joints: np.ndarray
-) -> dict[str, np.ndarray] | None:
+    model: Model, time: np.ndarray, signals: np.ndarray, joints: np.ndarray,
+    values: Mapping[str, float],
+) -> dict[str, np.ndarray] | None:  # fmt: skip
     """Channels (M,) of the loop's motion; None where it runs away."""
-    numbers = model.numbers()
+    numbers = model.numbers(values)
     start = at_rest(joints, model.arm.coordinates, numbers.law.states)
     task = Task(time, signals, start, start[None, : model.arm.coordinates])
     try:
@@ -293,6 +319,23 @@ def _measured(model: Model, motion: Trajectory) -> dict[str, np.ndarray] | None:
             channels[channel.name] = values[:, k]
     good = all(np.isfinite(channels[n]).all() for n in channels if n.startswith("theta"))
     return {n: v for n, v in channels.items() if np.isfinite(v).all()} if good else None
+
+
+def _torques(found: Measured, model: Model, shape: Shape | None) -> list[Relation]:
+    """Each torque against every joint's motion; where that cannot be, against its own joint's."""
+    names = model.drive.reference_channels(model.arm)
+    if not all(n[0] in "ui" for n in names):
+        return _newton(found, model)
+    constants = getattr(model.drive, "torque_constants", None) or (1.0,) * len(names)
+    said = gains(found, names, shape)
+    if not said:
+        return _newton(found, model)
+    scale = dict(zip(names, constants, strict=True))
+    return [
+        Relation(torque, (angle,), gain * scale[torque], np.inf, 0.0, np.inf, explained,
+                 NEWTON if explained > RIGHT else np.inf, step=found.step)
+        for torque, angle, gain, explained in said
+    ]  # fmt: skip
 
 
 def _newton(found: Measured, model: Model) -> list[Relation]:
@@ -362,6 +405,8 @@ def _inertial(found: Measured, output: str, angle: str, nominal: float) -> Relat
     return Relation(output, (angle,), gain, lag, 0.0, np.inf, best, room, step=dt)
 
 
+RIGHT = 0.85
+"""Share of a torque explained above which its gains count; below, only their signs do."""
 ALL = 0.985
 """Share explained by a rigid joint with friction: EMPS 0.998, a bench with soft links 0.92."""
 MOST_ROWS = 25

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.check.late import Judged
 from core.check.relations import LOOP, WORTH, Relation
 
 SCALE = 0.12
@@ -31,6 +32,8 @@ DRIFT = 1e-3
 """s/s; two quartz clocks differ by 1e-4 at most, elastic joints look like 6e-4."""
 SURE_DRIFT = 6.0
 """Standard deviations."""
+MAINLY = 0.5
+"""Share of what is missing in a channel that a lag may leave: the cause of it explains the most."""
 COMMAND = 0.1
 """In ln: of two causes as good as each other the sensor's comes first; programs write commands."""
 PLACES = ("theta1", "theta2", "theta3", "theta1_ref", "theta2_ref", "theta3_ref")
@@ -84,6 +87,25 @@ def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> t
     return (*found, *(late or _delays(*_trusted(entries))), *_drifts(every))
 
 
+def late_channels(judged: Judged, step: float) -> tuple[Suspect, ...]:
+    """The channels that are late whatever the stiffness of the links; `step` in s.
+
+    A channel that is early is none: another one is late then, and explains more.
+    """
+    one = judged.late
+    if one is None or one.left > MAINLY or abs(one.size) < SURE_DRIFT * one.error:
+        return ()
+    if one.cause.grows:
+        clear = abs(one.size) > DRIFT
+        return tuple(
+            Suspect(n, drift=one.size, against="the others") for n in one.cause.channels if clear
+        )
+    clear = one.size > FEW_SAMPLES * step
+    return tuple(
+        Suspect(n, delay=one.size, against="the others") for n in one.cause.channels if clear
+    )
+
+
 def _single(entries: Sequence[_Entry]) -> Sequence[_Entry]:
     """Where each reference is judged by itself, what they say together is left out."""
     apart = {e.relation.output for e in entries if len(e.relation.inputs) == 1
@@ -108,7 +130,7 @@ def _trusted(
 def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
     alike = [r for each in others for r in each if r.key == relation.key and r.explained > WORTH]
     logs = np.array([np.log(abs(r.gain)) for r in alike])
-    lags = np.array([r.lag for r in alike])
+    lags = np.array([r.lag for r in alike if np.isfinite(r.lag)])
     log = float(np.log(abs(relation.gain)))
     # Only what is near the nominal is a habit of the rig; a unit wrong in all files is none.
     usual = float(np.median(logs)) if len(logs) >= 2 else 0.0

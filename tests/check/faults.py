@@ -94,6 +94,8 @@ def clipped(kinds: tuple[str, ...]) -> Callable[[Measured, Rng], Seeded | None]:
             return None
         x = found.channels[name]
         level = float(np.nanpercentile(x, rng.uniform(85.0, 95.0)))
+        if level >= np.nanmax(x):
+            return None  # two levels: nothing is cut off
         return Seeded(_with(found, **{name: np.minimum(x, level)}), frozenset({name}), level)
 
     return make
@@ -152,7 +154,9 @@ def wrong_rate(found: Measured, rng: Rng) -> Seeded | None:
 def outlying(found: Measured, rng: Rng) -> Seeded | None:
     name = pick(found, rng, "theta#", "z#", "deflection#", "i#")
     x = found.channels[name].copy()
-    rows = rng.choice(np.arange(10, len(x) - 10, 7), int(rng.integers(3, 9)), replace=False)
+    # More than a few per cent are no outliers.
+    count = min(int(rng.integers(3, 9)), int(0.02 * len(x)))
+    rows = rng.choice(np.arange(10, len(x) - 10, 7), count, replace=False)
     x[rows] += rng.choice([-1.0, 1.0], len(rows)) * rng.uniform(4.0, 8.0, len(rows)) * np.nanstd(x)
     return Seeded(_with(found, **{name: x}), frozenset({name}), len(rows))
 
@@ -195,7 +199,10 @@ def moving(found: Measured, rng: Rng) -> Seeded | None:
     speed = np.gradient(found.even(name), found.step)
     inner = np.arange(int(0.1 * found.rows), int(0.6 * found.rows))
     usual = float(np.sqrt(np.mean(speed**2)))
-    first = int(rng.choice(inner[np.abs(speed[inner]) > 1.2 * usual]))
+    fast = inner[np.abs(speed[inner]) > 1.2 * usual]
+    if not len(fast):
+        return None
+    first = int(rng.choice(fast))
     channels = {k: v[first:] for k, v in found.channels.items()}
     masks = {k: v[first:] for k, v in found.masks.items()}
     spoilt = replace(found, time=found.time[first:], channels=channels, masks=masks)

@@ -20,7 +20,7 @@ SIZE = 0.1
 NAMED = 0.95
 FALSE = 0.01
 TRUE_OF_THESE = {
-    "delay": ("camera_delay", "structural_damping-camera_delay"),
+    "delay": ("camera_delay", "camera_delay-one_mode", "structural_damping-camera_delay"),
     "repeated_cycles": ("bench_2dsfl", "bench_2dsfl_loop", "emps"),
     "different_rig": ("bench_2dsfl",),
     "outliers": (),
@@ -85,10 +85,15 @@ def test_a_start_in_motion_is_named_where_the_model_has_too_few_modes() -> None:
     assert outcome(stiff, 1, "starts_moving", seed=0)
 
 
-def test_no_delay_is_stated_by_a_model_that_is_late_itself() -> None:
+CAMERA_DELAY = 6e-3
+"""s, hidden in the recordings of that name."""
+
+
+def test_a_delay_is_stated_right_or_not_at_all_by_a_model_that_is_late_itself() -> None:
     """A stiffness 30 % off shifts the tip by 2 ms: 6 ms would be stated as 4."""
     wrong = independent("plain/camera_delay")
-    assert "delay" not in {f.fault for f in wrong.untouched(7)}
+    for one in (f for f in wrong.untouched(7) if f.fault == "delay"):
+        assert one.channel in ("z1", "z2") and one.size == pytest.approx(CAMERA_DELAY, rel=SIZE)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3, 1e-2])

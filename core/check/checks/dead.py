@@ -8,6 +8,7 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.check.measured import ON_LATTICE
 
 LONGEST = 20
 """Equal samples in a row: noise and motion never repeat a value so often."""
@@ -39,6 +40,9 @@ class Dead(Check):
         starts = np.flatnonzero(np.r_[True, np.diff(x) != 0.0])
         lengths = np.diff(np.r_[starts, len(x)])
         order = np.argsort(lengths)[::-1]
+        after = int(starts[order[0]] + lengths[order[0]])
+        if _let_go(x, after):
+            return
         longest, second = lengths[order[0]], lengths[order[1]] if len(order) > 1 else 0
         if longest < max(LONGEST, LONGER * second) or _clipped(x, x[starts[order[0]]]):
             return
@@ -48,6 +52,29 @@ class Dead(Check):
         said = f"{name} stays at {x[starts[order[0]]]:.6g} for {span:.4g} s from {begin:.4g} s"
         mask = f"mask = {{ {name} = [[{begin:.9g}, {begin + span:.9g}]] }}"
         yield case.finding(self.kind, name, span, "s", said, mask)
+
+
+def _let_go(x: np.ndarray, after: int) -> bool:
+    """Whether an encoder leaves a stretch of equal samples at sample `after` as a joint does that
+    dry friction held: by a count, or faster and faster. A channel that froze jumps to where the
+    joint is by then, and goes on at its usual speed."""
+    step = _count(x)
+    if step == 0.0 or after + 1 >= len(x):
+        return False
+    jump, next_ = abs(x[after] - x[after - 1]), abs(x[after + 1] - x[after])
+    return bool(jump < max(1.5 * step, next_))
+
+
+def _count(x: np.ndarray) -> float:
+    """What all changes of x (N,) are whole multiples of, but for rounding; 0: nothing is."""
+    changes = np.abs(np.diff(x))
+    changes = changes[changes > 1e-9 * np.ptp(x)]
+    if not len(changes):
+        return 0.0
+    step = float(changes.min())
+    whole = changes / step
+    off = float(np.sqrt(np.mean((whole - np.round(whole)) ** 2)))
+    return step if off < ON_LATTICE else 0.0
 
 
 def _clipped(x: np.ndarray, value: float) -> bool:

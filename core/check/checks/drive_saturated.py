@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from core.check.case import Case
 from core.check.finding import Check, Finding
 from core.check.limits import limit_of
+
+HELD = 0.5
+"""Of the samples off the limit that repeat the one before: a command that is held from one change
+to the next stands at its largest value as at any other, and nothing cuts it off there."""
 
 
 class DriveSaturated(Check):
@@ -18,9 +24,16 @@ class DriveSaturated(Check):
         found = case.recording
         for name in found.names("u#", "i#"):
             limit = limit_of(found.counted(name))
-            if limit is not None:
+            if limit is not None and not _steps(found.counted(name), limit[0]):
                 level, share = limit
                 said = (
                     f"{name} stays at {level:.6g} in {share:.1%} of its samples: the drive's limit"
                 )
                 yield case.finding(self.kind, name, abs(level), "SI", said)
+
+
+def _steps(values: np.ndarray, level: float) -> bool:
+    """Whether what is not at the level (N,) is held as well."""
+    x = values[np.isfinite(values)]
+    off = x[1:] != level
+    return bool(np.mean(x[1:][off] == x[:-1][off]) > HELD) if off.any() else True

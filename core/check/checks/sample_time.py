@@ -9,10 +9,21 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.check.inverse import loops
 from core.check.relations import relations
 
 FACTORS = (0.1, 0.2, 0.25, 0.4, 0.5, 2.0, 2.5, 4.0, 5.0, 10.0)
 """Wrong sample times are slips of rates: 1 and 2 kHz, 100 and 250 Hz, a decimal."""
+VISCOUS = 1.6
+"""Ratio of a reference to a speed that viscous friction makes, at most: it takes 0.6 of what the
+loop gives at that speed."""
+NEAR = 4.0
+"""Ratio to what the speeds say by themselves: with a wrong clock no stiffness fits the torques, and
+they draw the speeds' gain along."""
+RIGHT = 0.3
+"""What is left, in ln, of the speeds (beyond viscous friction) and of the roots of the torques with
+the right clock: a gain that is stated 30 % wrong makes half of it. With a place that has a wrong
+factor of 2 the two disagree by 0.35."""
 GOOD, BAD = 0.9, 0.75
 """Share of the encoders' variance explained with the right clock, and with a wrong one; elastic
 joints leave 0.78 with the right one (scenarios/mujoco)."""
@@ -23,6 +34,8 @@ def clock_speed(case: Case) -> tuple[float, float, float] | None:
     found = case.recording
     if found.model is None or case.misfits:
         return None
+    if case.shape is not None and loops(found, case.shape):
+        return _by_speeds(case)
     before = _explained(case)
     if before is None or before > BAD:
         return None
@@ -33,6 +46,32 @@ def clock_speed(case: Case) -> tuple[float, float, float] | None:
         if score is not None and score > best[0]:
             best = (score, factor)
     return (best[1], best[0], before) if best[0] > max(GOOD, before + 0.1) else None
+
+
+def _by_speeds(case: Case) -> tuple[float, float, float] | None:
+    """The same of velocity loops whose joints are measured, with stiffness and friction free: a
+    clock is wrong by what all joints' speeds are wrong by, and the torques by its square."""
+    assert case.shape is not None
+    stated = loops(case.recording, case.shape)
+    seen = float(np.median([abs(one[0]) for one in stated]))
+    if abs(np.log(max(seen, 1e-3))) < np.log(VISCOUS):
+        return None
+    best: tuple[float, float, float] | None = None
+    for factor in FACTORS:
+        if abs(np.log(factor / max(seen, 1e-3))) > np.log(NEAR):
+            continue
+        other = Case(replace(case.recording, time=case.recording.time / factor))
+        made = [] if other.shape is None else loops(other.recording, other.shape)
+        right = [_off(speed) + 0.5 * abs(np.log(max(torque, 1e-3))) for speed, torque, _ in made]
+        apart, share = float(np.median(right)), float(np.median([e for *_, e in made]))
+        if apart < RIGHT and share > BAD and (best is None or apart < best[0]):
+            best = apart, factor, share
+    return None if best is None else (best[1], best[2], float(np.median([e for *_, e in stated])))
+
+
+def _off(speed: float) -> float:
+    """|ln| of a speed's gain, where viscous friction does not explain it."""
+    return 0.0 if 1.0 <= speed <= VISCOUS else abs(float(np.log(max(speed, 1e-3))))
 
 
 def _explained(case: Case) -> float | None:

@@ -1,0 +1,256 @@
+"""What bends beyond the joints, driven by the joints' own measured motion.
+
+Joints that are measured say what a link does, whoever moves them: with e = Phi theta + w the
+equation M_ee e'' + K e = -M_er theta'' of the bending coordinates becomes, for
+Phi = -M_ee^-1 M_er, a low-pass filter M_ee w'' + K w = -K Phi theta of the encoders' places, with
+no derivative of theirs and nothing of drives, gains or friction in it. How stiff the segments
+are is left free (one factor for each), and how much they damp. A lag stays visible beside both: the
+response of a structure that hardly damps is even in frequency, it shifts amplitudes and no phases.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+from scipy.linalg import eigh
+from scipy.signal import lfilter
+
+from core.check.measured import Measured, lattice_step, noise_of
+from core.model import Model
+from core.sensors import sensor
+from core.trajectory import Trajectory
+
+SMALL = 0.6
+"""rad (m) by which a joint may move for one working point to do: inertias change by some per cent
+(the cosine of an angle between two links changes by 0.3 around its steepest place)."""
+LIGHT = 0.01
+"""Damping ratio to begin with: that of bolted aluminium links."""
+CLEAN = 0.1
+"""Of an acceleration's rms, that may be noise of the encoder once the high frequencies are off."""
+IN_MOTION = 0.5
+"""Of its rms speed: what a joint has at the first samples that does not begin at rest."""
+LONGEST, FIRST, MOVES = 6000, 50, 0.01
+"""Samples that are looked at, from so many before a joint has left 1 % of its range: a lag of a
+tenth of a sample shows in them, and a check stays quick."""
+CUTS = (0.4, 0.25, 0.16, 0.1, 0.06, 0.04, 0.025, 0.016, 0.01)
+"""Of the sample rate, from which the highest is taken at which an acceleration is clean."""
+DRY = 0.05
+"""Of the rms speed, over which dry friction changes its sign."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What is not known of the links."""
+
+    stiffness: np.ndarray
+    """(bending segments,) over the stated one"""
+    damping: float
+    """Ratio of every mode."""
+
+
+@dataclass(frozen=True)
+class Bending:
+    """The links of one recording at its middle posture."""
+
+    found: Measured
+    model: Model
+    q: np.ndarray
+    """(M, joints) encoders on the even clock, from where they begin to move"""
+
+    @classmethod
+    def of(cls, found: Measured, most: float = SMALL) -> Bending | None:
+        """None where nothing bends, an encoder is missing or a joint that changes the posture
+        moves by more than `most`."""
+        model = found.model
+        if model is None or model.arm.coordinates == model.arm.joints:
+            return None
+        names = [f"theta{k + 1}" for k in range(model.arm.joints)]
+        if not found.has(*names):
+            return None
+        q = np.column_stack([found.even(n) for n in names])
+        q = q[_first_moves(q)]
+        inner = np.percentile(q[:, 1:], [2.0, 98.0], axis=0)  # an outlier is another fault
+        return None if np.any(np.ptp(inner, axis=0) > most) else cls(found, model, q)
+
+    def channel(self, name: str) -> np.ndarray:
+        """(M,) values over the same stretch."""
+        return self.found.even(name)[self._stretch]
+
+    @property
+    def grid(self) -> np.ndarray:
+        """(M,) s"""
+        return self.found.grid[self._stretch]
+
+    @cached_property
+    def _stretch(self) -> slice:
+        names = [f"theta{k + 1}" for k in range(self.model.arm.joints)]
+        return _first_moves(np.column_stack([self.found.even(n) for n in names]))
+
+    @cached_property
+    def segments(self) -> np.ndarray:
+        """(bending coordinates,) the bending segment of each, from 0."""
+        counts = [m for m in self.model.arm.modes if m]
+        return np.repeat(np.arange(len(counts)), counts)
+
+    @cached_property
+    def _matrices(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(p, M, K) at the middle posture."""
+        p, n = self.model.numbers().p, self.model.arm.coordinates
+        middle = np.zeros(n)
+        middle[: self.model.arm.joints] = np.median(self.q, axis=0)
+        K, _ = self.model.compiled.linear_matrices(middle, p)
+        return p, self.model.compiled.mass_matrix(middle, p), K
+
+    def _modes(self, shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+        """(rad/s (modes,), shapes (bending coordinates, modes)) while the joints stand."""
+        _, M, K = self._matrices
+        j = self.model.arm.joints
+        root = np.sqrt(shape.stiffness[self.segments])
+        squares, modes = eigh(root[:, None] * K[j:, j:] * root, M[j:, j:])
+        return np.sqrt(np.maximum(squares, 1e-12)), modes
+
+    def bent(self, shape: Shape, q: np.ndarray) -> np.ndarray:
+        """(M, bending coordinates) while the joints move as q (M, joints), from rest."""
+        _, M, _ = self._matrices
+        j = self.model.arm.joints
+        omega, modes = self._modes(shape)
+        followed = -np.linalg.solve(M[j:, j:], M[j:, :j])
+        moved = (q - q[0]) @ followed.T
+        inputs = -moved @ (M[j:, j:] @ modes)
+        answers = [
+            _second_order(w, shape.damping, self.found.step, x)
+            for w, x in zip(omega, inputs.T, strict=True)
+        ]
+        return np.asarray(moved + np.column_stack(answers) @ modes.T)
+
+    def ringing(self, shape: Shape) -> list[np.ndarray]:
+        """Free vibrations (M,) of every mode, two each: what a recording that starts in motion adds
+        to the answer from rest. None where the joints begin at rest: they would explain more than
+        there is in a short recording."""
+        if not self._moves_first:
+            return []
+        omega, _ = self._modes(shape)
+        t = self.grid - self.grid[0]
+        waves = [
+            np.exp(w * (-shape.damping + 1j * np.sqrt(1.0 - shape.damping**2)) * t) for w in omega
+        ]
+        return [part for wave in waves for part in (wave.real, wave.imag)]
+
+    @cached_property
+    def _moves_first(self) -> bool:
+        dt = self.found.step
+        first = np.abs(self.q[2] - self.q[0]) / (2.0 * dt)
+        speed = np.gradient(self.smooth(self.q), dt, axis=0)
+        return bool(np.any(first > IN_MOTION * np.sqrt(np.mean(speed**2, axis=0))))
+
+    def moved(self, shape: Shape, q: np.ndarray) -> np.ndarray:
+        """(M, coordinates) of the arm while its joints move as q (M, joints), from rest."""
+        return np.hstack([q, self.bent(shape, q)])
+
+    def sensed(self, whole: np.ndarray) -> dict[str, np.ndarray]:
+        """Channels (M,) of the camera and the gauges while the arm moves so (M, coordinates)."""
+        p, _, _ = self._matrices
+        nothing = np.zeros_like(whole)
+        motion = Trajectory(
+            self.model.arm, self.model.compiled, p, self.grid, whole, nothing, nothing
+        )
+        made: dict[str, np.ndarray] = {}
+        for kind in ("z", "deflection"):
+            one = sensor(kind)
+            names = [c.name for c in one.channels(self.model.arm)]
+            if any(self.found.has(n) for n in names):
+                values = np.array(one.measure(motion))
+                made |= {n: v for n, v in zip(names, values.T, strict=True) if self.found.has(n)}
+        return made
+
+    @cached_property
+    def _cut(self) -> float:
+        """Of the sample rate, below which the encoders' accelerations are clean."""
+        clean = (c for c in CUTS if all(_clean(x, c) for x in self.q.T))
+        return next(clean, CUTS[-1])
+
+    def smooth(self, x: np.ndarray) -> np.ndarray:
+        """Without the frequencies at which accelerations are noise, (M,) or columns (M, k)."""
+        return _low_passed(x, self._cut)
+
+    def held(self, x: np.ndarray) -> np.ndarray:
+        """A drive's signal (M,) smoothed, as it acts around each sample: what a drive holds from
+        one sample to the next is half a sample late."""
+        return self.smooth((x + np.r_[x[0], x[:-1]]) / 2.0)
+
+    def torques(self, whole: np.ndarray) -> np.ndarray:
+        """(M, joints) smoothed torques that move the arm so (M, coordinates), without friction."""
+        _, M, _ = self._matrices
+        dt = self.found.step
+        momentum = self.smooth(whole @ M[: self.model.arm.joints].T)
+        return np.asarray(np.gradient(np.gradient(momentum, dt, axis=0), dt, axis=0))
+
+    def torques_of_each(self, shape: Shape | None) -> np.ndarray:
+        """(M, joints, joints) smoothed torques of each joint (rows) that the motion of each joint
+        (columns) takes; of links that do not bend, at every posture, where no shape is given."""
+        if shape is not None:
+            columns = []
+            for k in range(self.q.shape[1]):
+                alone = np.tile(self.q[0], (len(self.q), 1))
+                alone[:, k] = self.q[:, k]
+                columns.append(self.torques(self.moved(shape, alone)))
+            return np.stack(columns, axis=2)
+        p, n, j = self.model.numbers().p, self.model.arm.coordinates, self.q.shape[1]
+        smooth, dt = self.smooth(self.q), self.found.step
+        twice = np.gradient(np.gradient(smooth, dt, axis=0), dt, axis=0)
+        whole = np.hstack([smooth, np.zeros((len(smooth), n - j))])
+        masses = np.array([self.model.compiled.mass_matrix(row, p)[:j, :j] for row in whole])
+        return np.asarray(masses * twice[:, None, :])
+
+    def rubbed(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(M, joints) smoothed speeds, and the directions of dry friction in them."""
+        speed = np.gradient(self.smooth(q), self.found.step, axis=0)
+        usual = np.sqrt(np.mean(speed**2, axis=0)) + 1e-300
+        return speed, np.tanh(speed / (DRY * usual))
+
+
+def _first_moves(q: np.ndarray) -> slice:
+    """The first LONGEST samples of q (N, joints) that are more than waiting."""
+    away = np.max(np.abs(q - q[0]) / (np.ptp(q, axis=0) + 1e-300), axis=1)
+    first = max(int(np.argmax(away > MOVES)) - FIRST, 0) if len(q) > LONGEST else 0
+    return slice(first, first + LONGEST)
+
+
+def _second_order(omega: float, damping: float, dt: float, x: np.ndarray) -> np.ndarray:
+    """omega^2 / (s^2 + 2 damping omega s + omega^2) of x (M,), exact for straight lines between
+    the samples, from rest."""
+    pole = omega * (-damping + 1j * np.sqrt(1.0 - damping**2))
+    grown = np.exp(pole * dt)
+    # x' = pole x + u with u linear over a step: weights of its two ends.
+    first = (grown - 1.0) / pole
+    slope = (first - dt) / (pole * dt)
+    now, next_ = first - slope, slope
+    b, a = [next_, now], [1.0, -grown]
+    state = lfilter(b, a, x.astype(complex))
+    return np.asarray((omega**2 / pole.imag) * state.imag)
+
+
+def _low_passed(x: np.ndarray, cut: float) -> np.ndarray:
+    """A Butterworth filter of third order run forwards and backwards, over signals that are turned
+    about both their ends; `cut` of the sample rate."""
+    more = min(int(3.0 / cut), len(x) - 1)
+    rows = np.ascontiguousarray(x.T)  # transforms of columns take twice as long
+    first, last = rows[..., :1], rows[..., -1:]
+    before, after = 2 * first - rows[..., more:0:-1], 2 * last - rows[..., -2 : -more - 2 : -1]
+    long = np.concatenate([before, rows, after], axis=-1)
+    size = next_fast_len(long.shape[-1], real=True)
+    powers = 1.0 / (1.0 + (np.fft.rfftfreq(size) / cut) ** 6)
+    base = long[..., :1]
+    made = irfft(powers * rfft(long - base, size), size)[..., more : more + len(x)] + base
+    return np.asarray(made.T)
+
+
+def _clean(x: np.ndarray, cut: float) -> bool:
+    """Whether a place's smoothed acceleration is the motion's and not the encoder's noise."""
+    noise = max(lattice_step(x) / np.sqrt(12.0), min(noise_of(x), float(np.std(x))))
+    white = noise * np.random.default_rng(0).standard_normal(len(x))
+    own, others = (np.std(np.diff(_low_passed(y, cut), 2)[5:-5]) for y in (x, white))
+    return bool(others <= CLEAN * own)

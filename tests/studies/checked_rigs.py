@@ -1,0 +1,60 @@
+"""Recordings of random rigs for the data check: what a newcomer has whose numbers are off.
+
+Arms, drives, sensors and stated stiffness are those of the plain matrix; in half of the rigs the
+joints rub, which no scenario says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from core.check.case import Case
+from core.check.measured import Measured
+from core.effects import effect
+from core.effects.sizes import sizes_of
+from core.model import Model
+from core.recording.recording import Recording
+from core.scenario.schema import Scenario
+from core.workbench import base_model
+from tests.check.rigs import Rig
+from tests.studies.plain_matrix_rigs import Rig as Bench
+from tests.studies.plain_matrix_rigs import drawn
+
+RECORDINGS = 4
+"""Of each rig: enough that others say what is usual; the last is for validation."""
+
+FRICTION = 0.1, 0.5
+"""Of a joint's rms torque that is dry friction: from a good bearing to a stiff harmonic drive."""
+
+
+def checked_rig(seed: int) -> Rig:
+    """The recordings of a random rig, with the model that its scenario states."""
+    bench = drawn(seed)
+    bench = replace(bench, postures=bench.postures[-RECORDINGS:])
+    machine = _rubbing(bench, seed) if seed % 2 else bench.healthy
+    motions = [bench.roughly(machine, i) for i in range(len(bench.postures))]
+    clean = [bench.recording(machine, i, m) for i, m in enumerate(motions)]
+    stated = base_model(Scenario.model_validate(bench.document()))
+    recordings = bench.measured(clean, seed)
+    return Rig(f"rig {seed}", [Case(_as_measured(r, stated)) for r in recordings])
+
+
+def _rubbing(bench: Bench, seed: int) -> Model:
+    """The bench's machine with dry friction in its joints."""
+    rng = np.random.default_rng([seed, 17])
+    rows = range(len(bench.postures))
+    sizes = sizes_of([bench.roughly(bench.healthy, i) for i in rows])
+    shares = rng.uniform(*FRICTION, bench.joints)
+    values = {f"fc{k + 1}": float(s * sizes.torque[k]) for k, s in enumerate(shares)}
+    return bench.healthy.with_effects([effect("coulomb_friction")], values, sizes)
+
+
+def _as_measured(r: Recording, stated: Model) -> Measured:
+    return Measured(r.name, r.role, r.time, r.channels, model=stated)
+
+
+def coarse(found: Measured, channel: str, seed: int) -> bool:
+    """Whether the rig's encoder has steps above a twentieth of the motion."""
+    return bool(drawn(seed).encoder_step > 0.05 * np.std(found.channels[channel]))
