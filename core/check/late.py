@@ -81,11 +81,10 @@ def link_fit(found: Measured) -> LinkFit | None:
     """The fit of the links that a recording shows, made once; None where it shows none of them."""
     if LinkFit not in found.derived:
         links = Bending.of(found)
-        fit = None if links is None else LinkFit(links)
-        found.derived[LinkFit] = fit if fit is not None and fit.names else None
+        made = None if links is None else LinkFit(links)
+        found.derived[LinkFit] = made if made is not None and made.names else None
     fit = found.derived[LinkFit]
-    assert fit is None or isinstance(fit, LinkFit)
-    return fit
+    return fit if isinstance(fit, LinkFit) else None
 
 
 def judge(problem: LinkFit, others: Sequence[Shape] = ()) -> Judged:
@@ -270,9 +269,7 @@ class LinkFit:
             self._smoothed[name] = self.links.held(self._channel(name))
         return self._smoothed[name]
 
-    def _kept(
-        self, key: tuple[object, ...], shape: Shape, q: np.ndarray
-    ) -> dict[str, np.ndarray]:
+    def _kept(self, key: tuple[object, ...], shape: Shape, q: np.ndarray) -> dict[str, np.ndarray]:
         """What explains each channel, as rows (k, M) of a regression; the last ones are kept, as
         a lag of a channel alone changes none of them."""
         if key not in self._answers:
@@ -283,7 +280,7 @@ class LinkFit:
             if any(n in self.names for n in self.driven):
                 torques = self.links.torques(whole)
                 speed, dry = self.links.rubbed(q)
-                smooth = self.links.smooth(np.array(ringing).T).T if ringing else []
+                smooth = list(self.links.smooth(np.array(ringing).T).T) if ringing else []
                 made |= {
                     n: np.array([torques[:, k], speed[:, k], dry[:, k], *smooth])
                     for k, n in enumerate(self.driven)

@@ -9,16 +9,15 @@ import numpy as np
 import pytest
 from scipy.signal import butter, cont2discrete, dlsim, sosfiltfilt
 
-from core.check.bending import Bending, _low_passed, _second_order
+from core.check.bending import _low_passed, _second_order
 from core.check.case import Case
 from core.check.checks.dead import Dead
 from core.check.checks.drive_saturated import DriveSaturated
 from core.check.checks.weak_excitation import quiet_noise
 from core.check.inverse import loops
-from core.check.late import judge, shape_alone
+from core.check.late import LinkFit, judge, link_fit
 from core.check.measured import Measured
 from core.check.run import with_clock
-from tests.check.rigs import Rig
 from tests.check.test_faults import SIZE
 from tests.studies.checked_rigs import checked_rig
 from tests.studies.plain_matrix_rigs import drawn
@@ -33,10 +32,10 @@ STIFF = 0.1
 rig_of = cache(checked_rig)
 
 
-def links_of(rig: Rig, k: int = 1) -> Bending:
-    found = Bending.of(rig.cases[k].recording)
-    assert found is not None
-    return found
+def fit_of(found: Measured) -> LinkFit:
+    fit = link_fit(found)
+    assert fit is not None
+    return fit
 
 
 def shifted(found: Measured, name: str, lag: float, rate: float = 0.0) -> Measured:
@@ -66,8 +65,7 @@ def test_the_low_pass_is_that_of_butterworth_run_both_ways() -> None:
 @pytest.mark.parametrize("seed", [2, 8, 25])
 def test_the_stiffness_is_found_that_the_scenario_states_wrong(seed: int) -> None:
     """30 % off, four times, and with friction in the joints."""
-    found = shape_alone(links_of(rig_of(seed)))
-    assert found is not None
+    found = fit_of(rig_of(seed).cases[1].recording).shape_alone
     # The last segment of a stiff arm hardly shows: the first decides on the resonance.
     assert found.stiffness[0] * drawn(seed).starts[0] == pytest.approx(1.0, rel=STIFF)
 
@@ -78,10 +76,8 @@ def test_a_late_channel_is_named_whatever_the_stiffness(seed: int, channel: str)
     rig = rig_of(seed)
     found = rig.cases[1].recording
     lag = 9.0 * found.step
-    links = Bending.of(shifted(found, channel, lag))
-    assert links is not None
-    judged = judge(links)
-    assert judged is not None and judged.late is not None
+    judged = judge(fit_of(shifted(found, channel, lag)))
+    assert judged.late is not None
     assert judged.late.cause.channels == (channel,) and not judged.late.cause.grows
     assert judged.late.size == pytest.approx(lag, rel=SIZE)
 
@@ -104,9 +100,7 @@ def test_a_wrong_sample_time_is_named_whatever_the_stiffness(factor: float) -> N
 def test_a_reference_is_its_speed_and_the_torque_over_the_gain() -> None:
     """In a rig whose stated stiffness is 30 % off and whose joints rub."""
     found = rig_of(19).cases[1].recording
-    shape = shape_alone(links_of(rig_of(19)))
-    assert shape is not None
-    for speed, torque, explained in loops(found, shape):
+    for speed, torque, explained in loops(found, fit_of(found).shape_alone):
         assert speed == pytest.approx(1.0, rel=SIZE) and torque == pytest.approx(1.0, rel=SIZE)
         assert explained > 0.95
 
