@@ -159,9 +159,10 @@ div:has(> .fx > .tour.pair) + div + div { position: relative; left: calc(50% - 5
 div:has(> .fx > .fx-bar) + div > div > div:first-child { display: none; }
 div:has(> .fx > .fx-bar) + div button { font-size: .8em; padding: 0 .2em; }
 @media (max-width: 36em) {
-  .mantine-Paper-root[style*="position: fixed"][style*="width: 20em"]:has(.fx),
-  .mantine-Paper-root[style*="position: fixed"]:has(.fx) div[style="width: 20em;"] {
+  .mantine-Paper-root[style*="position: fixed"][style*="width: 20em"]:has(.fx) {
     width: 100vw !important; }
+  .mantine-Paper-root[style*="position: fixed"]:has(.fx) div[style="width: 20em;"] {
+    width: 100% !important; }
   /* The arm keeps the upper half. */
   .mantine-Paper-root[style*="position: fixed"]:has(.fx-bar) { max-height: 50% !important; }
 }

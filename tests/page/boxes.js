@@ -56,5 +56,9 @@
     const least = Math.min(a.rect.width * a.rect.height, b.rect.width * b.rect.height);
     if (wide * high > 0.25 * least) faults.push(["overlap", a.text, b.text]);
   }
+  for (const panel of document.querySelectorAll(".mantine-ScrollArea-viewport")) {
+    // Tables and equations scroll by themselves; a panel as a whole only up and down.
+    if (panel.scrollWidth > panel.clientWidth + 1) faults.push(["sideways", panel.className, ""]);
+  }
   return faults;
 }

@@ -25,6 +25,13 @@ def test_what_is_cut_is_found_and_what_scrolls_is_not(chromium: Any) -> None:
     assert [fault[:2] for fault in found] == [["cut", "much too long for it"]]
 
 
+def test_a_panel_that_scrolls_sideways_is_found(chromium: Any) -> None:
+    panel = "<div class='mantine-ScrollArea-viewport' style='overflow: auto; width: 90px'>{}</div>"
+    found = faults(chromium, panel.format("<div style='width: 98px'>a word</div>"))
+    assert [fault[0] for fault in found] == ["sideways"]
+    assert faults(chromium, panel.format("<div style='width: 90px'>a word</div>")) == []
+
+
 def test_texts_on_one_another_are_found(chromium: Any) -> None:
     found = faults(chromium, ON.format("first words") + ON.format("other words"))
     assert found == [["overlap", "first words", "other words"]]
