@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -44,8 +45,8 @@ from core.scenario.stated_effects import (
 )
 from core.scenario.stated_effects import base_model as base_model
 from core.scenario.stated_effects import diagnosis_wanted as diagnosis_wanted
-from core.simulate.descriptor import descriptor
-from core.simulate.equations import equations
+from core.simulate.descriptor import descriptor, prepare_descriptor
+from core.simulate.equations import equations, prepare_equations
 from core.simulate.mechanism import mechanism
 
 MEAN_LABEL = "mean of the local fits"
@@ -91,6 +92,8 @@ def run_scenario(
             raise InputError("Stopped while the level of the model was chosen.") from None
         setup = make_setup(model, spec, recordings)
         setup = replace(setup, notes=(*why, *setup.notes))
+    if diagnosis_wanted(scenario):
+        threading.Thread(target=_prepare_forms, args=(setup.model,), daemon=True).start()
     with clock.timed("identify"):
         fits = _fit(setup, recordings, spec, progress)
     with clock.timed("compare"):
@@ -131,6 +134,13 @@ def run_scenario(
         origins=_origins(setup.model, fits),
         mechanism=mechanism(standing, values),
     )
+
+
+def _prepare_forms(model: Model) -> None:
+    """Symbols for what is read at the end take seconds; a core is often idle until then."""
+    with suppress(Exception):  # whoever needs them says what is wrong
+        prepare_equations(model)
+        prepare_descriptor(model)
 
 
 def compare_at(

@@ -56,6 +56,14 @@ def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
     )
 
 
+def prepare_descriptor(model: Model) -> None:
+    """Works out what depends on the arm's structure alone; it is kept."""
+    straight = straight_arm(Structure.of(model.arm))
+    for which in ("mass", "bending", "damping"):
+        _functions(which, straight)
+    _gravity_terms(straight, model.numbers().p)
+
+
 def _inputs(model: Model, count: int) -> tuple[str, ...]:
     names = model.drive.reference_channels(model.arm)
     joints = range(model.arm.joints)

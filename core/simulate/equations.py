@@ -44,6 +44,12 @@ def equations(model: Model) -> tuple[Equation, ...]:
     )
 
 
+def prepare_equations(model: Model) -> None:
+    """Works out the form of the straight arm, which takes longest and is kept."""
+    kinematics = Kinematics(Structure.of(model.arm))
+    _straight(kinematics, model, _absent(model, kinematics))
+
+
 def _absent(model: Model, kinematics: Kinematics) -> dict[sp.Symbol, int]:
     """Symbols whose value is exactly zero in this arm."""
     p = model.numbers().p
