@@ -141,6 +141,7 @@ class LinkFit:
 
     @cached_property
     def segments(self) -> int:
+        """How many of the links bend."""
         return int(self.links.segments.max()) + 1
 
     @cached_property
