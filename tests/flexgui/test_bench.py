@@ -38,6 +38,10 @@ def test_both_sides_give_the_same_answer(rows: list[Row], peer: str) -> None:
             assert row.same is True, row.note
 
 
+def test_no_comparison_is_with_another_answer(rows: list[Row]) -> None:
+    assert [row.note for row in rows if row.same is False] == []
+
+
 def test_every_comparison_has_a_ratio_or_says_why_not(rows: list[Row]) -> None:
     console = Console(width=250, record=True, file=None, quiet=False)
     with console.capture() as shown:

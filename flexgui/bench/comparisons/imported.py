@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -51,7 +52,7 @@ def rows(size: Size) -> list[Row]:
 
 def _case(file: Path) -> tuple[LinearOutputs, Predictor]:
     scenario = read_scenario(file)
-    model = base_model(scenario)
+    model = replace(base_model(scenario), level="lpv")  # what both sides are about
     recordings = load_recordings(scenario, model, file.parent, None, Silent())
     setup = make_setup(model, scenario.identify, recordings)
     unknowns = collect_unknowns(setup.model, scenario.identify, recordings)

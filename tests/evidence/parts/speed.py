@@ -29,9 +29,13 @@ def _measured(module: ModuleType, folder: Path) -> dict[str, Any]:
     }  # fmt: skip
 
 
+OWN_PROCESSES = ("study",)
+"""Comparisons that start processes, which a case's own process may not: `flexgui bench` has them."""
+
 CASES: dict[str, Callable[[Path], dict[str, Any]]] = {
-    module.__name__.rpartition(".")[2]: partial(_measured, module)
+    name: partial(_measured, module)
     for module in modules_of("flexgui.bench.comparisons")
+    if (name := module.__name__.rpartition(".")[2]) not in OWN_PROCESSES
 }
 
 
