@@ -30,7 +30,7 @@ def _measured(module: ModuleType, folder: Path) -> dict[str, Any]:
 
 
 OWN_PROCESSES = ("study",)
-"""Comparisons that start processes, which a case's own process may not: `flexgui bench` has them."""
+"""Comparisons that start processes, as a case's own process may not: `flexgui bench` has them."""
 
 CASES: dict[str, Callable[[Path], dict[str, Any]]] = {
     name: partial(_measured, module)
