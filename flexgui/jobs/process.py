@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
-import threading
+import os
+import socket
+import struct
 import time
-from collections.abc import Iterator
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -27,6 +28,17 @@ class WorkerGoneError(Exception):
     """The process ended without being asked."""
 
 
+def _limit_waiting(pipe: int, seconds: float) -> None:
+    """A message that the pipe cannot hold at once waits for the other end: from now on for so long
+    without a byte at most, then it is an OSError. Elsewhere than on POSIX it waits for ever."""
+    if os.name != "posix":
+        return
+    limit = struct.pack("ll", int(seconds), int(seconds % 1.0 * 1e6))
+    with socket.socket(fileno=os.dup(pipe)) as same:
+        for option in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
+            same.setsockopt(socket.SOL_SOCKET, option, limit)
+
+
 class WorkerProcess:
     """Starts on construction; used by one thread."""
 
@@ -34,6 +46,7 @@ class WorkerProcess:
         self._heard = time.monotonic()
         self._silence = settings.silence
         self._pipe, theirs = _SPAWN.Pipe()
+        _limit_waiting(self._pipe.fileno(), settings.silence)
         try:
             self._process = _SPAWN.Process(
                 target=work,
@@ -81,8 +94,7 @@ class WorkerProcess:
     def send(self, message: Any) -> None:
         """WorkerGoneError where nobody is there; other errors where it cannot travel."""
         try:
-            with self._not_for_ever():
-                self._pipe.send(message)
+            self._pipe.send(message)
         except OSError as error:
             self._process.join(LAST_BREATH)
             raise WorkerGoneError from error
@@ -92,26 +104,13 @@ class WorkerProcess:
         try:
             # A dead worker's last words are read before its death is told: the pipe ends after.
             if wait([self._pipe], timeout):
-                with self._not_for_ever():
-                    message = self._pipe.recv()
+                message = self._pipe.recv()
                 self._heard = time.monotonic()
                 return None if isinstance(message, Alive) else message
         except (EOFError, OSError) as error:
             self._process.join(LAST_BREATH)
             raise WorkerGoneError from error
         return None
-
-    @contextlib.contextmanager
-    def _not_for_ever(self) -> Iterator[None]:
-        """A message that a pipe cannot hold at once waits for both ends: a process that stands
-        still meanwhile is killed, which ends the pipe and the wait."""
-        ends = threading.Timer(self._silence, self._process.kill)
-        ends.daemon = True
-        ends.start()
-        try:
-            yield
-        finally:
-            ends.cancel()
 
     def end(self, patience: float) -> None:
         """The process is gone afterwards: by itself within `patience` s, else killed."""
