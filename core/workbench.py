@@ -137,7 +137,7 @@ def run_scenario(
 
 
 def _prepare_forms(model: Model) -> None:
-    """Symbols for what is read at the end take seconds; a core is often idle until then."""
+    """Symbols for what is read at the end take a second; a core is often idle until then."""
     with suppress(Exception):  # whoever needs them says what is wrong
         prepare_equations(model)
         prepare_descriptor(model)

@@ -59,6 +59,8 @@ class Bending:
     model: Model
     q: np.ndarray
     """(M, joints) encoders on the even clock, from where they begin to move"""
+    _stretch: slice
+    """Of the even clock: where that is."""
 
     @classmethod
     def of(cls, found: Measured, most: float = SMALL) -> Bending | None:
@@ -71,9 +73,10 @@ class Bending:
         if not found.has(*names):
             return None
         q = np.column_stack([found.even(n) for n in names])
-        q = q[_first_moves(q)]
+        stretch = _first_moves(q)
+        q = q[stretch]
         inner = np.percentile(q[:, 1:], [2.0, 98.0], axis=0)  # an outlier is another fault
-        return None if np.any(np.ptp(inner, axis=0) > most) else cls(found, model, q)
+        return None if np.any(np.ptp(inner, axis=0) > most) else cls(found, model, q, stretch)
 
     def channel(self, name: str) -> np.ndarray:
         """(M,) values over the same stretch."""
@@ -83,11 +86,6 @@ class Bending:
     def grid(self) -> np.ndarray:
         """(M,) s"""
         return self.found.grid[self._stretch]
-
-    @cached_property
-    def _stretch(self) -> slice:
-        names = [f"theta{k + 1}" for k in range(self.model.arm.joints)]
-        return _first_moves(np.column_stack([self.found.even(n) for n in names]))
 
     @cached_property
     def segments(self) -> np.ndarray:

@@ -2,9 +2,8 @@
 
 Each channel in turn is taken for late, by a lag or by one that grows from nothing (two clocks that
 start together), and the links' stiffness and damping are fitted beside it. The cause is the one
-that explains most. Nothing that a
-newcomer's scenario has wrong takes part: stiffness is fitted, gains and friction are coefficients
-of a regression.
+that explains most. Nothing that a newcomer's scenario has wrong takes part: stiffness is fitted,
+gains and friction are coefficients of a regression.
 """
 
 from __future__ import annotations
@@ -111,9 +110,11 @@ def judge(problem: LinkFit, others: Sequence[Shape] = ()) -> Judged:
     after = problem.rests(chosen, best)
     explained = {n: 1.0 - float(np.var(r) / problem.spread(n)) for n, r in after.items()}
     if not chosen.channels:
+        problem.forget()
         return Judged(problem.shape(best), explained, None)
     left = min(float(np.var(after[n]) / max(np.var(before[n]), 1e-300)) for n in after)
     late = Late(chosen, problem.size(chosen, best), problem.deviation(chosen, best), left)
+    problem.forget()
     return Judged(problem.shape(best), explained, late)
 
 
@@ -199,7 +200,14 @@ class LinkFit:
     @cached_property
     def shape_alone(self) -> Shape:
         """The links where all channels are taken for punctual."""
-        return self.shape(self.alone)
+        found = self.shape(self.alone)
+        self.forget()
+        return found
+
+    def forget(self) -> None:
+        """Lets the answers of the links go, megabytes that only a fit needs: what is found stays as
+        long as its recording."""
+        self._answers.clear()
 
     def shape(self, x: np.ndarray) -> Shape:
         """Of the links."""

@@ -46,8 +46,8 @@ class WorkerProcess:
         self._heard = time.monotonic()
         self._silence = settings.silence
         self._pipe, theirs = _SPAWN.Pipe()
-        _limit_waiting(self._pipe.fileno(), settings.silence)
         try:
+            _limit_waiting(self._pipe.fileno(), settings.silence)
             self._process = _SPAWN.Process(
                 target=work,
                 args=(theirs, settings),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -116,20 +117,27 @@ def test_cycles_of_which_one_differs_are_no_repetition() -> None:
     assert not list(checks()["repeated_cycles"].look(Case(found)))
 
 
+def assert_named(outcomes: Iterable[tuple[str, bool | None]]) -> None:
+    """Of faults and whether each was named, None where it could not be put in."""
+    right, all_ = Counter[str](), Counter[str]()
+    for fault, done in outcomes:
+        if done is not None:
+            all_[fault] += 1
+            right[fault] += done
+    print({fault: f"{right[fault]}/{all_[fault]}" for fault in FAULTS})
+    assert all_ and sum(right.values()) >= NAMED * sum(all_.values())
+
+
 @pytest.mark.long
 def test_95_per_cent_of_the_faults_are_named() -> None:
     """At least ten recordings of each fault: simulated, of an independent engine and real."""
     rigs = [simulated(), *(independent(n, 4) for n in ("nothing", "coulomb_friction")), *real()]
-    right, all_ = Counter[str](), Counter[str]()
-    for fault in FAULTS:
-        for one in rigs:
-            for k in range(len(one.cases)):
-                done = outcome(one, k, fault, seed=0)
-                if done is not None:
-                    all_[fault] += 1
-                    right[fault] += done
-    print({fault: f"{right[fault]}/{all_[fault]}" for fault in FAULTS})
-    assert sum(right.values()) >= NAMED * sum(all_.values())
+    assert_named(
+        (fault, outcome(one, k, fault, seed=0))
+        for fault in FAULTS
+        for one in rigs
+        for k in range(len(one.cases))
+    )
 
 
 @pytest.mark.long

@@ -70,6 +70,14 @@ def test_the_stiffness_is_found_that_the_scenario_states_wrong(seed: int) -> Non
     assert found.stiffness[0] * drawn(seed).starts[0] == pytest.approx(1.0, rel=STIFF)
 
 
+def test_a_fit_that_is_kept_with_its_recording_keeps_what_it_found_alone() -> None:
+    """The answers of the links are megabytes, and a scenario may have a hundred recordings."""
+    fit = fit_of(rig_of(2).cases[1].recording)
+    fit.shape_alone  # noqa: B018
+    judge(fit)
+    assert not fit._answers
+
+
 @pytest.mark.parametrize("seed, channel", [(2, "z2"), (4, "theta1"), (25, "z1"), (35, "u2")])
 def test_a_late_channel_is_named_whatever_the_stiffness(seed: int, channel: str) -> None:
     """Camera, encoder and torque; 25 and 35 with friction."""
