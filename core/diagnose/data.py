@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -46,6 +46,25 @@ class Anchor:
             return self._found[steps]
 
 
+class NeededSteps:
+    """Steps per sample that the arm needs with more bending modes than it was given; found once.
+
+    A further mode swings several times as fast, and what few steps miss of it is nothing that an
+    `Anchor` on the model without it knows.
+    """
+
+    def __init__(self) -> None:
+        self._found: dict[tuple[int, ...], int] = {}
+        self._lock = threading.Lock()
+
+    def of(self, modes: tuple[int, ...], find: Callable[[], int]) -> int:
+        """Those of an arm with so many modes per segment; `find` counts them the first time."""
+        with self._lock:
+            if modes not in self._found:
+                self._found[modes] = find()
+            return self._found[modes]
+
+
 @dataclass(frozen=True)
 class Data:
     """Prepared recordings of the bare model with the nuisance unknowns that every model has."""
@@ -75,6 +94,8 @@ class Data:
     known: KnownMotions = field(default_factory=KnownMotions)
     """Of the model that others are compared with: what a sensor does, or a force at a held joint,
     moves nothing."""
+    needed: NeededSteps | None = None
+    """Of arms with other modes; None: as many as `steps`."""
     limited: frozenset[str] = frozenset()
     """Parameters of those effects with bounds, a prior or recordings of their own: they stay as
     they are among `nuisance`."""
@@ -196,10 +217,50 @@ def hypothesis(
     if data.steps is not None:
         dt = max(e.recording.sample_time for e in data.experiments)
         loose = 1.0 if data.anchor is None else LOOSE
-        steps = max(int(steps_needed(model, dt, data.steps, loose) * finer), 1)
+        steps = max(int(steps_needed(model, dt, _fewest(data, model), loose) * finer), 1)
     predictor = Predictor(experiments, unknowns, data.fixed, steps=steps, known=data.known)
     residuals = Residuals(predictor, list(data.weights))
     return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector(), data.anchor)
+
+
+def _fewest(data: Data, model: Model) -> int:
+    """Steps per sample of the search, on the arm of a model."""
+    assert data.steps is not None
+    if data.needed is None or model.arm.modes == data.bare.arm.modes:
+        return data.steps
+    # Whoever asks first, the answer is that of the nominal values and the modes alone.
+    shapes = [one for one in model.effects if one.resolution]
+    alone = replace(data, needed=None, anchor=None)
+    found = data.needed.of(model.arm.modes, lambda: enough_steps(alone, shapes, {}))
+    return max(found, data.steps)
+
+
+CLOSE = 0.6
+"""In floors, rms: what few steps may miss in the search. `Anchor` takes it off and leaves about a
+tenth of it (measured with friction, elastic joints, lag and damping)."""
+
+MOST_STEPS = 64
+
+
+def enough_steps(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> int:
+    """Steps per sample such that twice as many move the outputs by less than CLOSE."""
+    steps = 1
+    coarse = _errors_with(replace(data, steps=steps), effects, values)
+    while steps < MOST_STEPS:
+        fine = _errors_with(replace(data, steps=2 * steps), effects, values)
+        apart = [a - b for a, b in zip(coarse, fine, strict=True)]
+        change = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in apart]) ** 2)))
+        if change < CLOSE:
+            break
+        steps, coarse = 2 * steps, fine
+    return steps
+
+
+def _errors_with(
+    data: Data, effects: Sequence[Effect], values: Mapping[str, float]
+) -> list[np.ndarray]:
+    h = hypothesis(data, effects, values)
+    return h.errors(h.vector)
 
 
 def again(

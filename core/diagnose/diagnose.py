@@ -13,6 +13,7 @@ from core.diagnose.facts import final_parameters, origins, sizes_of, titles_of
 from core.diagnose.ladder import (
     not_applicable,
 )
+from core.diagnose.resolution import within_resolution
 from core.diagnose.search import better_given, retrace, search, settle
 from core.diagnose.start import Begun, begin
 from core.diagnose.state import Listener, Options, State, begun_state, settings
@@ -61,6 +62,11 @@ def diagnose(
     stopped = progress.stopped()
     verdict = _verdict(bool(more or state.found or (stopped and given.above)), given)
     final = _verdict(more, left) if options.max_effects and not stopped else None
+    coarse = UNLISTED in (final, verdict) and not stopped
+    coarse = coarse and within_resolution(state.data, state.refit.hypothesis, left)
+    if coarse:
+        verdict = NOTHING if verdict == UNLISTED and not state.found else verdict
+        final = NOTHING if final == UNLISTED else final
     have = {e.kind for e in with_included(state.present)}
     reasons = not_applicable(state.data, options.candidates)
     applies = {kind: reason for kind, reason in reasons.items() if kind not in have}
@@ -68,7 +74,7 @@ def diagnose(
         verdict, final, state.rounds, state.steps, given, left, applies,
         kept=[e.kind for e in state.found], limit=options.max_effects,
         titles=titles_of(state.refit), sizes=sizes_of(state.found, state.refit, state.data),
-        stopped=stopped, passed=state.detours,
+        stopped=stopped, passed=state.detours, coarse=coarse,
     )  # fmt: skip
     return Diagnosis(
         verdict=verdict,

@@ -135,9 +135,27 @@ def one_round(
     if told("") or not found:
         return still
     work = _Work(data, before, present, seen, len(candidates), lambda: told(""), gate)
+    finer = finer_model(found, data)
+    if finer is not None:
+        order = [finer, *[w for w in found if w is not finer]]
+        return work.alone(order, FoundSet((), 0.0), room)
     left = (found[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
     joint, together = work.sets(found, room, tried=room > 1 and left > 1.0 - WHOLE)
     return joint or work.alone(found, together, room)
+
+
+def finer_model(found: Sequence[Weighed], data: Data) -> Weighed | None:
+    """A finer model of the same arm, where that explains a real part of the error and no physical
+    effect explains all of it; None where the model is fine enough.
+
+    Too few bending shapes leave an error that soft joints, play and damping imitate well: on a
+    continuous arm that is modelled by one shape, an elastic joint leaves less than a second shape
+    does, and only the third leaves nothing. What turns out needless is taken out at the end.
+    """
+    whole = [w for w in found if within_noise(data, w.refit.errors)]
+    if any(not w.screened.effect.resolution for w in whole):
+        return None
+    return next((w for w in found if w.screened.effect.resolution and acceptable(w)), None)
 
 
 WHOLE = 0.9

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis, hypothesis
+from core.diagnose.data import Data, Hypothesis, NeededSteps, enough_steps, hypothesis
 from core.diagnose.descent import MOST_ITERATIONS
 from core.diagnose.floor import channel_floors
 from core.diagnose.minimum import converged
@@ -129,7 +129,7 @@ def begin(
     sizes = sizes_of([m for m, _, _ in motions])
     data = replace(data, weights=weights, floors=floors, floor_sources=sources, sizes=sizes)
     values = {**model.effect_values, **rough.hypothesis.values()}
-    data = replace(data, steps=enough_steps(data, effects, values))
+    data = replace(data, steps=enough_steps(data, effects, values), needed=NeededSteps())
     return Begun(*converged(data, hypothesis(data, effects, values), None, stopped))
 
 
@@ -182,32 +182,6 @@ def _better_start(
     looks = [fit(hypothesis(data, effects, s), None, stopped, LOOK) for s in starts]
     best = min(looks, key=lambda one: one.cost)
     return fit(best.hypothesis, None, stopped, MOST_ITERATIONS)
-
-
-CLOSE = 0.6
-"""In floors, rms: what few steps may miss in the search. core.diagnose.data.Anchor takes it off and
-leaves about a tenth of it (measured with friction, elastic joints, lag and damping)."""
-
-MOST_STEPS = 64
-
-
-def enough_steps(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> int:
-    """Steps per sample such that twice as many move the outputs by less than CLOSE."""
-    steps = 1
-    coarse = _errors(replace(data, steps=steps), effects, values)
-    while steps < MOST_STEPS:
-        fine = _errors(replace(data, steps=2 * steps), effects, values)
-        apart = [a - b for a, b in zip(coarse, fine, strict=True)]
-        change = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in apart]) ** 2)))
-        if change < CLOSE:
-            break
-        steps, coarse = 2 * steps, fine
-    return steps
-
-
-def _errors(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> list[np.ndarray]:
-    h = hypothesis(data, effects, values)
-    return h.errors(h.vector)
 
 
 def _motions(h: Hypothesis):  # type: ignore[no-untyped-def]

@@ -18,13 +18,14 @@ from core.diagnose.phrases import (
     on_validation,
     percent,
     times,
+    unseen_rms,
     vibration,
     worth_listing,
 )
 from core.diagnose.rivals import Finding, what_else
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains
 from core.effects import catalogue
-from core.results import DiagnosisRound, Estimate, LadderStep, RankedEffect
+from core.results import ChannelError, DiagnosisRound, Estimate, LadderStep, RankedEffect
 from core.sentences import first_sentence, listed
 
 FLOOR = f"the noise floor. {FLOOR_IS}"
@@ -53,6 +54,8 @@ class Told:
     """Effect -> its parameters at the end."""
     passed: Sequence[str] = ()
     """Titles of the effects that were added on the way and are not needed at the end."""
+    coarse: bool = False
+    """Whether what is left is no more than what the model's bending shapes cannot follow."""
     stopped: bool = False
     """Whether the user stopped the search before it was through."""
 
@@ -161,12 +164,36 @@ def _remains(told: Told) -> str:
     last = told.steps[-1]
     endings = {
         None: "",
-        NOTHING: "That is the noise floor: these recordings hold nothing more to explain.",
+        NOTHING: COARSE if told.coarse else _at_the_floor(last.errors),
         UNLISTED: _unexplained(told),
         MISSING: _more(told),
     }
     parts = (_left(told), on_validation(last.errors), endings[told.final], _refused(told))
     return " ".join(p for p in parts if p)
+
+
+COARSE = (
+    "What is left above the noise floor is no more than what this many bending shapes per segment "
+    "cannot follow, as far as the last of them tells: these recordings hold nothing more that this "
+    "model could explain."
+)
+
+MISSED = 2.0
+"""Times the floor: an error on unseen recordings from which on the end of a search says so. Below,
+starts that are fitted anew and noise that differs between recordings can be the whole of it."""
+
+
+def _at_the_floor(errors: Sequence[ChannelError]) -> str:
+    """The end where nothing is left of what was fitted; unseen recordings may hold more."""
+    unseen = unseen_rms(errors)
+    if unseen is None or unseen < MISSED:
+        return "That is the noise floor: these recordings hold nothing more to explain."
+    return (
+        "The recordings that were fitted hold nothing more to explain, but the unseen ones do: "
+        "either they are noisier, or they move in a way that the fitted ones hardly show, where "
+        "parameters that are a little off, or an effect, count for more. Fit some of them too, "
+        "and diagnose again."
+    )
 
 
 def _left(told: Told) -> str:

@@ -79,6 +79,9 @@ class Effect(ABC):
     """Whether it has a place in the LPV model; adding another makes the model non-linear."""
     repeats: bool = False
     """Whether it can be in a model more than once, each time on top of the last."""
+    resolution: bool = False
+    """Whether it is about how finely the model resolves the arm, and about nothing that the arm
+    has: what a coarse model leaves is settled before anything is called missing."""
     dissipative: bool = False
     """Whether it can only take energy away."""
     apart: bool = False

@@ -47,6 +47,11 @@ def export_outcome(
         ) from error
 
 
+SMALLEST = 1e-280
+"""Of the numbers that are rounded: the factor of a smaller one, such as the chance that noise looks
+like a strong effect, would overflow."""
+
+
 def _csv(table: pd.DataFrame, path: Path) -> None:
     """Arrow writes a recording of 10 000 rows ten times as fast as pandas does."""
     numbers = table.select_dtypes("float")
@@ -57,9 +62,9 @@ def _csv(table: pd.DataFrame, path: Path) -> None:
 
 def _rounded(values: np.ndarray) -> np.ndarray:
     """Values (N,) to DIGITS significant digits."""
-    size = np.where(np.isfinite(values) & (values != 0.0), np.abs(values), 1.0)
-    factor = 10.0 ** (DIGITS - 1 - np.floor(np.log10(size)))
-    return np.asarray(np.round(values * factor) / factor)
+    usual = np.isfinite(values) & (np.abs(values) > SMALLEST)
+    factor = 10.0 ** (DIGITS - 1 - np.floor(np.log10(np.where(usual, np.abs(values), 1.0))))
+    return np.asarray(np.where(usual, np.round(values * factor) / factor, values))
 
 
 def _write(

@@ -78,6 +78,14 @@ def test_what_remains_is_told_by_channel() -> None:
     assert "That is the noise floor" in said
 
 
+@pytest.mark.parametrize(("unseen", "holds"), [(1.3, True), (100.0, False)])
+def test_what_unseen_recordings_ask_for_is_not_called_explained(unseen: float, holds: bool) -> None:
+    seen = tuple(replace(e, validation_rms=unseen * e.floor) for e in AFTER.errors)
+    told = replace(FOUND, steps=(GIVEN, replace(AFTER, errors=seen)))
+    assert ("That is the noise floor" in text(told)) is holds
+    assert ("but the unseen ones do" in text(told)) is not holds
+
+
 def test_something_found_and_something_left_are_both_told() -> None:
     said = text(replace(FOUND, final=UNLISTED, left=left(4.2, ("z1", 12.34))))
     assert "first missing effect is Coulomb friction" in said

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.written import format_number, format_value, shown_unit
+from flexgui.export.outcome import _rounded
 from flexgui.views.names import channel_symbol, output_title, plain_symbol, typeset
 
 HALF_A_DIGIT = 0.51
@@ -98,3 +99,10 @@ def test_an_output_is_told_from_a_recording_of_the_same_name() -> None:
     assert output_title("theta2", "rad") == "joint angle θ₂"
     assert output_title("theta2", "m") == "joint position q₂"
     assert output_title("z1", "m") == "tip position z₁"
+
+
+def test_tables_keep_numbers_of_every_size() -> None:
+    """The chance that noise looks like a strong effect is below what a factor of ten can lift."""
+    values = np.array([0.0, np.nan, 1e-310, -4.9e-324, 1.0, 1.23456789012345e-7, 1e300])
+    found = _rounded(values)
+    assert np.allclose(found, values, rtol=1e-9, atol=0.0, equal_nan=True)

@@ -1,0 +1,110 @@
+"""A model with too few bending shapes: that is named first, and no soft joint in its place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from core.diagnose.data import enough_steps, hypothesis
+from core.diagnose.diagnose import begin_on
+from core.diagnose.resolution import within_resolution
+from core.diagnose.start import Begun
+from core.diagnose.state import Options
+from core.diagnose.verdict import Remains
+from core.effects import effect
+from core.identify.setup import make_setup
+from core.loading import load_recordings
+from core.progress import Silent
+from core.scenario.read import parse_scenario
+from core.scenario.schema import Scenario
+from core.workbench import base_model, run_scenario
+
+MODE = "extra_bending_mode"
+
+ALL = 1.0
+"""Per cent: what a first, coarse refit of the whole cause may leave; with the steps of one shape it
+explained none of it."""
+
+
+def scenario(modes: int, hidden: str) -> Scenario:
+    """Sampled as a camera and its logger often are: at 500 Hz one step per sample serves one
+    shape, and not two."""
+    return parse_scenario(
+        f"""
+title = "x"
+[arm]
+preset = "paper"
+modes = {modes}
+[drive]
+kind = "velocity_loop"
+gains = [60.0, 30.0]
+[sensors]
+camera_noise = 3e-5
+encoder_noise = 1e-5
+[identify]
+parameters = ["EI1", "EI2"]
+generations = 0
+start = {{ EI1 = 400.0, EI2 = 680.0 }}
+[diagnose]
+max_effects = 2
+candidates = ["{MODE}", "joint_elasticity", "backlash"]
+[[recordings]]
+simulate = {{ theta2 = 1.2, seconds = 1.0, sample_time = 0.002, hidden = {{ {hidden} }} }}
+[[recordings]]
+simulate = {{ theta2 = 2.2, seconds = 1.0, sample_time = 0.002, seed = 2, hidden = {{ {hidden} }} }}
+""",
+        "x",
+    )
+
+
+@cache
+def begun(modes: int) -> Begun:
+    asked = scenario(modes, f"{MODE} = {{}}" if modes < 3 else "")
+    model = base_model(asked)
+    recordings = load_recordings(asked, model, Path(), None, Silent())
+    setup = make_setup(model, asked.identify, recordings)
+    return begin_on(setup, asked.identify, recordings, Options(), Silent())
+
+
+def test_a_missing_shape_is_named_though_a_soft_joint_imitates_it() -> None:
+    found = run_scenario(scenario(2, f"{MODE} = {{}}")).diagnosis
+    assert found is not None
+    assert [step.added for step in found.steps] == [None, MODE]
+    assert found.final_verdict == "nothing_missing"
+    (named,) = (r for r in found.rounds[0].ranking if r.effect == MODE)
+    assert named.refit_drop_percent == pytest.approx(100.0, abs=ALL)
+
+
+def test_a_soft_joint_is_named_where_the_shapes_suffice() -> None:
+    hidden = "joint_elasticity = { Jh1 = 0.1, Jh2 = 0.05, c1 = 3e-4, c2 = 6e-4 }"
+    found = run_scenario(scenario(1, hidden)).diagnosis
+    assert found is not None
+    assert [step.added for step in found.steps] == [None, "joint_elasticity"]
+
+
+def test_more_shapes_get_the_steps_that_they_need() -> None:
+    """A further mode swings several times as fast."""
+    data = begun(1).data
+    assert data.steps is not None
+    more = hypothesis(data, [effect(MODE)], {})
+    plain = replace(data, needed=None, anchor=None)
+    assert more.steps == max(enough_steps(plain, [effect(MODE)], {}), data.steps) > data.steps
+
+
+@pytest.mark.parametrize(("above", "excused"), [(1.05, True), (50.0, False)])
+def test_what_all_shapes_cannot_follow_excuses_that_much_and_no_more(
+    above: float, excused: bool
+) -> None:
+    there = begun(3)
+    channels = [name for name, _ in there.data.experiments[0].channels]
+    left = Remains(above, dict.fromkeys(channels, above), None)
+    assert within_resolution(there.data, there.base.hypothesis, left) is excused
+
+
+def test_a_model_that_could_have_more_shapes_is_excused_nothing() -> None:
+    there = begun(1)
+    left = Remains(1.05, {"z1": 1.05}, None)
+    assert not within_resolution(there.data, there.base.hypothesis, left)
