@@ -27,8 +27,8 @@ def diagnosed_toml(
     """
     document = diagnosed(scenario, found)
     for recording in document.get("recordings", ()):
-        if "file" in recording:
-            recording["file"] = locate(recording["file"])
+        for key in {"file", "played"} & recording.keys():
+            recording[key] = locate(recording[key])
     text = document_toml(document)
     check_scenario(document, NAME)
     return text

@@ -12,6 +12,7 @@ from core.errors import InputError
 from core.model import Model
 from core.progress import Progress
 from core.recording.load import load_recording
+from core.recording.played import as_played
 from core.recording.recording import Recording
 from core.recording.spec import RecordingSpec
 from core.scenario.data_folder import Folder, resolve_file
@@ -50,8 +51,15 @@ def _read(
 ) -> Recording:
     assert spec.file is not None
     path = resolve_file(spec.file, folder, data_folder)
-    required = model.drive.needed_channels(model.arm)
-    return load_recording(path, spec, required, joint_units(model.arm), progress)
+    required, units = model.drive.needed_channels(model.arm), joint_units(model.arm)
+    if spec.played is None:
+        return load_recording(path, spec, required, units, progress)
+    references = load_recording(
+        resolve_file(spec.played, folder, data_folder), RecordingSpec(file=spec.played),
+        model.drive.reference_channels(model.arm), units,
+    )  # fmt: skip
+    needed = [name for name in required if not references.has(name)]
+    return as_played(load_recording(path, spec, needed, units, progress), references)
 
 
 def joint_units(arm: Arm) -> dict[str, str]:

@@ -95,7 +95,7 @@ def run_scenario(
     if diagnosis_wanted(scenario):
         threading.Thread(target=_prepare_forms, args=(setup.model,), daemon=True).start()
     with clock.timed("identify"):
-        fits = _fit(setup, recordings, spec, progress)
+        fits = fit_all(setup, recordings, spec, progress)
     with clock.timed("compare"):
         progress.stage("Comparing the model with the measurements", len(recordings))
         comparisons = _compare_all(setup, recordings, fits, spec, progress)
@@ -201,7 +201,7 @@ def _diagnosis(
         candidates=asked.candidates or (),
         fidelity=asked.fidelity,
         per_recording=asked.per_recording,
-        identified=_identified(fits),
+        identified=ended_at(fits),
     )
     if asked.output is not None:
         spec = spec.model_copy(update={"output": asked.output})
@@ -241,7 +241,7 @@ def settled_level(
     return replace(model.at_level(choice.level), bare=bare), (choice.sentence,)
 
 
-def _identified(fits: Sequence[Fitted]) -> dict[str, float]:
+def ended_at(fits: Sequence[Fitted]) -> dict[str, float]:
     """label -> value where the fits ended; the mean of what several share."""
     found: dict[str, list[float]] = {}
     for f in fits:
@@ -260,7 +260,7 @@ def _estimation(recordings: Sequence[Recording]) -> list[Recording]:
     return [r for r in recordings if r.role == "estimate"]
 
 
-def _fit(
+def fit_all(
     setup: Setup, recordings: Sequence[Recording], spec: IdentifySpec, progress: Progress
 ) -> list[Fitted]:
     """One fit over all estimation recordings, or one per recording."""
@@ -386,7 +386,7 @@ def _variant(
     identify_spec = with_effect_parameters(scenario.identify, model, effects)
     identify_spec = _variant_spec(identify_spec, spec)
     setup = make_setup(model, identify_spec, chosen)
-    fits = _fit(setup, chosen, identify_spec, Silent())
+    fits = fit_all(setup, chosen, identify_spec, Silent())
     comparisons = _compare_all(setup, chosen, fits, identify_spec, Silent())
     estimates = tuple(e for f in fits for e in f.fit.estimates)
     return Variant(spec.title, estimates, comparisons)

@@ -20,6 +20,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "flexgui.library.building": "project",
+    "flexgui.library.plan": "Plan",
     "flexgui.library.project": "Project load",
     "flexgui.library.results": "Comparison Diagnosis Identification Simulation StoppedError",
     "flexgui.library.linear": "LinearModel",
@@ -65,6 +66,7 @@ if TYPE_CHECKING:
     from flexgui.library.catalogues import sensors as sensors
     from flexgui.library.catalogues import unregister as unregister
     from flexgui.library.linear import LinearModel as LinearModel
+    from flexgui.library.plan import Plan as Plan
     from flexgui.library.progress_callback import Update as Update
     from flexgui.library.project import Project as Project
     from flexgui.library.project import load as load

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexgui import __version__, challenge, check, grade, study
+from flexgui import __version__, challenge, check, grade, plan, study
 from flexgui.plain_words import BAD_INPUT, INTERRUPTED, plain_words, print_error
 
 if TYPE_CHECKING:
@@ -174,4 +174,5 @@ def _progress(quiet: bool) -> Iterator[Progress]:
 challenge.add_to(app, plain_words)
 grade.add_to(app, plain_words)
 check.add_to(app, plain_words, _progress)
+plan.add_to(app, plain_words, _progress)
 study.add_to(app, plain_words)

@@ -35,6 +35,7 @@ from core.recording.spec import (
     SimulateSpec,
 )
 from core.recording.velocity import ZeroPhaseLowPass
+from core.scenario.rig_limits import LimitsSpec
 from core.scenario.schema import (
     CompareSpec,
     DiagnoseSpec,
@@ -70,6 +71,7 @@ SECTIONS: tuple[tuple[str, type[BaseModel], str], ...] = (
     ("a prior", PriorSpec, ""),
     ("`[diagnose]`", DiagnoseSpec, ""),
     ("`[[compare]]`", CompareSpec, ""),
+    ("`[limits]`", LimitsSpec, ""),
 )
 
 SEGMENT_WORDS = {

@@ -64,8 +64,14 @@ def expected_score(
 
     `known` holds what the recordings there are say about each one's parameters.
     """
-    there = planned_data(data, spec)
-    pair = [_on(there, h) for h in (first, second)]
+    return score_on(planned_data(data, spec), first, second, known)
+
+
+def score_on(
+    there: Data, first: Hypothesis, second: Hypothesis, known: Sequence[Known] = ({}, {})
+) -> float:
+    """The same, of an experiment whose data are known."""
+    pair = [on_data(there, h) for h in (first, second)]
     outputs = [h.residuals.predictor.predict(h.vector)[0] for h in pair]
     if not all(np.all(np.isfinite(y)) for y in outputs):
         return 0.0  # a model that does not hold together there decides nothing
@@ -86,7 +92,7 @@ def information(h: Hypothesis) -> Known:
     return {(a, b): float(kept[i, j]) for i, a in enumerate(labels) for j, b in enumerate(labels)}
 
 
-def _on(there: Data, h: Hypothesis) -> Hypothesis:
+def on_data(there: Data, h: Hypothesis) -> Hypothesis:
     """A fitted model on another experiment."""
     own = tuple(u for u in h.unknowns.items if u.parameter.name in h.model.effect_parameters)
     shared = {k: v for k, v in h.values().items() if "@" not in k}

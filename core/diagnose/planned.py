@@ -14,7 +14,9 @@ from core.model import Model
 from core.recording.channels import channel_kind
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
-from core.simulate.experiment import make_task, start_joints
+from core.simulate.experiment import NO_NOISE, make_task, read_sensors, start_joints
+from core.simulate.motion import Task
+from core.trajectory import Trajectory
 from core.written import format_number
 
 NAME = "planned"
@@ -61,8 +63,12 @@ def _amplitude(model: Model, recording: Recording) -> float:
 
 def planned_data(data: Data, spec: SimulateSpec) -> Data:
     """The data of an experiment to come: nothing is measured, everything counts."""
+    return data_of(data, _recording(data.bare, spec, data.experiments[0].recording))
+
+
+def data_of(data: Data, recording: Recording) -> Data:
+    """The data of a recording that stands for an experiment to come."""
     like = data.experiments[0]
-    recording = _recording(data.bare, spec, like.recording)
     prepared = prepare(data.bare, recording, like.outputs, like.processing)
     weights = np.array([1.0 / data.floors[name] for name, _ in prepared.channels])
     shared = [u for u in data.nuisance if u.recording is None]
@@ -90,6 +96,18 @@ def _recording(model: Model, spec: SimulateSpec, like: Recording) -> Recording:
     for k, place in enumerate(start_joints(model, spec, NAME)):
         if f"theta{k + 1}" in channels:
             channels[f"theta{k + 1}"] = np.full(N, place)
+    return Recording(NAME, task.time, channels, theta2=theta2)
+
+
+def expected_recording(
+    model: Model, task: Task, theta2: float | None, motion: Trajectory, like: Recording
+) -> Recording:
+    """What the sensors of the recordings there are would read along a motion, as often sampled."""
+    N, spec = len(task.time), SimulateSpec(sample_time=task.sample_time)
+    read = read_sensors(model, motion, spec, NO_NOISE)
+    channels = {n: _blank(values, N) + read.get(n, 0.0) for n, values in like.channels.items()}
+    for k, name in enumerate(model.drive.reference_channels(model.arm)):
+        channels[name] = task.references[:, k]
     return Recording(NAME, task.time, channels, theta2=theta2)
 
 

@@ -43,9 +43,7 @@ def within_resolution(data: Data, h: Hypothesis, left: Remains) -> bool:
 def _errors(data: Data, h: Hypothesis, modes: int) -> list[np.ndarray]:
     """Of the same parameters on an arm with so many shapes per bending segment."""
     arm = data.bare.arm
-    segments = tuple(
-        s.model_copy(update={"modes": modes}) if s.modes else s for s in arm.segments
-    )
+    segments = tuple(s.model_copy(update={"modes": modes}) if s.modes else s for s in arm.segments)
     bare = replace(data.bare, arm=arm.model_copy(update={"segments": segments}))
     experiments = tuple(moved(e, bare) for e in data.experiments)
     fine = max(data.fine or 0, STEPS)

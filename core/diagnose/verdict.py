@@ -47,9 +47,7 @@ def _by_channel(
     return {name: np.concatenate(parts) for name, parts in squares.items()}
 
 
-def channel_rms(
-    experiments: Sequence[Prepared], errors: Sequence[np.ndarray]
-) -> dict[str, float]:
+def channel_rms(experiments: Sequence[Prepared], errors: Sequence[np.ndarray]) -> dict[str, float]:
     """channel -> rms of errors (M, k) per recording, of what counts."""
     squares = _by_channel(experiments, errors)
     return {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}

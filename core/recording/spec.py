@@ -212,6 +212,9 @@ class RecordingSpec(Settings):
     """Channel -> the low-pass that the rig applied to it; the model's output passes the same."""
     theta2: Real | None = None
     """rad, the working point of a recording made at one."""
+    played: Words | None = None
+    """Table of the references that were played, as `flexgui plan` wrote it: the recording is cut
+    to them, and has them where its logger wrote none."""
 
     @model_validator(mode="before")
     @classmethod
@@ -226,10 +229,17 @@ class RecordingSpec(Settings):
         simulate = {k: v for k, v in data["simulate"].items() if k != "hidden"}
         return {**data, "simulate": simulate, "hidden": data["simulate"]["hidden"]}
 
+    @property
+    def files(self) -> tuple[str, ...]:
+        """All that it reads: none of them is trusted where the scenario is not."""
+        return tuple(name for name in (self.file, self.played) if name is not None)
+
     @model_validator(mode="after")
     def _check_together(self) -> RecordingSpec:
         if (self.file is None) == (self.simulate is None):
             raise ValueError("needs either file or simulate, and not both.")
         if self.hidden and self.file is not None:
             raise ValueError("gives hidden effects; only a simulated recording can have them.")
+        if self.played is not None and self.file is None:
+            raise ValueError("gives played without file; what was simulated was not played.")
         return self

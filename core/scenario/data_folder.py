@@ -91,9 +91,9 @@ def outside(scenario: Scenario, beside: Path, data_folder: Path | None = None) -
     """The sentence about recordings that lie in neither folder, links followed; else empty."""
     folders = [folder.resolve() for folder in (beside, *_data_folders(data_folder))]
     found = [
-        resolve_file(spec.file, beside, data_folder).resolve()
+        resolve_file(file, beside, data_folder).resolve()
         for spec in scenario.recordings
-        if spec.file is not None
+        for file in spec.files
     ]
     far = [path for path in dict.fromkeys(found) if not _under(path, folders)]
     if not far:

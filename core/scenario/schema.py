@@ -32,6 +32,7 @@ from core.recording.spec import (
     Words,
 )
 from core.recording.velocity import ZeroPhaseLowPass
+from core.scenario.rig_limits import LimitsSpec
 from core.sensors import sensors
 from core.sentences import did_you_mean, listed, quoted
 from core.validation import gathered
@@ -347,6 +348,7 @@ class Scenario(Settings):
     diagnose: DiagnoseSpec = DiagnoseSpec()
     compare: Annotated[tuple[CompareSpec, ...], Field(max_length=20)] = ()
     """Other models on the same recordings; 20 at most."""
+    limits: LimitsSpec = LimitsSpec()
 
     @field_validator("recordings")
     @classmethod

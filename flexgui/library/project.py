@@ -26,6 +26,7 @@ from flexgui.views.table import Column, Row, Table
 
 if TYPE_CHECKING:
     from core.results import Outcome
+    from flexgui.library.plan import Plan
 
 
 SOURCE = "The project"
@@ -185,6 +186,37 @@ class Project:
         if outcome.diagnosis is None:
             raise StoppedError(Identification(asked, outcome))
         return Diagnosis(asked, outcome)
+
+    def plan(
+        self,
+        seconds: float = 60.0,
+        *,
+        parameters: Sequence[str] = (),
+        between: Sequence[str] = (),
+        progress: Callback | None = None,
+    ) -> Plan:
+        """Choose the experiments to make next, within `[limits]`.
+
+        Args:
+            seconds: Time that there is, all experiments together.
+            parameters: Names of those to know better; all that are estimated where none is named.
+            between: Ids of two effects to tell apart.
+            progress: Called after each experiment that was simulated.
+
+        Returns:
+            References to play, and the deviations before and after.
+
+        Raises:
+            InputError: Where the scenario, a recording or an option is wrong.
+        """
+        from core.experiments.design import Wish
+        from core.experiments.plan import plan
+        from flexgui.library.plan import Plan
+
+        wish = Wish(seconds, tuple(parameters), tuple(between), self.scenario.limits)
+        heard = progress_to(progress)
+        found = plan(self.scenario, wish, folder=self.folder, data_folder=self.data, progress=heard)
+        return Plan(self, found)
 
     def compare(
         self, values: Mapping[str, float] | None = None, progress: Callback | None = None

@@ -38,7 +38,7 @@ def bundled(name: str, text: str, scenario: Scenario, folder: Path) -> tuple[str
 
 def recordings_of(scenario: Scenario, folder: Path) -> dict[str, bytes]:
     """file -> content of the scenario's recordings; InputError where one is none of the folder."""
-    names = sorted({spec.file for spec in scenario.recordings if spec.file is not None})
+    names = sorted({file for spec in scenario.recordings for file in spec.files})
     return {name: Within(folder).find(name).read_bytes() for name in names}
 
 

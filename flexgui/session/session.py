@@ -57,8 +57,8 @@ class Session(Keeping):
     def begin_with(self, scenario: Scenario) -> None:
         """As `open`, but InputError where the scenario is none for this session."""
         for spec in scenario.recordings:
-            if spec.file is not None:
-                check_plain(spec.file)
+            for file in spec.files:
+                check_plain(file)
         base_model(scenario)
         self.forget_job()
         self.forget_study()

@@ -233,7 +233,7 @@ class Uploading(Checking, ABC):
             self.aside, self._own = (), frozenset()
 
     def _drop(self, file: str) -> None:
-        if file not in {spec.file for spec in self.scenario.recordings}:
+        if not any(file in spec.files for spec in self.scenario.recordings):
             (self.folder / file).unlink(missing_ok=True)
 
     def _joins(self, path: Path) -> bool:

@@ -70,10 +70,14 @@ def fetch_files(scenario: Scenario, beside: Path, data: Path | None, folder: Pat
     """
 
     def fetched(spec: RecordingSpec) -> RecordingSpec:
-        if spec.file is None:
-            return spec
-        name = _copied(resolve_file(spec.file, beside, data), folder)
-        return spec if name == spec.file else spec.model_copy(update={"file": name})
+        named = {"file": spec.file, "played": spec.played}
+        copies = {
+            key: _copied(resolve_file(name, beside, data), folder)
+            for key, name in named.items()
+            if name is not None
+        }
+        moved = {key: name for key, name in copies.items() if name != named[key]}
+        return spec.model_copy(update=moved) if moved else spec
 
     recordings = tuple(fetched(spec) for spec in scenario.recordings)
     return scenario.model_copy(update={"recordings": recordings})

@@ -96,5 +96,9 @@ def arrange(case: Case, folder: Path) -> None:
 
 def export(case: Case, folder: Path) -> Result:
     """The command line, in process."""
-    arguments = ["export", str(folder / case.scenario), "--out", str(folder / case.out)]
-    return CliRunner().invoke(app, arguments)
+    return said("export", str(folder / case.scenario), "--out", str(folder / case.out))
+
+
+def said(*arguments: str) -> Result:
+    """What any command says, in process."""
+    return CliRunner().invoke(app, list(arguments))

@@ -15,10 +15,10 @@ from core.diagnose.descent import cost_of, descend
 from core.diagnose.groups import TIE
 from core.diagnose.next_experiment import (
     _left,
-    _on,
     expected_score,
     information,
     next_experiments,
+    on_data,
 )
 from core.diagnose.planned import NAME, planned_data, possible
 from core.diagnose.refit import fit
@@ -100,7 +100,7 @@ def test_the_score_is_what_a_refit_of_the_rival_leaves() -> None:
     p = lags()
     planned = spec(hold=0.02)
     there = planned_data(p.data, planned)
-    truth, rival = _on(there, p.first), _on(there, p.second)
+    truth, rival = on_data(there, p.first), on_data(there, p.second)
     y = truth.residuals.predictor.predict(truth.vector)[0]
     weights = there.weights[0]
 
@@ -160,7 +160,9 @@ def test_the_proposed_experiment_decides_once_it_is_made() -> None:
         planned_data(p.data, planned),
         experiments=(prepare(p.data.bare, made, like.outputs, like.processing),),
     )
-    costs = [fit(_on(there, h), None, lambda: False, ITERATIONS).cost for h in (p.first, p.second)]
+    costs = [
+        fit(on_data(there, h), None, lambda: False, ITERATIONS).cost for h in (p.first, p.second)
+    ]
     assert costs[1] - costs[0] == pytest.approx(best.score, rel=LINEAR)
     assert costs[1] - costs[0] > TIE
 

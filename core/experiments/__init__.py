@@ -1,0 +1,1 @@
+"""The next experiment: what to play on the rig, within its limits, and what that will decide."""

@@ -1,0 +1,62 @@
+"""From a scenario to the experiments that it should have next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from core.diagnose.diagnose import begin_on
+from core.diagnose.level import AUTO
+from core.diagnose.start import Begun
+from core.diagnose.state import Options
+from core.diagnose.stated_noise import stated_noise
+from core.experiments.design import Design, Wish, design
+from core.identify.setup import make_setup
+from core.loading import load_recordings
+from core.progress import Progress, Silent
+from core.recording.recording import Recording
+from core.scenario.data_folder import Folder
+from core.scenario.schema import Scenario
+from core.scenario.stated_effects import base_model, with_effect_parameters
+from core.workbench import ended_at, fit_all, settled_level
+
+
+def plan(
+    scenario: Scenario,
+    wish: Wish,
+    *,
+    folder: Folder | None = None,
+    data_folder: Path | None = None,
+    progress: Progress | None = None,
+) -> Design:
+    """Fit the scenario's model, and choose what to record next.
+
+    Args:
+        scenario: its model is fitted as the diagnosis fits it; `[limits]` are in the wish.
+        wish: the time there is, and what is to be known.
+        folder, data_folder: where the recordings' files are sought.
+        progress: hears what is done.
+
+    Raises:
+        InputError: where the scenario, a recording or the wish is wrong.
+    """
+    progress = progress or Silent()
+    progress.stage("Reading the recordings", len(scenario.recordings))
+    recordings = load_recordings(
+        scenario, base_model(scenario), folder or Path(), data_folder, progress
+    )
+    return design(fitted(scenario, recordings, progress), wish, progress)
+
+
+def fitted(scenario: Scenario, recordings: Sequence[Recording], progress: Progress) -> Begun:
+    """The scenario's model on its recordings, identified and then fitted to all channels, as a
+    diagnosis begins."""
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    if scenario.model.level == AUTO:
+        model, _ = settled_level(scenario, model, spec, recordings)
+    setup = make_setup(model, spec, recordings)
+    found = ended_at(fit_all(setup, recordings, spec, progress))
+    noise = stated_noise(scenario, setup, recordings)
+    options = Options(fidelity=scenario.diagnose.fidelity, stated_noise=noise, identified=found)
+    return begin_on(setup, spec, recordings, options, progress)

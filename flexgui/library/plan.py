@@ -1,0 +1,77 @@
+"""The next experiments of a project: frozen, shown in notebooks, written as files to play."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from markupsafe import Markup
+
+from core.experiments.design import Design, Deviation
+from core.experiments.files import references
+from core.experiments.words import words
+from core.recording.recording import Recording
+from flexgui.export.planned import write_plan
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from flexgui.library.project import Project
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Experiments within the rig's limits, and what they will decide."""
+
+    project: Project
+    _design: Design = field(repr=False)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What to play and what it tells, a paragraph each."""
+        return words(self._design)
+
+    @property
+    def deviations(self) -> tuple[Deviation, ...]:
+        """Of each parameter, before and after."""
+        return self._design.deviations
+
+    @property
+    def decides(self) -> bool:
+        """Whether the two effects that were asked about will be told apart."""
+        return self._design.decides
+
+    @property
+    def references(self) -> tuple[Recording, ...]:
+        """What to play, one recording of references per experiment."""
+        return tuple(references(c, self._design) for c in self._design.chosen)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Tabulate the deviations, a row per parameter, SI units."""
+        import pandas as pd
+
+        rows = [
+            (d.estimate.name, d.estimate.value, d.before, d.after, d.estimate.unit)
+            for d in self.deviations
+        ]
+        return pd.DataFrame(rows, columns=["parameter", "value", "before", "after", "unit"])
+
+    def export(self, folder: str | Path) -> Path:
+        """Write references to play, what to expect, and a scenario that reads the recordings back.
+
+        Args:
+            folder: Made where it is missing.
+
+        Returns:
+            The path of the scenario.
+        """
+        from flexgui.export.planned import SCENARIO
+
+        out, p = Path(folder), self.project
+        write_plan(p.scenario, self._design, out, p.folder, p.data)
+        return out / SCENARIO
+
+    def _repr_html_(self) -> str:
+        paragraphs = Markup("").join(Markup("<p>{}</p>").format(text) for text in self.words)
+        return str(paragraphs)

@@ -1,0 +1,108 @@
+"""Experiments within limits: none is violated, and the deviations come out as predicted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.diagnose.facts import final_parameters
+from core.diagnose.refit import settled
+from core.errors import InputError
+from core.experiments.allowed import Allowed
+from core.experiments.design import Wish
+from core.experiments.plan import fitted
+from core.experiments.trial import KEPT
+from core.experiments.words import words
+from core.progress import Silent
+from core.scenario.rig_limits import LimitsSpec
+from core.scenario.stated_effects import base_model
+from core.simulate.nonlinear import simulate_within
+from tests.experiments.rig import LOOP, TORQUE, planned, recorded, recordings, scenario
+
+NEAR = 0.2
+"""Share by which a deviation may differ from the predicted: the deviation of a fit is itself
+estimated from some hundred samples of noise."""
+
+TIGHT = LimitsSpec(
+    position=((-0.05, 0.05), (1.0, 2.0)), speed=(0.1, 0.2), torque=(8.0, 4.0),
+    reach=((-1.0, 1.0), (-1.0, 1.0)),
+)  # fmt: skip
+
+
+def used_by_the_machine(limits: Allowed, drive: str, wish: Wish) -> list[float]:
+    machine = base_model(scenario(drive=drive)).at_level("nonlinear")
+    shares = []
+    for c in planned(wish, drive).chosen:
+        task, _ = c.trial.task(machine)
+        own, tip = limits.used(simulate_within(machine, machine.numbers(), task).trajectory)
+        shares.append(max(float(own.max()), tip))
+    return shares
+
+
+@pytest.mark.parametrize("drive", [LOOP, TORQUE])
+@pytest.mark.parametrize("limits", [LimitsSpec(), TIGHT])
+def test_the_machine_keeps_every_limit(drive: str, limits: LimitsSpec) -> None:
+    wish = Wish(seconds=3.0, limits=limits)
+    shares = used_by_the_machine(planned(wish, drive).limits, drive, wish)
+    assert shares and max(shares) <= 1.0
+
+
+def test_what_is_not_stated_is_what_was_recorded() -> None:
+    """Nobody has said that the rig can do more."""
+    limits = planned().limits
+    places = np.concatenate([r["theta2"] for r in recordings()])
+    assert limits.position[1] == pytest.approx([places.min(), places.max()], abs=1e-3)
+    assert np.all(np.isinf(limits.reach))
+
+
+def test_stated_limits_replace_what_was_recorded_one_for_all_or_one_each() -> None:
+    stated = planned(Wish(seconds=3.0, limits=TIGHT)).limits
+    assert stated.speed.tolist() == [0.1, 0.2]
+    one = planned(Wish(seconds=3.0, limits=LimitsSpec.model_validate({"speed": 0.1}))).limits
+    assert one.speed.tolist() == [0.1, 0.1]
+
+
+def test_a_weaker_limit_allows_more() -> None:
+    strong, weak = (
+        planned(Wish(seconds=1.0, limits=LimitsSpec(torque=(x, x)))).chosen[0] for x in (40.0, 10.0)
+    )
+    assert max(strong.trial.amplitudes) > max(weak.trial.amplitudes)
+
+
+def test_the_deviations_are_reached() -> None:
+    found = planned()
+    more = [replace(recorded(c, seed=k), name=f"p{k}") for k, c in enumerate(found.chosen)]
+    begun = fitted(scenario(), [*recordings(), *more], Silent())
+    reached = {e.name: e.std for e in final_parameters(settled(begun.base))}
+    for d in found.deviations:
+        assert d.after < d.before
+        assert reached[d.estimate.name] == pytest.approx(d.after, rel=NEAR)
+
+
+def test_two_effects_that_look_alike_are_told_apart_by_the_chosen_experiment() -> None:
+    apart = planned(Wish(seconds=1.0, between=("coulomb_friction", "viscous_friction")))
+    assert apart.rivals == ("Coulomb friction", "Viscous joint friction")
+    assert apart.chosen[0].score == max(c.score for c in apart.chosen) >= 0.0
+    assert "decides" in " ".join(words(apart))
+
+
+@pytest.mark.parametrize(
+    ("wish", "sentence"),
+    [
+        (Wish(parameters=("EI3",)), "EI3"),
+        (Wish(between=("friction", "tip_payload")), "friction"),
+        (Wish(limits=LimitsSpec(speed=(1.0, 1.0, 1.0))), "the arm has 2 joints"),
+        (Wish(limits=LimitsSpec(position=((5.0, 6.0),), reach=((8.0, 9.0), (8.0, 9.0)))), "limits"),
+    ],
+)
+def test_a_wish_that_cannot_be_met_is_one_sentence(wish: Wish, sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        planned(wish)
+
+
+def test_the_words_say_what_to_play_and_what_it_tells() -> None:
+    said = " ".join(words(planned()))
+    assert "Record 3 experiments" in said and f"{100 * KEPT:.0f} % of every limit" in said
+    assert "Start at rest at θ₁ = " in said and "EI1" in said

@@ -1,0 +1,186 @@
+"""The next experiment on random rigs: `python -m tests.studies.next_experiments`, resumable.
+
+Each case draws a rig of the plain matrix whose joints may rub, plans experiments for it from its
+recordings, plays them on the true machine, and fits the model to everything. Counted are limits
+that the machine violates, how near the deviations come to what was predicted, and the seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from core.diagnose.facts import final_parameters
+from core.diagnose.refit import settled
+from core.effects import effect
+from core.effects.sizes import sizes_of
+from core.experiments.design import Candidate, Design, Wish
+from core.experiments.plan import fitted, plan
+from core.identify.predictor import single_threaded
+from core.loading import load_recordings
+from core.model import Model
+from core.progress import Silent
+from core.recording.recording import Recording
+from core.scenario.read import read_scenario, write_scenario
+from core.scenario.schema import Scenario
+from core.scenario.stated_effects import base_model
+from core.sensors import sensor
+from core.simulate.nonlinear import simulate_within
+from tests.studies.blind_run import finished, kept, run_all
+from tests.studies.plain_matrix import written
+from tests.studies.plain_matrix_rigs import Rig, drawn
+
+OUT = Path("reports/next_experiments.jsonl")
+
+RIGS = 200
+
+SECONDS = 6.0
+"""That the person has: two or three experiments."""
+
+FRICTION = 0.02, 0.2
+"""Of a joint's rms torque that is viscous friction, which the scenario states as an effect."""
+
+NEAR = 0.2
+"""Share by which a deviation may differ from the predicted one."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One rig."""
+
+    seed: int
+
+    @property
+    def key(self) -> str:
+        return str(self.seed)
+
+
+def answer_text(order: str) -> str:
+    """The record of the case that a worker is sent."""
+    with single_threaded():
+        return json.dumps(kept(Case(**json.loads(order)), run_case))
+
+
+def run_case(case: Case) -> dict[str, Any]:
+    """A record of plain values."""
+    rig = drawn(case.seed)
+    machine = _rubbing(rig, case.seed) if case.seed % 2 else rig.healthy
+    recordings = rig.measured(rig.recordings(machine), case.seed)
+    with TemporaryDirectory() as folder:
+        path = written(Path(folder), rig, recordings)
+        if machine is not rig.healthy:
+            _state_friction(path)
+        scenario = read_scenario(path)
+        clock = time.perf_counter()
+        design = plan(scenario, Wish(seconds=SECONDS), folder=path.parent)
+        seconds = time.perf_counter() - clock
+        played = [_played(rig, machine, design, c) for c in design.chosen]
+        deviations = _reached(rig, scenario, path.parent, design, [r for r, _ in played])
+    return {
+        "key": case.key,
+        "joints": rig.joints,
+        "drive": rig.drive["kind"],
+        "used": [share for _, share in played],
+        "seconds": seconds,
+        "deviations": deviations,
+    }
+
+
+def _rubbing(rig: Rig, seed: int) -> Model:
+    """The rig's machine with viscous friction in its joints."""
+    rng = np.random.default_rng([seed, 18])
+    sizes = sizes_of([rig.roughly(rig.healthy, i) for i in range(len(rig.postures))])
+    shares = rng.uniform(*FRICTION, rig.joints)
+    values = {
+        f"fv{k + 1}": float(share * sizes.torque[k] / sizes.speed[k])
+        for k, share in enumerate(shares)
+    }
+    return rig.healthy.with_effects([effect("viscous_friction")], values, sizes)
+
+
+def _state_friction(path: Path) -> None:
+    scenario = read_scenario(path)
+    document = scenario.model_dump(exclude_unset=True)
+    document["model"] = {"effects": [{"id": "viscous_friction"}]}
+    write_scenario(Scenario.model_validate(document), path)
+
+
+def _played(rig: Rig, machine: Model, design: Design, c: Candidate) -> tuple[Recording, float]:
+    """What the true machine does, as the rig would write it; the share of the tightest limit."""
+    task, _ = c.trial.task(machine)
+    motion = simulate_within(machine, machine.numbers(), task, 1e-8).trajectory
+    own, tip = design.limits.used(motion)
+    names = machine.drive.reference_channels(machine.arm)
+    channels = {name: task.references[:, k] for k, name in enumerate(names)}
+    for kind in ("encoder", *rig.kinds):
+        one = sensor(kind)
+        y = machine.sensed(kind, np.array(one.measure(motion)), c.trial.sample_time, {})
+        channels |= {s.name: y[:, k] for k, s in enumerate(one.channels(machine.arm))}
+    clean = Recording("planned", task.time, channels)
+    (noisy,) = rig.measured([clean], 1000 + c.trial.seed)
+    return noisy, float(max(np.max(own), tip))
+
+
+def _reached(
+    rig: Rig, scenario: Scenario, folder: Path, design: Design, more: Sequence[Recording]
+) -> dict[str, list[float]]:
+    """name -> [before, predicted, reached] deviations of a fit to all recordings."""
+    there = load_recordings(scenario, base_model(scenario), folder, None, Silent())
+    added = [replace(r, name=f"planned {n}") for n, r in enumerate(more, start=1)]
+    begun = fitted(scenario, [*there, *added], Silent())
+    found = {e.name: e.std for e in final_parameters(settled(begun.base))}
+    return {
+        d.estimate.name: [d.before, d.after, float(found[d.estimate.name])]
+        for d in design.deviations
+    }
+
+
+def tables(records: Sequence[Mapping[str, Any]]) -> str:
+    """What was asked, and what came out."""
+    ended = [r for r in records if "failed" not in r]
+    lines = [f"{len(ended)} of {len(records)} rigs planned"]
+    lines += [f"  {r['key']}: {r['failed']}" for r in records if "failed" in r]
+    used = [(max(r["used"], default=0.0), r["key"]) for r in ended]
+    over = [key for share, key in used if share > 1.0]
+    lines.append(f"limits violated on {len(over)} rigs (asked: none): {', '.join(over)}")
+    if used:
+        lines.append(f"  most used: {max(used)[0]:.3f} of the tightest limit")
+    pairs = [x for r in ended for x in r["deviations"].values()]
+    near = [abs(reached / predicted - 1.0) <= NEAR for _, predicted, reached in pairs]
+    if pairs:
+        gains = [before / reached for before, _, reached in pairs]
+        lines.append(
+            f"deviations within {100 * NEAR:.0f} % of the predicted: {sum(near)} of {len(near)}; "
+            f"narrowed {np.median(gains):.2f} times in the median"
+        )
+        lines.append(f"seconds: most {max(r['seconds'] for r in ended):.1f} (asked: 20)")
+    return "\n".join(lines)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs what is asked for and prints the table."""
+    parser = argparse.ArgumentParser(prog="python -m tests.studies.next_experiments")
+    parser.add_argument("--rigs", type=int, default=RIGS)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=OUT)
+    parser.add_argument("--tables", action="store_true", help="only print what is there")
+    asked = parser.parse_args(arguments)
+    chosen = [Case(seed) for seed in range(1, asked.rigs + 1)]
+    if asked.tables:
+        records = finished(chosen, asked.out)
+    else:
+        records = run_all(chosen, answer_text, asked.out, print, asked.workers)
+    print(tables(list(records.values())))
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
