@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.diagnose.data import Hypothesis
+from core.diagnose.next_experiment import RCOND
 from core.identify.uncertainty import pseudo_inverse
 
 
@@ -38,12 +39,11 @@ class Information:
         labels = [f"{x.split('@')[0]}@{recording}" if "@" in x else x for x in self.labels]
         return Information(tuple(labels), self.A, self.B)
 
-    def deviations(self) -> dict[str, float]:
-        """label -> standard deviation, SI; zero for a direction that nothing shows."""
-        inverse = pseudo_inverse(self.A)
-        covariance = inverse @ self.B @ inverse
-        deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        return dict(zip(self.labels, map(float, deviations), strict=True))
+    def covariance(self, labels: Sequence[str]) -> np.ndarray:
+        """(P, P) of these unknowns, SI; zero along a direction that nothing shows."""
+        inverse = pseudo_inverse(self.A, RCOND)
+        at = [self.labels.index(label) for label in labels]
+        return np.asarray((inverse @ self.B @ inverse)[np.ix_(at, at)])
 
 
 def information(h: Hypothesis, errors: Mapping[str, float]) -> Information:
@@ -63,15 +63,3 @@ def information(h: Hypothesis, errors: Mapping[str, float]) -> Information:
             A += gram
             B += errors.get(channel, 1.0) ** 2 * gram
     return Information(tuple(labels), A, B)
-
-
-def narrowed(
-    before: Mapping[str, float], model: Information, with_more: Information, names: Sequence[str]
-) -> dict[str, float]:
-    """name -> the deviation after more recordings, of the one that the fit stated before.
-
-    The fit's own deviation knows that its errors are coloured; how much more recordings narrow it
-    is taken from errors without colour, before and after alike.
-    """
-    was, will = model.deviations(), with_more.deviations()
-    return {n: before[n] * will[n] / was[n] if was[n] > 0.0 else before[n] for n in names}

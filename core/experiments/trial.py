@@ -122,7 +122,10 @@ def _inside(low: float, high: float) -> list[float]:
 
 
 def _round(place: float, span: float) -> float:
-    """A place that a person can set, a hundredth of the range off at most."""
+    """A place that a person can set: zero where that is near, else a hundredth of the range off at
+    most."""
+    if abs(place) < 0.1 * span:
+        return 0.0
     digits = int(np.ceil(-np.log10(max(span, 1e-9)) + 1.5))
     return float(round(place, digits)) + 0.0
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from core.errors import InputError
-from core.experiments.design import Design, Wish
+from core.experiments.design import MOST, Design, Wish
 from core.experiments.files import Names, as_document, expected, references, with_planned
 from core.experiments.plan import plan
 from core.experiments.words import words
@@ -47,7 +47,7 @@ def plan_scenario(
     check_writable(out)
     wish = Wish(seconds, tuple(parameters), tuple(between), scenario.limits)
     found = plan(scenario, wish, folder=path.parent, data_folder=data, progress=progress)
-    write_plan(scenario, found, out, path.parent, data)
+    write_plan(scenario, found, out, seen_by(out, path.parent, data))
     files = [Names(n).recorded for n, _ in enumerate(found.chosen, start=1)]
     closing = f"Save what is recorded beside them as {files[0]}" if files else ""
     more = ", and so on" if len(files) > 1 else ""
@@ -55,15 +55,19 @@ def plan_scenario(
     return [*words(found), ending]
 
 
+def seen_by(out: Path, folder: Path, data: Path | None) -> Callable[[str], str]:
+    """How a scenario in `out` names the files of one in `folder`."""
+    return lambda file: seen_from(resolve_file(file, folder, data), out)
+
+
 def write_plan(
-    scenario: Scenario, found: Design, out: Path, folder: Path, data: Path | None
+    scenario: Scenario, found: Design, out: Path, locate: Callable[[str], str] = lambda file: file
 ) -> None:
-    """References, what to expect, the plan in words and numbers, and the scenario for after."""
+    """References, what to expect, the plan in words and numbers, and the scenario for after.
+
+    `locate` says how the new scenario names a file of the old one.
+    """
     units = joint_units(found.fitted.model.arm)
-
-    def locate(file: str) -> str:
-        return seen_from(resolve_file(file, folder, data), out)
-
     document = with_planned(scenario, found, locate)
     check_scenario(document, SCENARIO)
     with work_folder(out) as room:
@@ -74,3 +78,11 @@ def write_plan(
         (room / TEXT).write_text("\n\n".join(words(found)) + "\n", encoding="utf-8")
         (room / SCENARIO).write_text(document_toml(document), encoding="utf-8")
         swap_in(room, out)
+    _drop_older(out, len(found.chosen))
+
+
+def _drop_older(out: Path, count: int) -> None:
+    """Nobody is to play what an older plan of more experiments left; recordings stay."""
+    for n in range(count + 1, MOST + 1):
+        for name in (Names(n).play, Names(n).expected):
+            (out / name).unlink(missing_ok=True)

@@ -12,7 +12,7 @@ from core.experiments.design import Design, Deviation
 from core.experiments.files import references
 from core.experiments.words import words
 from core.recording.recording import Recording
-from flexgui.export.planned import write_plan
+from flexgui.export.planned import SCENARIO, seen_by, write_plan
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -66,10 +66,8 @@ class Plan:
         Returns:
             The path of the scenario.
         """
-        from flexgui.export.planned import SCENARIO
-
         out, p = Path(folder), self.project
-        write_plan(p.scenario, self._design, out, p.folder, p.data)
+        write_plan(p.scenario, self._design, out, seen_by(out, p.folder, p.data))
         return out / SCENARIO
 
     def _repr_html_(self) -> str:

@@ -12,6 +12,7 @@ from flexgui.export.folder import zipped
 from flexgui.export.formats import model_formats
 from flexgui.export.model_format import ModelFormat
 from flexgui.panels import widgets
+from flexgui.panels.next_experiment import NextExperiment
 from flexgui.panels.panel import Panel
 from flexgui.panels.words import Words, joined, paragraph
 from flexgui.session import Topic
@@ -59,6 +60,7 @@ class ExportPanel(Panel):
         for one in model_formats():
             action = partial(self._save_model, one)
             self._needs.append(widgets.button(desk, one.label, action, hint=one.hint))
+        self._next = NextExperiment(desk, self._send)
         self._bar = desk.gui.add_progress_bar(100.0, visible=False, animated=True)
 
     def build_plots(self) -> None:
@@ -74,6 +76,7 @@ class ExportPanel(Panel):
         self._bar.visible = run.busy
         writing = run.busy and run.kind == "report"
         self._said.show(paragraph(self._sentence(writing), "soft"))
+        self._next.refresh()
         if outcome is None:
             self._about.show(paragraph(EMPTY, "soft"))
             return

@@ -18,7 +18,8 @@ from flexgui.jobs import Event, Finished, Job, Stopped, Task
 from flexgui.jobs.events import Ended
 from flexgui.jobs.tasks.direct import export
 from flexgui.jobs.tasks.identify import identify
-from flexgui.session.edit import edited, put
+from flexgui.jobs.tasks.plan import plan_next
+from flexgui.session.edit import Document, edited, put
 from flexgui.session.failing import WhereItFails, where_it_fails
 from flexgui.session.look import Look, ladder_steps, story
 from flexgui.session.playing import Playing
@@ -35,6 +36,8 @@ class Running(Playing, ABC):
         super().__init__(key, folder)
         self.run = Run()
         self.job: Job | None = None
+        self.planned: tuple[str, ...] = ()
+        """What the last plan of the next experiments says, a paragraph each."""
         self._run_number = 0
         self._settled = 0
         """The last of the runs whose end was heard to the last word."""
@@ -91,6 +94,34 @@ class Running(Playing, ABC):
                 done(out)
 
         return self._submit(services, "report", task, on_event)
+
+    def plan_next(
+        self, services: Services, seconds: float, limits: Document, done: Callable[[Path], None]
+    ) -> bool:
+        """Plans the next experiments in the pool; `done` gets the folder of their files.
+
+        `limits` are a scenario's `[limits]`; a wrong one is said.
+        """
+        edits = put(("diagnose",), None), put(("limits",), limits or None)
+        try:
+            plain = edited(self.scenario, *edits)
+        except InputError as error:
+            self.show_message(str(error), bad=True)
+            return False
+        out = self.folder / "plan"
+        where = {"folder": str(self.folder), "out": str(out)}
+        text = scenario_toml(plain)
+        task = Task.of(plan_next, "The plan", scenario_toml=text, seconds=seconds, **where)
+
+        def on_event(event: Event) -> None:
+            found = getattr(event, "result", None)
+            if isinstance(event, Finished) and isinstance(found, tuple):
+                with self._lock:
+                    self.planned = found
+                self.notify(Topic.OUTCOME)
+                done(out)
+
+        return self._submit(services, "plan", task, on_event)
 
     def pause(self) -> None:
         """Holds the job."""

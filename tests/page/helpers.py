@@ -48,6 +48,11 @@ def enter(page: Any, label: str, value: str) -> None:
     target.fill(value)
 
 
+def field(page: Any, label: str) -> Any:
+    """The box of a text field: it has no id, but it comes next after the label."""
+    return page.get_by_text(label, exact=True).first.locator("xpath=following::input[1]")
+
+
 def press(page: Any, name: str) -> None:
     page.get_by_role("button", name=name, exact=True).first.click()
 

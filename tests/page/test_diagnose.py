@@ -18,7 +18,7 @@ from flexgui.session.edit import Document, put
 from flexgui.session.effects import present, titled
 from flexgui.session.look import ladder_steps
 from tests.page.conftest import Desktop
-from tests.page.helpers import plots, press, sees
+from tests.page.helpers import field, plots, press, sees
 from tests.page.scene import on_screen
 from tests.session.helpers import until
 
@@ -157,11 +157,6 @@ def test_an_effect_is_demonstrated_beside_its_story(page: Any, session: Session)
     page.locator(".fx math").first.wait_for()
     press(page, "Hide what it does")
     page.get_by_text("where it changes most.").wait_for(state="hidden")
-
-
-def field(page: Any, label: str) -> Any:
-    """The box of a text field: it has no id, but it comes next after the label."""
-    return page.get_by_text(label, exact=True).first.locator("xpath=following::input[1]")
 
 
 def test_a_typed_formula_is_fitted_and_ranked_and_a_hostile_one_refused(

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 import tomllib
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import pytest
 from core.recording.save import save_recording
 from flexgui.session import Session
 from flexgui.stage.recorded import read_one
-from tests.page.helpers import enter, plots, press, sees, small
+from tests.page.helpers import enter, field, plots, press, sees, small
 from tests.session.helpers import until
 
 SAME = 1e-9
@@ -199,3 +200,22 @@ def test_texts_of_a_file_are_shown_and_not_run(page: Any, session: Session) -> N
     press(page, "Data")
     page.wait_for_timeout(1000)
     assert page.evaluate("window.evil") is None
+
+
+def test_the_next_experiment_is_planned_and_taken_away(
+    page: Any, session: Session, tmp_path: Path
+) -> None:
+    small(session)
+    press(page, "Export")
+    page.get_by_text("Next experiment", exact=True).click()
+    enter(page, "Time (s)", "4")
+    field(page, "Speed limits").fill("fast")
+    press(page, "Plan and download (zip)")
+    sees(page, "Speed limits: write a number per joint, by commas")
+    field(page, "Speed limits").fill("0.3, 0.5")
+    with page.expect_download() as download:
+        press(page, "Plan and download (zip)")
+    download.value.save_as(tmp_path / "next.zip")
+    sees(page, "Expected standard deviations, before and after")
+    with zipfile.ZipFile(tmp_path / "next.zip") as files:
+        assert {"play1.csv", "expected1.csv", "plan.txt", "scenario.toml"} <= set(files.namelist())

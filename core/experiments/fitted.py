@@ -1,0 +1,152 @@
+"""A model fitted to the recordings there are: what it knows, and how far it can be trusted."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.signal import savgol_filter
+
+from core.diagnose.data import Data, Hypothesis
+from core.diagnose.facts import final_parameters
+from core.diagnose.planned import data_of, expected_recording
+from core.diagnose.refit import settled
+from core.diagnose.start import Begun
+from core.diagnose.verdict import remains
+from core.experiments.information import Information, information
+from core.experiments.trial import Trial, played, played_to
+from core.identify.derived import derived_estimates
+from core.identify.prepared import make_task
+from core.results import Estimate
+from core.trajectory import Trajectory
+
+TRUSTED = 6
+"""Recordings that tell how far the model can be trusted to say what a reference does."""
+
+FEWEST, MOST_STEPS = 4, 64
+"""Steps per sample."""
+CLOSE = 0.02
+"""Of a peak: a tenth of what is kept free of a limit, and a little."""
+
+SMOOTHED = 5
+"""Samples of an encoder whose slope is a speed: a count more or less is no motion."""
+
+UNSURE = 0.05
+"""Two deviations over the value, from which on a limit must hold wherever the value may be: below,
+the motion hardly depends on it."""
+
+
+@dataclass(frozen=True)
+class FittedModel:
+    """The model on the recordings there are, and what they tell."""
+
+    begun: Begun
+
+    @property
+    def h(self) -> Hypothesis:
+        return self.begun.base.hypothesis
+
+    @property
+    def data(self) -> Data:
+        return self.begun.data
+
+    @property
+    def motions(self) -> list[Trajectory]:
+        """Of the model along each recording."""
+        everything = range(len(self.h.residuals.experiments))
+        found = self.h.residuals.predictor.trajectories([(self.h.vector, everything)])[0]
+        return [motion for motion, _, _ in found]
+
+    @cached_property
+    def doubt(self) -> np.ndarray:
+        """(joints,) by which share of its motion the model missed each joint where the references
+        of the recordings there are were played to it. Torques without a loop let it drift, and
+        nothing damps what they excite."""
+        model = played_to(self.h)
+        worst = np.zeros(model.arm.joints)
+        for e in self.data.experiments[:TRUSTED]:
+            motion = played(self.h, make_task(model, e.recording), self.steps)
+            for k in range(model.arm.joints):
+                place = e.recording.channels.get(f"theta{k + 1}")
+                if place is not None:
+                    miss = _missed(place, motion.q[:, k], motion.v[:, k], e.recording.sample_time)
+                    worst[k] = max(worst[k], miss)
+        return worst
+
+    @cached_property
+    def steps(self) -> int:
+        """Per sample, such that twice as many move no peak by more than CLOSE."""
+        recording = self.data.experiments[0].recording
+        task, steps = make_task(played_to(self.h), recording), FEWEST
+        peaks = _peaks(played(self.h, task, steps))
+        while steps < MOST_STEPS:
+            finer = _peaks(played(self.h, task, 2 * steps))
+            if np.all(np.abs(finer - peaks) <= CLOSE * peaks):
+                break
+            steps, peaks = 2 * steps, finer
+        return steps
+
+    @cached_property
+    def models(self) -> list[Hypothesis]:
+        """The fitted model, and where it might as well stand in what is hardly known."""
+        labels, found = self.h.unknowns.labels, [self.h]
+        for name, e in self.estimates.items():
+            if name not in labels:
+                continue
+            far = 2.0 * e.std if math.isfinite(e.std) else 0.0
+            if far > UNSURE * abs(e.value):
+                for value in (max(e.value - far, e.lower), min(e.value + far, e.upper)):
+                    x = self.h.vector.copy()
+                    x[labels.index(name)] = value
+                    found.append(self.h.at(x))
+        return found
+
+    @cached_property
+    def errors(self) -> dict[str, float]:
+        """channel -> rms error in floors."""
+        return remains(self.data.experiments, self.begun.base.errors).by_channel
+
+    @cached_property
+    def estimates(self) -> dict[str, Estimate]:
+        """Shared parameters that are estimated, and what follows from them, by name."""
+        return {e.name: e for e in final_parameters(settled(self.begun.base))}
+
+    @cached_property
+    def known(self) -> Information:
+        """What the recordings there are show."""
+        return information(self.h, self.errors)
+
+    def deviations(self, shown: Information) -> dict[str, float]:
+        """The same names -> standard deviation, SI, by what recordings show."""
+        h, labels = self.h, self.h.unknowns.labels
+        covariance = shown.covariance(labels)
+        own = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        derived = derived_estimates(h.model, h.unknowns, h.vector, covariance, None)
+        found = dict(zip(labels, map(float, own), strict=True))
+        return found | {e.name: e.std for e in derived}
+
+    def there(self, trial: Trial) -> Data:
+        """Its data."""
+        model, like = played_to(self.h), self.data.experiments[0].recording
+        task, point = trial.task(model)
+        return data_of(
+            self.data, expected_recording(model, task, point, trial.motion(self.h), like)
+        )
+
+
+def _missed(place: np.ndarray, said: np.ndarray, speed: np.ndarray, dt: float) -> float:
+    """Share of its peaks, of position and speed, by which a joint (N,) was elsewhere than said."""
+    rate = savgol_filter(place, SMOOTHED, 2, deriv=1, delta=dt)
+    moved, fast = np.abs(said - said[0]).max(), np.abs(speed).max()
+    if not moved > 0.0 or not fast > 0.0:
+        return 0.0
+    apart = np.abs((place - place[0]) - (said - said[0])).max()
+    faster = max(float(np.abs(rate).max() - fast), 0.0)
+    return float(max(apart / moved, faster / fast))
+
+
+def _peaks(motion: Trajectory) -> np.ndarray:
+    """Of places and speeds of all coordinates."""
+    return np.concatenate([np.ptp(motion.q, axis=0), np.abs(motion.v).max(axis=0)])

@@ -1,0 +1,53 @@
+"""The next experiment, planned on the page: files to play, or a sentence."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flexgui.session import Session
+from flexgui.session.edit import Document
+from tests.session.conftest import Offered
+from tests.session.helpers import until
+
+
+def brief(session: Session) -> None:
+    def edit(document: Document) -> None:
+        document["recordings"] = document["recordings"][:2]
+        for recording in document["recordings"]:
+            recording["simulate"]["seconds"] = 1.0
+
+    assert session.change(edit)
+
+
+def test_the_files_to_play_and_the_words_are_handed_on(
+    session: Session, services: Offered
+) -> None:
+    brief(session)
+    folders: list[Path] = []
+    limits = {"speed": [0.3, 0.5]}
+    assert session.plan_next(services, 2.0, limits, folders.append)
+    until(lambda: not session.busy)
+    (folder,) = folders
+    names = {path.name for path in folder.iterdir()}
+    assert {"play1.csv", "expected1.csv", "plan.json", "plan.txt", "scenario.toml"} <= names
+    assert session.planned[0].startswith("Record ")
+    assert "limits" not in session.scenario.model_dump(exclude_unset=True), "it is left as it is"
+    text = (folder / "scenario.toml").read_text(encoding="utf-8")
+    assert "speed = [" in text and 'played = "play1.csv"' in text
+
+
+def test_a_shorter_plan_leaves_nothing_of_the_one_before(
+    session: Session, services: Offered
+) -> None:
+    brief(session)
+    folders: list[Path] = []
+    for seconds, last in ((2.0, True), (1.0, False)):
+        assert session.plan_next(services, seconds, {}, folders.append)
+        until(lambda: not session.busy)
+        assert (folders[-1] / "play2.csv").exists() is last
+
+
+def test_a_wrong_limit_is_said(session: Session, services: Offered) -> None:
+    brief(session)
+    assert not session.plan_next(services, 2.0, {"speed": [-1.0]}, lambda _: None)
+    assert "limits" in session.message.text
