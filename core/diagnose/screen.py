@@ -14,7 +14,7 @@ from core.diagnose.data import Data, Hypothesis
 from core.diagnose.descent import whole
 from core.diagnose.gram import NOTHING, Gram, explain, gram
 from core.diagnose.shapes import best_shape, own_shape
-from core.diagnose.whitening import Whitener, fit_whitener, no_whitening
+from core.diagnose.whitening import Whitener, fit_whitener, no_whitening, rows_apart
 from core.effects.effect import Effect
 from core.identify import predictor
 
@@ -101,10 +101,11 @@ def screen(
     new = {i for i, t in enumerate(planned) if must_compile(t, base.model.arm)}
     rounds = in_rounds(planned, new)
     zeros, columns = Zeros(base), dict[int, Column]()
+    apart = rows_apart(data.experiments)
 
     def scored() -> Screen:
         known = [columns[i] for i in sorted(columns)]
-        return _scored(errors, slopes, known, candidates, len(planned) - len(columns))
+        return _scored(errors, slopes, known, candidates, len(planned) - len(columns), apart)
 
     for number, which in enumerate(rounds, start=1):
         tried = map_threads(lambda i: simulated(data, base, accepted, planned[i], zeros), which)  # noqa: B023
@@ -146,10 +147,11 @@ def _scored(
     columns: list[Column],
     candidates: Sequence[Effect],
     to_come: int,
+    apart: int,
 ) -> Screen:
     blocks = [c.blocks for c in columns]
     plain = gram(errors, slopes, blocks, no_whitening(errors[0].shape[1]))
-    whitener = fit_whitener(_remainders(plain, errors, slopes, blocks))
+    whitener = fit_whitener(_remainders(plain, errors, slopes, blocks), apart)
     white = gram(errors, slopes, blocks, whitener)
     w, u = white.projected(), plain.projected()
     found = [_score(c, columns, w, u) for c in candidates]

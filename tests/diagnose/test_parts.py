@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import chi2, kstest
 
 from core.diagnose.descent import Limits, descend
 from core.diagnose.gram import explain, gram
 from core.diagnose.lines import line_of
 from core.diagnose.sensor_noise import noise_of
-from core.diagnose.whitening import fit_whitener, no_whitening
+from core.diagnose.whitening import LEFT, fit_whitener, no_whitening
+from core.recording.velocity import ZeroPhaseLowPass
 
 ROUNDING = 1e-8
 """Relative: small dense problems, solved two ways."""
@@ -125,3 +127,40 @@ def test_a_line_is_told_from_noise_and_its_frequency_is_right() -> None:
     assert found is not None and silent is not None
     assert found[0] < 1e-6 and found[1] == pytest.approx(25.0, abs=1.0)
     assert silent[0] > 1e-3
+
+
+DT, CUTOFF_HZ = 1e-3, 20.0
+
+SIMULATED = 1e-2
+"""Of the noise: what a simulation misses, in model and response alike."""
+
+UNLIKELY = 0.01
+"""Chance below which a hundred p-values are not called uniform."""
+
+
+def behind_a_filter(seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 1) noise and a response that has nothing to do with it, as a filter leaves them. The
+    simulation's own error is in the residual and in the response: the filter left nothing there."""
+    rng = np.random.default_rng(seed)
+    low_pass = ZeroPhaseLowPass(cutoff_hz=CUTOFF_HZ)
+    noise, response = (low_pass.apply(rng.standard_normal(4800), DT) for _ in range(2))
+    rest = SIMULATED * rng.standard_normal(4800)
+    inner = slice(400, -400)  # the ends of what a filter run both ways gives do not count
+    return (noise + rest)[inner, None], (response + rest)[inner, None]
+
+
+def chance(seed: int, apart: int) -> float:
+    """p-value of the response in the noise."""
+    noise, response = behind_a_filter(seed)
+    whitener = fit_whitener([noise], apart)
+    r, d = whitener(noise)[20:, 0], whitener(response)[20:, 0]  # the filter's beginning
+    return float(chi2.sf((d @ r) ** 2 / (d @ d), 1))
+
+
+def test_behind_a_filter_chances_are_uniform() -> None:
+    """With all rows whitening lifts what the filter left of the simulation's error, the same in
+    residual and response, to the height of the noise: a certainty out of nothing."""
+    apart = int(1.0 / (DT * 2.0 * ZeroPhaseLowPass(cutoff_hz=CUTOFF_HZ).reach_hz(LEFT)))
+    found = [chance(seed, apart) for seed in range(100)]
+    assert kstest(found, "uniform").pvalue > UNLIKELY
+    assert max(chance(seed, 1) for seed in range(20)) < 1e-10

@@ -32,7 +32,7 @@ def column(kind: str, block: np.ndarray) -> Column:
 def seen(errors: np.ndarray, blocks: dict[str, np.ndarray]) -> Screen:
     columns = [column(kind, block) for kind, block in blocks.items()]
     slopes = [np.zeros((*errors.shape, 0))]
-    return _scored([errors], slopes, columns, [effect(kind) for kind in blocks], 0)
+    return _scored([errors], slopes, columns, [effect(kind) for kind in blocks], 0, 1)
 
 
 def directions(seed: int, names: tuple[str, ...]) -> dict[str, np.ndarray]:
