@@ -29,7 +29,8 @@ help:
 	@echo "make bench   how fast and how exact it is on this machine"
 	@echo "make evidence  docs/evidence.md: published recordings, an independent engine, peers; goes on"
 	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
-	@echo "make matrix  480 plain scenarios of random rigs, some hours; goes on where it stopped"
+	@echo "make matrix  480 plain scenarios of random rigs, 100 with nothing hidden, 200 planned experiments;"
+	@echo "             some hours; goes on where it stopped"
 	@echo "make mujoco  the recordings of the independent engine in scenarios/mujoco, where they are missing"
 	@echo "make lint    ruff, mypy, spelling, dead code and duplicates only"
 	@echo "make format  let ruff put the code in order"
@@ -56,6 +57,8 @@ blind: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.studies.blind
 
 matrix: $(VENV)/.installed-test
+	@$(BIN)/python -m tests.studies.nothing_hidden --workers 2
+	@$(BIN)/python -m tests.studies.next_experiments --workers 2
 	@$(BIN)/python -m tests.studies.plain_matrix --workers 2
 
 mujoco: $(VENV)/.installed-test

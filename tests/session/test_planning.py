@@ -19,9 +19,7 @@ def brief(session: Session) -> None:
     assert session.change(edit)
 
 
-def test_the_files_to_play_and_the_words_are_handed_on(
-    session: Session, services: Offered
-) -> None:
+def test_the_files_to_play_and_the_words_are_handed_on(session: Session, services: Offered) -> None:
     brief(session)
     folders: list[Path] = []
     limits = {"speed": [0.3, 0.5]}
