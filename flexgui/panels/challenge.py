@@ -128,14 +128,14 @@ class ChallengeControls:
         """Shows what can be done next."""
         session = self._desk.session
         known = session.challenge
-        self._hide.disabled = session.run.busy or self._desk.read_only
+        self._hide.disabled = session.busy or self._desk.read_only
         self._hide.color = "blue" if known is None else "gray"
         self._above.show("" if known is None else paragraph(ABOVE, "soft"))
         # Fields first: a folder that comes is measured with what is in it.
         self._show_fields(known)
         self._state.show("" if known is None else self._state_of(known))
         self._truth.show(
-            "" if known is None else _end(known, session.tool_answer, session.run.busy)
+            "" if known is None else _end(known, session.tool_answer, session.busy)
         )
         self._board.show("" if known is None else self._class(known))
         self._form.visible = known is not None

@@ -111,18 +111,18 @@ class DiagnosePanel(Panel):
         run_is_ours = session.run.kind == "diagnose" and session.run.phase == RUNNING
         self._busy.refresh(self._sentence)
         self._find.visible = not self._busy.running
-        self._find.disabled = session.run.busy or self.desk.read_only
+        self._find.disabled = session.busy or self.desk.read_only
         fresh = look is not None and look.diagnosis is not None and not self._old()
         way_on = self._way_on()
         self._find.label = "Repeat diagnosis" if fresh else "Find what is missing"
         self._find.color = _color(way_on == FIND)
         self._verdict.show(self._verdict_text(look))
-        self._grown.refresh(not session.run.busy)
+        self._grown.refresh(not session.busy)
         self._show_added()
         self._undo.color = _color(way_on == UNDO)
         self._so_far.show(_so_far(found))
         self._candidates.show(found, self._titles(found), way_on == ADD)
-        able = not session.run.busy or (run_is_ours and session.pending is not None)
+        able = not session.busy or (run_is_ours and session.pending is not None)
         self._candidates.enable(able and not self._old())
         self._rest.show(_rest(look))
         self._challenge.refresh()
@@ -190,7 +190,7 @@ class DiagnosePanel(Panel):
             said += paragraph(own_place(looks[-2], looks[-1]))
         self._added.show(said)
         self._undo.visible = len(session.looks) > 1
-        self._undo.disabled = session.run.busy or self.desk.read_only
+        self._undo.disabled = session.busy or self.desk.read_only
 
     def _sentence(self) -> str:
         session = self.desk.session

@@ -70,9 +70,9 @@ class ExportPanel(Panel):
         session = self.desk.session
         outcome, run = session.whole, session.run
         for each in self._needs:
-            each.disabled = outcome is None or run.busy or self.desk.read_only
+            each.disabled = outcome is None or session.busy or self.desk.read_only
         self._diagnosed.visible = outcome is not None and outcome.diagnosis is not None
-        self._diagnosed.disabled = run.busy or self.desk.read_only
+        self._diagnosed.disabled = session.busy or self.desk.read_only
         self._bar.visible = run.busy
         writing = run.busy and run.kind == "report"
         self._said.show(paragraph(self._sentence(writing), "soft"))

@@ -177,7 +177,7 @@ class IdentifyPanel(Panel):
         session, run = self.desk.session, self.desk.session.run
         busy = self._running
         self._start.visible = not busy
-        self._start.disabled = self.desk.read_only or run.busy
+        self._start.disabled = self.desk.read_only or session.busy
         done = session.outcome is not None and not busy and not self._old()
         self._start.label = "Start again" if done else "Start identification"
         self._start.color = "gray" if done else "blue"

@@ -45,7 +45,7 @@ class NextExperiment:
     def refresh(self) -> None:
         """As the session stands."""
         session = self._desk.session
-        able = bool(session.scenario.recordings) and not session.run.busy
+        able = bool(session.scenario.recordings) and not session.busy
         self._button.disabled = not able or self._desk.read_only
         for field in self._fields.values():
             field.disabled = self._desk.read_only

@@ -121,7 +121,7 @@ class StudyPanel(Panel):
         self._choices.visible = open_to_choose
         self._whole.disabled = follows
         self._save.visible = bool(state.sections)
-        self._save.disabled = session.run.busy or follows
+        self._save.disabled = session.busy or follows
         self._save.color = "blue" if state.phase == DONE else "gray"
         lead = paragraph(self._sentence(state), "lead")
         self._state.show(paragraph(refusal) if refusal else lead)
