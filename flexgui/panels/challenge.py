@@ -134,9 +134,7 @@ class ChallengeControls:
         # Fields first: a folder that comes is measured with what is in it.
         self._show_fields(known)
         self._state.show("" if known is None else self._state_of(known))
-        self._truth.show(
-            "" if known is None else _end(known, session.tool_answer, session.busy)
-        )
+        self._truth.show("" if known is None else _end(known, session.tool_answer, session.busy))
         self._board.show("" if known is None else self._class(known))
         self._form.visible = known is not None
 
