@@ -46,10 +46,12 @@ class FittedModel:
 
     @property
     def h(self) -> Hypothesis:
+        """At its minimum."""
         return self.begun.base.hypothesis
 
     @property
     def data(self) -> Data:
+        """The recordings there are, in noise floors."""
         return self.begun.data
 
     @property
