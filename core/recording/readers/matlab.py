@@ -63,20 +63,25 @@ def _named(
     for element in _elements(content, order):
         inner = element
         if element.kind == COMPRESSED:
-            inner = _next(_elements(_unpacked(element.data, grew), order))
+            inner = _next(_elements(_unpacked(element.data, order, grew), order))
         if inner.kind == MATRIX:
             yield _matrix(inner.data, order, depth=0)
 
 
-def _unpacked(packed: Bytes, grew: Callable[[int], None]) -> bytes:
-    unpacker, whole, rest = zlib.decompressobj(), bytearray(), packed
+def _unpacked(packed: Bytes, order: str, grew: Callable[[int], None]) -> bytes:
+    """What is too large says so in its first bytes: it is refused before the memory is asked for
+    that it would take."""
+    unpacker, whole, rest, counted = zlib.decompressobj(), bytearray(), packed, 0
     while not unpacker.eof:
         piece = unpacker.decompress(rest, PIECE)
         rest = unpacker.unconsumed_tail
         if not piece and not rest and not unpacker.eof:
             raise DamagedError("a variable is cut short")
-        grew(len(piece))
         whole += piece
+        stated = 8 + struct.unpack_from(order + "I", whole, 4)[0] if len(whole) >= 8 else 0
+        size = max(len(whole), stated)
+        grew(size - counted)
+        counted = size
     return bytes(whole)
 
 
