@@ -137,8 +137,10 @@ def one_round(
     work = _Work(data, before, present, seen, len(candidates), lambda: told(""), gate)
     finer = finer_model(found, data)
     if finer is not None:
-        order = [finer, *[w for w in found if w is not finer]]
-        return work.alone(order, FoundSet((), 0.0), room)
+        alone = work.alone([finer], FoundSet((), 0.0), room)
+        if alone.accepted is not None:
+            others = [w for w in found if w is not finer]
+            return replace(alone, weighed=(*alone.weighed, *others))
     left = (found[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
     joint, together = work.sets(found, room, tried=room > 1 and left > 1.0 - WHOLE)
     return joint or work.alone(found, together, room)

@@ -13,11 +13,6 @@ from core.diagnose.verdict import Remains, channel_rms
 from core.effects.effect import Effect
 from core.identify.predictor import on_all_cores
 
-MARGIN = 2.0
-"""Times what the series promises: where forces have edges each shape helps less than the one
-before, and two differences tell a series to a factor of two (on a continuous arm with a limited
-torque, dry friction, and that with a payload: 1.0, 0.9 and 1.8 times)."""
-
 STEPS = 8
 """Per sample, at least: the third shape swings within a sample."""
 
@@ -32,7 +27,8 @@ def within_resolution(data: Data, h: Hypothesis, left: Remains) -> bool:
         left: its error, in floors.
 
     What the next shape would change is estimated from the last two, as a geometric series. Smooth
-    motions leave less; MARGIN is for those that do not.
+    motions leave less; where forces have edges it was seen to leave up to 1.8 times as much, which
+    is then not excused.
     """
     if not any(h.model.arm.modes) or any(m not in (0, MAX_MODES) for m in h.model.arm.modes):
         return False
@@ -40,7 +36,7 @@ def within_resolution(data: Data, h: Hypothesis, left: Remains) -> bool:
     errors = list(on_all_cores(lambda modes: _errors(data, h, modes), models))
     last, before = (_change(data, errors[k], errors[k + 1]) for k in (0, 1))
     return all(
-        np.sqrt(max(rms**2 - 1.0, 0.0)) <= MARGIN * last[name] ** 2 / max(before[name], 1e-300)
+        np.sqrt(max(rms**2 - 1.0, 0.0)) <= last[name] ** 2 / max(before[name], 1e-300)
         for name, rms in left.by_channel.items()
     )
 

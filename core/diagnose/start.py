@@ -119,7 +119,7 @@ def begin(
     data = Data(bare, experiments, nuisance, ones, {}, held, typical(model.arm), steps)
     data = replace(data, **_said_of_effects(model, spec, nuisance))
     rough = _better_start(data, effects, model.effect_values, identified or {}, stopped)
-    motions = _motions(rough.hypothesis)
+    motions = motions_of(rough.hypothesis)
     unweighted = [b / w for b, w in zip(rough.errors, ones, strict=True)]
     prepared = rough.hypothesis.residuals.experiments
     known = channel_floors(prepared, unweighted, motions, stated, fidelity)
@@ -184,7 +184,8 @@ def _better_start(
     return fit(best.hypothesis, None, stopped, MOST_ITERATIONS)
 
 
-def _motions(h: Hypothesis):  # type: ignore[no-untyped-def]
+def motions_of(h: Hypothesis):  # type: ignore[no-untyped-def]
+    """(motion, numbers, values) of a model along each recording."""
     everything = range(len(h.residuals.experiments))
     return h.residuals.predictor.trajectories([(h.vector, everything)])[0]
 

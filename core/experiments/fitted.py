@@ -13,7 +13,7 @@ from core.diagnose.data import Data, Hypothesis
 from core.diagnose.facts import final_parameters
 from core.diagnose.planned import data_of, expected_recording
 from core.diagnose.refit import settled
-from core.diagnose.start import Begun
+from core.diagnose.start import Begun, motions_of
 from core.diagnose.verdict import remains
 from core.experiments.information import Information, information
 from core.experiments.trial import Trial, played, played_to
@@ -57,9 +57,7 @@ class FittedModel:
     @property
     def motions(self) -> list[Trajectory]:
         """Of the model along each recording."""
-        everything = range(len(self.h.residuals.experiments))
-        found = self.h.residuals.predictor.trajectories([(self.h.vector, everything)])[0]
-        return [motion for motion, _, _ in found]
+        return [motion for motion, _, _ in motions_of(self.h)]
 
     @cached_property
     def doubt(self) -> np.ndarray:

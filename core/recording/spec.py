@@ -214,7 +214,7 @@ class RecordingSpec(Settings):
     """rad, the working point of a recording made at one."""
     played: Words | None = None
     """Table of the references that were played, as `flexgui plan` wrote it: the recording is cut
-    to them, and has them where its logger wrote none."""
+    to them, and has them where its logger wrote none and started with the playing."""
 
     @model_validator(mode="before")
     @classmethod

@@ -18,9 +18,10 @@ from core.scenario.data_folder import resolve_file
 from core.scenario.read import check_scenario, document_toml, read_scenario
 from core.scenario.schema import Scenario
 from flexgui.export.diagnosed_file import seen_from
-from flexgui.export.folder import check_writable, dumps, swap_in, work_folder
+from flexgui.export.folder import check_writable, dumps, work_folder
 
-SCENARIO = "scenario.toml"
+SCENARIO = "planned.toml"
+"""Beside the scenario that was planned for, or in an export's folder, it takes nothing's place."""
 PLAN = "plan.json"
 TEXT = "plan.txt"
 
@@ -77,7 +78,8 @@ def write_plan(
         (room / PLAN).write_text(dumps(as_document(found)), encoding="utf-8")
         (room / TEXT).write_text("\n\n".join(words(found)) + "\n", encoding="utf-8")
         (room / SCENARIO).write_text(document_toml(document), encoding="utf-8")
-        swap_in(room, out)
+        for path in room.iterdir():
+            path.replace(out / path.name)
     _drop_older(out, len(found.chosen))
 
 

@@ -16,9 +16,8 @@ from core.scenario.schema import Scenario
 from core.workbench import linear_model
 from flexgui.jobs import Event, Finished, Job, Stopped, Task
 from flexgui.jobs.events import Ended
-from flexgui.jobs.tasks.direct import export
+from flexgui.jobs.tasks.direct import export, plan_next
 from flexgui.jobs.tasks.identify import identify
-from flexgui.jobs.tasks.plan import plan_next
 from flexgui.session.edit import Document, edited, put
 from flexgui.session.failing import WhereItFails, where_it_fails
 from flexgui.session.look import Look, ladder_steps, story
@@ -102,9 +101,8 @@ class Running(Playing, ABC):
 
         `limits` are a scenario's `[limits]`; a wrong one is said.
         """
-        edits = put(("diagnose",), None), put(("limits",), limits or None)
         try:
-            plain = edited(self.scenario, *edits)
+            plain = edited(self.scenario, put(("limits",), limits or None))
         except InputError as error:
             self.show_message(str(error), bad=True)
             return False
@@ -163,7 +161,7 @@ class Running(Playing, ABC):
         self.stop()
         with self._lock:
             self._run_number += 1
-            self.job, self.run = None, Run()
+            self.job, self.run, self.planned = None, Run(), ()
 
     def _submit(
         self, services: Services, kind: str, task: Task, more: Callable[[Event], None]

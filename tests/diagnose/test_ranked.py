@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
+import pytest
+
+from core.diagnose import ladder
 from core.diagnose.evidence import Weighed, ranked
+from core.diagnose.ladder import finer_model
 from core.effects import effect
+
+SHAPE = "extra_bending_mode"
 
 LARGE, SMALLER = 5000.0, 4000.0
 """Of evidence: far more than a tie apart."""
@@ -51,3 +58,28 @@ def test_a_part_that_noise_might_be_does_not_come_before_the_whole() -> None:
     coulomb = weighed("coulomb_friction", 0.758, SMALLER, 2, p_value=0.5)
     presliding = weighed("presliding_friction", 0.762, LARGE, 4)
     assert order(coulomb, presliding) == ["presliding_friction", "coulomb_friction"]
+
+
+@pytest.mark.parametrize(
+    "whole", [(), ("joint_elasticity",), (SHAPE,), ("joint_elasticity", SHAPE)]
+)
+def test_a_finer_model_goes_first_unless_a_physical_effect_explains_everything(
+    whole: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    joint, shape = weighed("joint_elasticity", 0.9, LARGE, 4), weighed(SHAPE, 0.8, SMALLER, 0)
+    found = [
+        replace(w, refit=cast(Any, SimpleNamespace(errors=w.screened.effect.kind in whole)))
+        for w in (joint, shape)
+    ]
+    monkeypatch.setattr(ladder, "within_noise", lambda _, errors: errors)
+    first = finer_model(found, cast(Any, None))
+    assert (first is None) is ("joint_elasticity" in whole)
+    assert first is None or first.screened.effect.kind == SHAPE
+
+
+def test_a_finer_model_that_explains_little_does_not_go_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(ladder, "within_noise", lambda _, errors: False)
+    little = replace(weighed(SHAPE, 0.1, SMALLER, 0), refit=cast(Any, SimpleNamespace(errors=())))
+    assert finer_model([little], cast(Any, None)) is None

@@ -47,20 +47,25 @@ LOOP = 'kind = "velocity_loop"\ngains = [60.0, 30.0]'
 TORQUE = 'kind = "torque"'
 
 
-def scenario(limits: str = "", drive: str = LOOP) -> Scenario:
+HIDDEN = ", hidden = { coulomb_friction = { fc1 = 0.2, fc2 = 0.1 } }"
+"""N m"""
+
+
+def scenario(limits: str = "", drive: str = LOOP, hidden: bool = False) -> Scenario:
     how = "" if drive == LOOP else ", amplitude = 2.0"
+    how += HIDDEN if hidden else ""
     return parse_scenario(TEXT.format(drive=drive, limits=limits, how=how), "x")
 
 
 @cache
-def recordings(drive: str = LOOP) -> tuple[Recording, ...]:
-    asked = scenario(drive=drive)
+def recordings(drive: str = LOOP, hidden: bool = False) -> tuple[Recording, ...]:
+    asked = scenario(drive=drive, hidden=hidden)
     return tuple(load_recordings(asked, base_model(asked), Path(), None, Silent()))
 
 
 @cache
-def planned(wish: Wish = BRIEF, drive: str = LOOP) -> Design:
-    begun = fitted(scenario(drive=drive), recordings(drive), Silent())
+def planned(wish: Wish = BRIEF, drive: str = LOOP, hidden: bool = False) -> Design:
+    begun = fitted(scenario(drive=drive), recordings(drive, hidden), Silent())
     return design(begun, wish, Silent())
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from core.diagnose.facts import final_parameters
+from core.diagnose.groups import TIE
 from core.diagnose.refit import settled
 from core.errors import InputError
 from core.experiments.allowed import Allowed
@@ -81,11 +82,19 @@ def test_the_deviations_are_reached() -> None:
         assert reached[d.estimate.name] == pytest.approx(d.after, rel=NEAR)
 
 
-def test_two_effects_that_look_alike_are_told_apart_by_the_chosen_experiment() -> None:
-    apart = planned(Wish(seconds=1.0, between=("coulomb_friction", "viscous_friction")))
-    assert apart.rivals == ("Coulomb friction", "Viscous joint friction")
-    assert apart.chosen[0].score == max(c.score for c in apart.chosen) >= 0.0
-    assert "decides" in " ".join(words(apart))
+PAIR = ("coulomb_friction", "viscous_friction")
+
+
+def test_the_experiment_that_tells_two_effects_apart_is_chosen() -> None:
+    apart = planned(Wish(seconds=1.0, between=PAIR), hidden=True)
+    assert apart.decides and apart.chosen[0].score > TIE
+    assert "the wrong one would be worse" in " ".join(words(apart))
+
+
+def test_what_is_not_there_is_not_told_apart_and_it_is_said() -> None:
+    apart = planned(Wish(seconds=1.0, between=PAIR))
+    assert not apart.decides
+    assert "no experiment that tells Coulomb friction and Viscous" in " ".join(words(apart))
 
 
 @pytest.mark.parametrize(

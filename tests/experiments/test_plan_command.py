@@ -53,7 +53,7 @@ def test_the_plan_is_also_data(folder: Path) -> None:
 def test_what_was_recorded_is_read_back_as_the_same_experiment(folder: Path) -> None:
     for n, c in enumerate(planned().chosen, start=1):
         save_recording(_with_lead_in(recorded(c)), folder / Names(n).recorded)
-    asked = read_scenario(folder / "scenario.toml")
+    asked = read_scenario(folder / "planned.toml")
     model = base_model(asked)
     *_, last = load_recordings(asked, model, folder, None, Silent())
     play = load_recording(folder / "play3.csv", RecordingSpec(file="play3.csv"), REFERENCES)
@@ -88,3 +88,15 @@ def test_a_wrong_option_is_one_sentence(
     result = said("plan", str(tmp_path / "rig.toml"), "--out", str(tmp_path / "o"), *arguments)
     assert result.exit_code == 2 and sentence in result.output
     assert not (tmp_path / "o").exists()
+
+
+def test_an_export_and_the_scenario_in_the_same_folder_stay_as_they_are(tmp_path: Path) -> None:
+    kept = {"scenario.toml": scenario_toml(scenario()), "report.html": "x"}
+    kept["result.json"] = json.dumps({"files": ["report.html", "scenario.toml", "result.json"]})
+    for name, text in kept.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    arguments = (str(tmp_path / "scenario.toml"), "--out", str(tmp_path), "--seconds", "1")
+    assert said("plan", *arguments).exit_code == 0
+    assert (tmp_path / "planned.toml").is_file()
+    for name, text in kept.items():
+        assert (tmp_path / name).read_text(encoding="utf-8") == text

@@ -218,4 +218,4 @@ def test_the_next_experiment_is_planned_and_taken_away(
     download.value.save_as(tmp_path / "next.zip")
     sees(page, "Expected standard deviations, before and after")
     with zipfile.ZipFile(tmp_path / "next.zip") as files:
-        assert {"play1.csv", "expected1.csv", "plan.txt", "scenario.toml"} <= set(files.namelist())
+        assert {"play1.csv", "expected1.csv", "plan.txt", "planned.toml"} <= set(files.namelist())

@@ -27,10 +27,10 @@ def test_the_files_to_play_and_the_words_are_handed_on(session: Session, service
     until(lambda: not session.busy)
     (folder,) = folders
     names = {path.name for path in folder.iterdir()}
-    assert {"play1.csv", "expected1.csv", "plan.json", "plan.txt", "scenario.toml"} <= names
+    assert {"play1.csv", "expected1.csv", "plan.json", "plan.txt", "planned.toml"} <= names
     assert session.planned[0].startswith("Record ")
     assert "limits" not in session.scenario.model_dump(exclude_unset=True), "it is left as it is"
-    text = (folder / "scenario.toml").read_text(encoding="utf-8")
+    text = (folder / "planned.toml").read_text(encoding="utf-8")
     assert "speed = [" in text and 'played = "play1.csv"' in text
 
 
