@@ -73,6 +73,9 @@ GOOD_ENOUGH = 1e-4
 100,000 samples of a long campaign it is the evidence at which two models tie."""
 KEPT = 0.5
 """Of the fall that straight lines promise: by less than this they were no straight lines."""
+FLAT = 1.5
+"""Of that fall: by more than this the errors bend away from straight lines so that the cost is less
+than half as curved as they say, and its minimum more than twice as far."""
 SHORT = 1e-2
 """Damping above which a step was short, so that a small fall says nothing of the next one."""
 WORST_DAMPING = 1e6
@@ -113,9 +116,10 @@ def descend(
     """The minimum reached from `start` (P,) within the bounds; `damping` of a descent that goes on.
 
     `keep` is for a start near its minimum: slopes, which hardly change there and are the dear part,
-    are taken anew only where a step with those at hand fell by less than KEPT of its promise, and
-    what is uphill is tried shorter only while that promises enough. Farther away short steps were
-    seen to gain what straight lines do not promise, and with it the noise model of all evidence.
+    are taken anew only where a step with those at hand fell by less than KEPT or more than FLAT of
+    its promise, and what is uphill is tried shorter only while that promises enough. Farther away
+    short steps were seen to gain what straight lines do not promise, and with it the noise model of
+    all evidence.
     """
     x = np.clip(start, limits.lower, limits.upper)
     blocks = errors(x)
@@ -136,10 +140,15 @@ def descend(
         x_new, blocks_new, cost_new, damping = _step(
             errors, x, blocks, cost, A, b, free, limits, damping, enough if keep else 0.0
         )
+        promise = _fall_by(A, b, x_new - x)
+        bent = cost - cost_new > FLAT * promise + enough
+        if bent:
+            x_new, blocks_new, cost_new = _longer(errors, x, x_new, blocks_new, cost_new, limits)
         fall = cost - cost_new
         stuck = np.array_equal(x, x_new)
-        poor = stuck or fall < KEPT * _fall_by(A, b, x_new - x)
-        ended = (stuck or (fall < enough and damping < SHORT)) and (at is x or not poor)
+        poor = stuck or bent or fall < KEPT * promise
+        resting = stuck or (fall < enough and damping < SHORT)
+        ended = resting and (at is x or not poor)
         if not keep or poor:
             at = None
         x, blocks, cost = x_new, blocks_new, cost_new
@@ -219,6 +228,17 @@ def _step(  # type: ignore[no-untyped-def]
             break  # shorter ones promise less
         damping = max(10.0 * damping, 1e-3)
     return x, blocks, cost, damping
+
+
+def _longer(errors, x, x_new, blocks, cost: float, limits: Limits):  # type: ignore[no-untyped-def]
+    """The step from x to x_new, doubled as long as that goes down."""
+    while True:
+        tried = _inside(x, 2.0 * (x_new - x), limits)
+        found = errors(tried)
+        new = cost_of(found) + limits.surprise(tried)
+        if not new < cost:
+            return x_new, blocks, cost
+        x_new, blocks, cost = tried, found, new
 
 
 def _move(A: np.ndarray, b: np.ndarray, free: np.ndarray, damping: float) -> np.ndarray:

@@ -142,8 +142,9 @@ def _at(data: Data, found: Refit, errors: Sequence[np.ndarray], whitener: Whiten
     return settled(Refit(h, at, white, found.covariance))
 
 
-LAST_ITERATIONS = 8
-"""With exact directions a descent that begins near its end needs two or three."""
+LAST_ITERATIONS = 15
+"""With exact directions a descent that begins near its end needs two or three; what showed in too
+fast a vibration for the steps of the search may still be some way off."""
 
 LAST_FALL = 0.1
 """Fall of the squared error, in mean squares of what is left, below which the last descent ends: a

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from core.diagnose.diagnose import begin_on
 from core.diagnose.level import AUTO
+from core.diagnose.minimum import precise
 from core.diagnose.start import Begun
 from core.diagnose.state import Options
 from core.diagnose.stated_noise import stated_noise
@@ -50,7 +52,7 @@ def plan(
 
 def fitted(scenario: Scenario, recordings: Sequence[Recording], progress: Progress) -> Begun:
     """The scenario's model on its recordings, identified and then fitted to all channels, as a
-    diagnosis begins."""
+    diagnosis begins, and as exactly as one ends: deviations are to be relied on."""
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
     if scenario.model.level == AUTO:
@@ -59,4 +61,6 @@ def fitted(scenario: Scenario, recordings: Sequence[Recording], progress: Progre
     found = ended_at(fit_all(setup, recordings, spec, progress))
     noise = stated_noise(scenario, setup, recordings)
     options = Options(fidelity=scenario.diagnose.fidelity, stated_noise=noise, identified=found)
-    return begin_on(setup, spec, recordings, options, progress)
+    begun = begin_on(setup, spec, recordings, options, progress)
+    data, base = precise(begun.data, begun.base, progress.stopped)
+    return replace(begun, data=data, base=base, known=None)

@@ -74,6 +74,36 @@ def test_slopes_that_no_longer_fit_are_taken_anew() -> None:
     assert found.cost == pytest.approx(descended(Curve()).cost, rel=1e-6)
 
 
+@dataclass
+class Level:
+    """Errors (2, 1) that turn along a circle of a wide radius: along it the cost is hardly curved,
+    and straight lines promise a minimum far nearer than it is."""
+
+    asked: int = 0
+
+    def errors(self, x: np.ndarray) -> list[np.ndarray]:
+        return [RADIUS * np.array([[np.sin(x[0] / 2.0)], [np.cos(x[0] / 2.0) / 2.0]])]
+
+    def slopes(self, x: np.ndarray) -> list[np.ndarray]:
+        self.asked += 1
+        one = RADIUS * np.array([np.cos(x[0] / 2.0) / 2.0, -np.sin(x[0] / 2.0) / 4.0])
+        return [np.stack([one, np.zeros(2)], axis=-1)[:, None, :]]
+
+
+RADIUS = 30.0
+FAR = (2.6, 0.0)
+"""Beyond where the cost is curved as straight lines say; the minimum is at zero."""
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_a_minimum_beyond_what_straight_lines_promise_is_reached(keep: bool) -> None:
+    """Kept slopes led to where the errors were at right angles to slopes of another place."""
+    level = Level()
+    found = descend(level.errors, level.slopes, np.array(FAR), LIMITS, good_enough=1e-6, keep=keep)
+    assert found.ended
+    assert found.vector[0] == pytest.approx(0.0, abs=1e-3)
+
+
 def test_at_a_minimum_that_no_step_improves_a_descent_ends_after_one_try() -> None:
     """Beyond it a simulation's own error decides which of two points is lower."""
     bottom = descended(Curve()).vector

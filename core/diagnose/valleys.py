@@ -1,0 +1,115 @@
+"""Whether a fitted model stands in the right valley of its parameters.
+
+The error of a vibration over a whole recording has a minimum wherever model and recording meet
+again after some more or fewer swings (core.identify.growing). The first swings tell these apart
+where they hold more than noise; where a recording begins at rest, or a stiffness shows in a small
+vibration only, they do not. What then tells is the cost along each parameter, far to both sides: it
+costs few simulations, since all values of a parameter are simulated side by side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from core.diagnose.data import Data, Hypothesis, again
+from core.diagnose.descent import cost_of, normal_equations, whole
+from core.diagnose.narrow import CLOSER
+from core.diagnose.refit import fit
+from core.identify.unknowns import Unknown
+from core.lanes.wide import LANES
+
+PLACES = 2 * LANES
+"""To either side, CLOSER to each other: to a ninth and nine times of where it stands, which is more
+than nominal values are off."""
+
+MOST = 3
+"""Valleys that are looked into."""
+
+LOOK = 4
+"""Iterations in each."""
+
+TIED = 1e-10
+"""Relative, of the squares of what two unknowns do: below this they do the same."""
+
+
+def better_valley(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hypothesis | None:
+    """The model where another minimum of the cost is lower than the one near which it stands.
+
+    Args:
+        data: in noise floors.
+        h: the model at a minimum.
+
+    Returns:
+        None where there is none, or where nothing swings.
+    """
+    arm = h.model.arm
+    if arm.coordinates == arm.joints:
+        return None
+    here = again(replace(data, anchor=None), h, finer=1)
+    starts = _minima(here, [u.label for u in data.nuisance if _may_mislead(u)], stopped)
+    if not starts or stopped():
+        return None
+    looks = [fit(here.at(x), None, stopped, LOOK) for x in (here.vector, *starts)]
+    best = min(looks, key=lambda one: one.cost)
+    return None if best is looks[0] else best.hypothesis
+
+
+def _may_mislead(u: Unknown) -> bool:
+    """Whether an unknown is known by its scale only, and one for all recordings."""
+    return u.recording is None and u.parameter.positive
+
+
+def _minima(h: Hypothesis, labels: Sequence[str], stopped: Callable[[], bool]) -> list[np.ndarray]:
+    """Vectors (P,) at the lowest minima of the cost along one parameter each, without those at
+    which the model stands."""
+    slopes = [whole(S) for S in h.slopes(h.vector)]
+    found: list[tuple[float, np.ndarray]] = []
+    for label in labels:
+        if stopped():
+            break
+        k = h.unknowns.labels.index(label)
+        vectors = _along(h, k)
+        ends = _followed(h, k, vectors, slopes)
+        costs = [cost for cost, _ in ends]
+        at = int(np.argmin([abs(x[k] - h.vector[k]) for x in vectors]))
+        lowest = [i for i in range(1, len(ends) - 1) if costs[i] <= min(costs[i - 1], costs[i + 1])]
+        found += [ends[i] for i in lowest if i != at and np.isfinite(costs[i])]
+    return [x for _, x in sorted(found, key=lambda one: one[0])[:MOST]]
+
+
+def _followed(
+    h: Hypothesis, k: int, vectors: Sequence[np.ndarray], slopes: Sequence[np.ndarray]
+) -> list[tuple[float, np.ndarray]]:
+    """The cost at each of `vectors`, which differ in unknown k, with the other unknowns where they
+    make up for it best, and the vector (P,) there.
+
+    The others' slopes are those of one place: beside a valley they hide it (a first beam bent by
+    2 % hid that of the second), and in it they are right enough to show it.
+    """
+    others, limits = np.arange(len(h.vector)) != k, h.limits
+    theirs = [S[:, :, others] for S in slopes]
+    found = []
+    for x, errors in zip(vectors, h.errors_of(vectors), strict=True):
+        A, b = normal_equations([whole(e) for e in errors], theirs)
+        size = np.sqrt(np.maximum(np.diag(A), 1e-300))
+        inverse = np.linalg.pinv(A / np.outer(size, size), rcond=TIED, hermitian=True)
+        inverse /= np.outer(size, size)
+        there = x.copy()
+        there[others] -= inverse @ b
+        cost = cost_of(errors) - float(b @ inverse @ b)
+        found.append((cost, np.clip(there, limits.lower, limits.upper)))
+    return found
+
+
+def _along(h: Hypothesis, k: int) -> list[np.ndarray]:
+    """Vectors (P,) that differ in unknown k, within its bounds, from small to large."""
+    value, parameter = h.vector[k], h.unknowns.items[k].parameter
+    sizes = value * CLOSER ** np.arange(-PLACES, PLACES + 1.0)
+    return [
+        np.where(np.arange(len(h.vector)) == k, size, h.vector)
+        for size in sizes
+        if parameter.lower <= size <= parameter.upper
+    ]

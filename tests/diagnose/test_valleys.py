@@ -1,0 +1,103 @@
+"""A stiffness that a descent left a swing too slow is found along its whole range."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from core.arm.arm import Arm
+from core.arm.segment import Segment
+from core.diagnose.data import Data, hypothesis
+from core.diagnose.minimum import converged
+from core.diagnose.start import in_the_right_valley
+from core.diagnose.valleys import better_valley
+from core.drives.velocity_loop import VelocityLoop
+from core.effects.sizes import typical
+from core.identify.prepared import Processing, prepare
+from core.identify.unknowns import Unknown
+from core.model import Model
+from core.parameters import Parameter
+from core.recording.recording import Recording
+from core.sensors import sensor
+from core.simulate.motion import Task, at_rest
+from core.simulate.nonlinear import simulate_fixed
+
+ARM = Arm(
+    segments=(
+        Segment(length=0.4, mass=2.0, EI=120.0, hub_inertia=0.02, modes=1),
+        Segment(length=0.35, mass=1.2, EI=60.0, hub_inertia=0.01, modes=1),
+    )
+)
+DRIVE = VelocityLoop(gains=(900.0, 500.0))
+"""N m s/rad: so stiff that nothing damps the beams."""
+TRUTH = {"EI1": 120.0, "EI2": 60.0}
+STEP, SAMPLES = 2e-3, 600
+STOPS = 40
+"""Samples after which the reference stays at zero, and the beams swing freely for a second."""
+
+NOISE = 2e-4
+"""m, of the camera; what errors are measured in."""
+
+EXACT = 1e-3
+"""Relative, of a stiffness without noise in the recording."""
+
+NOT_THERE = 0.3
+"""Relative; the next valley is further than that."""
+
+WRONG = {"EI1": 1.0, "EI2": 2.6}
+"""Of the truth: the nominal values, from which descents end in another valley."""
+
+
+def recorded() -> Recording:
+    speeds = np.zeros((SAMPLES, 2))
+    speeds[:STOPS] = (0.3, -0.4)
+    machine = Model(ARM, DRIVE, "nonlinear")
+    n = machine.arm.coordinates
+    start = at_rest(np.array([0.2, 1.1]), n)
+    task = Task(np.arange(SAMPLES) * STEP, speeds, start, start[None, :n])
+    motion = simulate_fixed(machine, machine.numbers(), task, 16)
+    names = machine.drive.reference_channels(machine.arm)
+    channels = {name: task.references[:, k] for k, name in enumerate(names)}
+    camera = sensor("z")
+    seen = np.array(camera.measure(motion))
+    channels |= {c.name: seen[:, k] for k, c in enumerate(camera.channels(machine.arm))}
+    channels |= {f"theta{k + 1}": motion.q[:, k] for k in range(2)}
+    return Recording("r", task.time, channels)
+
+
+@pytest.fixture(scope="module")
+def data() -> Data:
+    bare = Model(ARM, DRIVE, "nonlinear")
+    one = prepare(bare, recorded(), [sensor("z")], Processing())
+    nuisance = tuple(
+        Unknown(Parameter(name, TRUTH[name] * x, "N m²", 1.0, 1e5)) for name, x in WRONG.items()
+    )
+    weights, floors = (np.full(2, 1.0 / NOISE),), {"z1": NOISE, "z2": NOISE}
+    return Data(bare, (one,), nuisance, weights, floors, {}, typical(ARM), 4)
+
+
+def apart(values: Mapping[str, float]) -> float:
+    """Largest relative error of the stiffnesses."""
+    return max(abs(values[name] / x - 1.0) for name, x in TRUTH.items())
+
+
+def never() -> bool:
+    return False
+
+
+def test_a_stiffness_in_a_wrong_valley_is_found_in_the_right_one(data: Data) -> None:
+    """Along that stiffness alone nothing is lower: the first beam, 2 % too soft, hides it."""
+    anchored, stands = converged(data, hypothesis(data, (), {}), None, never)
+    assert apart(stands.hypothesis.values()) > NOT_THERE
+    start = better_valley(anchored, stands.hypothesis, never)
+    assert start is not None
+    _, found = in_the_right_valley(data, hypothesis(data, (), {}), never)
+    assert found.cost < stands.cost
+    assert apart(found.hypothesis.values()) < EXACT
+
+
+def test_from_the_right_valley_nothing_leads_away(data: Data) -> None:
+    anchored, stands = converged(data, hypothesis(data, (), TRUTH), None, never)
+    assert better_valley(anchored, stands.hypothesis, never) is None
