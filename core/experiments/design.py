@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,7 +25,7 @@ from core.effects import catalogue
 from core.errors import InputError
 from core.experiments.allowed import Allowed, allowed
 from core.experiments.fitted import FittedModel
-from core.experiments.information import Information, information
+from core.experiments.information import Information, expected
 from core.experiments.trial import Trial, strongest, trials
 from core.identify.predictor import on_all_cores
 from core.model import Model
@@ -187,7 +187,7 @@ def _candidates(
             return None
         there = fitted.there(strong)
         score = score_on(there, rivals[0], rivals[1], known) if rivals else 0.0
-        return Candidate(strong, information(on_data(there, fitted.h), fitted.errors), score)
+        return Candidate(strong, expected(on_data(there, fitted.h), fitted.errors), score)
 
     tried = trials(limits, round(seconds / dt) * dt, dt)
     found = [c for c in on_all_cores(one, tried) if c is not None]
@@ -237,11 +237,18 @@ def _with(known: Information, more: Sequence[Candidate]) -> Information:
     return known
 
 
+EXACT = 0.05
+"""Share of its square by which what a chosen experiment shows may be wrong: a deviation by half."""
+
+
 def _narrowed(
     fitted: FittedModel, chosen: Sequence[Candidate], names: Sequence[str]
 ) -> tuple[Deviation, ...]:
-    """The fit's own deviation knows that its errors are coloured; how much more recordings narrow
-    it is taken from errors without colour, before and after alike."""
+    """The fit's own deviations, and what the chosen experiments make of them."""
+    exact = on_all_cores(
+        lambda c: expected(on_data(fitted.there(c.trial), fitted.h), fitted.errors, EXACT), chosen
+    )
+    chosen = [replace(c, shows=shown) for c, shown in zip(chosen, exact, strict=True)]
     was = fitted.deviations(fitted.known)
     will = fitted.deviations(_with(fitted.known, chosen))
     found = []

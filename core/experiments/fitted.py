@@ -14,11 +14,11 @@ from core.diagnose.facts import final_parameters
 from core.diagnose.planned import data_of, expected_recording
 from core.diagnose.refit import settled
 from core.diagnose.start import Begun, motions_of
-from core.diagnose.verdict import remains
 from core.experiments.information import Information, information
 from core.experiments.trial import Trial, played, played_to
 from core.identify.derived import derived_estimates
 from core.identify.prepared import make_task
+from core.identify.uncertainty import Colour, colour
 from core.results import Estimate
 from core.trajectory import Trajectory
 
@@ -104,9 +104,9 @@ class FittedModel:
         return found
 
     @cached_property
-    def errors(self) -> dict[str, float]:
-        """channel -> rms error in floors."""
-        return remains(self.data.experiments, self.begun.base.errors).by_channel
+    def errors(self) -> Colour:
+        """Of the recordings together: those to come are expected to have the same."""
+        return colour(np.concatenate(self.begun.base.errors))
 
     @cached_property
     def estimates(self) -> dict[str, Estimate]:
@@ -116,7 +116,9 @@ class FittedModel:
     @cached_property
     def known(self) -> Information:
         """What the recordings there are show."""
-        return information(self.h, self.errors)
+        base = self.begun.base
+        own = [colour(r) for r in base.errors]
+        return information(self.h.unknowns.labels, base.descended.slopes, own)
 
     def deviations(self, shown: Information) -> dict[str, float]:
         """The same names -> standard deviation, SI, by what recordings show."""

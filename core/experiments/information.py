@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.data import Hypothesis
+from core.diagnose.data import Hypothesis, coarser
 from core.diagnose.next_experiment import RCOND
-from core.identify.uncertainty import pseudo_inverse
+from core.identify.uncertainty import Colour, pseudo_inverse, scatter
 
 
 @dataclass(frozen=True)
 class Information:
-    """Of a least-squares fit in noise floors whose channels have errors of other sizes.
+    """Of a least-squares fit under coloured errors (core.identify.uncertainty).
 
-    The estimate's covariance is A^-1 B A^-1 with A = sum S_c'S_c over the channels c and
-    B = sum r_c^2 S_c'S_c, r_c the channel's error in floors (white).
+    The estimate's covariance is A^-1 B A^-1 with A = sum S'S and B = sum S' cov(r) S.
     """
 
     labels: tuple[str, ...]
@@ -46,20 +45,51 @@ class Information:
         return np.asarray((inverse @ self.B @ inverse)[np.ix_(at, at)])
 
 
-def information(h: Hypothesis, errors: Mapping[str, float]) -> Information:
-    """Of the recordings that a fitted model stands on.
+def information(
+    labels: Sequence[str], slopes: Sequence[np.ndarray], errors: Sequence[Colour]
+) -> Information:
+    """Of recordings.
 
     Args:
-        h: at its fitted vector.
-        errors: channel -> rms error in noise floors.
+        labels: of the unknowns.
+        slopes: (M, k, P) of each recording, weighted, zero where a sample does not count.
+        errors: of each recording.
     """
-    labels = h.unknowns.labels
     A, B = np.zeros((len(labels),) * 2), np.zeros((len(labels),) * 2)
-    pairs = zip(h.residuals.experiments, h.slopes(h.vector), strict=True)
-    for experiment, S in pairs:
-        for k, (channel, _) in enumerate(experiment.channels):
-            rows = S[experiment.counted[:, k], k]
-            gram = rows.T @ rows
-            A += gram
-            B += errors.get(channel, 1.0) ** 2 * gram
+    for S, one in zip(slopes, errors, strict=True):
+        flat = S.reshape(-1, len(labels))
+        A += flat.T @ flat
+        B += scatter(S, one)
     return Information(tuple(labels), A, B)
+
+
+def expected(h: Hypothesis, errors: Colour, within: float = np.inf) -> Information:
+    """Of an experiment to come.
+
+    Args:
+        h: the fitted model on it.
+        errors: as of the recordings there are.
+        within: share by which more steps may change what it shows of any unknown; a vibration
+            that few steps damp shows little.
+    """
+    shown = _with_steps(h, errors, h.steps)
+    steps = h.steps or 1
+    while np.isfinite(within) and steps < MOST_STEPS:
+        steps, coarse = 2 * steps, shown
+        shown = _with_steps(h, errors, steps)
+        changed = np.abs(np.diag(shown.A) - np.diag(coarse.A))
+        if np.all(changed <= within * np.diag(shown.A)):
+            break
+    return shown
+
+
+MOST_STEPS = 256
+"""Per sample."""
+
+
+def _with_steps(h: Hypothesis, errors: Colour, steps: int | None) -> Information:
+    residuals = h.residuals
+    if steps is not None:
+        residuals = replace(residuals, predictor=coarser(residuals.predictor, steps))
+    slopes = residuals.sensitivities(h.vector, central=False)
+    return information(h.unknowns.labels, slopes, [errors] * len(slopes))

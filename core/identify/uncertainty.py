@@ -9,6 +9,7 @@ cross-covariances per recording, tapered by a flat-top window whose width adapts
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
@@ -33,7 +34,7 @@ def covariance(
     for S, r in zip(sensitivities, residuals, strict=True):
         flat = S.reshape(-1, P)
         information += flat.T @ flat
-        meat += _meat(S, r)
+        meat += scatter(S, colour(r))
         counted += int(np.count_nonzero(r))
     inverse = pseudo_inverse(information)
     correction = counted / max(counted - free, 1)
@@ -51,12 +52,29 @@ def pseudo_inverse(information: np.ndarray, relative: float = 1e-12) -> np.ndarr
     return np.asarray(inner / np.outer(d, d))
 
 
-def _meat(S: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """S' cov(r) S for one recording."""
-    M, k, P = S.shape
+@dataclass(frozen=True)
+class Colour:
+    """How errors hang together in time and among channels.
+
+    Attributes:
+        gamma: (2 width + 1, k, k), the mean of r_a(t) r_b(t + lag) for each lag.
+        width: samples, up to which they are used as they are.
+    """
+
+    gamma: np.ndarray
+    width: int
+
+
+def colour(r: np.ndarray) -> Colour:
+    """Of residuals (M, k)."""
     width = bandwidth(r)
-    gamma = cross_covariances(r, 2 * width)
-    taper = flat_top(width)
+    return Colour(cross_covariances(r, 2 * width), width)
+
+
+def scatter(S: np.ndarray, errors: Colour) -> np.ndarray:
+    """S' cov(r) S (P, P) for one recording with sensitivities (M, k, P)."""
+    _, k, P = S.shape
+    gamma, taper = errors.gamma, flat_top(errors.width)
     total = np.zeros((P, P))
     for a in range(k):
         for b in range(k):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,11 +14,14 @@ from core.diagnose.refit import settled
 from core.errors import InputError
 from core.experiments.allowed import Allowed
 from core.experiments.design import Wish
+from core.experiments.fitted import FittedModel
 from core.experiments.plan import fitted
 from core.experiments.trial import KEPT
 from core.experiments.words import words
+from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.rig_limits import LimitsSpec
+from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
 from core.simulate.nonlinear import simulate_within
 from tests.experiments.rig import LOOP, TORQUE, planned, recorded, recordings, scenario
@@ -70,6 +74,27 @@ def test_a_weaker_limit_allows_more() -> None:
         planned(Wish(seconds=1.0, limits=LimitsSpec(torque=(x, x)))).chosen[0] for x in (40.0, 10.0)
     )
     assert max(strong.trial.amplitudes) > max(weak.trial.amplitudes)
+
+
+SAME = 0.02
+"""Relative: a fit's deviation also counts what its unknowns take from the errors."""
+
+
+SLOW = 0.004
+"""s between samples, in which the second beam swings more than once."""
+
+
+def test_what_the_recordings_show_is_what_their_fit_states() -> None:
+    """Not so with the few steps of a search, which damp a fast vibration."""
+    document = scenario().model_dump()
+    for one in document["recordings"]:
+        one["simulate"]["sample_time"] = SLOW
+    slow = Scenario.model_validate(document)
+    seen = load_recordings(slow, base_model(slow), Path(), None, Silent())
+    model = FittedModel(fitted(slow, seen, Silent()))
+    shown = model.deviations(model.known)
+    for name, e in model.estimates.items():
+        assert shown[name] == pytest.approx(e.std, rel=SAME)
 
 
 def test_the_deviations_are_reached() -> None:
