@@ -124,9 +124,9 @@ def test_bent_inertia_and_forces_are_sums_over_points_of_the_arm(name: str) -> N
     p, (q, v) = arm_vector(arm), random_state(arm, 3)
     kinematics = Kinematics(Structure.of(arm))
     s = kinematics.symbols
-    here = dict(zip([*s.q, *s.dq, *s.p], [*q, *v, *p], strict=True))
+    here = dict(zip([*s.q, *s.dq, *s.p], map(sp.Float, [*q, *v, *p]), strict=True))
     constant, stiff, damping = (
-        np.array(f(kinematics).subs(here), dtype=float)
+        np.array(f(kinematics).xreplace(here), dtype=float)
         for f in (lumped_inertia, stiffness_matrix, damping_matrix)
     )
     M, F = constant, -stiff @ q - damping @ v
@@ -135,7 +135,7 @@ def test_bent_inertia_and_forces_are_sums_over_points_of_the_arm(name: str) -> N
         place = components(kinematics.point(k, s.x))
         J = place.jacobian(s.q)
         bias = (J * sp.Matrix(s.dq)).jacobian(s.q) * sp.Matrix(s.dq) - sp.Matrix(s.gravity)
-        points = sp.lambdify(s.x, [J.subs(here), bias.subs(here)])
+        points = sp.lambdify(s.x, [J.xreplace(here), bias.xreplace(here)])
         places = [*(segment.length * (at + 1.0) / 2.0), segment.length]
         masses = [*(segment.mass * weights / 2.0), segment.tip_mass]
         for x, mass in zip(places, masses, strict=True):
