@@ -26,15 +26,19 @@ settings.register_profile("flexgui", deadline=None, derandomize=True)
 settings.load_profile("flexgui")
 
 ARMS = """
+from dataclasses import replace
 from core.arm.compiled import compile_arm, compile_wide_arm
+from core.arm.symbols import Structure
 from core.effects import catalogue
 from core.scenario.stated_effects import structures_tried
 from tests.helpers import PAPER
-for structure in structures_tried(PAPER, list(catalogue().values()))[{}::2]:
+softer = [replace(Structure.of(PAPER), elastic=soft) for soft in ((True, False), (False, True))]
+for structure in [*structures_tried(PAPER, list(catalogue().values())), *softer][{}::2]:
     compile_arm(structure), compile_wide_arm(structure)
 """
-"""Every second one of the structures that a diagnosis tries: so many tests need them that both
-processes, and the workers of each, would compile them at the same time."""
+"""Every second one of the structures that a diagnosis tries, those with one elastic joint too: so
+many tests need them that all processes, and the workers of each, would compile them at the same
+time."""
 HALVES = (
     "import core.simulate.wide_rosenbrock" + ARMS.format(0),
     "import core.simulate.followed, core.simulate.linear, core.simulate.pieces"
@@ -88,3 +92,14 @@ def chromium() -> Iterator[Any]:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         yield browser
         browser.close()
+
+
+@pytest.fixture(scope="session")
+def job_pool() -> Iterator[Any]:
+    """One warm worker for the tests of pages and sessions: loading what jobs need takes seconds."""
+    from flexgui.jobs import JobPool
+    from tests.jobs.helpers import EVEN, warm_readers
+
+    warm_readers()
+    with JobPool(1, EVEN) as pool:
+        yield pool

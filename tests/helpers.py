@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from core.arm.arm import Arm
 from core.arm.compiled import CompiledArm, compile_arm
@@ -56,9 +57,14 @@ ARMS: dict[str, Arm] = {
     "slide": _slide(),
     "ground": _grounded(),
     "0-2-1": chain(0, 2, 1),
+    "1-1-1": chain(1, 1, 1),
     "3-3-3": chain(3, 3, 3),
 }
 """The structures that the tests compile; a new one costs a second or more, so reuse these."""
+
+EVERY_ARM = [pytest.param(n, marks=pytest.mark.long) if n == "3-3-3" else n for n in ARMS]
+"""Nine shapes take 23 s to compile: three in one segment are those of 3-3, and three segments that
+all bend those of 1-1-1."""
 
 
 def with_modes(*modes: int) -> Arm:

@@ -7,12 +7,12 @@ import pytest
 
 from core.arm.catalogue import ArmCatalogue
 from core.arm.slots import STIFFNESS, arm_vector, slot, slot_count
-from tests.helpers import ARMS, PAPER, loaded
+from tests.helpers import ARMS, EVERY_ARM, PAPER, loaded
 
 ROUNDING = 1e-14
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY_ARM)
 def test_every_parameter_at_its_own_value_gives_the_arm(name: str) -> None:
     catalogue = ArmCatalogue(loaded(ARMS[name], (0.3, -9.81)))
     p = arm_vector(catalogue.arm)

@@ -13,7 +13,7 @@ from core.arm.segment import Segment
 from core.arm.slots import arm_vector, weighing
 from core.arm.straight import StraightArm
 from core.arm.symbols import Structure
-from tests.helpers import ARMS, PAPER, compiled, jacobian, loaded, random_state, straight
+from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, jacobian, loaded, random_state, straight
 
 ROUNDING = 1e-12
 """Relative to the largest entry: some tens of roundings of double precision."""
@@ -74,7 +74,7 @@ def test_inertia_of_the_straight_arm_is_the_closed_form() -> None:
         assert np.abs(from_terms(q, p) - expected).max() < bound
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY_ARM)
 def test_affine_terms_rebuild_the_compiled_inertia(name: str) -> None:
     arm = loaded(ARMS[name])
     p, from_terms = arm_vector(arm), affine_mass(arm)
@@ -89,7 +89,7 @@ def test_only_the_cosine_of_theta2_enters_the_paper_arm() -> None:
     assert {str(basis) for basis in terms} == {"1", "cos(theta2)"}
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY_ARM)
 def test_inertia_is_symmetric_and_positive_when_bent(name: str) -> None:
     arm = loaded(ARMS[name])
     for seed in range(5):
@@ -99,7 +99,7 @@ def test_inertia_is_symmetric_and_positive_when_bent(name: str) -> None:
         assert np.linalg.eigvalsh(M / np.outer(scale, scale)).min() > 0.0
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY_ARM)
 def test_tip_mass_adds_its_own_jacobian_to_the_bent_inertia(name: str) -> None:
     """M grows by mt J'J, with J by differences of the tip's place."""
     arm = ARMS[name]
@@ -117,22 +117,16 @@ GAUSS_ORDER = 8
 """Points that integrate degree 15 exactly; with three modes the integrand has 14."""
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=pytest.mark.long) if n == "3-3-3" else n for n in ARMS],
-)
+@pytest.mark.parametrize("name", EVERY_ARM)
 def test_bent_inertia_and_forces_are_sums_over_points_of_the_arm(name: str) -> None:
-    """Each point's own Jacobian and acceleration at constant rates, straight from its place.
-
-    SymPy takes half a minute for nine modes; 0-2-1 has three segments too.
-    """
+    """Each point's own Jacobian and acceleration at constant rates, straight from its place."""
     arm = loaded(ARMS[name], gravity=(0.4, -9.7))
     p, (q, v) = arm_vector(arm), random_state(arm, 3)
     kinematics = Kinematics(Structure.of(arm))
     s = kinematics.symbols
-    here = dict(zip([*s.q, *s.dq, *s.p], [*q, *v, *p], strict=True))
+    here = dict(zip([*s.q, *s.dq, *s.p], map(sp.Float, [*q, *v, *p]), strict=True))
     constant, stiff, damping = (
-        np.array(f(kinematics).subs(here), dtype=float)
+        np.array(f(kinematics).xreplace(here), dtype=float)
         for f in (lumped_inertia, stiffness_matrix, damping_matrix)
     )
     M, F = constant, -stiff @ q - damping @ v
@@ -141,7 +135,7 @@ def test_bent_inertia_and_forces_are_sums_over_points_of_the_arm(name: str) -> N
         place = components(kinematics.point(k, s.x))
         J = place.jacobian(s.q)
         bias = (J * sp.Matrix(s.dq)).jacobian(s.q) * sp.Matrix(s.dq) - sp.Matrix(s.gravity)
-        points = sp.lambdify(s.x, [J.subs(here), bias.subs(here)])
+        points = sp.lambdify(s.x, [J.xreplace(here), bias.xreplace(here)])
         places = [*(segment.length * (at + 1.0) / 2.0), segment.length]
         masses = [*(segment.mass * weights / 2.0), segment.tip_mass]
         for x, mass in zip(places, masses, strict=True):
@@ -153,7 +147,7 @@ def test_bent_inertia_and_forces_are_sums_over_points_of_the_arm(name: str) -> N
     np.testing.assert_allclose(found_F, F, atol=ROUNDING * np.abs(F).max())
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY_ARM)
 def test_only_what_weighs_changes_the_inertia(name: str) -> None:
     arm, mass = ARMS[name], compiled(ARMS[name]).mass_matrix
     p, (q, _) = arm_vector(arm), random_state(arm, 5)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from core.arm.slots import arm_vector
-from tests.helpers import ARMS, compiled, jacobian, loaded, random_state, straight
+from tests.helpers import ARMS, EVERY_ARM, compiled, jacobian, loaded, random_state, straight
 
 DIFFERENCES = 1e-8
 """Relative to the largest entry; central differences of fourth order."""
@@ -14,7 +14,7 @@ DIFFERENCES = 1e-8
 GRAVITY = (2.0, -9.81)
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY_ARM)
 def test_stiffness_and_damping_are_the_slopes_of_the_force(name: str) -> None:
     arm = loaded(ARMS[name], GRAVITY)
     p, code, still = arm_vector(arm), compiled(arm), np.zeros(arm.coordinates)

@@ -10,7 +10,7 @@ from core.arm.energies import gravity_potential
 from core.arm.kinematics import Kinematics
 from core.arm.slots import arm_vector
 from core.arm.symbols import Structure
-from tests.helpers import ARMS, compiled, jacobian, loaded, random_state
+from tests.helpers import ARMS, EVERY_ARM, compiled, jacobian, loaded, random_state
 
 BALANCE = 1e-8
 """Relative to the power's parts: differences of fourth order lose about half the digits."""
@@ -24,7 +24,7 @@ def without_damping(arm):  # type: ignore[no-untyped-def]
     return arm.model_copy(update={"segments": segments})
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY_ARM)
 def test_undriven_undamped_motion_keeps_its_kinetic_and_bending_energy(name: str) -> None:
     """dT/dt + dV/dt = v'(F + K q) - v' K q + 1/2 v' (dM/dt) v = 0 without damping and gravity."""
     arm = without_damping(loaded(ARMS[name]))
@@ -42,7 +42,7 @@ def test_undriven_undamped_motion_keeps_its_kinetic_and_bending_energy(name: str
         assert abs(v @ inertial + moving) < BALANCE * max(parts, 1.0)
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY_ARM)
 def test_gravity_does_no_work_over_a_closed_path(name: str) -> None:
     """Its force has a potential, so the slope of the force is symmetric."""
     arm = loaded(ARMS[name])
@@ -82,7 +82,7 @@ def test_gravity_torque_of_a_straight_horizontal_arm_is_its_first_moment() -> No
     assert force[:2] == pytest.approx([-first, -second], rel=1e-12)
 
 
-@pytest.mark.parametrize("name", ARMS)
+@pytest.mark.parametrize("name", EVERY_ARM)
 def test_kelvin_voigt_damping_never_injects_power(name: str) -> None:
     arm = loaded(ARMS[name])
     damped, undamped = arm_vector(arm), arm_vector(without_damping(arm))

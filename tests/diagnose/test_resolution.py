@@ -28,16 +28,24 @@ ALL = 1.0
 """Per cent: what a first, coarse refit of the whole cause may leave; with the steps of one shape it
 explained none of it."""
 
+STARTS = ("EI1", "EI2"), (400.0, 680.0)
+"""N m^2, of the segments that bend."""
 
-def scenario(modes: int, hidden: str) -> Scenario:
+ASKED = Options(candidates=("coulomb_friction",))
+"""Of a search that only begins: whichever effects it might try, it compiles their arms meanwhile, a
+minute for those of three shapes, and this one changes no arm."""
+
+
+def scenario(modes: tuple[int, int], hidden: str) -> Scenario:
     """Sampled as a camera and its logger often are: at 500 Hz one step per sample serves one
     shape, and not two."""
+    start = {name: EI for name, EI, shapes in zip(*STARTS, modes, strict=True) if shapes}
     return parse_scenario(
         f"""
 title = "x"
 [arm]
 preset = "paper"
-modes = {modes}
+modes = {list(modes)}
 [drive]
 kind = "velocity_loop"
 gains = [60.0, 30.0]
@@ -45,9 +53,9 @@ gains = [60.0, 30.0]
 camera_noise = 3e-5
 encoder_noise = 1e-5
 [identify]
-parameters = ["EI1", "EI2"]
+parameters = {list(start)}
 generations = 0
-start = {{ EI1 = 400.0, EI2 = 680.0 }}
+start = {{ {", ".join(f"{name} = {EI}" for name, EI in start.items())} }}
 [diagnose]
 max_effects = 2
 candidates = ["{MODE}", "joint_elasticity", "backlash"]
@@ -62,15 +70,17 @@ simulate = {{ theta2 = 2.2, seconds = 1.0, sample_time = 0.002, seed = 2, hidden
 
 @cache
 def begun(modes: int) -> Begun:
-    asked = scenario(modes, f"{MODE} = {{}}" if modes < 3 else "")
+    asked = scenario((modes, modes), f"{MODE} = {{}}" if modes < 3 else "")
     model = base_model(asked)
     recordings = load_recordings(asked, model, Path(), None, Silent())
     setup = make_setup(model, asked.identify, recordings)
-    return begin_on(setup, asked.identify, recordings, Options(), Silent())
+    return begin_on(setup, asked.identify, recordings, ASKED, Silent())
 
 
 def test_a_missing_shape_is_named_though_a_soft_joint_imitates_it() -> None:
-    found = run_scenario(scenario(2, f"{MODE} = {{}}")).diagnosis
+    """Of the second segment alone: where both bend, the arms that are tried take a minute to
+    compile, and the steps of one shape then explain most of the cause; here they explain none."""
+    found = run_scenario(scenario((0, 2), f"{MODE} = {{}}")).diagnosis
     assert found is not None
     assert [step.added for step in found.steps] == [None, MODE]
     assert found.final_verdict == "nothing_missing"
@@ -80,7 +90,7 @@ def test_a_missing_shape_is_named_though_a_soft_joint_imitates_it() -> None:
 
 def test_a_soft_joint_is_named_where_the_shapes_suffice() -> None:
     hidden = "joint_elasticity = { Jh1 = 0.1, Jh2 = 0.05, c1 = 3e-4, c2 = 6e-4 }"
-    found = run_scenario(scenario(1, hidden)).diagnosis
+    found = run_scenario(scenario((1, 1), hidden)).diagnosis
     assert found is not None
     assert [step.added for step in found.steps] == [None, "joint_elasticity"]
 

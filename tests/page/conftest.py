@@ -14,7 +14,6 @@ from flexgui.jobs import JobPool
 from flexgui.page import Page, build_page
 from flexgui.session import Session
 from flexgui.session.board import Board
-from tests.jobs.helpers import EVEN, warm_readers
 from tests.page.helpers import FIRST
 
 UPLOAD_LIMIT = 1_000_000
@@ -70,12 +69,10 @@ class Desktop:
 
 
 @pytest.fixture(scope="session")
-def desktop(chromium: Any) -> Iterator[Desktop]:
-    warm_readers()
-    with JobPool(1, EVEN) as pool:
-        made = Desktop(Offered(pool))
-        yield made
-        made.server.stop()
+def desktop(chromium: Any, job_pool: JobPool) -> Iterator[Desktop]:
+    made = Desktop(Offered(job_pool))
+    yield made
+    made.server.stop()
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""A session in a folder of its own, and a pool with one worker for the whole module."""
+"""A session in a folder of its own, and what a server offers it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import pytest
 from flexgui.jobs import JobPool
 from flexgui.session import Session
 from flexgui.session.board import Board
-from tests.jobs.helpers import EVEN, warm_readers
 
 UPLOAD_LIMIT = 1_000_000
 """bytes; small, so that a file that is too large is quick to make."""
@@ -31,10 +30,8 @@ class Offered:
 
 
 @pytest.fixture(scope="session")
-def services() -> Iterator[Offered]:
-    warm_readers()
-    with JobPool(1, EVEN) as pool:
-        yield Offered(pool)
+def services(job_pool: JobPool) -> Offered:
+    return Offered(job_pool)
 
 
 @pytest.fixture

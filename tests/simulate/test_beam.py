@@ -16,7 +16,7 @@ from core.simulate.beam import StraightArm, left_out
 from core.simulate.experiment import make_task
 from core.simulate.motion import Task, at_rest
 from core.simulate.nonlinear import DEFAULT_TOLERANCE, simulate, simulate_within
-from tests.helpers import ARMS, LAMBDA, PAPER, loaded, looped, with_modes
+from tests.helpers import ARMS, EVERY_ARM, LAMBDA, PAPER, loaded, looped, with_modes
 from tests.mujoco import simulate as chain
 from tests.mujoco.chain import PAPER as BEAMS
 from tests.mujoco.chain import Plant
@@ -49,11 +49,12 @@ def with_effect(kind: str) -> Model:
     return looped(PAPER).with_effects([catalogue()[kind]])
 
 
+EFFECTS = ("joint_elasticity", "base_compliance")
 MODELS = {name: looped(loaded(arm, GRAVITY), 10.0) for name, arm in ARMS.items()}
-MODELS |= {kind: with_effect(kind) for kind in ("joint_elasticity", "base_compliance")}
+MODELS |= {kind: with_effect(kind) for kind in EFFECTS}
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", [*EVERY_ARM, *EFFECTS])
 def test_the_straight_arm_has_inertia_weight_and_tip_of_the_equations(
     name: str,
 ) -> None:
