@@ -31,6 +31,7 @@ from core.diagnose.screen import Screen, screen
 from core.diagnose.start import Begun
 from core.diagnose.state import Listener, Options, State, ToCome, given_step
 from core.diagnose.steps import ladder_step
+from core.diagnose.valleys import in_the_right_valley
 from core.diagnose.verdict import remains, within_noise
 from core.effects.effect import Effect
 from core.progress import Progress
@@ -220,6 +221,8 @@ def settle(state: State, progress: Progress) -> None:
     """States the last model at its minimum; what led there needs no such digits."""
     if progress.stopped():
         return
+    if state.found:
+        state.data, state.refit = in_the_right_valley(state.data, state.refit, progress.stopped)
     state.data, state.refit = precise(state.data, state.refit, progress.stopped)
     last = state.steps[-1]
     added = next((e for e in state.present if e.kind == last.added), None)

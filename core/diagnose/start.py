@@ -15,7 +15,7 @@ from core.diagnose.floor import channel_floors
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit, fit
 from core.diagnose.steps import Validated, validated
-from core.diagnose.valleys import better_valley
+from core.diagnose.valleys import in_the_right_valley
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
 from core.errors import InputError
@@ -131,27 +131,8 @@ def begin(
     data = replace(data, weights=weights, floors=floors, floor_sources=sources, sizes=sizes)
     values = {**model.effect_values, **rough.hypothesis.values()}
     data = replace(data, steps=enough_steps(data, effects, values), needed=NeededSteps())
-    return Begun(*in_the_right_valley(data, hypothesis(data, effects, values), stopped))
-
-
-MOST_VALLEYS = 3
-"""One for each of so many parameters that stand wrong."""
-
-
-def in_the_right_valley(
-    data: Data, h: Hypothesis, stopped: Callable[[], bool]
-) -> tuple[Data, Refit]:
-    """The least of the minima that are found one from another, with the data anchored there."""
-    data, found = converged(data, h, None, stopped)
-    for _ in range(MOST_VALLEYS):
-        start = better_valley(data, found.hypothesis, stopped)
-        if start is None or stopped():
-            break
-        other = converged(replace(data, anchor=None), start, None, stopped)
-        if not other[1].cost < found.cost:
-            break
-        data, found = other
-    return data, found
+    data, base = converged(data, hypothesis(data, effects, values), None, stopped)
+    return Begun(*in_the_right_valley(data, base, stopped))
 
 
 def _check_counted(experiments: Sequence[Prepared]) -> None:

@@ -16,8 +16,10 @@ import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, again
 from core.diagnose.descent import cost_of, normal_equations, whole
+from core.diagnose.minimum import converged
 from core.diagnose.narrow import CLOSER
-from core.diagnose.refit import fit
+from core.diagnose.refit import Refit, fit
+from core.diagnose.verdict import within_noise
 from core.identify.unknowns import Unknown
 from core.lanes.wide import LANES
 
@@ -33,6 +35,31 @@ LOOK = 4
 
 TIED = 1e-10
 """Relative, of the squares of what two unknowns do: below this they do the same."""
+
+
+MOST_MOVES = 3
+"""From one valley to the next: one for each of so many parameters that stand wrong."""
+
+
+def in_the_right_valley(
+    data: Data, found: Refit, stopped: Callable[[], bool]
+) -> tuple[Data, Refit]:
+    """The model where another valley explains the recordings to their noise, better than where it
+    stands; with the data anchored there.
+
+    While something is missing the lowest minimum may be that of a stiffness which imitates it (a
+    beam half as stiff swings like a soft base), and the refits begin better from where it stands.
+    """
+    there, best = data, found
+    for _ in range(MOST_MOVES):
+        start = better_valley(there, best.hypothesis, stopped)
+        if start is None or stopped():
+            break
+        other, refit = converged(replace(there, anchor=None), start, None, stopped)
+        if not refit.cost < best.cost:
+            break
+        there, best = other, refit
+    return (there, best) if within_noise(there, best.errors) else (data, found)
 
 
 def better_valley(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hypothesis | None:

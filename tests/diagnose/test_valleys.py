@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,8 +12,7 @@ from core.arm.arm import Arm
 from core.arm.segment import Segment
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.minimum import converged
-from core.diagnose.start import in_the_right_valley
-from core.diagnose.valleys import better_valley
+from core.diagnose.valleys import better_valley, in_the_right_valley
 from core.drives.velocity_loop import VelocityLoop
 from core.effects.sizes import typical
 from core.identify.prepared import Processing, prepare
@@ -42,6 +42,9 @@ NOISE = 2e-4
 
 EXACT = 1e-3
 """Relative, of a stiffness without noise in the recording."""
+
+LACKING = 5e-3
+"""m, of something that no stiffness explains."""
 
 NOT_THERE = 0.3
 """Relative; the next valley is further than that."""
@@ -93,7 +96,7 @@ def test_a_stiffness_in_a_wrong_valley_is_found_in_the_right_one(data: Data) -> 
     assert apart(stands.hypothesis.values()) > NOT_THERE
     start = better_valley(anchored, stands.hypothesis, never)
     assert start is not None
-    _, found = in_the_right_valley(data, hypothesis(data, (), {}), never)
+    _, found = in_the_right_valley(anchored, stands, never)
     assert found.cost < stands.cost
     assert apart(found.hypothesis.values()) < EXACT
 
@@ -101,3 +104,14 @@ def test_a_stiffness_in_a_wrong_valley_is_found_in_the_right_one(data: Data) -> 
 def test_from_the_right_valley_nothing_leads_away(data: Data) -> None:
     anchored, stands = converged(data, hypothesis(data, (), TRUTH), None, never)
     assert better_valley(anchored, stands.hypothesis, never) is None
+
+
+def test_while_something_else_is_missing_the_valley_is_not_left(data: Data) -> None:
+    """The lowest minimum may then be that of what imitates it."""
+    (one,) = data.experiments
+    crooked = one.measured + LACKING * np.linspace(0.0, 1.0, SAMPLES)[:, None] ** 2
+    lacking = replace(data, experiments=(replace(one, measured=crooked),))
+    anchored, stands = converged(lacking, hypothesis(lacking, (), {}), None, never)
+    assert better_valley(anchored, stands.hypothesis, never) is not None
+    _, found = in_the_right_valley(anchored, stands, never)
+    assert found is stands
