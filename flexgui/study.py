@@ -78,7 +78,7 @@ def _executor(cluster: str | None, workers: int) -> Executor:
         from core.resumable.cluster import Cluster
 
         return Cluster(cluster)
-    from core.resumable.processes import Processes
+    from core.resumable.executor import Processes
 
     return Processes(workers)
 

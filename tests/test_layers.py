@@ -14,7 +14,6 @@ RANKS = {
     "core.errors": 0,
     "core.sentences": 0.1,
     "core.files": 0.2,
-    "core.quantities": 0.2,
     "core.units": 0.2,
     "core.validation": 0.2,
     "core.written": 0.2,

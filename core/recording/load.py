@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from core.errors import InputError
-from core.quantities import LARGEST
 from core.recording.channels import channel_kind, is_channel
 from core.recording.clock import (
     MIN_SAMPLES,
@@ -23,13 +22,13 @@ from core.recording.clock import (
     too_long,
 )
 from core.recording.read_table import read_table
-from core.recording.reading import Watching
 from core.recording.recording import CameraPose, Recording
 from core.recording.resampling import Even, at_rate, even_table
 from core.recording.spec import GapsSpec, RecordingSpec
-from core.recording.table import Table, number
+from core.recording.table import Table, Watching, number
 from core.sentences import brief, did_you_mean, few
 from core.units import factor_to_si, parse_header
+from core.validation import LARGEST
 
 
 class _Source(NamedTuple):

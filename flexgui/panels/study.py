@@ -10,8 +10,7 @@ from typing import Any, ClassVar
 from markupsafe import Markup
 
 from core.errors import InputError
-from core.montecarlo.part import Part
-from core.montecarlo.study import parts, study_cases
+from core.montecarlo.study import Part, parts, study_cases
 from core.scenario.schema import Scenario
 from core.sentences import listed
 from flexgui.panels import widgets

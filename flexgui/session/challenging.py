@@ -11,8 +11,7 @@ from pathlib import Path
 
 from core.errors import InputError
 from core.scenario.read import parse_scenario
-from core.study.challenge import LEVELS, truth_in_words
-from core.study.obfuscate import opened
+from core.study.challenge import LEVELS, opened, truth_in_words
 from flexgui.jobs import Event, Finished, Task
 from flexgui.jobs.tasks.direct import hide
 from flexgui.session.board import Entry, plain_name

@@ -9,8 +9,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 from core.errors import InputError
-from core.study.challenge import truth_in_words
-from core.study.obfuscate import opened
+from core.study.challenge import opened, truth_in_words
 from flexgui.session.hand_in import ENDING, HandIn, read_hand_in
 from flexgui.session.judging import judged
 

@@ -10,8 +10,7 @@ from typing import Any
 from core.effects import catalogue
 from core.errors import InputError
 from core.sentences import did_you_mean
-from core.study.challenge import LEVELS
-from core.study.obfuscate import obfuscate, opened
+from core.study.challenge import LEVELS, obfuscate, opened
 from flexgui.session.board import plain_name
 from flexgui.session.judging import NONE_GUESSED, Guess
 

@@ -9,9 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from core.errors import InputError
-from core.montecarlo.part import Case
 from core.montecarlo.settings import StudySettings
-from core.montecarlo.study import study, study_cases
+from core.montecarlo.study import Case, study, study_cases
 from core.resumable.executor import Executor
 from core.resumable.journal import Finished, Journal, Record
 from flexgui.jobs.tasks.direct import JOURNAL

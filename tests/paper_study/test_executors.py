@@ -13,9 +13,8 @@ import pytest
 
 from core.errors import InputError
 from core.montecarlo.study import study, study_cases
-from core.resumable.executor import Answers, Executor, Here, Stop, Work, never
+from core.resumable.executor import Answers, Executor, Here, Processes, Stop, Work, never
 from core.resumable.journal import records_of
-from core.resumable.processes import Processes
 from tests.paper_study.helpers import FITS, numbers, short
 
 

@@ -222,7 +222,7 @@ import numpy as np
 
 from core.drives.drive import Drive, DriveSlider, gain_parameter, per_joint, stated_or
 from core.drives.law import static_law
-from core.quantities import Positive
+from core.validation import Positive
 
 
 class Damped(Drive):

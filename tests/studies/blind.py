@@ -14,7 +14,7 @@ from pathlib import Path
 
 from core.effects import catalogue
 from core.errors import InputError
-from core.resumable.processes import WORKERS
+from core.resumable.executor import WORKERS
 from core.sentences import did_you_mean
 from core.study.rig import COLOURS
 from tests.studies.blind_case import answer_text

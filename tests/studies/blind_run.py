@@ -12,9 +12,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from core.identify.predictor import single_threaded
-from core.resumable.executor import Work
+from core.resumable.executor import WORKERS, Processes, Work
 from core.resumable.journal import Journal, Keyed, Record, go_on
-from core.resumable.processes import WORKERS, Processes
 
 C = TypeVar("C", bound=Keyed)
 

@@ -11,9 +11,9 @@ from core.identify.identifiability import relative_scales
 from core.identify.predictor import Predictor
 from core.identify.residuals import Residuals, channel_weights
 from core.identify.unknowns import collect_unknowns
-from core.montecarlo.part import Answer, Case, Part
 from core.montecarlo.rig import Rig, outputs
 from core.montecarlo.settings import StudySettings
+from core.montecarlo.study import Answer, Case, Part
 from core.recording.recording import Recording
 from core.scenario.schema import IdentifySpec
 

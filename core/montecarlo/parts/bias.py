@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from core.arm.chord import rigid_rates
-from core.montecarlo.part import Answer, Case, Part
 from core.montecarlo.parts.fits import fit
 from core.montecarlo.rig import Rig, outputs, with_outputs
 from core.montecarlo.settings import StudySettings
+from core.montecarlo.study import Answer, Case, Part
 from core.recording.recording import Recording
 from core.recording.velocity import central_difference
 from core.scenario.schema import IdentifySpec
