@@ -75,7 +75,7 @@ def grade(
     """Check sealed hand-ins and write a table: who found what, and how near the sizes are."""
     with plain_words():
         from core.files import replacing
-        from flexgui.session.grading import as_csv, grades
+        from flexgui.session.hand_in import as_csv, grades
 
         rows = grades(folder)
         target = out or folder / TABLE

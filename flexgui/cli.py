@@ -83,7 +83,7 @@ def export(
 ) -> None:
     """Run SCENARIO and write report.html, result.json, tables and the model into OUT."""
     with plain_words(), _progress(quiet) as progress:
-        from flexgui.export.run import export_scenario
+        from flexgui.export.outcome import export_scenario
         from flexgui.library.shipped import scenario_path
 
         export_scenario(scenario_path(scenario), out, data, progress, _print_note)

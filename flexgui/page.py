@@ -8,11 +8,10 @@ from typing import Any
 import viser
 
 from core.plugins import classes_of
-from flexgui.panels.curtain import lift
-from flexgui.panels.page_context import PageContext
+from flexgui.panels.in_browser import lift
 from flexgui.panels.page_layout import CONTROLS, PLOTS, PageLayout, Widths, Window
 from flexgui.panels.painter import Painter
-from flexgui.panels.panel import Panel
+from flexgui.panels.panel import PageContext, Panel
 from flexgui.panels.plot import fresh_paper, paper_of
 from flexgui.panels.scene import Scene
 from flexgui.panels.stagebar import StageBar

@@ -1,7 +1,9 @@
-"""All files of one export."""
+"""All files of one export, and the way to it from a scenario file, without a page."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +12,13 @@ import pyarrow as pa
 from pyarrow import csv
 
 from core.diagnosed import NAME as DIAGNOSED
+from core.diagnosed import diagnosed_toml
 from core.errors import InputError
+from core.progress import Progress
 from core.results import Outcome
-from flexgui.export.folder import INDEX, dumps, swap_in, work_folder
+from core.scenario.data_folder import resolve_file
+from core.scenario.schema import Scenario
+from flexgui.export.folder import INDEX, check_writable, dumps, swap_in, work_folder
 from flexgui.export.formats import model_formats
 from flexgui.export.motion import Motion
 from flexgui.export.report import report_html
@@ -95,3 +101,73 @@ def _models(outcome: Outcome, room: Path) -> None:
 
 def _text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def export_scenario(
+    path: Path, out: Path, data: Path | None, progress: Progress, say: Callable[[str], None]
+) -> None:
+    """Read, run, export; bad input is found before anything long begins.
+
+    `say` hears which files lie outside the scenario's folder and the data folder.
+    """
+    from core.scenario.data_folder import outside
+    from core.scenario.read import read_scenario
+
+    if data is not None and not data.is_dir():
+        raise InputError(f"--data {data} is no folder; name the one that holds the recordings.")
+    scenario = read_scenario(path)
+    text = path.read_text(encoding="utf-8-sig")
+    check_writable(out)
+    if far := outside(scenario, path.parent, data):
+        say(far)
+
+    from core.scenario.stated_effects import arms_to_come
+    from core.warm import warm_up
+
+    warm_up(progress, arms_to_come(scenario))
+
+    from core.workbench import run_scenario
+
+    outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)
+
+    from flexgui.export.motion import report_motion
+
+    progress.stage("Writing the report")
+    motion = report_motion(scenario, outcome, path.parent, data)
+    found = diagnosed_beside(scenario, outcome, out, path.parent, data)
+    export_outcome(outcome, text, out, motion, found)
+
+
+def diagnosed_beside(
+    scenario: Scenario, outcome: Outcome, out: Path, folder: Path, data: Path | None
+) -> str:
+    """Its text for the folder `out`; empty without a diagnosis.
+
+    `folder` and `data` are where the scenario's own files are sought.
+    """
+    if outcome.diagnosis is None:
+        return ""
+
+    def locate(file: str) -> str:
+        return seen_from(resolve_file(file, folder, data), out)
+
+    return diagnosed_toml(scenario, outcome.diagnosis, locate)
+
+
+def diagnosed_plainly(scenario: Scenario, outcome: Outcome) -> str:
+    """Its text beside copies of the recordings, under the names that the scenario gives them;
+    empty without a diagnosis."""
+    return "" if outcome.diagnosis is None else diagnosed_toml(scenario, outcome.diagnosis)
+
+
+def seen_from(file: Path, folder: Path) -> str:
+    """A path that finds the file from the folder: relative, so that both may move together,
+    unless they share no folder but the root."""
+    target, start = file.resolve(), folder.resolve()
+    try:
+        shared = Path(os.path.commonpath([target, start]))
+    except ValueError:  # on different drives
+        return target.as_posix()
+    if shared == Path(shared.anchor):
+        return target.as_posix()
+    return Path(os.path.relpath(target, start)).as_posix()

@@ -25,11 +25,11 @@ from core.simulate.response import (
     step_response,
 )
 from flexgui.library.plots import chosen, from_dict
+from flexgui.views.dynamics import frequency_response as draw_frequency
+from flexgui.views.dynamics import mode_table
+from flexgui.views.dynamics import poles as draw_poles
+from flexgui.views.dynamics import step as draw_step
 from flexgui.views.html import html_table
-from flexgui.views.poles import mode_table
-from flexgui.views.poles import poles as draw_poles
-from flexgui.views.responses import frequency_response as draw_frequency
-from flexgui.views.responses import step as draw_step
 
 if TYPE_CHECKING:
     import control

@@ -311,9 +311,8 @@ class Project:
 
     def _write(self, outcome: Outcome, out: Path) -> Path:
         """An export of what was computed before."""
-        from flexgui.export.diagnosed_file import diagnosed_beside, diagnosed_plainly
         from flexgui.export.motion import report_motion
-        from flexgui.export.outcome import export_outcome
+        from flexgui.export.outcome import diagnosed_beside, diagnosed_plainly, export_outcome
 
         motion = report_motion(self.scenario, outcome, self.folder, self.data)
         if self._kept is not None:

@@ -10,9 +10,9 @@ from core.effects import catalogue
 from core.errors import InputError
 from core.study.challenge import LEVELS
 from flexgui.panels import widgets
-from flexgui.panels.late_click import let_typing_arrive
-from flexgui.panels.page_context import PageContext
-from flexgui.panels.words import Words, joined, paragraph
+from flexgui.panels.in_browser import let_typing_arrive
+from flexgui.panels.panel import PageContext
+from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session.board import plain_name
 from flexgui.session.challenging import NONE_TITLE, Challenge, Revealed, ToolAnswer
 from flexgui.session.effects import titled

@@ -8,12 +8,11 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.panels import widgets
-from flexgui.panels.arrivals import TOP
-from flexgui.panels.page_context import PageContext
-from flexgui.panels.words import Words, joined, paragraph
+from flexgui.panels.own_recordings import TOP
+from flexgui.panels.panel import PageContext
+from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session.columns import POINT, Waiting
-from flexgui.views.finding import title_of
-from flexgui.views.preview import sparkline
+from flexgui.views.preview import sparkline, title_of
 
 PICTURE = (96, 26)
 """px: three cells of a row fit a panel of 340."""

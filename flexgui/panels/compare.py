@@ -10,10 +10,10 @@ import numpy as np
 from core.results import ChannelComparison, RecordingComparison
 from flexgui.panels import widgets
 from flexgui.panels.failing import Failing
-from flexgui.panels.onward import to_diagnosis
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
-from flexgui.panels.words import Words, joined, paragraph
+from flexgui.panels.tour import to_diagnosis
+from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.views.comparison import live_comparison
 from flexgui.views.fit_table import ROLES, fit_table, in_unit, live_fit

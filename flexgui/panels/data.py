@@ -12,15 +12,13 @@ from core.excitation.excitation import Excitation
 from core.plugins import classes_of
 from core.scenario.schema import Scenario
 from flexgui.panels import widgets
-from flexgui.panels.arrivals import Arrivals, upload_hint
 from flexgui.panels.columns import ColumnChoice
-from flexgui.panels.findings import FindingList, wording_of
-from flexgui.panels.one_recording import OneRecording
-from flexgui.panels.onward import to_identification
+from flexgui.panels.one_recording import FindingList, OneRecording, wording_of
+from flexgui.panels.own_recordings import Arrivals, RigChoice, upload_hint
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot import Plot
-from flexgui.panels.rig import RigChoice
-from flexgui.panels.words import Words, joined, paragraph
+from flexgui.panels.tour import to_identification
+from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.demo import scenario_choices
 from flexgui.session.experiments import Experiments, has_working_points

@@ -11,9 +11,9 @@ from core.diagnose.phrases import FLOOR_IS
 from core.results import ErrorMaps, MissingTorque, RecordingComparison, WorstCell
 from core.written import format_number
 from flexgui.panels import widgets
-from flexgui.panels.page_context import PageContext
+from flexgui.panels.panel import PageContext
 from flexgui.panels.plot import Plot
-from flexgui.panels.words import Words, paragraph
+from flexgui.panels.widgets import Words, paragraph
 from flexgui.views.error_map import place
 from flexgui.views.missing_torque import missing_cloud, missing_curve
 from flexgui.views.names import output_title

@@ -17,15 +17,21 @@ from core.sensors import sensors
 from core.workbench import base_model
 from core.written import ShownUnit, shown_unit
 from flexgui.panels import widgets
-from flexgui.panels.page_context import PageContext
-from flexgui.panels.panel import Panel
+from flexgui.panels.panel import PageContext, Panel
 from flexgui.panels.plot import Plot
-from flexgui.panels.rebuilt import Rebuilt
-from flexgui.panels.words import Words, joined, paragraph
+from flexgui.panels.widgets import Rebuilt, Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.edit import Document, put
-from flexgui.session.identified import candidates, noisy, paper_points, stated
-from flexgui.session.run import PAUSED, QUEUED, RUNNING, STOPPING
+from flexgui.session.run import (
+    PAUSED,
+    QUEUED,
+    RUNNING,
+    STOPPING,
+    candidates,
+    noisy,
+    paper_points,
+    stated,
+)
 from flexgui.views.convergence import (
     History,
     Searched,

@@ -11,9 +11,9 @@ from core.effects.over_speed import OverSpeed
 from core.results import MissingTorque
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import inviting
-from flexgui.panels.page_context import PageContext
+from flexgui.panels.panel import PageContext
 from flexgui.panels.plot import Plot
-from flexgui.panels.words import Words, joined, paragraph
+from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session.look import Look
 from flexgui.views.moment import (
     BESIDE,

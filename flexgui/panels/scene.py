@@ -8,19 +8,17 @@ import time
 import numpy as np
 
 from core.arm.arm import Arm
-from flexgui.panels.drawn_bending import exaggeration, has_camera, plays
-from flexgui.panels.errors_in_scene import ErrorsInScene
-from flexgui.panels.keys import help_hands
-from flexgui.panels.page_context import PageContext
+from flexgui.panels.in_browser import help_hands
 from flexgui.panels.page_layout import Widths, Window, aspect, covered
+from flexgui.panels.panel import PageContext
+from flexgui.panels.recording_in_scene import ErrorsInScene, exaggeration, has_camera, plays
 from flexgui.session import Topic
 from flexgui.session.effects import places
 from flexgui.session.latest import CREW
 from flexgui.session.live import LiveModel
-from flexgui.stage.effect_nodes import Drawn, show_effects
-from flexgui.stage.look import HOME, lowered
+from flexgui.stage.paint import HOME, lowered
 from flexgui.stage.recorded import Playback
-from flexgui.stage.scene import Stage
+from flexgui.stage.scene import Drawn, Stage, show_effects
 
 ASPECT = 0.68
 """Width over height of what the panels leave of a usual screen; a narrower one is looked at from

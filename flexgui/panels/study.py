@@ -14,12 +14,10 @@ from core.montecarlo.study import Part, parts, study_cases
 from core.scenario.schema import Scenario
 from core.sentences import listed
 from flexgui.panels import widgets
-from flexgui.panels.page_context import PageContext
-from flexgui.panels.panel import Panel
+from flexgui.panels.panel import PageContext, Panel
 from flexgui.panels.plot import Plot
-from flexgui.panels.words import Words, joined, paragraph
+from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session import Topic
-from flexgui.session.bundle import zipped_folder
 from flexgui.session.demo import DEMO
 from flexgui.session.study_state import (
     DONE,
@@ -33,7 +31,7 @@ from flexgui.session.study_state import (
     asked,
     whole,
 )
-from flexgui.session.uploads import safe_name
+from flexgui.session.uploads import safe_name, zipped_folder
 from flexgui.views.study_estimates import snr
 
 MINUTE = 60.0

@@ -16,8 +16,7 @@ from core.scenario.schema import Scenario
 from core.workbench import linear_model
 from flexgui.jobs import Event, Finished, Job, Stopped, Task
 from flexgui.jobs.events import Ended
-from flexgui.jobs.tasks.direct import export, plan_next
-from flexgui.jobs.tasks.identify import identify
+from flexgui.jobs.tasks.direct import export, identify, plan_next
 from flexgui.session.edit import Document, edited, put
 from flexgui.session.failing import WhereItFails, where_it_fails
 from flexgui.session.look import Look, ladder_steps, story

@@ -21,8 +21,7 @@ from core.workbench import base_model
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
 from flexgui.jobs.tasks.glance import Glance, glance
-from flexgui.jobs.tasks.read_file import headers, length_and_rate
-from flexgui.jobs.tasks.rows import Rows, rows_of, settings
+from flexgui.jobs.tasks.rows import Rows, headers, length_and_rate, rows_of, settings
 from flexgui.session.checking import Checking
 from flexgui.session.columns import (
     POINT,

@@ -7,8 +7,7 @@ from typing import Protocol
 import numpy as np
 from viser import SceneApi
 
-from flexgui.stage.look import AIM
-from flexgui.stage.paint import Rgb
+from flexgui.stage.paint import AIM, Rgb
 
 DEPTH = 0.32
 """How far the floor lies below the arm."""

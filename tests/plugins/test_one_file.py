@@ -25,7 +25,8 @@ from core.recording import channels as known_channels
 from core.recording.load import load_recording
 from core.recording.spec import RecordingSpec
 from core.scenario.schema import DiagnoseSpec, SensorsSpec
-from flexgui.panels import arm_sliders, failing, widgets
+from flexgui.panels import failing, widgets
+from flexgui.panels.arm import ArmSliders
 from flexgui.panels.challenge import GuessFields
 from flexgui.reference import reference_text
 from flexgui.views.names import channel_title
@@ -276,7 +277,7 @@ def test_the_page_has_sliders_for_a_new_drive(add: Add, monkeypatch: pytest.Monk
     session = SimpleNamespace(scenario=fg.project("paper", drive).scenario)
     shown: list[str] = []
     monkeypatch.setattr(widgets, "slider", lambda desk, label, *rest: shown.append(label))
-    panel = arm_sliders.ArmSliders.__new__(arm_sliders.ArmSliders)
+    panel = ArmSliders.__new__(ArmSliders)
     panel._desk = cast(Any, SimpleNamespace(session=session))
     panel._scenario, panel._built = session.scenario, fg.presets()["paper"]
     panel._build_more()

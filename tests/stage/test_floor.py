@@ -16,7 +16,7 @@ from flexgui.stage.floor import (
     light_of,
     spacing,
 )
-from flexgui.stage.look import AIM, ROOT
+from flexgui.stage.paint import AIM, ROOT
 from flexgui.stage.scene import Stage
 from tests.stage.test_scene import fresh, server, stage_of
 

@@ -17,9 +17,9 @@ from core.model import Model
 from core.recording.recording import Recording
 from core.results import Diagnosis
 from core.study.detectability import Detectability, UnreachableError
-from core.study.hidden import LEVELS, Hidden, added, hidden, parameters_on
+from core.study.hidden import Hidden, added, hidden, parameters_on
 from core.study.rig import IDENTIFY, STDS, bare_model, exactly, noisy, readings, recording
-from tests.studies.blind_cases import Case
+from tests.studies.blind_cases import LEVELS, Case
 from tests.studies.blind_run import record_text
 from tests.studies.outside import disturbed
 
