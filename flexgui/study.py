@@ -75,7 +75,7 @@ def _go_on(
 
 def _executor(cluster: str | None, workers: int) -> Executor:
     if cluster is not None:
-        from core.resumable.cluster import Cluster
+        from core.resumable.executor import Cluster
 
         return Cluster(cluster)
     from core.resumable.executor import Processes

@@ -49,7 +49,6 @@ RANKS = {
     "flexgui.views": 14,
     "flexgui.progress": 14,
     "flexgui.places": 14,
-    "flexgui.kept_files": 14,
     "flexgui.stage": 14.5,
     "flexgui.export": 15,
     "flexgui.jobs": 15.5,

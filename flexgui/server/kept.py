@@ -15,7 +15,7 @@ from pathlib import Path
 
 from platformdirs import user_state_path
 
-from flexgui.kept_files import FRESH, OWNER, earlier_folder, is_kept, kept_at, remove_half_written
+from flexgui.places import FRESH, OWNER, earlier_folder, is_kept, kept_at, remove_half_written
 from flexgui.server.limits import MEGA
 
 MOST, MOST_BYTES, LONGEST = 200, 2000 * MEGA, 30 * 86400.0

@@ -13,7 +13,7 @@ from typing import Any
 from core.errors import InputError
 from core.files import replacing
 from core.scenario.schema import Scenario
-from flexgui.kept_files import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept, kept_at
+from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept, kept_at
 from flexgui.session.look import Look
 from flexgui.session.records import packed, unpacked
 from flexgui.session.state import Cursor

@@ -18,7 +18,7 @@ from core.montecarlo.study import Answer, Case, Part
 from core.recording.recording import Recording
 from core.recording.velocity import central_difference
 from core.scenario.schema import IdentifySpec
-from core.sensors.rigid_angles import lengths
+from core.sensors.rigid_rates import lengths
 
 EXCITATIONS = ("prbs_balanced", "prbs")
 SEED = 3001
