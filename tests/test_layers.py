@@ -41,6 +41,7 @@ RANKS = {
     "core.identify": 9,
     "core.diagnose": 10,
     "core.diagnosed": 10.5,
+    "core.scenario_fits": 10.8,
     "core.workbench": 11,
     "core.experiments": 11.5,
     "core.study": 12,
