@@ -83,7 +83,7 @@ def export(
 ) -> None:
     """Run SCENARIO and write report.html, result.json, tables and the model into OUT."""
     with plain_words(), _progress(quiet) as progress:
-        from flexgui.export.outcome import export_scenario
+        from flexgui.export.export_files import export_scenario
         from flexgui.library.shipped import scenario_path
 
         export_scenario(scenario_path(scenario), out, data, progress, _print_note)
@@ -198,7 +198,7 @@ def plan(
 ) -> None:
     """Plan the next experiments for SCENARIO within its [limits]: references to play in OUT."""
     with plain_words(), _progress(quiet) as bars:
-        from flexgui.export.planned import plan_scenario
+        from flexgui.export.plan_files import plan_scenario
         from flexgui.library.shipped import scenario_path
 
         path = scenario_path(scenario)

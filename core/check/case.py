@@ -17,7 +17,7 @@ from core.check.measured import Measured
 from core.check.relations import relations
 from core.check.suspects import CLEAR, Suspect, late_channels, suspects
 from core.recording.channels import channel_kind
-from core.units import parse_header
+from core.written import parse_header
 
 MOST_POINTS = 600
 """Of a picture; a column on a screen is not wider."""

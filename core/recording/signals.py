@@ -14,7 +14,7 @@ from core.recording.channels import channel_kind, is_channel
 from core.recording.clock import JITTER
 from core.recording.table import Listed, Reading, Table
 from core.sentences import few
-from core.units import factor_to_si, parse_header
+from core.written import factor_to_si, parse_header
 
 TIME_NAMES = ("t", "time", "timestamp", "stamp", "times", "timestamps")
 """How loggers call the time column, in lower case."""

@@ -12,7 +12,7 @@ from core.recording.channels import channel_kind, is_channel
 from core.recording.spec import RecordingSpec
 from core.recording.table import Table, number
 from core.sentences import did_you_mean, few
-from core.units import factor_to_si, parse_header
+from core.written import factor_to_si, parse_header
 
 
 class Source(NamedTuple):

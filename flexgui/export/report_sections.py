@@ -17,7 +17,7 @@ from core.effects import catalogue
 from core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
 from core.written import format_number
 from flexgui import __version__
-from flexgui.export.plot import Plot, plot
+from flexgui.export.report_plot import Plot, plot
 from flexgui.views.error_map import error_map, worst_table
 from flexgui.views.fit_table import fit_bars
 from flexgui.views.headline import final_comparisons

@@ -18,7 +18,7 @@ from core.montecarlo.valley import explained, pooled
 from core.scenario.read import scenario_toml
 from flexgui import __version__
 from flexgui.export.folder import dumps, swap_in, work_folder
-from flexgui.export.plot import Plot, packed_plotly, plot
+from flexgui.export.report_plot import Plot, packed_plotly, plot
 from flexgui.views.study_estimates import (
     deviation_table,
     explained_table,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from flexgui.panels.panel import PageContext
 from flexgui.session import Session
-from flexgui.session.failing import WhereItFails
+from flexgui.session.error_maps import WhereItFails
 from flexgui.session.state import Live
 from flexgui.stage.error_board import NAME, ErrorBoard, error_paint
 from flexgui.stage.scene import Stage

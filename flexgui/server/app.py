@@ -31,7 +31,7 @@ from flexgui.server.limits import Limits
 from flexgui.server.options import is_loopback, own_name, port_of
 from flexgui.server.services import FOLLOWER, Services
 from flexgui.server.store import Closable, Kept, SessionStore
-from flexgui.server.transfers import folder_bytes
+from flexgui.server.values import folder_bytes
 
 S = TypeVar("S", bound=Closable)
 

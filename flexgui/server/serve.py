@@ -26,10 +26,17 @@ from flexgui.jobs import JobPool
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.entry import Word
 from flexgui.server.front import send_plotly, watch_connection
-from flexgui.server.greeting import Say, greet_alone, greet_class, teacher_address
 from flexgui.server.kept import KeptWork, server_key, state_folder
 from flexgui.server.limits import Limits
-from flexgui.server.options import ServeOptions, bind, port_of
+from flexgui.server.options import (
+    Say,
+    ServeOptions,
+    bind,
+    greet_alone,
+    greet_class,
+    port_of,
+    teacher_address,
+)
 from flexgui.server.services import Services
 from flexgui.server.store import Kept
 from flexgui.server.warming import Warming

@@ -18,7 +18,7 @@ from flexgui.session.board import Entry, plain_name
 from flexgui.session.effects import present, titled
 from flexgui.session.judging import NONE_GUESSED, NONE_TITLE, Guess, Judgement, judged
 from flexgui.session.services import Services
-from flexgui.session.topics import Topic
+from flexgui.session.state import Topic
 from flexgui.session.uploading import Uploading
 from flexgui.views.ranking import sizes
 

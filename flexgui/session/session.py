@@ -15,8 +15,7 @@ from flexgui.places import is_kept
 from flexgui.session.demo import EMBEDDED, scenario_choices
 from flexgui.session.keeping import Keeping
 from flexgui.session.services import Services
-from flexgui.session.state import Cursor
-from flexgui.session.topics import Topic
+from flexgui.session.state import Cursor, Topic
 from flexgui.session.uploads import fetch_files
 
 

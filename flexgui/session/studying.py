@@ -28,6 +28,7 @@ from flexgui.places import without_places
 from flexgui.session.challenging import Challenging
 from flexgui.session.latest import LatestWins
 from flexgui.session.services import Services
+from flexgui.session.state import Topic
 from flexgui.session.study_state import (
     DONE,
     FAILED,
@@ -41,7 +42,6 @@ from flexgui.session.study_state import (
     remaining,
     shown,
 )
-from flexgui.session.topics import Topic
 
 CALM = 1.0
 """s between two drawings of the results."""

@@ -12,8 +12,7 @@ from viser import FrameHandle, SceneNodeHandle
 
 from core.arm.arm import Arm
 from flexgui.stage.arm_nodes import GHOST, MODEL, ArmNodes, CameraNodes, MarkNodes, PathNodes
-from flexgui.stage.floor import add_floor
-from flexgui.stage.paint import HOME, ROOT, Owner, Rgb, View, light, view_of
+from flexgui.stage.paint import HOME, ROOT, Owner, Rgb, View, add_floor, light, view_of
 from flexgui.stage.pose import LIFT, Body, Pose
 
 LEAST_EXAGGERATION, MOST_EXAGGERATION = 1.0, 50.0

@@ -22,7 +22,7 @@ from flexgui.session.demo import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.session.edit import edited
 from flexgui.session.effects import with_effect
 from flexgui.session.look import Change, Look, in_vain, last_change, worse
-from flexgui.session.run import QUEUED, RUNNING, STOPPING, Run
+from flexgui.session.run_state import QUEUED, RUNNING, STOPPING, Run
 from flexgui.session.state import STAGES
 from flexgui.session.tour_card import (
     ADD,

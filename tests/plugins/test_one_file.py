@@ -25,9 +25,9 @@ from core.recording import channels as known_channels
 from core.recording.load import load_recording
 from core.recording.spec import RecordingSpec
 from core.scenario.schema import DiagnoseSpec, SensorsSpec
-from flexgui.panels import failing, widgets
-from flexgui.panels.arm import ArmSliders
-from flexgui.panels.challenge import GuessFields
+from flexgui.panels import failing_panel, widgets
+from flexgui.panels.arm_panel import ArmSliders
+from flexgui.panels.challenge_panel import GuessFields
 from flexgui.reference import reference_text
 from flexgui.views.names import channel_title
 
@@ -329,10 +329,10 @@ def test_a_view_is_one_file(add: Add, monkeypatch: pytest.MonkeyPatch, tmp_path:
         widgets, "choice", lambda desk, label, options, *rest: offered.append(options)
     )
     monkeypatch.setattr(widgets, "button", lambda *rest: None)
-    monkeypatch.setattr(failing, "Words", lambda *rest: None)
-    failing.Failing(cast(Any, _Desk()))
+    monkeypatch.setattr(failing_panel, "Words", lambda *rest: None)
+    failing_panel.Failing(cast(Any, _Desk()))
     assert "histogram of the error" in offered[0]
-    assert offered[0][0] == failing.SIGNALS
+    assert offered[0][0] == failing_panel.SIGNALS
 
 
 class _Desk:

@@ -27,9 +27,9 @@ def export(
     """
     from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
+    from flexgui.export.export_files import diagnosed_plainly, export_outcome
     from flexgui.export.folder import check_writable
-    from flexgui.export.motion import report_motion
-    from flexgui.export.outcome import diagnosed_plainly, export_outcome
+    from flexgui.export.report_motion import report_motion
 
     progress.stage("Writing the report")
     check_writable(Path(out))
@@ -51,7 +51,7 @@ def plan_next(
     from core.experiments.words import words
     from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
-    from flexgui.export.planned import write_plan
+    from flexgui.export.plan_files import write_plan
 
     scenario = parse_scenario(scenario_toml, "The scenario")
     wish = Wish(seconds, limits=scenario.limits)

@@ -16,15 +16,15 @@ from flexgui.jobs.looked import Looked, refitted_only
 from flexgui.panels import widgets
 from flexgui.panels.at_work import AtWork, Busy
 from flexgui.panels.candidates import Candidates, Grown, inviting
-from flexgui.panels.challenge import ChallengeControls
-from flexgui.panels.moment import Moment
+from flexgui.panels.challenge_panel import ChallengeControls
+from flexgui.panels.moment_panel import Moment
 from flexgui.panels.panel import Panel
-from flexgui.panels.plot import Plot
+from flexgui.panels.plot_panel import Plot
 from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.effects import own_place, present
 from flexgui.session.look import Look, in_vain, ladder_steps, worse
-from flexgui.session.run import RUNNING
+from flexgui.session.run_state import RUNNING
 from flexgui.session.tour_card import holds_way_on
 from flexgui.views.headline import AS_GIVEN, BIASED, COMPLETE
 from flexgui.views.ladder import ladder

@@ -12,11 +12,11 @@ from core.excitation.excitation import Excitation
 from core.plugins import classes_of
 from core.scenario.schema import Scenario
 from flexgui.panels import widgets
-from flexgui.panels.columns import ColumnChoice
+from flexgui.panels.columns_panel import ColumnChoice
 from flexgui.panels.one_recording import FindingList, OneRecording, wording_of
 from flexgui.panels.own_recordings import Arrivals, RigChoice, upload_hint
 from flexgui.panels.panel import Panel
-from flexgui.panels.plot import Plot
+from flexgui.panels.plot_panel import Plot
 from flexgui.panels.tour import to_identification
 from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session import Topic

@@ -18,7 +18,7 @@ from flexgui.session.challenging import NONE_TITLE, Challenge, Revealed, ToolAns
 from flexgui.session.effects import titled
 from flexgui.session.hand_in import HandIn
 from flexgui.session.judging import NONE_GUESSED, AskedSize, Guess, Judged, asked_sizes, read_sizes
-from flexgui.views.board import board_table
+from flexgui.views.board_table import board_table
 from flexgui.views.html import html_table
 from flexgui.views.ladder import validation_ratio
 from flexgui.views.summary import validation_words

@@ -11,7 +11,7 @@ from core.errors import InputError
 from core.loading import joint_units
 from core.recording.channels import channel_kind, channel_names, is_channel, joint_of
 from core.recording.spec import RecordingSpec
-from core.units import parse_header
+from core.written import parse_header
 from flexgui.jobs.tasks.glance import Glance
 from flexgui.jobs.tasks.rows import Rows, settings
 from flexgui.views.names import channel_symbol

@@ -12,7 +12,7 @@ from core.results import ErrorMaps, MissingTorque, RecordingComparison, WorstCel
 from core.written import format_number
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext
-from flexgui.panels.plot import Plot
+from flexgui.panels.plot_panel import Plot
 from flexgui.panels.widgets import Words, paragraph
 from flexgui.views.error_map import place
 from flexgui.views.missing_torque import missing_cloud, missing_curve

@@ -15,7 +15,7 @@ from core.scenario.schema import Scenario
 from core.sentences import listed
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext, Panel
-from flexgui.panels.plot import Plot
+from flexgui.panels.plot_panel import Plot
 from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.demo import DEMO

@@ -9,9 +9,9 @@ import numpy as np
 
 from core.results import ChannelComparison, RecordingComparison
 from flexgui.panels import widgets
-from flexgui.panels.failing import Failing
+from flexgui.panels.failing_panel import Failing
 from flexgui.panels.panel import Panel
-from flexgui.panels.plot import Plot
+from flexgui.panels.plot_panel import Plot
 from flexgui.panels.tour import to_diagnosis
 from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session import Topic

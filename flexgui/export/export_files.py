@@ -20,8 +20,8 @@ from core.scenario.data_folder import resolve_file
 from core.scenario.schema import Scenario
 from flexgui.export.folder import INDEX, check_writable, dumps, swap_in, work_folder
 from flexgui.export.formats import model_formats
-from flexgui.export.motion import Motion
 from flexgui.export.report import report_html
+from flexgui.export.report_motion import Motion
 from flexgui.export.result import result
 from flexgui.export.tables import tables
 
@@ -130,7 +130,7 @@ def export_scenario(
 
     outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)
 
-    from flexgui.export.motion import report_motion
+    from flexgui.export.report_motion import report_motion
 
     progress.stage("Writing the report")
     motion = report_motion(scenario, outcome, path.parent, data)

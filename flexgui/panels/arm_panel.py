@@ -16,7 +16,7 @@ from core.results import DescriptorModel
 from flexgui.panels import widgets
 from flexgui.panels.page_layout import THEMES
 from flexgui.panels.panel import PageContext, Panel
-from flexgui.panels.plot import Plot
+from flexgui.panels.plot_panel import Plot
 from flexgui.panels.widgets import Rebuilt, Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.edit import arm_setting, put

@@ -17,8 +17,8 @@ from core.recording.save import save_recording
 from core.scenario.data_folder import resolve_file
 from core.scenario.read import check_scenario, document_toml, read_scenario
 from core.scenario.schema import Scenario
+from flexgui.export.export_files import seen_from
 from flexgui.export.folder import check_writable, dumps, work_folder
-from flexgui.export.outcome import seen_from
 
 SCENARIO = "planned.toml"
 """Beside the scenario that was planned for, or in an export's folder, it takes nothing's place."""

@@ -18,11 +18,11 @@ from core.workbench import base_model
 from core.written import ShownUnit, shown_unit
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext, Panel
-from flexgui.panels.plot import Plot
+from flexgui.panels.plot_panel import Plot
 from flexgui.panels.widgets import Rebuilt, Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.session.edit import Document, put
-from flexgui.session.run import (
+from flexgui.session.run_state import (
     PAUSED,
     QUEUED,
     RUNNING,

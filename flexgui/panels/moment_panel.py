@@ -12,7 +12,7 @@ from core.results import MissingTorque
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import inviting
 from flexgui.panels.panel import PageContext
-from flexgui.panels.plot import Plot
+from flexgui.panels.plot_panel import Plot
 from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session.look import Look
 from flexgui.views.moment import (

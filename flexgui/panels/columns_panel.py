@@ -11,7 +11,7 @@ from flexgui.panels import widgets
 from flexgui.panels.own_recordings import TOP
 from flexgui.panels.panel import PageContext
 from flexgui.panels.widgets import Words, joined, paragraph
-from flexgui.session.columns import POINT, Waiting
+from flexgui.session.waiting_file import POINT, Waiting
 from flexgui.views.preview import sparkline, title_of
 
 PICTURE = (96, 26)
