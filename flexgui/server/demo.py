@@ -1,24 +1,16 @@
-"""A demo: the teacher's session, which others watch; server-side, they can change nothing. A
-follower may take a copy."""
+"""A demo: the teacher's session, which others watch; server-side, they can change nothing."""
 
 from __future__ import annotations
 
-import contextlib
-import shutil
 import threading
 from collections.abc import Callable
-from dataclasses import replace
-from pathlib import Path
 from typing import Generic, TypeVar
 
 import viser
 
-from core.errors import InputError
-from core.scenario.data_folder import Within
 from flexgui.server.browser_connection import BrowserConnection
 from flexgui.server.services import FOLLOWER, OWN, TEACHER
 from flexgui.server.store import Closable, SessionStore
-from flexgui.session import Session, Topic
 
 S = TypeVar("S", bound=Closable)
 
@@ -131,27 +123,3 @@ class Demo(Generic[S]):
         browser.role, browser.counted = FOLLOWER, False
         browser.session = self.session
         self._show(browser)
-
-
-def copy_session(teacher: Session, own: Session) -> None:
-    """The scenario, its files, and what was found so far; jobs stay the teacher's."""
-    _copy_files(teacher.folder, own.folder)
-    own.open(teacher.scenario)
-    # Frozen records, which both may hold.
-    own.outcome, own.outcome_of = teacher.outcome, teacher.outcome_of
-    if teacher.challenge is None:
-        own.looks = teacher.looks
-    else:
-        own.take_up(teacher.challenge)
-    own.live, own.stage = teacher.live, teacher.stage
-    own.cursor = replace(teacher.cursor, playing=False)
-    own.notify(Topic.OUTCOME, Topic.DIAGNOSIS, Topic.STAGE, Topic.CURSOR)
-    own.refresh_live()
-    own.refresh_playback()
-
-
-def _copy_files(source: Path, target: Path) -> None:
-    """Recordings only: studies and reports are the teacher's, and a link may lead anywhere."""
-    for path in source.iterdir():
-        with contextlib.suppress(InputError, FileNotFoundError):  # no recording, or gone meanwhile
-            shutil.copyfile(Within(source).find(path.name), target / path.name)

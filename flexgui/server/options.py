@@ -1,5 +1,5 @@
-"""What `flexgui serve` was asked for, checked together, what it says in the terminal, and a free port,
-bound before anything starts."""
+"""What `flexgui serve` was asked for, checked together, what it says in the terminal, and a free
+port, bound before anything starts."""
 
 from __future__ import annotations
 

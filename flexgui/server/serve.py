@@ -140,7 +140,7 @@ def _page_builder(
 
 
 def _copy_session(teacher: Session, own: Session) -> None:
-    from flexgui.server.demo import copy_session
+    from flexgui.server.copying import copy_session
 
     copy_session(teacher, own)
 

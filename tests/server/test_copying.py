@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flexgui.server.demo import copy_session
+from flexgui.server.copying import copy_session
 from flexgui.session import Session
 from flexgui.session.challenging import Challenge, Guess
 from flexgui.session.look import Look

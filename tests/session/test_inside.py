@@ -17,7 +17,7 @@ from core.scenario.read import scenario_toml
 from flexgui.jobs.tasks.direct import identify, play
 from flexgui.jobs.tasks.rows import headers, length_and_rate
 from flexgui.places import without_places
-from flexgui.server.demo import copy_session
+from flexgui.server.copying import copy_session
 from flexgui.session import Session
 from flexgui.session.uploads import safe_name, scenario_file, unpack, zipped
 from tests.session.conftest import UPLOAD_LIMIT, Offered
