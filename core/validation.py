@@ -1,11 +1,12 @@
-"""Checked construction of settings: a pydantic error becomes one sentence."""
+"""Checked construction of settings: numbers of a size that arithmetic survives, and a pydantic
+error as one sentence."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import AfterValidator, BaseModel, Field, ValidationError
 
 from core.errors import InputError
 from core.sentences import did_you_mean, one_line, predicate
@@ -47,3 +48,21 @@ def validated(
         else:
             text = f"{where} {key} {predicate(fault)}"
         raise InputError(one_line(text)) from None
+
+
+LARGEST, SMALLEST = 1e15, 1e-15
+"""SI. Young's modulus of diamond is 1.2e12 Pa and the inertia of a watch's hand 1e-12 kg m^2;
+squares and products of a few numbers of these sizes are still far from overflow (1e308)."""
+
+
+def _not_tiny(value: float) -> float:
+    if 0.0 < value < SMALLEST:
+        raise ValueError(f"is {value:g}; it must be at least {SMALLEST:g}.")
+    return value
+
+
+Bounded = Annotated[float, Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=LARGEST, allow_inf_nan=False), AfterValidator(_not_tiny)]
+NonNegative = Annotated[
+    float, Field(ge=0, le=LARGEST, allow_inf_nan=False), AfterValidator(_not_tiny)
+]

@@ -1,12 +1,21 @@
-"""Numbers, units and channels as people write them."""
+"""Numbers, units and channels as people write them, in sentences and in the headings of files."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from core.errors import InputError
+
+if TYPE_CHECKING:
+    from pint import UnitRegistry
+
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LARGE, SMALL = 1e6, 1e-3
@@ -141,3 +150,76 @@ def channel_symbol(channel: str) -> str:
     """'ydot1' -> 'ȳ₁'; an unknown channel keeps its name."""
     stem, number = split_name(channel)
     return STEMS[stem] + number.translate(SUBSCRIPTS) if stem in STEMS else channel
+
+
+_HEADER = re.compile(r"^(?P<name>[^\[\]]*)\[(?P<unit>[^\[\]]*)\]$")
+_ALLOWED = re.compile(r"[A-Za-zµμΩ°²³·%/*^()\-. 1-9]{1,40}")
+"""Letters, signs and single digits: no unit needs more, and a tower of powers takes for ever."""
+_SPELLINGS = (
+    (re.compile(r"\b([mkMuµ]?N)\s*[.·]?\s*m\b"), r"\1*m"),  # pint reads 'Nm' as 'number metre'
+    (re.compile(r"\brev\b"), "revolution"),
+)
+_TOWER = re.compile(r"[1-9]{2}|(\*\*|\^)[^*^/]*(\*\*|\^)")
+
+
+def parse_header(header: str) -> tuple[str, str]:
+    """`theta1 [deg]` as ("theta1", "deg"); the unit is "" where none is given."""
+    text = header.strip()
+    match = _HEADER.match(text)
+    if match is None:
+        return text, ""
+    return match["name"].strip(), match["unit"].strip()
+
+
+def factor_to_si(unit: str, si_units: Sequence[str]) -> float:
+    """The factor that turns a value in `unit` into SI.
+
+    `si_units` are the units that the channel may have, such as ("rad", "m") for a joint that may
+    turn or slide. Angles count as a dimension of their own, so that 1/s is not taken for rad/s.
+    No unit at all means SI.
+    """
+    if not unit or unit in si_units:
+        return 1.0
+    factor, root = _root(unit)
+    for si_unit in si_units:
+        si_factor, si_root = _root(si_unit)
+        if root == si_root:
+            return factor / si_factor
+    wanted = " or ".join(name or "a plain ratio" for name in si_units)
+    raise InputError(f"the unit [{unit}] does not fit, it must be convertible to {wanted}")
+
+
+def is_unit(text: str) -> bool:
+    """Whether the text is a unit; no text is none."""
+    try:
+        return bool(text) and bool(_root(text))
+    except InputError:
+        return False
+
+
+@cache
+def _root(unit: str) -> tuple[float, str]:
+    """(factor, base units) of a unit in pint's base units, in which the radian stays visible."""
+    if not unit:
+        return 1.0, "dimensionless"
+    if not _ALLOWED.fullmatch(unit) or _TOWER.search(unit):
+        raise InputError(f"the unit [{unit}] is not known, write it like [deg], [mm] or [N m]")
+    text = unit
+    for pattern, replacement in _SPELLINGS:
+        text = pattern.sub(replacement, text)
+    try:
+        # pint raises a dozen kinds of errors on text that is not a unit, tokenizer's included.
+        factor, root = _registry().get_root_units(_registry().parse_units(text))
+    except Exception as error:
+        raise InputError(
+            f"the unit [{unit}] is not known, write it like [deg], [mm] or [N m]"
+        ) from error
+    return float(factor), str(root)  # type: ignore[arg-type]
+
+
+@cache
+def _registry() -> UnitRegistry[Any]:
+    # Imported late: reading pint's table of units takes a fifth of a second.
+    from pint import UnitRegistry
+
+    return UnitRegistry()

@@ -23,7 +23,7 @@ _HOME = {
     "flexgui.library.plan": "Plan",
     "flexgui.library.project": "Project load",
     "flexgui.library.results": "Comparison Diagnosis Identification Simulation StoppedError",
-    "flexgui.library.linear": "LinearModel",
+    "flexgui.library.linear_model": "LinearModel",
     "flexgui.library.progress_callback": "Update",
     "flexgui.library.catalogues": (
         "drives effects excitations formula presets register sensors unregister"
@@ -65,7 +65,7 @@ if TYPE_CHECKING:
     from flexgui.library.catalogues import register as register
     from flexgui.library.catalogues import sensors as sensors
     from flexgui.library.catalogues import unregister as unregister
-    from flexgui.library.linear import LinearModel as LinearModel
+    from flexgui.library.linear_model import LinearModel as LinearModel
     from flexgui.library.plan import Plan as Plan
     from flexgui.library.progress_callback import Update as Update
     from flexgui.library.project import Project as Project

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexgui import __version__, challenge, check, grade, plan, study
+from flexgui import __version__, challenge, study
 from flexgui.plain_words import BAD_INPUT, INTERRUPTED, plain_words, print_error
 
 if TYPE_CHECKING:
+    from core.check.finding import Finding
     from core.progress import Progress
+    from core.recording.table import Table
 
 app = typer.Typer(
     help="Identify flexible robot arms.",
@@ -24,6 +26,14 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+ScenarioArgument = Annotated[
+    Path, typer.Argument(help="Scenario file (TOML), or the name of a supplied scenario.")
+]
+DataOption = Annotated[
+    Path | None, typer.Option(help="Folder of the recordings, if not the scenario's own folder.")
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", help="No progress bars.")]
 
 
 def main() -> None:
@@ -66,19 +76,14 @@ def _common(
 
 @app.command()
 def export(
-    scenario: Annotated[
-        Path, typer.Argument(help="Scenario file (TOML), or the name of a supplied scenario.")
-    ],
+    scenario: ScenarioArgument,
     out: Annotated[Path, typer.Option(help="Folder for the report; created if it is missing.")],
-    data: Annotated[
-        Path | None,
-        typer.Option(help="Folder of the recordings, if not the scenario's own folder."),
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="No progress bars.")] = False,
+    data: DataOption = None,
+    quiet: QuietOption = False,
 ) -> None:
     """Run SCENARIO and write report.html, result.json, tables and the model into OUT."""
     with plain_words(), _progress(quiet) as progress:
-        from flexgui.export.run import export_scenario
+        from flexgui.export.export_files import export_scenario
         from flexgui.library.shipped import scenario_path
 
         export_scenario(scenario_path(scenario), out, data, progress, _print_note)
@@ -153,6 +158,57 @@ def bench(
     raise typer.Exit(code or 0)
 
 
+app.command("challenge")(challenge.challenge)
+app.command("reveal")(challenge.reveal)
+app.command("hand-in")(challenge.hand_in)
+app.command("grade")(challenge.grade)
+
+
+@app.command()
+def check(
+    what: Annotated[Path, typer.Argument(help="Scenario (TOML), or one recording.")],
+    data: DataOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Look for faults in the recordings of SCENARIO or in one FILE."""
+    with plain_words(), _progress(quiet) as bars:
+        found, listed = _checked(what, data, bars)
+    if as_json:
+        from flexgui.export.folder import dumps
+
+        typer.echo(dumps({"findings": [one.as_json() for one in found]}), nl=False)
+    else:
+        typer.echo("\n".join([*listed, *_lines(found)]))
+
+
+@app.command()
+def plan(
+    scenario: ScenarioArgument,
+    out: Annotated[Path, typer.Option(help="Folder for the files; created if missing.")],
+    seconds: Annotated[
+        float, typer.Option(help="Time that there is, all experiments together, in s.")
+    ] = 60.0,
+    known: Annotated[
+        str, typer.Option("--for", help="Parameters to know better, by commas; all else.")
+    ] = "",
+    between: Annotated[str, typer.Option(help="Two effects to tell apart, by commas: id,id.")] = "",
+    data: DataOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Plan the next experiments for SCENARIO within its [limits]: references to play in OUT."""
+    with plain_words(), _progress(quiet) as bars:
+        from flexgui.export.plan_files import plan_scenario
+        from flexgui.library.shipped import scenario_path
+
+        path = scenario_path(scenario)
+        said = plan_scenario(path, out, data, seconds, _names(known), _names(between), bars)
+    typer.echo("\n".join(said))
+
+
+app.command("study")(study.study)
+
+
 def _print_note(text: str) -> None:
     typer.echo(f"flexgui: {text}", err=True)
 
@@ -171,8 +227,41 @@ def _progress(quiet: bool) -> Iterator[Progress]:
         yield bars
 
 
-challenge.add_to(app, plain_words)
-grade.add_to(app, plain_words)
-check.add_to(app, plain_words, _progress)
-plan.add_to(app, plain_words, _progress)
-study.add_to(app, plain_words)
+def _checked(
+    what: Path, data: Path | None, progress: Progress
+) -> tuple[Sequence[Finding], list[str]]:
+    from core.check.run import check_file, check_scenario
+    from core.scenario.data_folder import refuse_special
+    from core.scenario.read import read_scenario
+
+    refuse_special(what)
+    if what.suffix.lower() == ".toml":
+        return check_scenario(read_scenario(what), what.parent, data, progress), []
+    from core.recording.read_table import read_table
+
+    return check_file(what, progress), _contents(read_table(what))
+
+
+def _contents(table: Table) -> list[str]:
+    """Topics and groups with their rate and span, where the file has several."""
+    lines = []
+    for one in table.groups:
+        rate = "" if one.rate is None else f", {one.rate:.5g} Hz"
+        span = "" if one.span is None else f" over {one.span:.5g} s"
+        lines.append(f"{one.name}: {one.rows:,} samples{rate}{span}: {', '.join(one.columns)}")
+    return lines
+
+
+def _lines(found: Sequence[Finding]) -> list[str]:
+    if not found:
+        return ["Nothing was found."]
+    lines = []
+    for one in found:
+        lines.append(f"{one.recording}, {one.channel}: {one.fault}. {one.evidence}")
+        if one.mend:
+            lines.append(f"    {one.mend}")
+    return lines
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name for each in text.split(",") if (name := each.strip()))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from contextlib import AbstractContextManager, closing
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from flexgui.plain_words import INTERRUPTED, plain_words
 
 if TYPE_CHECKING:
     from core.montecarlo.settings import StudySettings
@@ -16,41 +18,35 @@ if TYPE_CHECKING:
     from core.resumable.journal import Finished
 
 JOURNAL = "results.jsonl"
-INTERRUPTED = 130
-"""What a shell expects after Ctrl-C: 128 + SIGINT."""
 
 Say = Callable[[str], None]
 
 
-def add_to(app: typer.Typer, plain_words: Callable[[], AbstractContextManager[None]]) -> None:
-    """Registers it; `plain_words` turns bad input into one sentence."""
+def study(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML), simulated.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for results; studies/SCENARIO by default.")
+    ] = None,
+    cluster: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler, tcp://host:8786.")
+    ] = None,
+    runs: Annotated[int, typer.Option(help="Monte Carlo runs.")] = 20,
+    workers: Annotated[int, typer.Option(help="Processes, without a cluster.")] = 2,
+    part: Annotated[
+        list[str] | None,
+        typer.Option(help="Only this part: fits, sweeps, baselines, bias, advice, prior."),
+    ] = None,
+) -> None:
+    """Monte Carlo study of SCENARIO: tables, figures and a page in OUT; goes on if stopped."""
+    with plain_words():
+        from core.montecarlo.settings import make_settings
+        from core.scenario.read import read_scenario
 
-    @app.command()
-    def study(
-        scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML), simulated.")],
-        out: Annotated[
-            Path | None, typer.Option(help="Folder for results; studies/SCENARIO by default.")
-        ] = None,
-        cluster: Annotated[
-            str | None, typer.Option(help="Address of a Dask scheduler, tcp://host:8786.")
-        ] = None,
-        runs: Annotated[int, typer.Option(help="Monte Carlo runs.")] = 20,
-        workers: Annotated[int, typer.Option(help="Processes, without a cluster.")] = 2,
-        part: Annotated[
-            list[str] | None,
-            typer.Option(help="Only this part: fits, sweeps, baselines, bias, advice, prior."),
-        ] = None,
-    ) -> None:
-        """Monte Carlo study of SCENARIO: tables, figures and a page in OUT; goes on if stopped."""
-        with plain_words():
-            from core.montecarlo.settings import make_settings
-            from core.scenario.read import read_scenario
-
-            settings = make_settings(read_scenario(scenario), runs=runs)
-            folder = out or Path("studies") / scenario.stem
-            done = _go_on(settings, _executor(cluster, workers), folder, part or [], typer.echo)
-        if not done:
-            raise typer.Exit(INTERRUPTED)
+        settings = make_settings(read_scenario(scenario), runs=runs)
+        folder = out or Path("studies") / scenario.stem
+        done = _go_on(settings, _executor(cluster, workers), folder, part or [], typer.echo)
+    if not done:
+        raise typer.Exit(INTERRUPTED)
 
 
 def _go_on(
@@ -79,10 +75,10 @@ def _go_on(
 
 def _executor(cluster: str | None, workers: int) -> Executor:
     if cluster is not None:
-        from core.resumable.cluster import Cluster
+        from core.resumable.executor import Cluster
 
         return Cluster(cluster)
-    from core.resumable.processes import Processes
+    from core.resumable.executor import Processes
 
     return Processes(workers)
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pkgutil
+import subprocess
+import sys
 from importlib import import_module
 
 import core
@@ -25,3 +27,15 @@ def test_each_module_can_be_imported() -> None:
         except Exception as error:
             failed[name] = repr(error)
     assert MODULES and not failed
+
+
+SLOW_TO_LOAD = ("flexgui.session", "core.workbench", "numba", "scipy.optimize")
+"""What a page needs and the server loads while the browser loads its own part."""
+
+
+def test_the_server_listens_before_it_loads_what_a_page_needs() -> None:
+    asks = (
+        f"import sys, flexgui.server.serve; print([n for n in {SLOW_TO_LOAD} if n in sys.modules])"
+    )
+    found = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"

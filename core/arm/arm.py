@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 
 from core.arm.segment import Segment
-from core.quantities import Bounded, Positive
+from core.validation import Bounded, Positive
 
 
 class Arm(BaseModel):

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from core.quantities import Bounded, NonNegative, Positive
+from core.validation import Bounded, NonNegative, Positive
 
 MAX_MODES = 3
 

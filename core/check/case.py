@@ -11,12 +11,13 @@ import numpy as np
 from core.check.bending import Shape
 from core.check.finding import Finding, Picture
 from core.check.geometry import Misfit, agrees, geometric_misfits, mended
+from core.check.lagged import LOOP, Relation
 from core.check.late import Judged, judge, link_fit
 from core.check.measured import Measured
-from core.check.relations import LOOP, Relation, relations
+from core.check.relations import relations
 from core.check.suspects import CLEAR, Suspect, late_channels, suspects
 from core.recording.channels import channel_kind
-from core.units import parse_header
+from core.written import parse_header
 
 MOST_POINTS = 600
 """Of a picture; a column on a screen is not wider."""

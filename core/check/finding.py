@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from core.units import parse_header
+from core.written import parse_header
 
 if TYPE_CHECKING:
     from core.check.case import Case

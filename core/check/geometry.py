@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -64,14 +65,7 @@ def agrees(found: Measured) -> bool:
 
 def mended(found: Measured, one: Misfit) -> Measured:
     """The recording without the misfit."""
-    channels = dict(found.channels)
-    if one.swapped:
-        a, b = one.channels
-        channels[a], channels[b] = channels[b], channels[a]
-    else:
-        for name in one.channels:
-            channels[name] = (channels[name] - one.shift) / one.factor
-    return replace(found, channels=channels)
+    return replace(found, channels=_without(found.channels, one))
 
 
 @dataclass(frozen=True)
@@ -141,14 +135,19 @@ def _causes(data: _Data) -> list[tuple[float, _Cause]]:
 
 
 def _left(data: _Data, cause: _Cause) -> float:
-    values = dict(data.values)
-    if cause.swapped:
-        a, b = cause.channels
-        values[a], values[b] = values[b], values[a]
+    return data.misfit(_without(data.values, cause))
+
+
+def _without(values: Mapping[str, np.ndarray], one: Misfit | _Cause) -> dict[str, np.ndarray]:
+    """Channel -> values (N,), what is wrong with them taken back."""
+    found = dict(values)
+    if one.swapped:
+        a, b = one.channels
+        found[a], found[b] = found[b], found[a]
     else:
-        for name in cause.channels:
-            values[name] = (values[name] - cause.shift) / cause.factor
-    return data.misfit(values)
+        for name in one.channels:
+            found[name] = (found[name] - one.shift) / one.factor
+    return found
 
 
 def _scaled(data: _Data, name: str) -> tuple[float, _Cause]:

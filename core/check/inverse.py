@@ -2,15 +2,19 @@
 
 The torque of a joint is a sum over all joints' accelerations, tau_k = sum_j T_kj + friction. Each
 part gets a gain of its own: a torque with a wrong factor changes a row of them, an encoder a
-column, which tells the two apart.
+column, which tells the two apart. Where that cannot be said, a torque is held against the motion of
+its own joint.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from scipy import signal
 
 from core.check.bending import SMALL, Bending, Shape
+from core.check.lagged import NEWTON, WORTH, Relation
 from core.check.measured import Measured
+from core.model import Model
 
 PART = 0.1
 """Of a torque's variance must a part have for its gain to say something."""
@@ -77,3 +81,120 @@ def loops(found: Measured, shape: Shape) -> list[tuple[float, float, float]]:
         explained = 1.0 - float(np.var(y - A @ part) / max(float(np.var(y)), 1e-300))
         made.append((float(part[0]), float(part[1]) * gains_[k], explained))
     return made
+
+
+MOST_REGRESSED = 4000
+"""Rows of a regression; more say nothing new."""
+
+
+def torque_relations(found: Measured, model: Model, shape: Shape | None) -> list[Relation]:
+    """Each torque against every joint's motion; where that cannot be, against its own joint's."""
+    names = model.drive.reference_channels(model.arm)
+    if not all(n[0] in "ui" for n in names):
+        return _newton(found, model)
+    constants = getattr(model.drive, "torque_constants", None) or (1.0,) * len(names)
+    said = gains(found, names, shape)
+    if not said:
+        return _newton(found, model)
+    scale = dict(zip(names, constants, strict=True))
+    return [
+        Relation(torque, (angle,), gain * scale[torque], np.inf, 0.0, np.inf, explained,
+                 NEWTON if explained > RIGHT else np.inf, step=found.step)
+        for torque, angle, gain, explained in said
+    ]  # fmt: skip
+
+
+def _newton(found: Measured, model: Model) -> list[Relation]:
+    """Torque against acceleration of the same joint, friction left free; for torque rigs."""
+    made = []
+    for k in range(model.arm.joints):
+        angle = f"theta{k + 1}"
+        for output in (f"u{k + 1}", f"i{k + 1}", f"deflection{k + 1}"):
+            if not found.has(output, angle) or found.has(f"dtheta{k + 1}_ref"):
+                continue
+            one = _inertial(found, output, angle, _nominal(model, output, k))
+            made += [one] if one else []
+    return made
+
+
+def _nominal(model: Model, output: str, k: int) -> float:
+    """The apparent inertia of a straight rigid arm, per unit of torque or current; 0: unknown."""
+    if output.startswith("deflection"):
+        return 0.0
+    inertia, reach = model.arm.segments[k].hub_inertia, 0.0
+    turning = model.arm.segments[k].joint == "revolute"
+    for segment in model.arm.segments[k:]:
+        if not turning:
+            inertia += segment.mass + segment.tip_mass
+            continue
+        middle, end = reach + segment.length / 2, reach + segment.length
+        inertia += segment.mass * (middle**2 + segment.length**2 / 12) + segment.tip_mass * end**2
+        inertia += segment.tip_inertia
+        reach = end
+        if any(s.mount == "ground" for s in model.arm.segments[k + 1 :]):
+            break
+    constants = getattr(model.drive, "torque_constants", None)
+    if output.startswith("i"):
+        return inertia / constants[k] if constants else 0.0
+    return inertia
+
+
+CUT = 10.0
+"""Hz: below the bending of laboratory arms, above a servo's motion."""
+
+
+def _inertial(found: Measured, output: str, angle: str, nominal: float) -> Relation | None:
+    """The gain is the apparent inertia: only its sign and its change between recordings count."""
+    dt = found.step
+    cut = min(CUT, 0.2 / dt)
+    sections = signal.butter(2, cut, fs=1.0 / dt, output="sos")
+    q = signal.sosfiltfilt(sections, found.even(angle))
+    y = signal.sosfiltfilt(sections, found.even(output))
+    v = np.gradient(q, dt)
+    a = np.gradient(v, dt)
+    dry = np.tanh(v / (0.05 * np.std(v) + 1e-12))
+    columns = np.column_stack([a, v, dry, np.ones_like(v)])
+    best, gain, share = _at_lag(columns, y, 0)
+    lag = 0.0
+    if best > WORTH:
+        tried = {k: _at_lag(columns, y, k)[0] for k in range(-MOST_ROWS, MOST_ROWS + 1)}
+        top = max(tried, key=lambda k: tried[k])
+        lag = dt * (top + _vertex(tried, top))
+        best, gain, share = _at_lag(columns, y, top)
+    if best < WORTH or share < 0.1 or gain == 0:
+        return None
+    sign = -1.0 if output.startswith("deflection") else 1.0
+    gain = sign * gain / (nominal or abs(gain))
+    room = NEWTON if nominal else np.inf
+    # Bending and friction shift what fits best by some samples, unless all is explained.
+    lag = lag if best > ALL else np.inf
+    return Relation(output, (angle,), gain, lag, 0.0, np.inf, best, room, step=dt)
+
+
+RIGHT = 0.85
+"""Share of a torque explained above which its gains count; below, only their signs do."""
+ALL = 0.985
+"""Share explained by a rigid joint with friction: EMPS 0.998, a bench with soft links 0.92."""
+MOST_ROWS = 25
+"""Lag sought between a torque and the motion, in samples."""
+
+
+def _at_lag(columns: np.ndarray, y: np.ndarray, rows: int) -> tuple[float, float, float]:
+    """(share explained, gain of the acceleration, its share) with y `rows` samples late."""
+    edge = max(len(y) // 20, MOST_ROWS + 1)
+    inner = slice(edge, len(y) - edge, max(len(y) // MOST_REGRESSED, 1))
+    seen = np.roll(y, -rows)[inner]
+    chosen = columns[inner]
+    part, *_ = np.linalg.lstsq(chosen, seen, rcond=None)
+    total = max(float(np.var(seen)), 1e-300)
+    explained = 1.0 - float(np.var(seen - chosen @ part)) / total
+    return explained, float(part[0]), float(np.var(part[0] * chosen[:, 0])) / total
+
+
+def _vertex(tried: dict[int, float], top: int) -> float:
+    """Where between the samples a parabola through the best three has its top."""
+    if top - 1 not in tried or top + 1 not in tried:
+        return 0.0
+    left, middle, right = tried[top - 1], tried[top], tried[top + 1]
+    bend = left - 2.0 * middle + right
+    return 0.5 * (left - right) / bend if bend < 0 else 0.0

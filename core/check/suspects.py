@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.check.lagged import LOOP, WORTH, Relation
 from core.check.late import Judged
-from core.check.relations import LOOP, WORTH, Relation
 
 SCALE = 0.12
 """|ln factor| below which a gain is friction, a payload or a calibration (scenarios/mujoco: the

@@ -38,7 +38,7 @@ def next_experiments(
     stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[PlannedExperiment, ...]:
     """The candidates, best first; `first` and `second` stand at their fitted vectors."""
-    known = list(on_all_cores(information, (first, second)))
+    known = list(on_all_cores(shared_normal_matrix, (first, second)))
 
     def planned(spec: SimulateSpec) -> PlannedExperiment | None:
         if stopped():
@@ -80,7 +80,7 @@ def score_on(
     return min(_left(h, apart, i) for h, i in zip(pair, known, strict=True))
 
 
-def information(h: Hypothesis) -> Known:
+def shared_normal_matrix(h: Hypothesis) -> Known:
     """J'J of the recordings there are, for the parameters that a new one shares with them."""
     A, _ = normal_equations(h.errors(h.vector), h.slopes(h.vector))
     # What belongs to one recording is free to follow: it is eliminated, not held.

@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from core.drives.drive import Drive, drive_classes
-from core.drives.known_motion import SETTING as MOTION
-from core.drives.known_motion import with_known_motion
-from core.drives.known_torque import SETTING as TORQUE
-from core.drives.known_torque import with_known_torque
+from core.drives.known_joints import (
+    KNOWN_MOTION,
+    KNOWN_TORQUE,
+    with_known_motion,
+    with_known_torque,
+)
 from core.errors import InputError
 from core.sentences import did_you_mean
 from core.validation import validated
@@ -20,8 +22,8 @@ def build_drive(kind: str, options: Mapping[str, Any]) -> Drive:
     classes = drive_classes()
     if kind not in classes:
         raise InputError(f"[drive] kind {kind!r} is not known; {did_you_mean(kind, classes)}")
-    beside = (TORQUE, MOTION)
+    beside = (KNOWN_TORQUE, KNOWN_MOTION)
     own = {key: value for key, value in options.items() if key not in beside}
     drive = validated(classes[kind], own, "[drive]", beside=("kind", *beside))
-    pushed = with_known_torque(drive, options.get(TORQUE, ()))
-    return with_known_motion(pushed, options.get(MOTION, ()))
+    pushed = with_known_torque(drive, options.get(KNOWN_TORQUE, ()))
+    return with_known_motion(pushed, options.get(KNOWN_MOTION, ()))

@@ -13,7 +13,7 @@ from core.arm.chord import chord_matrix
 from core.drives.drive import Drive, per_joint, stated_or, torque_constants
 from core.drives.law import DriveLaw
 from core.parameters import Parameter
-from core.quantities import Bounded, Positive
+from core.validation import Bounded, Positive
 
 
 class GaugeFilter(BaseModel):

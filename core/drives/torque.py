@@ -11,7 +11,7 @@ from core.arm.arm import Arm
 from core.drives.drive import Drive, per_joint, stated_or, torque_constants
 from core.drives.law import DriveLaw, static_law
 from core.parameters import Parameter
-from core.quantities import Positive
+from core.validation import Positive
 
 
 class Torque(Drive):

@@ -12,7 +12,7 @@ from core.arm.joints import joint
 from core.drives.drive import Drive, DriveSlider, gain_parameter, per_joint, stated_or
 from core.drives.law import DriveLaw, static_law
 from core.parameters import Parameter
-from core.quantities import NonNegative, Positive
+from core.validation import NonNegative, Positive
 
 
 class VelocityLoop(Drive):

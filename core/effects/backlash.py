@@ -8,10 +8,8 @@ from core.arm.joints import joint
 from core.arm.slots import TWIST_STIFFNESS, slot
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.elastic_joints import with_twisting_joints
-from core.effects.joint_load import LEAST, hub_parameters, joint_load
-from core.effects.per_joint import each_joint
-from core.effects.positive import positive
+from core.effects.joint_load import LEAST, hub_parameters, joint_load, with_twisting_joints
+from core.effects.per_joint import each_joint, positive
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import V, X, joint_law

@@ -7,9 +7,8 @@ import numpy as np
 from core.arm.arm import Arm
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
-from core.effects.effect import Effect, EffectParameter, Rig, Values
-from core.effects.positive import positive
-from core.effects.replayed import torque_is_replayed
+from core.effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
+from core.effects.per_joint import positive
 from core.effects.sizes import Sizes
 
 GRID = (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 3e-2)

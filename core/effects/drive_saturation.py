@@ -8,10 +8,8 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
-from core.effects.effect import Effect, EffectParameter, Rig, Values
-from core.effects.per_joint import each_joint
-from core.effects.positive import positive
-from core.effects.replayed import torque_is_replayed
+from core.effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
+from core.effects.per_joint import each_joint, positive
 from core.effects.sizes import Sizes
 
 SHARES = (0.95, 0.8, 0.6, 0.4, 0.25)

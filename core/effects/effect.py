@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arm.arm import Arm
+from core.arm.slots import arm_vector
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
 from core.effects.sizes import Sizes
@@ -132,3 +133,9 @@ class Effect(ABC):
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
         """What one kind of sensor reads (N, k), from what an ideal one would."""
         return y
+
+
+def torque_is_replayed(rig: Rig) -> bool:
+    """Whether the model takes its torque from the recording: nothing is fed back, or a servo is."""
+    law = rig.drive.law(rig.arm, arm_vector(rig.arm), {})
+    return rig.servo or not (np.any(law.P) or np.any(law.V) or law.states)

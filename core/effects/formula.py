@@ -66,22 +66,6 @@ def parse_formula(text: str, names: Mapping[str, sp.Symbol], where: str = WHERE)
     return read.expression(_tree(read))
 
 
-def parameter_names(text: str, known: Collection[str], where: str = WHERE) -> tuple[str, ...]:
-    """Names in the formula, in order, that are neither `known` states nor functions."""
-    read = _Reading(text.strip(), {}, where)
-    nodes = list(ast.walk(_tree(read)))
-    called = {id(node.func) for node in nodes if isinstance(node, ast.Call)}
-    found = [node for node in nodes if isinstance(node, ast.Name) and id(node) not in called]
-    order = dict.fromkeys(node.id for node in sorted(found, key=lambda node: node.col_offset))
-    new = tuple(name for name in order if name not in known and name not in FUNCTIONS)
-    long = next((name for name in new if len(name) > LONGEST_NAME), None)
-    if long is not None:
-        raise read.error(
-            f"the parameter {quoted(long)} is too long; use at most {LONGEST_NAME} characters"
-        )
-    return new
-
-
 @dataclass(frozen=True)
 class _Reading:
     """A stripped text on its way to an expression, and what stands around the node being read."""

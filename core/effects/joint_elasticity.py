@@ -4,10 +4,8 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.elastic_joints import with_twisting_joints
-from core.effects.joint_load import LEAST, hub_parameters
-from core.effects.per_joint import each_joint
-from core.effects.positive import positive
+from core.effects.joint_load import LEAST, hub_parameters, with_twisting_joints
+from core.effects.per_joint import each_joint, positive
 from core.effects.sizes import Sizes
 
 TWISTS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2)

@@ -1,15 +1,15 @@
-"""What a joint moves: the measure of a 'small' inertia on its motor's side."""
+"""What a joint moves, the measure of a small inertia on its motor's side, and joints that twist."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import sympy as sp
 
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.effects.effect import EffectParameter
-from core.effects.positive import positive
+from core.effects.per_joint import positive
 
 SHARE = 0.05
 """Of what the joint moves: a plausible rotor and gear to begin with."""
@@ -53,3 +53,21 @@ def hub_parameters(
         )
 
     return tuple(make(k) for k in range(arm.joints))
+
+
+def with_twisting_joints(
+    arm: Arm, sizes: Mapping[int, float], compliance: Callable[[int, float], float]
+) -> Arm:
+    """The arm with the joints (from 0) whose size is above zero made elastic.
+
+    `compliance(k, size)` is in rad/(N m) (m/N). The motor of such a joint gets a hub of
+    at least LEAST times what the joint moves.
+    """
+    segments = list(arm.segments)
+    for k, size in sizes.items():
+        if size > 0.0:
+            s = segments[k]
+            hub = max(s.hub_inertia, LEAST * joint_load(arm, k))
+            update = {"joint_compliance": compliance(k, size), "hub_inertia": hub}
+            segments[k] = s.model_copy(update=update)
+    return arm.model_copy(update={"segments": tuple(segments)})

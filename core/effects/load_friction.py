@@ -7,8 +7,7 @@ from core.arm.arm import Arm
 from core.drives.drive import Drive
 from core.effects.bristle import bristle_force, way
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, joint_direction
-from core.effects.positive import positive
+from core.effects.per_joint import each_joint, joint_direction, positive
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import W

@@ -11,8 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from core.arm.arm import Arm
-from core.effects.effect import Effect, EffectParameter, Rig, Values
-from core.effects.replayed import torque_is_replayed
+from core.effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
 from core.effects.sizes import typical
 
 LETTERS = {"encoder": "e", "deflection": "g", "torque": "u", "link_encoder": "l"}

@@ -1,4 +1,4 @@
-"""Helps for effects with one parameter per joint."""
+"""Helps for effects with one parameter per joint, and the parameters that most effects have."""
 
 from __future__ import annotations
 
@@ -54,3 +54,22 @@ def sized(
 def each_joint(arm: Arm, make: Callable[[int], EffectParameter]) -> tuple[EffectParameter, ...]:
     """One parameter per joint, `make(k)` with k from 0."""
     return tuple(make(k) for k in range(arm.joints))
+
+
+def positive(
+    name: str,
+    start: float,
+    unit: str,
+    title: str,
+    symbol: str,
+    *,
+    lower: float,
+    upper: float,
+    neutral: float = 0.0,
+    grid: Sequence[float] = (),
+    secondary: bool = False,
+    finely: Sequence[float] = (),
+) -> EffectParameter:
+    """A parameter with both bounds stated; the neutral value may lie outside them."""
+    parameter = Parameter(name, start, unit, lower, upper, symbol, title, scale=start)
+    return EffectParameter(parameter, neutral, tuple(grid), secondary, tuple(finely))

@@ -5,8 +5,7 @@ from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.bristle import WAY
 from core.effects.effect import Effect, EffectParameter
-from core.effects.per_joint import each_joint
-from core.effects.positive import positive
+from core.effects.per_joint import each_joint, positive
 from core.effects.sizes import Sizes
 
 SHARES = (0.003, 0.01, 0.03, 0.1, 0.3)

@@ -13,7 +13,7 @@ from core.effects.per_channel import (
     each_channel,
     nothing_to_see,
 )
-from core.effects.positive import positive
+from core.effects.per_joint import positive
 from core.effects.sizes import Sizes
 
 START = 0.05

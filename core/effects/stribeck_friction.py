@@ -8,8 +8,7 @@ from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.bristle import bristle_law, bristles
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, sized
-from core.effects.positive import positive
+from core.effects.per_joint import each_joint, positive, sized
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import V

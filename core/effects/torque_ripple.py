@@ -7,8 +7,7 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, joint_elements, sized
-from core.effects.positive import positive
+from core.effects.per_joint import each_joint, joint_elements, positive, sized
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import X, joint_law

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from core.quantities import Positive
+from core.validation import Positive
 
 
 class Excitation(BaseModel):

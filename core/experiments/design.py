@@ -15,8 +15,7 @@ import numpy as np
 
 from core.diagnose.data import Hypothesis
 from core.diagnose.groups import TIE
-from core.diagnose.next_experiment import Known, on_data, score_on
-from core.diagnose.next_experiment import information as fixed_by
+from core.diagnose.next_experiment import Known, on_data, score_on, shared_normal_matrix
 from core.diagnose.planned import NAME
 from core.diagnose.refit import Refit, refit_with
 from core.diagnose.screen import screen
@@ -176,7 +175,7 @@ def _candidates(
     seconds = min(max(length, SHORTEST), LONGEST, wish.seconds)
     dt = first.sample_time
     begun, doubt, steps = _sizes(fitted), fitted.doubt, fitted.steps
-    known: list[Known] = list(on_all_cores(fixed_by, rivals))
+    known: list[Known] = list(on_all_cores(shared_normal_matrix, rivals))
 
     def one(trial: Trial) -> Candidate | None:
         if progress.stopped():

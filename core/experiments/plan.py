@@ -20,7 +20,8 @@ from core.recording.recording import Recording
 from core.scenario.data_folder import Folder
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model, with_effect_parameters
-from core.workbench import ended_at, fit_all, settled_level
+from core.scenario_fits import fit_all
+from core.workbench import ended_at, settled_level
 
 
 def plan(

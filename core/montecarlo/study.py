@@ -1,23 +1,23 @@
-"""A study from beginning to end: its cases, who runs them, what was found before."""
+"""A study from beginning to end: its parts, their cases, who runs them, what was found before."""
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Collection, Generator
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Generator, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from core.errors import InputError
 from core.identify.predictor import single_threaded
-from core.montecarlo.part import Case, Part
-from core.montecarlo.rig import rig_of
+from core.montecarlo.rig import Rig, rig_of
 from core.montecarlo.settings import StudySettings
 from core.plugins import discover
-from core.resumable.executor import Executor, Stop, never
+from core.resumable.executor import Executor, Processes, Stop, never
 from core.resumable.journal import Finished, Journal, go_on
-from core.resumable.processes import Processes
 from core.sentences import did_you_mean
 
 
@@ -69,3 +69,38 @@ def answer_text(order: str) -> str:
     seconds = time.perf_counter() - begun
     record = {"key": said["key"], "part": said["part"], "answer": answer, "seconds": seconds}
     return json.dumps(record, allow_nan=False)
+
+
+Answer = dict[str, Any]
+"""Numbers, texts, lists and tables of them: what JSON can hold exactly."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One piece of work, independent of all others; `key` names its result."""
+
+    part: str
+    key: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """What the part needs to know; as plain as an answer."""
+
+
+class Part(ABC):
+    """Which cases there are, and what one of them gives.
+
+    A case is a function of the settings and its options alone: all its random numbers come from
+    seeds that are made of them, so it gives the same numbers wherever and whenever it runs.
+    """
+
+    kind: ClassVar[str] = ""
+    title: ClassVar[str] = ""
+    order: ClassVar[int] = 0
+    """Parts run in this order, where there is a choice."""
+
+    @abstractmethod
+    def cases(self, settings: StudySettings) -> tuple[Case, ...]:
+        """All cases, in the order in which a person would like to see them."""
+
+    @abstractmethod
+    def run(self, rig: Rig, options: Mapping[str, Any]) -> Answer:
+        """The numbers of one case."""

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from core.recording.channels import channel_kind, is_channel
-from core.units import is_unit, parse_header
+from core.written import is_unit, parse_header
 
 WORDS: dict[str, tuple[str, ...]] = {
     "time": ("t", "time", "clock", "timestamp", "stamp", "zeit", "sec", "seconds", "temps"),

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from core.errors import InputError
-from core.quantities import LARGEST
-from core.recording.channels import channel_kind, is_channel
+from core.recording.channels import channel_kind
 from core.recording.clock import (
     MIN_SAMPLES,
     bridged,
@@ -23,20 +22,13 @@ from core.recording.clock import (
     too_long,
 )
 from core.recording.read_table import read_table
-from core.recording.reading import Watching
 from core.recording.recording import CameraPose, Recording
 from core.recording.resampling import Even, at_rate, even_table
+from core.recording.sources import Source, check_named, check_numbers, find_sources, nearest, unused
 from core.recording.spec import GapsSpec, RecordingSpec
-from core.recording.table import Table, number
-from core.sentences import brief, did_you_mean, few
-from core.units import factor_to_si, parse_header
-
-
-class _Source(NamedTuple):
-    """Where a channel comes from."""
-
-    header: str
-    factor: float
+from core.recording.table import Table, Watching
+from core.sentences import brief
+from core.validation import LARGEST
 
 
 def load_recording(
@@ -62,15 +54,15 @@ def load_recording(
 def _load(
     table: Table, spec: RecordingSpec, required: Sequence[str], units: Mapping[str, str]
 ) -> Recording:
-    _check_numbers(table)
-    sources = _find_sources(table, spec, units)
+    check_numbers(table)
+    sources = find_sources(table, spec, units)
     for name in ("t", *required):
         if name not in sources:
             raise InputError(
                 f"{table.source} has no column {name}, and columns maps none to it; "
-                f"{_nearest(table, name)}"
+                f"{nearest(table, name)}"
             )
-    _check_named(table, spec, sources)
+    check_named(table, spec, sources)
     table, factor, resampled = _even(table, spec, sources)
     rows, time = _read_time(table, spec, sources["t"])
     rows, time, cut = _complete(table, spec, sources, rows, time)
@@ -91,7 +83,7 @@ def _load(
         warnings += _remarks(sources[name].header, values)
     dt = float(time[-1] - time[0]) / (len(time) - 1)
     warnings += _apply_camera(channels, spec, dt, table.source)
-    warnings += _unused(table, sources)
+    warnings += unused(table, sources)
     found = Recording(
         name=spec.name or file_stem(table.source),
         time=time,
@@ -132,8 +124,8 @@ def load_unchecked(
     """
     with np.errstate(over="ignore", invalid="ignore"):
         table = read_table(path, progress)
-        _check_numbers(table)
-        sources = _find_sources(table, spec, units or {})
+        check_numbers(table)
+        sources = find_sources(table, spec, units or {})
         if "t" in sources:
             table = _even(table, spec, sources).table
         values = {c: s.factor * table.numbers(s.header) for c, s in sources.items()}
@@ -160,116 +152,12 @@ def _settled(
     return bridged(values, empty) if too_long(empty, max(most, 1)) is None else values
 
 
-def _check_numbers(table: Table) -> None:
-    """A text that is no table of measurements is nobody's to quote in a sentence."""
-    if table.unusable or any(_is_numeric(column) for column in table.columns.values()):
-        return
-    raise InputError(
-        f"{table.source} is no table of measurements: no column holds numbers; choose another file."
-    )
-
-
-def _is_numeric(column: np.ndarray) -> bool:
-    """Whether any cell is a number; a slip among numbers has a sentence of its own."""
-    if column.dtype != object:
-        return bool(np.isfinite(column).any())
-    return any(_is_number(cell) for cell in column)
-
-
-def _is_number(cell: object) -> bool:
-    try:
-        return bool(np.isfinite(number(cell)))
-    except (TypeError, ValueError, OverflowError):
-        return False
-
-
 def file_stem(file: str) -> str:
     """`th1` of `data/th1.csv.gz`."""
     return Path(file).name.split(".")[0] or Path(file).name
 
 
-def _find_sources(
-    table: Table, spec: RecordingSpec, units: Mapping[str, str]
-) -> dict[str, _Source]:
-    """Which column holds which channel: mapped ones first, then columns of a channel's name."""
-    sources: dict[str, _Source] = {}
-    for channel, column in spec.columns.items():
-        header = _mapped_header(table, channel, column.name)
-        unit = parse_header(column.name)[1] or parse_header(header)[1]
-        factor = column.factor * _unit_factor(table, header, unit, channel, units)
-        sources[channel] = _Source(header, factor)
-    taken = {source.header for source in sources.values()}
-    mapped = set(sources)
-    for header in table.columns:
-        name, unit = parse_header(header)
-        if header in taken or not is_channel(name) or name in mapped:
-            continue
-        if name in sources:
-            raise InputError(
-                f"{table.source} has two columns {name} ([{parse_header(sources[name].header)[1]}] "
-                f"and [{unit}]); remove one, or choose one under columns."
-            )
-        sources[name] = _Source(header, _unit_factor(table, header, unit, name, units))
-    return sources
-
-
-def _mapped_header(table: Table, channel: str, wanted: str) -> str:
-    """The header that `columns` means: the very text, or the same name with or without a unit."""
-    name, unit = parse_header(wanted)
-    everything = (*table.columns, *table.unusable)
-    fitting = [h for h in everything if h == wanted] or [
-        h for h in everything if parse_header(h)[0] == name
-    ]
-    fitting = fitting or [h for whole, h in table.paths.items() if parse_header(whole)[0] == name]
-    if not fitting:
-        raise InputError(
-            f"{table.source} has no column {name}, which columns.{channel} names; "
-            f"{_nearest(table, name)}"
-        )
-    header = fitting[0]
-    if header in table.unusable:
-        raise InputError(
-            f"{table.source}: column {header} {table.unusable[header]}; store it as one vector "
-            f"with a value per sample."
-        )
-    in_file = parse_header(header)[1]
-    if unit and in_file and unit != in_file:
-        raise InputError(
-            f"{table.source}: column {header} is in [{in_file}] by its header and in [{unit}] by "
-            f"columns.{channel}; correct one of them."
-        )
-    return header
-
-
-def _unit_factor(
-    table: Table, header: str, unit: str, channel: str, units: Mapping[str, str]
-) -> float:
-    known = (units[channel],) if channel in units else channel_kind(channel).units
-    try:
-        return factor_to_si(unit, known)
-    except InputError as error:
-        raise InputError(f"{table.source}: column {header}: {error}.") from error
-
-
-def _nearest(table: Table, name: str) -> str:
-    same = [h for h in table.unusable if parse_header(h)[0] == name]
-    if same:
-        return f"what it calls {same[0]} {table.unusable[same[0]]}."
-    return did_you_mean(name, [parse_header(header)[0] for header in table.columns])
-
-
-def _check_named(table: Table, spec: RecordingSpec, sources: dict[str, _Source]) -> None:
-    """What a mask or a logger's filter speaks of must be there."""
-    for setting, names in (("mask", spec.mask), ("logger_filter", spec.logger_filter)):
-        for name in names:
-            if name not in sources or name == "t":
-                raise InputError(
-                    f"{table.source}: {setting} names the channel {name}, but no column holds it; "
-                    f"{did_you_mean(name, [n for n in sources if n != 't'])}"
-                )
-
-
-def _even(table: Table, spec: RecordingSpec, sources: Mapping[str, _Source]) -> Even:
+def _even(table: Table, spec: RecordingSpec, sources: Mapping[str, Source]) -> Even:
     """The table on an even clock where the scenario says so."""
     if spec.resample is None:
         return Even(table, 1, "")
@@ -279,7 +167,7 @@ def _even(table: Table, spec: RecordingSpec, sources: Mapping[str, _Source]) -> 
     return even_table(table, headers, clock.factor, spec.resample, spec.window)
 
 
-def _read_time(table: Table, spec: RecordingSpec, source: _Source) -> tuple[slice, np.ndarray]:
+def _read_time(table: Table, spec: RecordingSpec, source: Source) -> tuple[slice, np.ndarray]:
     time = source.factor * table.numbers(source.header)
     _check_sizes(table, source.header, time, 0)
     check_rising(table, source.header, time)
@@ -288,7 +176,7 @@ def _read_time(table: Table, spec: RecordingSpec, source: _Source) -> tuple[slic
 
 
 def _read_channel(
-    table: Table, channel: str, source: _Source, rows: slice, spec: RecordingSpec
+    table: Table, channel: str, source: Source, rows: slice, spec: RecordingSpec
 ) -> np.ndarray:
     """Empty cells are let through where somebody has said what happens to them."""
     values = source.factor * table.numbers(source.header)[rows]
@@ -306,7 +194,7 @@ def _read_channel(
 
 
 def _complete(
-    table: Table, spec: RecordingSpec, sources: dict[str, _Source], rows: slice, time: np.ndarray
+    table: Table, spec: RecordingSpec, sources: dict[str, Source], rows: slice, time: np.ndarray
 ) -> tuple[slice, np.ndarray, list[str]]:
     """The rows and times that are kept where gaps are cut, and a word on it."""
     if spec.gaps is None or spec.gaps.how != "cut":
@@ -394,9 +282,3 @@ def _counted(time: np.ndarray, stretches: Sequence[tuple[float, float]]) -> np.n
     for low, high in stretches:
         counted &= (time < low) | (time > high)
     return counted
-
-
-def _unused(table: Table, sources: dict[str, _Source]) -> list[str]:
-    used = {source.header for source in sources.values()}
-    left = [h for h in (*table.columns, *table.unusable) if h not in used]
-    return [f"Not used from {table.source}: {few(left)}."] if left else []

@@ -7,8 +7,7 @@ from pathlib import Path
 
 from core.errors import InputError
 from core.plugins import discover
-from core.recording.reading import Reading, Watching
-from core.recording.table import Table, TableReader, damaged
+from core.recording.table import Reading, Table, TableReader, Watching, damaged
 from core.sentences import few
 
 START = 4096

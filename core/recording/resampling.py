@@ -18,10 +18,9 @@ from scipy.interpolate import CubicSpline
 from core.errors import InputError
 from core.recording.channels import channel_kind
 from core.recording.clock import MIN_SAMPLES
-from core.recording.reading import MOST_CELLS, MOST_ROWS
 from core.recording.recording import Recording
 from core.recording.spec import ResampleSpec
-from core.recording.table import Table
+from core.recording.table import MOST_CELLS, MOST_ROWS, Table
 from core.recording.thinning import sentence, thinned
 
 GAP = 1.75

@@ -11,7 +11,7 @@ from core.errors import InputError
 from core.files import replacing
 from core.recording.channels import channel_kind
 from core.recording.recording import Recording
-from core.units import factor_to_si
+from core.written import factor_to_si
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -12,10 +12,9 @@ import numpy as np
 from core.errors import InputError
 from core.recording.channels import channel_kind, is_channel
 from core.recording.clock import JITTER
-from core.recording.reading import Reading
-from core.recording.table import Listed, Table
+from core.recording.table import Listed, Reading, Table
 from core.sentences import few
-from core.units import factor_to_si, parse_header
+from core.written import factor_to_si, parse_header
 
 TIME_NAMES = ("t", "time", "timestamp", "stamp", "times", "timestamps")
 """How loggers call the time column, in lower case."""

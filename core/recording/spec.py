@@ -6,16 +6,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from core import quantities
-from core.quantities import Bounded
+from core import validation
 from core.recording.channels import channel_names, is_channel
 from core.recording.recording import CameraPose, LoggerFilter
 from core.sentences import did_you_mean
+from core.validation import Bounded
 
 # Strict: a number in quotes or `true` where a number belongs is a slip, not a number.
 Real = Annotated[Bounded, Field(strict=True)]
-Positive = Annotated[quantities.Positive, Field(strict=True)]
-NonNegative = Annotated[quantities.NonNegative, Field(strict=True)]
+Positive = Annotated[validation.Positive, Field(strict=True)]
+NonNegative = Annotated[validation.NonNegative, Field(strict=True)]
 Whole = Annotated[int, Field(strict=True, ge=0, lt=2**32)]
 Switch = Annotated[bool, Field(strict=True)]
 Words = Annotated[str, Field(min_length=1)]

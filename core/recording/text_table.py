@@ -14,7 +14,7 @@ import numpy as np
 from core.errors import InputError
 from core.recording.channels import is_channel
 from core.recording.table import NO_NUMBER, cell_fault, number, row_name
-from core.units import is_unit, parse_header
+from core.written import is_unit, parse_header
 
 DELIMITERS = ",;\t"
 MOST_LINES = 300

@@ -2,10 +2,14 @@
 
 from core.results.comparison import (
     ChannelComparison,
+    ErrorMap,
+    ErrorMaps,
+    ErrorOver,
     JointMotion,
     MissingTorque,
     RecordingComparison,
     Variant,
+    WorstCell,
 )
 from core.results.diagnosis import (
     ChannelError,
@@ -17,9 +21,16 @@ from core.results.diagnosis import (
     RankedEffect,
 )
 from core.results.identification import Estimate, Fit, Generation, Identifiability, Valley
-from core.results.maps import ErrorMap, ErrorMaps, ErrorOver, WorstCell
-from core.results.mechanism import Link, Mechanism, PresentEffect
-from core.results.outcome import DescriptorModel, Disagreement, Equation, Outcome, Repeated
+from core.results.outcome import (
+    DescriptorModel,
+    Disagreement,
+    Equation,
+    Link,
+    Mechanism,
+    Outcome,
+    PresentEffect,
+    Repeated,
+)
 
 __all__ = [
     "ChannelComparison",

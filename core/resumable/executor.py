@@ -1,10 +1,20 @@
-"""How orders become answers: the contract of an executor, and the plainest one."""
+"""How orders become answers: the contract of an executor, in this process, on spawned ones and on
+the workers of a Dask cluster (extra `cluster`)."""
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import signal
 from abc import ABC, abstractmethod
 from collections import Counter, deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from queue import Empty, Queue
+from typing import Any
 
 from core.errors import InputError
 
@@ -62,3 +72,217 @@ class Here(Executor):
             if stop():
                 return
             yield index, work(order)
+
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """The environment in which processes start whose mathematics must not fight for the cores:
+    their libraries read it once, when imported."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ |= dict.fromkeys(THREADS, "1")
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+WORKERS = 2
+"""The machines that this is meant for have two cores."""
+
+ERROR = "\0"
+"""Begins a message that is not an answer but what went wrong."""
+
+FAREWELL = 2.0
+"""s that a worker has to end before it is made to."""
+
+
+@dataclass
+class _Worker:
+    process: BaseProcess
+    connection: Connection
+    order: int | None = None
+    """What it works on; None where it waits."""
+
+
+class Processes(Executor):
+    """As many at a time as there are workers, each with one thread of linear algebra."""
+
+    def __init__(self, workers: int = WORKERS, option: str = "--workers") -> None:
+        """`option` is how whoever chose the number of workers knows it."""
+        if workers < 1:
+            raise InputError(f"{option} is {workers}; it must be at least 1.")
+        self.count = workers
+        self._workers: list[_Worker] = []
+
+    def pids(self) -> list[int]:
+        """Of the workers that there are now."""
+        return [w.process.pid for w in self._workers if w.process.pid is not None]
+
+    def answers(self, work: Work, orders: Sequence[str], stop: Stop = never) -> Answers:
+        waiting, losses = deque(range(len(orders))), Counter[int]()
+        try:
+            while waiting or self._busy():
+                self._replace_the_dead(work, min(self.count, len(waiting) + len(self._busy())))
+                for worker in self._workers:
+                    if waiting and worker.order is None:
+                        _give(worker, waiting.popleft(), orders)
+                wait([w.connection for w in self._workers], CALM)
+                yield from self._collect(waiting, losses)
+                if stop():
+                    return
+        finally:
+            self._dismiss()
+
+    def _busy(self) -> list[_Worker]:
+        return [w for w in self._workers if w.order is not None]
+
+    def _replace_the_dead(self, work: Work, wanted: int) -> None:
+        while len(self._workers) < wanted:
+            self._workers.append(_hire(work))
+
+    def _collect(self, waiting: deque[int], losses: Counter[int]) -> Iterator[tuple[int, str]]:
+        """Answers that have come; the order of a worker that died goes back to the front."""
+        for worker in list(self._workers):
+            if worker.order is None:
+                if not worker.process.is_alive():
+                    self._workers.remove(worker)
+                continue
+            index = worker.order
+            try:
+                if not worker.connection.poll():
+                    continue
+                text = worker.connection.recv_bytes().decode()
+            except (EOFError, OSError):
+                self._lost(worker, index, waiting, losses)
+                continue
+            worker.order = None
+            if text.startswith(ERROR):
+                raise InputError(text.removeprefix(ERROR))
+            yield index, text
+
+    def _lost(self, worker: _Worker, index: int, waiting: deque[int], losses: Counter[int]) -> None:
+        self._workers.remove(worker)
+        worker.connection.close()
+        worker.process.join(FAREWELL)
+        give_again(index, waiting, losses)
+
+    def _dismiss(self) -> None:
+        for worker in self._workers:
+            worker.connection.close()
+            worker.process.terminate()
+        for worker in self._workers:
+            worker.process.join(FAREWELL)
+            if worker.process.is_alive():
+                worker.process.kill()
+        self._workers.clear()
+
+
+def _give(worker: _Worker, index: int, orders: Sequence[str]) -> None:
+    worker.order = index
+    with suppress(OSError):  # one that died meanwhile is noticed when its answer is awaited
+        worker.connection.send_bytes(orders[index].encode())
+
+
+def _hire(work: Work) -> _Worker:
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_serve, args=(theirs, work), daemon=True, name="cases")
+    with one_thread_each():
+        process.start()
+    theirs.close()
+    return _Worker(process, ours)
+
+
+def _serve(connection: Connection, work: Work) -> None:
+    """A worker: orders in, answers out, until nobody is there any more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to answer
+    while True:
+        try:
+            order = connection.recv_bytes().decode()
+        except (EOFError, OSError):
+            return
+        connection.send_bytes(_answer(work, order).encode())
+
+
+def _answer(work: Work, order: str) -> str:
+    try:
+        return work(order)
+    except InputError as error:
+        return f"{ERROR}{error}"
+
+
+PATIENCE = 10
+"""s to reach the scheduler."""
+
+
+class Cluster(Executor):
+    """The scheduler's address is like tcp://host:8786; its workers need FlexGUI installed.
+
+    Only text travels, so the workers need not share a file system with this machine. The
+    scheduler gives the orders of a lost worker to others.
+    """
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+
+    def answers(self, work: Work, orders: Sequence[str], stop: Stop = never) -> Answers:
+        distributed = _distributed()
+        with self._client(distributed) as client:
+            done: Queue[Any] = Queue()
+            futures = {
+                client.submit(work, order, pure=False): index for index, order in enumerate(orders)
+            }
+            for future in futures:
+                future.add_done_callback(done.put)
+            try:
+                while futures:
+                    future = _next(done)
+                    if future is not None:
+                        yield futures.pop(future), _result(future)
+                    if stop():
+                        return
+            finally:
+                client.cancel(list(futures))
+
+    def _client(self, distributed: Any) -> Any:
+        try:
+            return distributed.Client(self.address, timeout=PATIENCE, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise InputError(
+                f"No Dask scheduler answers at {self.address}; check --cluster and that "
+                f"`dask scheduler` runs there."
+            ) from error
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError as error:
+        raise InputError(
+            "--cluster needs Dask; install it with pip install 'flexgui[cluster]'."
+        ) from error
+    return distributed
+
+
+def _next(done: Queue[Any]) -> Any:
+    """A future that is done; None where none was in a little while."""
+    with suppress(Empty):
+        return done.get(timeout=CALM)
+    return None
+
+
+def _result(future: Any) -> str:
+    error = future.exception()
+    if error is None:
+        return str(future.result())
+    if isinstance(error, InputError):
+        raise error
+    kind = type(error).__name__
+    raise InputError(f"The cluster gave up on a piece of work ({kind}: {error}).") from error

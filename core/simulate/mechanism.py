@@ -13,7 +13,7 @@ from core.forces.compiled import compile_law
 from core.forces.element import Element, linear_matrices
 from core.forces.law import V
 from core.model import Model, Numbers
-from core.results.mechanism import Link, Mechanism, PresentEffect
+from core.results.outcome import Link, Mechanism, PresentEffect
 from core.simulate.posture import posture
 
 FREQUENCIES = 3

@@ -9,8 +9,7 @@ import scipy.linalg
 
 from core.arm.chord import chord_matrix
 from core.arm.slots import LENGTH, slot
-from core.model import Model, Numbers
-from core.simulate.posture import Posture, posture
+from core.simulate.posture import Posture
 
 OSCILLATES = 1e-6
 """A pole oscillates where its imaginary part exceeds this share of its size; below is rounding."""
@@ -35,11 +34,6 @@ class Mode:
     def frequency(self) -> float:
         """Hz, at which it is seen to swing."""
         return abs(self.pole.imag) / (2.0 * np.pi)
-
-    @property
-    def natural_frequency(self) -> float:
-        """Hz, |pole| / 2 pi."""
-        return abs(self.pole) / (2.0 * np.pi)
 
     @property
     def damping(self) -> float:
@@ -103,16 +97,3 @@ def _scaled(vector: np.ndarray, rows: np.ndarray, at: Posture) -> np.ndarray:
 def integrators(poles: np.ndarray) -> np.ndarray:
     """(nx,) bool: the poles at zero, such as a joint's position under a velocity loop."""
     return np.asarray(np.abs(poles) <= AT_REST * np.abs(poles).max(initial=0.0) + OSCILLATES)
-
-
-def pole_locus(
-    model: Model, numbers: Numbers, joints: np.ndarray, joint: int, places: np.ndarray
-) -> np.ndarray:
-    """(k, nx) poles in 1/s while one joint (from 0) takes k places; the others stay."""
-    found = []
-    for place in places:
-        at = np.array(joints, dtype=float)
-        at[joint] = place
-        here = posture(model, at, numbers)
-        found.append(np.linalg.solve(here.E, here.A))
-    return np.linalg.eigvals(np.array(found))

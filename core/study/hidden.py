@@ -19,11 +19,6 @@ from core.model import Model
 from core.study.detectability import Detectability, crossing
 from core.study.rig import Experiment, bare_model, seen_by
 
-WEAK, STRONG = 0.5, 3.0
-"""Noise rms per sample."""
-
-LEVELS = {"weak": WEAK, "strong": STRONG}
-
 SPLIT = (0.5, 1.5)
 """Each joint's or segment's share of the common size."""
 

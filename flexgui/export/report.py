@@ -15,10 +15,9 @@ from core.diagnose.maps import error_maps
 from core.results import MissingTorque, Outcome, RecordingComparison
 from core.written import format_number, shown_unit, with_unit
 from flexgui import __version__
-from flexgui.export.diagnosis_report import diagnosis_block
-from flexgui.export.glance import glance, has_ladder
-from flexgui.export.motion import Motion
-from flexgui.export.plot import Plot, packed_plotly, plot
+from flexgui.export.report_motion import Motion
+from flexgui.export.report_plot import Plot, packed_plotly, plot
+from flexgui.export.report_sections import diagnosis_block, glance, has_ladder
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.fit_table import ROLES, bar_label, fit_bars, fit_table, in_unit, variants

@@ -18,15 +18,7 @@ from core.montecarlo.valley import explained, pooled
 from core.scenario.read import scenario_toml
 from flexgui import __version__
 from flexgui.export.folder import dumps, swap_in, work_folder
-from flexgui.export.plot import Plot, packed_plotly, plot
-from flexgui.views.study_advice import (
-    bias_figure,
-    bias_table,
-    candidate_table,
-    length_table,
-    planning_figure,
-    predicted_table,
-)
+from flexgui.export.report_plot import Plot, packed_plotly, plot
 from flexgui.views.study_estimates import (
     deviation_table,
     explained_table,
@@ -37,8 +29,14 @@ from flexgui.views.study_estimates import (
 from flexgui.views.study_methods import (
     baseline_figure,
     baseline_table,
+    bias_figure,
+    bias_table,
+    candidate_table,
     conclusion_table,
+    length_table,
+    planning_figure,
     pole_figure,
+    predicted_table,
     sweep_fits,
     sweep_path,
     sweep_table,

@@ -30,7 +30,7 @@ SETTINGS = PoolSettings(
     niceness=5,
     memory=MEMORY,
     seconds=SECONDS,
-    warm_up="flexgui.jobs.warm:warm_inputs",
+    warm_up="flexgui.jobs.worker:warm_inputs",
 )
 
 Tell = Callable[[str], None]

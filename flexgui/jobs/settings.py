@@ -35,7 +35,7 @@ class PoolSettings:
     diagnosis of seven recordings takes a tenth of that; two such jobs still fit into a laptop."""
     seconds: float | None = None
     """That a job may take, in all and of a processor; then its worker is replaced. None: no end."""
-    warm_up: str | None = "flexgui.jobs.warm:warm_up"
+    warm_up: str | None = "flexgui.jobs.worker:warm_up"
     """What a worker calls before its first job, as "package.module:name"."""
 
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from flexgui.jobs.events import Ended, Event, Failed, Finished, Stopped, WorkerLost
 from flexgui.jobs.job import Job, State
-from flexgui.jobs.messages import Answer, Begin, Crashed, Order, Ready, Refused
 from flexgui.jobs.process import WorkerGoneError, WorkerProcess
 from flexgui.jobs.settings import TOO_LONG
+from flexgui.jobs.task import Answer, Begin, Crashed, Order, Ready, Refused
 
 if TYPE_CHECKING:
     from flexgui.jobs.pool import JobPool

@@ -21,9 +21,8 @@ from core.errors import InputError
 from core.sentences import brief
 from flexgui.jobs.dispatcher import Mailbox
 from flexgui.jobs.events import Advanced, NewGeneration, Partial, Stage
-from flexgui.jobs.messages import Alive, Answer, Begin, Crashed, Done, Order, Ready, Refused
 from flexgui.jobs.settings import TOO_LARGE, PoolSettings, limit_memory, limit_time
-from flexgui.jobs.task import Task
+from flexgui.jobs.task import Alive, Answer, Begin, Crashed, Done, Order, Ready, Refused, Task
 
 if TYPE_CHECKING:
     from core.results import Generation
@@ -217,3 +216,35 @@ def crash(error: BaseException) -> Crashed:
 def gone() -> NoReturn:
     """Nobody would read what this process still finds."""
     os._exit(0)
+
+
+TINY = """
+title = "Warming up"
+[arm]
+preset = "paper"
+[drive]
+kind = "velocity_loop"
+gains = [60.0, 30.0]
+[[recordings]]
+simulate = {theta2 = 1.2, seconds = 0.1, seed = 1}
+[identify]
+parameters = ["epsilon", "d"]
+population = 6
+generations = 1
+"""
+
+
+def warm_up() -> None:
+    """One tiny identification: a non-linear simulation, linear responses, a refinement."""
+    from core.scenario.read import parse_scenario
+    from core.workbench import run_scenario
+
+    run_scenario(parse_scenario(TINY, "warm-up"))
+
+
+def warm_inputs() -> None:
+    """Reads nothing yet: the libraries that reading needs, so that the first file is not slow."""
+    import pyarrow.csv
+    import pyarrow.parquet  # noqa: F401
+
+    import flexgui.stage.recorded  # noqa: F401

@@ -12,7 +12,7 @@ from core.experiments.design import Design, Deviation
 from core.experiments.files import references
 from core.experiments.words import words
 from core.recording.recording import Recording
-from flexgui.export.planned import SCENARIO, seen_by, write_plan
+from flexgui.export.plan_files import SCENARIO, seen_by, write_plan
 
 if TYPE_CHECKING:
     import pandas as pd

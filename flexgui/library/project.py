@@ -17,7 +17,7 @@ from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model, with_hidden_effects
 from core.validation import validated
 from flexgui.library.catalogues import OneEffect, model_with
-from flexgui.library.linear import LinearModel, linear_model
+from flexgui.library.linear_model import LinearModel, linear_model
 from flexgui.library.progress_callback import Callback, progress_to
 from flexgui.library.results import Comparison, Diagnosis, Identification, Simulation, StoppedError
 from flexgui.library.shipped import scenario_path
@@ -311,9 +311,8 @@ class Project:
 
     def _write(self, outcome: Outcome, out: Path) -> Path:
         """An export of what was computed before."""
-        from flexgui.export.diagnosed_file import diagnosed_beside, diagnosed_plainly
-        from flexgui.export.motion import report_motion
-        from flexgui.export.outcome import export_outcome
+        from flexgui.export.export_files import diagnosed_beside, diagnosed_plainly, export_outcome
+        from flexgui.export.report_motion import report_motion
 
         motion = report_motion(self.scenario, outcome, self.folder, self.data)
         if self._kept is not None:

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import plotly.graph_objects as go
 
-    from flexgui.library.linear import LinearModel
+    from flexgui.library.linear_model import LinearModel
     from flexgui.library.project import Project
 
 

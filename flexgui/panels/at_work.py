@@ -10,10 +10,10 @@ from markupsafe import Markup
 from core.diagnose.announce import aside
 from flexgui.panels import widgets
 from flexgui.panels.candidates import story
-from flexgui.panels.page_context import PageContext
-from flexgui.panels.plot import Plot
-from flexgui.panels.words import Words, joined, paragraph
-from flexgui.session.run import QUEUED, STOPPING, Run
+from flexgui.panels.panel import PageContext
+from flexgui.panels.plot_panel import Plot
+from flexgui.panels.widgets import Words, joined, paragraph
+from flexgui.session.run_state import QUEUED, STOPPING, Run
 from flexgui.views.demonstration import demonstration, demonstration_summary
 from flexgui.views.missing_torque import missing_cloud
 

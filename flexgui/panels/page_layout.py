@@ -1,4 +1,5 @@
-"""Who gets how much of the window: in a narrow one plots and stages leave the arm its room.
+"""Who gets how much of the window: in a narrow one plots and stages leave the arm its room. Light
+or dark: as the system is, or as a person has chosen, which their browser keeps.
 
 The server is told the size of the 3-D picture only, in pixels of the screen; the window's is
 written down by the browser when it is asked, in the pixels that panels are measured in.
@@ -13,7 +14,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import viser
-from viser import _messages
+
+from flexgui.panels.in_browser import run_javascript
 
 log = logging.getLogger(__name__)
 
@@ -197,8 +199,7 @@ class PageLayout:
             self._soon(LATER, LONG)
 
     def _ask(self, patience: float = PATIENCE) -> None:
-        connection = self._client._websock_connection
-        connection.queue_message(_messages.RunJavascriptMessage(SCRIPT))
+        run_javascript(self._client, SCRIPT)
         try:
             told = window_of(self._client.local_storage.get_item(STORED_AS, patience))
         except (RuntimeError, TimeoutError) as error:
@@ -213,3 +214,40 @@ class PageLayout:
         with self._telling:
             for take in self._takers:
                 take(self.window, shares)
+
+
+AS_SYSTEM, LIGHT, DARK = "as the system", "light", "dark"
+THEMES = (AS_SYSTEM, LIGHT, DARK)
+
+
+class Theme:
+    """Of one browser's page."""
+
+    def __init__(self, client: viser.ClientHandle) -> None:
+        self._client = client
+        self.chosen, self.dark = AS_SYSTEM, False
+        self._system_dark = False
+        self.followers: list[Callable[[bool], None]] = []
+        """Called with whether the page is dark, when that changes."""
+
+    def fit(self, window: Window, shares: Widths) -> None:
+        """As the browser says: how its system is, and what was chosen in it before."""
+        self._system_dark = window.system_dark
+        if window.theme in (LIGHT, DARK):
+            self.chosen = window.theme
+        self._apply()
+
+    def choose(self, name: str) -> None:
+        """One of `THEMES`; the browser keeps it."""
+        self.chosen = name if name in THEMES else AS_SYSTEM
+        self._client.local_storage.set_item(THEME_KEPT_AS, self.chosen)
+        self._apply()
+
+    def _apply(self) -> None:
+        dark = self._system_dark if self.chosen == AS_SYSTEM else self.chosen == DARK
+        if dark == self.dark:
+            return
+        self.dark = dark
+        self._client.gui.configure_theme(dark_mode=dark, show_share_button=False, show_logo=False)
+        for tell in self.followers:
+            tell(dark)

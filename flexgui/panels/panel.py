@@ -1,12 +1,16 @@
-"""The contract of a stage's panel."""
+"""The contract of a stage's panel, and what every panel of one browser works with."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import ClassVar
 
-from flexgui.panels.page_context import PageContext
-from flexgui.session import Topic
+import viser
+
+from flexgui.panels.page_layout import Theme
+from flexgui.session import Services, Session, Topic
 
 
 class Panel(ABC):
@@ -37,3 +41,26 @@ class Panel(ABC):
 
     def settle(self) -> None:  # noqa: B027 (most have nothing that takes long)
         """Draws what takes long, once nothing has changed for a moment; after `refresh`."""
+
+
+@dataclass(frozen=True)
+class PageContext:
+    """One browser's page: its client, its session, what the server offers."""
+
+    client: viser.ClientHandle
+    session: Session
+    services: Services
+    read_only: bool = False
+    """A follower sees everything and changes nothing: no callback is registered at all."""
+    syncs: list[Callable[[], None]] = field(default_factory=list)
+    """Called when the session changed: each brings one input up to date."""
+
+    theme: Theme = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "theme", Theme(self.client))
+
+    @property
+    def gui(self) -> viser.GuiApi:
+        """The widgets of this browser."""
+        return self.client.gui

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from flexgui.panels.curtain import PURPOSE
-from flexgui.panels.page_context import PageContext
-from flexgui.panels.words import Words, joined, paragraph
+from flexgui.panels.in_browser import PURPOSE
+from flexgui.panels.panel import PageContext
+from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session.state import STAGES
 
 PURPOSE_LINE = Markup("<p class='purpose'>{}</p>").format(PURPOSE)

@@ -7,12 +7,11 @@ from collections.abc import Callable, Mapping
 from markupsafe import Markup
 
 from flexgui.panels import widgets
-from flexgui.panels.drawn_bending import legend, plays
-from flexgui.panels.errors_in_scene import COLOURED
-from flexgui.panels.page_context import PageContext
 from flexgui.panels.page_layout import LINE_MARGIN, Widths, Window
-from flexgui.panels.words import Words, joined, paragraph
-from flexgui.stage.look import DIRECTIONS
+from flexgui.panels.panel import PageContext
+from flexgui.panels.recording_in_scene import COLOURED, legend, plays
+from flexgui.panels.widgets import Words, joined, paragraph
+from flexgui.stage.paint import DIRECTIONS
 from flexgui.views.error_map import words as error_words
 
 SPEEDS = {f"speed ×{speed:g}": speed for speed in (0.1, 0.25, 0.5, 1.0, 2.0)}

@@ -1,4 +1,8 @@
-"""The first visit: a card with four steps from a recording to a found effect."""
+"""The first visit: a card with four steps from a recording to a found effect.
+
+The buttons that lead to the next stage also begin, on the tour, what is done there. Five clicks
+lead from the first page to the error that falls: begin, fit, compare, find, add.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +11,9 @@ from typing import Any
 from markupsafe import Markup
 
 from flexgui.panels import widgets
-from flexgui.panels.arrivals import upload_hint
-from flexgui.panels.page_context import PageContext
-from flexgui.panels.words import Words, paragraph
+from flexgui.panels.own_recordings import upload_hint
+from flexgui.panels.panel import PageContext
+from flexgui.panels.widgets import Words, paragraph
 from flexgui.session.demo import HIDDEN, is_of_tour
 from flexgui.session.tour_card import (
     AT,
@@ -21,6 +25,9 @@ from flexgui.session.tour_card import (
     Card,
     card,
     due_stage,
+    is_on_tour,
+    is_to_be_fitted,
+    is_to_be_searched,
 )
 
 CARD = Markup("<div class='tour {}'><p class='lead'>{}</p><p>{}</p></div>")
@@ -138,3 +145,19 @@ class Offer:
         """Takes the question away once it is answered."""
         if self._folder is not None:
             self._folder.visible = self._desk.session.earlier is not None
+
+
+def to_identification(desk: PageContext) -> None:
+    """Shows *Identify*; on the tour the fit starts as it stands."""
+    session = desk.session
+    session.show("Identify")
+    if is_on_tour(session) and is_to_be_fitted(session):
+        session.identify(desk.services)
+
+
+def to_diagnosis(desk: PageContext) -> None:
+    """Shows *Diagnose*; on the tour the search for what is missing starts."""
+    session = desk.session
+    session.show("Diagnose")
+    if is_on_tour(session) and is_to_be_searched(session):
+        session.diagnose(desk.services)

@@ -1,4 +1,5 @@
-"""Inputs that are bound to the session: checked on the way in, kept up to date on the way back."""
+"""Inputs that are bound to the session, checked on the way in and kept up to date on the way back,
+and texts that are escaped."""
 
 from __future__ import annotations
 
@@ -8,8 +9,9 @@ from collections.abc import Callable
 from typing import Any
 
 import viser
+from markupsafe import Markup, escape
 
-from flexgui.panels.page_context import PageContext
+from flexgui.panels.panel import PageContext
 
 HANDS_OFF = 0.6
 """s after a person's change in which an input is not overwritten: it would jump under the hand."""
@@ -151,3 +153,58 @@ def button(
             action()
 
     return handle
+
+
+class Rebuilt:
+    """Holds inputs and their links to the session."""
+
+    def __init__(self, desk: PageContext, folder: Any) -> None:
+        self._desk, self._folder = desk, folder
+        self._shape: object = None
+        self._syncs: list[Callable[[], None]] = []
+
+    def make(self, shape: object, build: Callable[[], None]) -> None:
+        """Calls `build` inside the folder where the shape differs from the last one."""
+        if shape == self._shape:
+            return
+        self._shape = shape
+        for sync in self._syncs:
+            self._desk.syncs.remove(sync)
+        for child in tuple(self._folder._children.values()):
+            child.remove()
+        before = len(self._desk.syncs)
+        with self._folder:
+            build()
+        self._syncs = self._desk.syncs[before:]
+
+
+class Words:
+    """An HTML element; empty content hides it."""
+
+    def __init__(self, gui: viser.GuiApi, content: Markup | str = "") -> None:
+        text = self._frame(content)
+        self._handle = gui.add_html(text, visible=bool(content))
+        self._text = text
+
+    def show(self, content: Markup | str) -> None:
+        """Plain text is escaped; Markup is taken as it is."""
+        text = self._frame(content)
+        if text != self._text:
+            self._text = text
+            self._handle.content = text
+        if self._handle.visible != bool(content):
+            self._handle.visible = bool(content)
+
+    @staticmethod
+    def _frame(content: Markup | str) -> str:
+        return f"<div class='fx'>{escape(content)}</div>"
+
+
+def paragraph(text: str, kind: str = "") -> Markup:
+    """One sentence; `kind` is a class of the page's style: 'soft', 'bad', 'lead'."""
+    return Markup("<p class='{}'>{}</p>").format(kind, text)
+
+
+def joined(*parts: Markup | str) -> Markup:
+    """The parts below one another."""
+    return Markup("").join(parts)

@@ -18,11 +18,9 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from flexgui.server.entry import Attempts, Word, same
-from flexgui.server.front import behind_curtain
+from flexgui.server.entry import Attempts, Word, hosts_of, same
+from flexgui.server.front import ALIVE, behind_curtain
 from flexgui.server.limits import Limits
-from flexgui.server.lost import ALIVE
-from flexgui.server.origins import hosts_of
 
 log = logging.getLogger(__name__)
 

@@ -18,22 +18,20 @@ from typing import Any, Generic, TypeVar
 import viser
 
 from core.errors import InputError
-from flexgui.panels.curtain import lift
+from flexgui.panels.in_browser import lift
 from flexgui.places import without_places
 from flexgui.server.access import AccessHandler
-from flexgui.server.arrivals import Asking, store_key
-from flexgui.server.binding import is_loopback, own_name, port_of
-from flexgui.server.browser_connection import BrowserConnection
+from flexgui.server.browser_connection import Asking, BrowserConnection, store_key
 from flexgui.server.demo import Demo
-from flexgui.server.entry import Word, neighbours
+from flexgui.server.entry import Word, loopback_origins, neighbours
 from flexgui.server.errors import Reports
-from flexgui.server.folders import new_root
 from flexgui.server.guarded import connection_of, guarded_viser, stop, tolerate_leaving
+from flexgui.server.kept import new_root
 from flexgui.server.limits import Limits
-from flexgui.server.origins import loopback_origins
+from flexgui.server.options import is_loopback, own_name, port_of
 from flexgui.server.services import FOLLOWER, Services
 from flexgui.server.store import Closable, Kept, SessionStore
-from flexgui.server.transfers import folder_bytes
+from flexgui.server.values import folder_bytes
 
 S = TypeVar("S", bound=Closable)
 

@@ -1,4 +1,5 @@
-"""A follower's own copy of the teacher's session."""
+"""A follower's own copy of the teacher's session. Imported when the first one is made: what a
+session needs takes long to load, and the server listens before."""
 
 from __future__ import annotations
 

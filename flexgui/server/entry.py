@@ -1,4 +1,5 @@
-"""Words that give access: a class's join code, the teacher's token."""
+"""Words that give access, a class's join code and the teacher's token, and the pages that may speak
+to the server."""
 
 from __future__ import annotations
 
@@ -6,8 +7,10 @@ import hashlib
 import hmac
 import ipaddress
 import secrets
+import socket
 from collections import OrderedDict, deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from urllib.parse import urlsplit
 
 from core.errors import InputError
 from flexgui.server.limits import Limits
@@ -99,3 +102,46 @@ def neighbours(address: str) -> str:
     if found.version == 4 or mapped is not None:
         return str(mapped or found)
     return str(ipaddress.ip_network((found, 64), strict=False))
+
+
+LOOPBACK_NAMES = ("127.0.0.1", "localhost", "[::1]")
+
+_NOWHERE = ("192.0.2.1", 9)
+"""An address for documentation; asking for the way there sends nothing."""
+
+_DEFAULT_PORTS = {"http": 80, "https": 443}
+
+
+def origin_of(url: str) -> str:
+    """`scheme://host[:port]` as a browser writes it; InputError where the text is no such thing."""
+    try:
+        parts = urlsplit(url.strip())
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        parts, host, port = urlsplit(""), None, None
+    if parts.scheme not in _DEFAULT_PORTS or not host or parts.path.strip("/"):
+        raise InputError(f"--origin {url} is no origin; write it like https://lab.example.org.")
+    name = f"[{host}]" if ":" in host else host
+    plain = port is None or port == _DEFAULT_PORTS[parts.scheme]
+    return f"{parts.scheme}://{name}" if plain else f"{parts.scheme}://{name}:{port}"
+
+
+def loopback_origins(port: int) -> tuple[str, ...]:
+    """Of a page on this machine."""
+    return tuple(origin_of(f"http://{name}:{port}") for name in LOOPBACK_NAMES)
+
+
+def lan_address() -> str | None:
+    """This machine's address in its network; None without one."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(_NOWHERE)
+            found = str(probe.getsockname()[0])
+        except OSError:
+            return None
+    return None if ipaddress.ip_address(found).is_loopback else found
+
+
+def hosts_of(origins: Iterable[str]) -> frozenset[str]:
+    """The `Host` headers that go with the origins."""
+    return frozenset(urlsplit(origin).netloc.lower() for origin in origins)

@@ -2,15 +2,28 @@
 
 viser's own client shows an empty panel, its scene tree and an empty picture until the server has
 built the page. The curtain covers these, in the colours of the system's theme or of the one that
-was chosen, and is lifted by `flexgui.panels.curtain`.
+was chosen, and is lifted by `flexgui.panels.in_browser`.
 """
 
 from __future__ import annotations
 
 import html
 import json
+import re
+from functools import cache
+from pathlib import Path
 
-from flexgui.panels.curtain import BUILDING, CONNECTING, DRAWING, PREPARING, PURPOSE
+import plotly
+import viser
+
+from flexgui.panels.in_browser import (
+    BUILDING,
+    CONNECTING,
+    DRAWING,
+    PREPARING,
+    PURPOSE,
+    run_javascript,
+)
 from flexgui.panels.page_layout import THEME_KEPT_AS
 
 LONGEST = 150_000
@@ -117,3 +130,64 @@ def behind_curtain(page: bytes, title: str) -> bytes:
     """viser's client with our title, and the curtain as the first thing of its body."""
     page = page.replace(b"<title>Viser</title>", f"<title>{title}</title>".encode())
     return page.replace(b"<body>", b"<body>" + CURTAIN.encode(), 1)
+
+
+ALIVE = "/alive"
+"""What the page asks for; answered without a word."""
+
+LOST = "The connection is lost. Your work is kept; this page comes back by itself."
+JOIN = "The server was restarted and needs its join code: reload this page."
+
+WATCH = f"""(() => {{
+  if (window.flexguiWatch) return;
+  window.flexguiWatch = true;
+  const banner = document.createElement("div");
+  banner.setAttribute("role", "alert");
+  banner.style.cssText = "position:fixed;top:0;left:0;right:0;z-index:10000;padding:.6rem 1rem;"
+    + "text-align:center;font:600 1rem system-ui,sans-serif;color:#fff;background:#b3261e";
+  banner.hidden = true;
+  document.body.append(banner);
+  let failed = 0;
+  const show = (text) => {{ banner.textContent = text; banner.hidden = !text; }};
+  const ask = async () => {{
+    try {{
+      const options = {{cache: "no-store", signal: AbortSignal.timeout(5000)}};
+      const answer = await fetch("{ALIVE}", options);
+      failed = 0;
+      show(answer.status === 401 ? "{JOIN}" : "");
+    }} catch (error) {{
+      failed += 1;
+      if (failed > 1) show("{LOST}");
+    }}
+    setTimeout(ask, failed ? 1000 : 3000);
+  }};
+  ask();
+}})();"""
+
+
+def watch_connection(client: viser.ClientHandle) -> None:
+    """From now on the browser looks by itself."""
+    run_javascript(client, WATCH)
+
+
+def send_plotly(client: viser.ClientHandle) -> None:
+    """Before the first plot of a page; viser then finds that it has been done."""
+    gui = client.gui
+    if not gui._setup_plotly_js:
+        gui._setup_plotly_js = True
+        run_javascript(client, _plotly_script())
+
+
+AFTER_DRAWING = re.compile(
+    r"(function \w+\((\w+)\)\{var (\w+)=\2\._fullLayout;)(?=\3\._redrawFromAutoMarginCount\?)"
+)
+"""The last step of a drawing, which fails where the plot was taken from the page meanwhile."""
+AFTER_REACTING = re.compile(r"(\w+)(?=\.emit\(\"plotly_react\")")
+"""So does this one."""
+
+
+@cache
+def _plotly_script() -> str:
+    path = Path(plotly.__file__).parent / "package_data" / "plotly.min.js"
+    text = AFTER_DRAWING.sub(r"\1if(!\3||!\2.emit)return;", path.read_text(encoding="utf-8"))
+    return AFTER_REACTING.sub(r"\1.emit&&\1", text)

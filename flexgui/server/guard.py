@@ -13,10 +13,9 @@ from typing import Any, Protocol
 import msgspec
 import viser
 
+from flexgui.server.errors import correct, drop_upload, explain, refuse_upload
 from flexgui.server.limits import Limits
-from flexgui.server.notify import correct, drop_upload, explain, refuse_upload
-from flexgui.server.transfers import OverrunError, Transfers
-from flexgui.server.values import RefusedError, checked, items, number
+from flexgui.server.values import OverrunError, RefusedError, Transfers, checked, items, number
 
 log = logging.getLogger(__name__)
 

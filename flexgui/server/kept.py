@@ -1,4 +1,5 @@
-"""Folders of sessions that outlive the server: found again by the key that a browser keeps."""
+"""Folders of sessions that outlive the server, found again by the key that a browser keeps; and its
+temporary folder. Only the server's own user may read them."""
 
 from __future__ import annotations
 
@@ -8,13 +9,13 @@ import logging
 import os
 import secrets
 import shutil
+import tempfile
 import time
 from pathlib import Path
 
 from platformdirs import user_state_path
 
-from flexgui.kept_files import FRESH, OWNER, earlier_folder, is_kept, kept_at, remove_half_written
-from flexgui.server.folders import alive, born
+from flexgui.places import FRESH, OWNER, earlier_folder, is_kept, kept_at, remove_half_written
 from flexgui.server.limits import MEGA
 
 MOST, MOST_BYTES, LONGEST = 200, 2000 * MEGA, 30 * 86400.0
@@ -121,3 +122,48 @@ def server_key() -> bytes:
             return kept
         path.unlink()  # cut short by a crash: the next start makes it anew
     return fresh
+
+
+PREFIX = "flexgui-"
+
+
+def new_root() -> Path:
+    """A fresh folder (0700), after those of servers that were killed have been removed."""
+    _remove_left_behind(Path(tempfile.gettempdir()))
+    return Path(tempfile.mkdtemp(prefix=f"{PREFIX}{os.getpid()}-"))
+
+
+def _remove_left_behind(parent: Path) -> None:
+    if os.name != "posix":  # elsewhere asking a process for life may end it
+        return
+    for path in parent.glob(f"{PREFIX}*-*"):
+        process = path.name[len(PREFIX) :].partition("-")[0]
+        try:
+            mine = path.lstat().st_uid == os.getuid() and path.is_dir() and not path.is_symlink()
+        except OSError:
+            continue
+        if mine and process.isdigit() and not alive(int(process)):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def born(process: int) -> str:
+    """When a process began, in the system's own ticks; "" where there is none, or none is told.
+
+    A number is given again after a restart: another program with it is not the server that had it.
+    """
+    try:
+        after_name = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return ""
+    return "" if after_name[0] in "ZX" else after_name[19]
+
+
+def alive(process: int) -> bool:
+    """Whether there is such a process (POSIX)."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True

@@ -1,15 +1,23 @@
-"""What `flexgui serve` was asked for, checked together."""
+"""What `flexgui serve` was asked for, checked together, what it says in the terminal, and a free
+port, bound before anything starts."""
 
 from __future__ import annotations
 
+import errno
+import io
+import ipaddress
+import os
 import secrets
+import socket
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import quote
 
 from core.errors import InputError
-from flexgui.server.binding import is_loopback
-from flexgui.server.entry import Word, checked_code, new_code
-from flexgui.server.origins import lan_address, origin_of
+from flexgui.server.access import CODE, TEACHER
+from flexgui.server.entry import Word, checked_code, lan_address, new_code, origin_of
 
 EVERYWHERE = ("0.0.0.0", "::")
 
@@ -75,3 +83,98 @@ class ServeOptions:
             return ()
         bracketed = f"[{name}]" if ":" in name else name
         return (origin_of(f"http://{bracketed}:{port}"),)
+
+
+WAITING = 100
+"""Connections that may wait for the server to be ready."""
+
+_BUSY = {errno.EADDRINUSE} | ({errno.EACCES} if os.name == "nt" else set())
+
+
+def is_loopback(host: str) -> bool:
+    """Whether only this machine can reach it."""
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def bind(host: str, port: int, tries: int) -> socket.socket:
+    """Listens on the port, or on the next one that is free; InputError where there is none."""
+    last = min(port + tries - 1, 65535) if port else 0
+    for candidate in range(port, last + 1):
+        try:
+            return _bound_socket(host, candidate)
+        except OSError as error:
+            if error.errno not in _BUSY:
+                raise InputError(_sentence(host, candidate, error)) from error
+    raise InputError(f"The ports {port} to {last} are all busy; choose another with --port.")
+
+
+def port_of(listener: socket.socket) -> int:
+    """The number that it got."""
+    return int(listener.getsockname()[1])
+
+
+def own_name(listener: socket.socket) -> str:
+    """The host of an address that a browser on this machine can use."""
+    host = ipaddress.ip_address(listener.getsockname()[0].partition("%")[0])
+    if host.is_unspecified:
+        return "127.0.0.1"
+    return f"[{host}]" if host.version == 6 else str(host)
+
+
+def _bound_socket(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    return socket.create_server((host, port), family=family, backlog=WAITING)
+
+
+def _sentence(host: str, port: int, error: OSError) -> str:
+    if error.errno == errno.EACCES:
+        return f"Port {port} is reserved for the system; choose one above 1023 with --port."
+    return f"The address {host} does not belong to this machine ({error}); check --host."
+
+
+def qr_text(address: str) -> str:
+    """A QR code of half blocks, light on dark, for a terminal that can show them."""
+    import segno
+
+    out = io.StringIO()
+    segno.make(address, error="m", micro=False).terminal(out, compact=True, border=2)
+    return out.getvalue().rstrip("\n")
+
+
+Say = Callable[[str], None]
+
+
+def teacher_address(home: str, join: Word | None, teacher: Word | None) -> str:
+    """What the own browser opens."""
+    if teacher is not None:
+        return f"{home}?{TEACHER}={quote(teacher.word)}"
+    return home if join is None else f"{home}?{CODE}={quote(join.word)}"
+
+
+def greet_alone(home: str, say: Say) -> None:
+    """The page stays on this machine."""
+    say(f"FlexGUI: {home}   (Ctrl-C ends it)")
+
+
+def greet_class(
+    home: str, more: tuple[str, ...], origins: tuple[str, ...], words: tuple[Word, Word | None],
+    say: Say,
+) -> None:  # fmt: skip
+    """What is open, to whom, and how to come in."""
+    join, teacher = words
+    for_class = f"{more[0]}/?{CODE}={quote(join.word)}" if more else ""
+    if for_class:
+        say(f"FlexGUI for the class: {for_class}   (Ctrl-C ends it)")
+        if sys.stdout.isatty():
+            say(qr_text(for_class))
+    else:
+        say("No network was found: the page can be reached from this machine only.")
+    say(f"Join code: {join.word}")
+    say("Open: to everybody in this network who has the code, without encryption (http).")
+    say("Pages that may connect: " + ", ".join(origins))
+    say(f"Your own: {teacher_address(home, join, teacher)}")

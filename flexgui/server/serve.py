@@ -1,4 +1,4 @@
-"""`flexgui serve`: everything put together, until Ctrl-C.
+"""`flexgui serve`: everything put together, until Ctrl-C, and then a clean end.
 
 What is heavy to import is imported by the functions that need it: the address stands in the
 terminal a second earlier, and the browser loads meanwhile.
@@ -10,26 +10,33 @@ import contextlib
 import ctypes
 import logging
 import os
+import signal
 import sys
 import threading
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 import viser
 
 from flexgui.jobs import JobPool
 from flexgui.server.app import PageServer, Settings
-from flexgui.server.binding import bind, port_of
-from flexgui.server.ending import end_in_any_case, until_asked, wait
 from flexgui.server.entry import Word
-from flexgui.server.greeting import Say, greet_alone, greet_class, teacher_address
+from flexgui.server.front import send_plotly, watch_connection
 from flexgui.server.kept import KeptWork, server_key, state_folder
 from flexgui.server.limits import Limits
-from flexgui.server.lost import watch_connection
-from flexgui.server.options import ServeOptions
-from flexgui.server.plotly_script import send_plotly
+from flexgui.server.options import (
+    Say,
+    ServeOptions,
+    bind,
+    greet_alone,
+    greet_class,
+    port_of,
+    teacher_address,
+)
 from flexgui.server.services import Services
 from flexgui.server.store import Kept
 from flexgui.server.warming import Warming
@@ -221,3 +228,48 @@ def _quiet_log() -> logging.Logger:
         log.setLevel(logging.WARNING)
         log.propagate = False
     return log
+
+
+HARD_END = 4.5
+"""s after Ctrl-C; a callback that hangs would otherwise hold the process for ever."""
+POLL = 0.5
+"""s; on Windows a wait without end hears no Ctrl-C."""
+
+SIGNALS = [s for name in ("SIGINT", "SIGTERM", "SIGHUP") if (s := getattr(signal, name, None))]
+
+
+@contextmanager
+def until_asked() -> Iterator[threading.Event]:
+    """An event that is set by Ctrl-C and its relatives; a second one ends everything at once."""
+    asked = threading.Event()
+
+    def hear(number: int, frame: FrameType | None) -> None:
+        if asked.is_set():
+            os._exit(130)
+        asked.set()
+
+    before = {number: signal.signal(number, hear) for number in SIGNALS}
+    try:
+        yield asked
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def wait(asked: threading.Event) -> None:
+    """Until then."""
+    while not asked.wait(POLL):
+        pass
+
+
+def end_in_any_case(seconds: float = HARD_END) -> None:
+    """A clean end is sooner; threads that do not end are left behind."""
+
+    def end() -> None:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(0)
+
+    timer = threading.Timer(seconds, end)
+    timer.daemon = True
+    timer.start()

@@ -11,8 +11,8 @@ import viser
 
 from core.errors import InputError
 from flexgui.jobs import JobPool
-from flexgui.panels.curtain import BUILDING, show_progress
-from flexgui.server.greeting import Say
+from flexgui.panels.in_browser import BUILDING, show_progress
+from flexgui.server.options import Say
 
 PREPARING = "Preparing for this machine, once: up to a minute."
 READY = "Ready."

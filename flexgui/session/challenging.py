@@ -11,15 +11,14 @@ from pathlib import Path
 
 from core.errors import InputError
 from core.scenario.read import parse_scenario
-from core.study.challenge import LEVELS, truth_in_words
-from core.study.obfuscate import opened
+from core.study.challenge import LEVELS, opened, truth_in_words
 from flexgui.jobs import Event, Finished, Task
 from flexgui.jobs.tasks.direct import hide
 from flexgui.session.board import Entry, plain_name
 from flexgui.session.effects import present, titled
 from flexgui.session.judging import NONE_GUESSED, NONE_TITLE, Guess, Judgement, judged
 from flexgui.session.services import Services
-from flexgui.session.topics import Topic
+from flexgui.session.state import Topic
 from flexgui.session.uploading import Uploading
 from flexgui.views.ranking import sizes
 

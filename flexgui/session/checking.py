@@ -23,7 +23,7 @@ from flexgui.session.edit import Document, Edit
 from flexgui.session.effects import present
 from flexgui.session.latest import LatestWins
 from flexgui.session.services import Services
-from flexgui.session.topics import Topic
+from flexgui.session.state import Topic
 from flexgui.stage.recorded import fitted_values
 
 LEAST = 1e-9

@@ -26,11 +26,10 @@ from flexgui.session.effects import (
     with_own,
     without_effect,
 )
-from flexgui.session.last_step import last_change, worse
-from flexgui.session.look import Look
+from flexgui.session.look import Look, last_change, worse
 from flexgui.session.running import Comparing
 from flexgui.session.services import Services
-from flexgui.session.topics import Topic
+from flexgui.session.state import Topic
 
 BUSY = "Something is being computed already; stop it or wait."
 

@@ -1,13 +1,20 @@
-"""Changes of a scenario: a document is changed, and the whole checked again."""
+"""Changes of a scenario, a document that is changed and the whole checked again, and what is made
+from a scenario, once for all sessions: in a class many have the same arm."""
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import msgspec
+
 from core.arm.build import build_arm
+from core.model import Model
+from core.recent import Recent
+from core.scenario.read import check_scenario, scenario_toml
 from core.scenario.schema import Scenario
-from flexgui.session.shared import scenario_of
+from core.workbench import base_model
 
 Document = dict[str, Any]
 Edit = Callable[[Document], None]
@@ -85,3 +92,33 @@ def noise_of_simulations(snr_db: float | None) -> Edit:
                 put(("simulate", "snr_db"), snr_db)(entry)
 
     return edit
+
+
+MOST = 64
+"""Entries of each kind: twice the browsers of a class. The largest, a live model, has 100 KB."""
+
+
+_SCENARIOS: Recent[Scenario] = Recent(MOST)
+_MODELS: Recent[tuple[Scenario, Model]] = Recent(MOST)
+_TEXTS: Recent[tuple[Scenario, str]] = Recent(MOST)
+"""By the scenario's id, which is nobody else's while the entry holds it."""
+
+
+def scenario_of(document: dict[str, Any], source: str) -> Scenario:
+    """The scenario in a document of plain values, the same object for the same document."""
+    try:
+        written = msgspec.msgpack.encode(document)
+    except (TypeError, ValueError, OverflowError):
+        return check_scenario(document, source)  # which says what is none of its values
+    key = (source, hashlib.blake2b(written).digest())
+    return _SCENARIOS.get(key, lambda: check_scenario(document, source))
+
+
+def model_of(scenario: Scenario) -> Model:
+    """`base_model`; InputError where it is none."""
+    return _MODELS.get(id(scenario), lambda: (scenario, base_model(scenario)))[1]
+
+
+def text_of(scenario: Scenario) -> str:
+    """`scenario_toml`"""
+    return _TEXTS.get(id(scenario), lambda: (scenario, scenario_toml(scenario)))[1]

@@ -11,13 +11,10 @@ from core.arm.build import build_arm
 from core.errors import InputError
 from core.scenario.schema import Scenario
 from flexgui.session.demo import demo_scenario
-from flexgui.session.edit import Edit, edited, noise_of_simulations
+from flexgui.session.edit import Edit, edited, model_of, noise_of_simulations
 from flexgui.session.latest import TURNS, LatestWins
 from flexgui.session.live import LiveModel, Prepared, is_new, live_model, prepare
-from flexgui.session.observable import Observable
-from flexgui.session.shared import model_of
-from flexgui.session.state import STAGES, Live
-from flexgui.session.topics import Topic
+from flexgui.session.state import STAGES, Live, Observable, Topic
 
 COMPILING = "Another kind of arm: its equations are derived and compiled, which takes seconds."
 

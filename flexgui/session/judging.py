@@ -14,8 +14,7 @@ from core.effects.sizes import typical
 from core.errors import InputError
 from core.parameters import Parameter
 from core.study.rig import bare_model, seen_by
-from core.units import factor_to_si
-from core.written import format_number, shown_unit
+from core.written import factor_to_si, format_number, shown_unit
 
 NONE_GUESSED = "nothing"
 NONE_TITLE = "nothing is hidden"

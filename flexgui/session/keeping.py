@@ -13,12 +13,11 @@ from typing import Any
 from core.errors import InputError
 from core.files import replacing
 from core.scenario.schema import Scenario
-from flexgui.kept_files import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept, kept_at
+from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept, kept_at
 from flexgui.session.look import Look
 from flexgui.session.records import packed, unpacked
-from flexgui.session.state import Cursor
+from flexgui.session.state import Cursor, Topic
 from flexgui.session.studying import Studying
-from flexgui.session.topics import Topic
 
 DURABLE = frozenset(
     {Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE}

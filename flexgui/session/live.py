@@ -25,7 +25,7 @@ from core.simulate.response import (
     step_response,
 )
 from flexgui.session.demo import demo_scenario
-from flexgui.session.shared import MOST, model_of
+from flexgui.session.edit import MOST, model_of
 from flexgui.session.state import Live
 
 STEP_SIZE = 0.3

@@ -20,8 +20,7 @@ from flexgui.jobs.tasks.direct import play
 from flexgui.places import without_places
 from flexgui.session.editing import Editing
 from flexgui.session.latest import LatestWins
-from flexgui.session.state import STAGES, Cursor
-from flexgui.session.topics import Topic
+from flexgui.session.state import STAGES, Cursor, Topic
 from flexgui.stage.recorded import Playback, fitted_values, played, read_one
 
 SHORT = 30_000

@@ -17,9 +17,9 @@ from core.errors import InputError
 from core.scenario.schema import Scenario
 from flexgui.jobs.looked import Looked
 from flexgui.session.challenging import Challenge, Revealed
+from flexgui.session.edit import text_of
 from flexgui.session.judging import Guess, Judged, Judgement
 from flexgui.session.look import Look
-from flexgui.session.shared import text_of
 
 TREE = "tree"
 """The name of the tree among the arrays."""

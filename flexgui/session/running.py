@@ -16,15 +16,14 @@ from core.scenario.schema import Scenario
 from core.workbench import linear_model
 from flexgui.jobs import Event, Finished, Job, Stopped, Task
 from flexgui.jobs.events import Ended
-from flexgui.jobs.tasks.direct import export, plan_next
-from flexgui.jobs.tasks.identify import identify
+from flexgui.jobs.tasks.direct import export, identify, plan_next
 from flexgui.session.edit import Document, edited, put
-from flexgui.session.failing import WhereItFails, where_it_fails
+from flexgui.session.error_maps import WhereItFails, where_it_fails
 from flexgui.session.look import Look, ladder_steps, story
 from flexgui.session.playing import Playing
-from flexgui.session.run import FAILED, LOST, QUEUED, STOPPING, Run
+from flexgui.session.run_state import FAILED, LOST, QUEUED, STOPPING, Run
 from flexgui.session.services import Services
-from flexgui.session.topics import Topic
+from flexgui.session.state import Topic
 from flexgui.views.pooled import overall_estimates
 
 

@@ -11,12 +11,11 @@ from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
 from flexgui.jobs.inputs import leave
-from flexgui.kept_files import is_kept
+from flexgui.places import is_kept
 from flexgui.session.demo import EMBEDDED, scenario_choices
 from flexgui.session.keeping import Keeping
 from flexgui.session.services import Services
-from flexgui.session.state import Cursor
-from flexgui.session.topics import Topic
+from flexgui.session.state import Cursor, Topic
 from flexgui.session.uploads import fetch_files
 
 

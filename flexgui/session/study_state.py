@@ -17,7 +17,7 @@ from core.montecarlo.study import parts, study_cases
 from core.montecarlo.summary import Summary
 from core.resumable.journal import Record
 from core.scenario.schema import Scenario
-from flexgui.export.plot import Plot
+from flexgui.export.report_plot import Plot
 from flexgui.export.study_report import sections
 from flexgui.views.html import html_table
 from flexgui.views.study_estimates import parameter_table, snr, stiffness_table

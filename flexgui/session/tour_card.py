@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 from core.diagnose.verdict import NOTHING
 from flexgui.session.demo import is_of_tour
-from flexgui.session.last_step import in_vain, last_change
-from flexgui.session.look import Look
+from flexgui.session.look import Look, in_vain, last_change
 from flexgui.session.session import Session
 
 OFFERED, BEGUN = 0, 1

@@ -21,10 +21,14 @@ from core.workbench import base_model
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
 from flexgui.jobs.tasks.glance import Glance, glance
-from flexgui.jobs.tasks.read_file import headers, length_and_rate
-from flexgui.jobs.tasks.rows import Rows, rows_of, settings
+from flexgui.jobs.tasks.rows import Rows, headers, length_and_rate, rows_of, settings
 from flexgui.session.checking import Checking
-from flexgui.session.columns import (
+from flexgui.session.edit import Document, Edit, put, recording, thawed
+from flexgui.session.rigs import RIGS, arm_edit, rig_edit, rig_of
+from flexgui.session.services import Services
+from flexgui.session.state import Topic
+from flexgui.session.uploads import keep_upload, unpack, unpacking_folder
+from flexgui.session.waiting_file import (
     POINT,
     Companion,
     Waiting,
@@ -32,11 +36,6 @@ from flexgui.session.columns import (
     waiting_for,
     wanted_channels,
 )
-from flexgui.session.edit import Document, Edit, put, recording, thawed
-from flexgui.session.rigs import RIGS, arm_edit, rig_edit, rig_of
-from flexgui.session.services import Services
-from flexgui.session.topics import Topic
-from flexgui.session.uploads import keep_upload, unpack, unpacking_folder
 
 ASKED = (
     "{} has no column {}: assign one below under “Which column is which”, or, where the file comes "

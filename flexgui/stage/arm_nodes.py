@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from viser import FrameHandle, LabelHandle, LineSegmentsHandle, MeshHandle, SceneApi
 
-from flexgui.stage import floor, paint
-from flexgui.stage.geometry import beam_faces
+from flexgui.stage import paint
+from flexgui.stage.arm_geometry import beam_faces
 from flexgui.stage.pose import RAIL, Body, JointMark, Pose, Spot, mark_faces
 
 LABEL_SCALE = 1.25
@@ -150,7 +150,7 @@ class ArmNodes:
     def _add_base(self, k: int, body: Body) -> None:
         """A pedestal to the floor below a turning joint, a rail on two feet below a sliding one."""
         reach, level = body.reach, body.levels[k]
-        height = floor.DEPTH * reach if not k else level - body.levels[k - 1]
+        height = paint.DEPTH * reach if not k else level - body.levels[k - 1]
         origin = self.origins[k].name
         if body.geometry.kinds[k].turn:
             self.scene.add_cylinder(

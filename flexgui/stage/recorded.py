@@ -34,7 +34,7 @@ from core.simulate.linear import respond
 from core.simulate.nonlinear import simulate
 from core.trajectory import Trajectory
 from core.workbench import base_model
-from flexgui.stage.geometry import ArmGeometry
+from flexgui.stage.arm_geometry import ArmGeometry
 
 SHARE = 0.09
 """Of the reach: so far the tip is drawn from where a stiff arm had it, at the most."""

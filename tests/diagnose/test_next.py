@@ -16,9 +16,9 @@ from core.diagnose.groups import TIE
 from core.diagnose.next_experiment import (
     _left,
     expected_score,
-    information,
     next_experiments,
     on_data,
+    shared_normal_matrix,
 )
 from core.diagnose.planned import NAME, planned_data, possible
 from core.diagnose.refit import fit
@@ -124,7 +124,7 @@ def test_an_effect_cannot_be_told_from_itself() -> None:
 
 def test_what_is_known_already_can_only_raise_the_score() -> None:
     p = lags()
-    known = [information(p.first), information(p.second)]
+    known = [shared_normal_matrix(p.first), shared_normal_matrix(p.second)]
     alone = expected_score(p.data, p.first, p.second, spec())
     assert expected_score(p.data, p.first, p.second, spec(), known) >= alone * (1.0 - 1e-6)
 

@@ -12,8 +12,7 @@ from pathlib import Path
 
 import flexgui as fg
 from core.results import Diagnosis, Estimate, LadderStep
-from core.study.challenge import SEALED, make_challenge, truth_in_words
-from core.study.obfuscate import opened
+from core.study.challenge import SEALED, make_challenge, opened, truth_in_words
 from core.written import format_number
 
 ROOT = Path(__file__).resolve().parents[2]

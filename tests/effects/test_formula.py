@@ -15,12 +15,10 @@ from core.effects.formula import (
     DEEPEST,
     FUNCTIONS,
     LARGEST,
-    LONGEST_NAME,
     LONGEST_TEXT,
     MOST_NODES,
     NESTED_CALLS,
     SMALLEST,
-    parameter_names,
     parse_formula,
 )
 from core.errors import InputError
@@ -171,18 +169,6 @@ def test_the_sentence_names_the_piece_and_what_to_do(text: str, piece: str) -> N
 def test_many_known_names_are_not_all_listed() -> None:
     many = {f"state_number_{i}": sp.Symbol(f"state_number_{i}") for i in range(100)}
     assert "and others" in sentence("zzz", many)
-
-
-def test_new_names_are_parameters_in_order_of_appearance() -> None:
-    text = "c2*sin(b*theta1) + a*tanh(dtheta1/vs) - c2*exp(-b)"
-    assert parameter_names(text, ["theta1", "dtheta1"]) == ("c2", "b", "a", "vs")
-    assert parameter_names("-2*theta1", {"theta1"}) == ()
-
-
-@pytest.mark.parametrize("name", ["_a", "__class__", "lambda", "None", "b" * (LONGEST_NAME + 1)])
-def test_a_bad_name_is_no_parameter(name: str) -> None:
-    with pytest.raises(InputError, match=r"name|too long"):
-        parameter_names(f"2*{name}", [])
 
 
 def test_where_stands_at_the_start_of_the_sentence() -> None:

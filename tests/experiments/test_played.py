@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.errors import InputError
-from core.recording.played import as_played
+from core.loading import as_played
 from core.recording.recording import Recording
 
 DT = 0.002

@@ -13,7 +13,7 @@ from core.workbench import base_model
 from flexgui.export.report import report_html
 from flexgui.export.result import result
 from flexgui.export.tables import tables
-from flexgui.panels.identify import _runs
+from flexgui.panels.identify_panel import _runs
 from flexgui.session.demo import demo_scenario
 from flexgui.views.parameter_tables import between_runs, short_between_runs
 from tests.export.helpers import outcome_of

@@ -10,8 +10,8 @@ from core.simulate.response import frequency_response as gains_of
 from core.simulate.response import step_response
 from flexgui.views import colours
 from flexgui.views.chart import NO_LINE, Chart, chart
+from flexgui.views.dynamics import DOTS, frequency_response, noisy_step, step
 from flexgui.views.layout import Figure, ax, dots, figure, line
-from flexgui.views.responses import DOTS, frequency_response, noisy_step, step
 from tests.flexgui.test_live_views import NAMES, at
 
 SINGLE = 1e-6

@@ -51,7 +51,7 @@ def workbench(monkeypatch: pytest.MonkeyPatch, glocal: Outcome) -> list[object]:
     monkeypatch.setattr("core.scenario.data_folder.outside", lambda *given: "")
     monkeypatch.setattr("core.scenario.stated_effects.arms_to_come", lambda given: ())
     # The motion in 3-D would be simulated by the workbench that is not there.
-    monkeypatch.setattr("flexgui.export.motion.report_motion", lambda *given: None)
+    monkeypatch.setattr("flexgui.export.report_motion.report_motion", lambda *given: None)
     monkeypatch.setitem(sys.modules, "core.scenario.read", reader)
     monkeypatch.setitem(sys.modules, "core.workbench", bench)
     return calls

@@ -24,7 +24,7 @@ from core.results import (
     PlannedExperiment,
     RankedEffect,
 )
-from flexgui.export.outcome import export_outcome
+from flexgui.export.export_files import export_outcome
 from flexgui.views.error_map import cell_labels, error_map, place, row_labels, worst_table
 from flexgui.views.ladder import ladder, ladder_table, sizes_table, step_labels
 from flexgui.views.missing_torque import residual_over

@@ -14,9 +14,9 @@ from scipy.io import loadmat
 
 from core.errors import InputError
 from core.results import Outcome
-from flexgui.export import outcome as outcome_module
+from flexgui.export import export_files
+from flexgui.export.export_files import export_outcome
 from flexgui.export.folder import check_writable, dumps, swap_in
-from flexgui.export.outcome import export_outcome
 from flexgui.export.tables import unique_slugs
 
 SCENARIO = 'title = "Seven working points"  # θ2, <b> & "quotes"\n'
@@ -217,7 +217,7 @@ def test_a_failure_while_writing_leaves_the_old_report(
     def full(*_: object) -> str:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(outcome_module, "report_html", full)
+    monkeypatch.setattr(export_files, "report_html", full)
     with pytest.raises(InputError, match="no space left on device.*unchanged"):
         export_outcome(local, "other", tmp_path)
     assert contents(tmp_path) == before
@@ -250,7 +250,7 @@ def test_an_interrupt_while_writing_leaves_no_trace(
     def interrupted(*_: object) -> str:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(outcome_module, "report_html", interrupted)
+    monkeypatch.setattr(export_files, "report_html", interrupted)
     with pytest.raises(KeyboardInterrupt):
         export_outcome(glocal, SCENARIO, tmp_path / "new")
     assert list(tmp_path.iterdir()) == []

@@ -12,8 +12,8 @@ import pytest
 from plotly.offline import get_plotlyjs
 
 from core.results import Outcome
-from flexgui.export.glance import digest, glance
 from flexgui.export.report import report_html
+from flexgui.export.report_sections import digest, glance
 from flexgui.views.summary import DOUBTFUL, doubt
 
 SCENARIO = "[identify]\nseed = 7\n"

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from core.results import Estimate, LinearModel, Outcome, RecordingComparison
-from flexgui.export.outcome import export_outcome
+from flexgui.export.export_files import export_outcome
 from flexgui.export.report import FIRST_FIT
 from flexgui.views.fit_table import fit_table
 from flexgui.views.headline import BIASED, COMPLETE, SHORT_OF

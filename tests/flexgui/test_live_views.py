@@ -17,10 +17,17 @@ from core.simulate.modes import vibration_modes
 from core.simulate.posture import Posture, posture
 from core.simulate.response import frequency_response as gains_of
 from core.simulate.response import step_response
+from flexgui.views.dynamics import (
+    NEGLIGIBLE,
+    frequency_response,
+    mode_table,
+    phase_response,
+    poles,
+    step,
+    window,
+)
 from flexgui.views.layout import HEIGHT, Figure, figure_json, short
 from flexgui.views.names import channel_symbol
-from flexgui.views.poles import mode_table, poles, window
-from flexgui.views.responses import NEGLIGIBLE, frequency_response, phase_response, step
 from tests.helpers import ARMS, looped
 
 LARGEST_MESSAGE = 60_000

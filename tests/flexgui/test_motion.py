@@ -10,8 +10,8 @@ import pytest
 from core.results import Outcome
 from core.scenario.read import parse_scenario
 from core.workbench import run_scenario
-from flexgui.export.motion import report_motion
 from flexgui.export.report import report_html
+from flexgui.export.report_motion import report_motion
 
 SCENARIO = """
 title = "Two points"

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.written import format_number, format_value, shown_unit
-from flexgui.export.outcome import _rounded
+from flexgui.export.export_files import _rounded
 from flexgui.views.names import channel_symbol, output_title, plain_symbol, typeset
 
 HALF_A_DIGIT = 0.51

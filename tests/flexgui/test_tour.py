@@ -15,15 +15,14 @@ from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
 from core.results import ChannelError, Diagnosis, LadderStep, Outcome, RankedEffect
 from flexgui.jobs.looked import Looked
 from flexgui.panels.at_work import how_it_stands
-from flexgui.panels.onward import to_diagnosis, to_identification
-from flexgui.panels.page_context import PageContext
+from flexgui.panels.panel import PageContext
+from flexgui.panels.tour import to_diagnosis, to_identification
 from flexgui.session import Session
 from flexgui.session.demo import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.session.edit import edited
 from flexgui.session.effects import with_effect
-from flexgui.session.last_step import Change, in_vain, last_change, worse
-from flexgui.session.look import Look
-from flexgui.session.run import QUEUED, RUNNING, STOPPING, Run
+from flexgui.session.look import Change, Look, in_vain, last_change, worse
+from flexgui.session.run_state import QUEUED, RUNNING, STOPPING, Run
 from flexgui.session.state import STAGES
 from flexgui.session.tour_card import (
     ADD,

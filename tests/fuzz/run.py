@@ -129,8 +129,8 @@ def _progress(process: int) -> tuple[bool, float]:
 def load() -> None:
     """What every command needs, and no thread; on a new machine its code is compiled before."""
 
-    import flexgui.export.motion
-    import flexgui.export.outcome
+    import flexgui.export.export_files
+    import flexgui.export.report_motion
     import flexgui.session.uploads
     import flexgui.stage.playback  # noqa: F401
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from core.results import Generation
 from flexgui.jobs.dispatcher import Address, Dispatcher, Mailbox
 from flexgui.jobs.events import Advanced, Event, NewGeneration, Queued, Stage, Started
-from flexgui.jobs.fair_queue import FairQueue
 from flexgui.jobs.job import Pace
+from flexgui.jobs.pool import FairQueue
 from flexgui.jobs.task import Task
 from tests.jobs.helpers import PATIENCE, count
 

@@ -12,8 +12,7 @@ import pytest
 from core.progress import Silent
 from core.results import Outcome
 from flexgui.jobs import Failed, Finished, NewGeneration, Stopped, Task
-from flexgui.jobs.tasks.direct import export
-from flexgui.jobs.tasks.identify import identify
+from flexgui.jobs.tasks.direct import export, identify
 from tests.jobs.helpers import PATIENCE, Listener
 
 SCENARIO = """

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from core.progress import Silent
-from flexgui.export.run import export_scenario
+from flexgui.export.export_files import export_scenario
 from tests.mujoco.test_diagnosis import SCENARIOS, TIP_NOISE, TRUTH, expected
 
 FOLDER = SCENARIOS / "plain"

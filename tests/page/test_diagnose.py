@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.study.obfuscate import opened
+from core.study.challenge import opened
 from flexgui.jobs.settings import DEFAULT
 from flexgui.session import Session
 from flexgui.session.challenging import Challenge
@@ -209,7 +209,7 @@ def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) ->
 def test_guess_and_reveal(page: Any, session: Session) -> None:
     """The recordings are made by the session's tests; here the seal is opened by hand."""
     few(session)
-    from core.study.obfuscate import obfuscate
+    from core.study.challenge import obfuscate
 
     truth = {
         "seed": 4, "level": "easy", "effects": ["coulomb_friction"], "EI": 520.0,

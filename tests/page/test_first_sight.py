@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from flexgui.panels.curtain import PURPOSE
-from flexgui.panels.theme import DARK
+from flexgui.panels.in_browser import PURPOSE
+from flexgui.panels.page_layout import DARK
 from flexgui.server.front import LONGEST, SLOW, behind_curtain
 from flexgui.session import Session
 from tests.page.conftest import PATIENCE, Desktop

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from flexgui.panels.curtain import PURPOSE
+from flexgui.panels.in_browser import PURPOSE
 from flexgui.session import Session
 from tests.page.conftest import PATIENCE, Desktop
 from tests.page.helpers import FIRST, sees

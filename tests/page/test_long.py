@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from core.scenario.read import read_scenario
-from core.study.obfuscate import opened
+from core.study.challenge import opened
 from flexgui.session import Session
 from flexgui.session.edit import put
 from flexgui.session.effects import present, titled

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from core.scenario.read import read_scenario
-from flexgui.panels.study import OPEN
+from flexgui.panels.study_panel import OPEN
 from flexgui.session import Session
 from flexgui.session.look import Look
 from flexgui.session.uploads import fetch_files

@@ -13,9 +13,8 @@ import pytest
 
 from core.errors import InputError
 from core.montecarlo.study import study, study_cases
-from core.resumable.executor import Answers, Executor, Here, Stop, Work, never
+from core.resumable.executor import Answers, Executor, Here, Processes, Stop, Work, never
 from core.resumable.journal import records_of
-from core.resumable.processes import Processes
 from tests.paper_study.helpers import FITS, numbers, short
 
 
@@ -99,7 +98,7 @@ def test_bad_input_in_a_worker_is_one_sentence() -> None:
 def test_a_dask_cluster_gives_the_same_numbers(expected: dict[str, object]) -> None:
     from distributed import LocalCluster
 
-    from core.resumable.cluster import Cluster
+    from core.resumable.executor import Cluster
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         found = records_of(study(short(), executor=Cluster(cluster.scheduler_address), only=FITS))
@@ -108,8 +107,8 @@ def test_a_dask_cluster_gives_the_same_numbers(expected: dict[str, object]) -> N
 
 @pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")
 def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    from core.resumable import cluster
+    from core.resumable import executor
 
-    monkeypatch.setattr(cluster, "PATIENCE", 1)
+    monkeypatch.setattr(executor, "PATIENCE", 1)
     with pytest.raises(InputError, match="tcp://127.0.0.1:9"):
-        list(study(short(), executor=cluster.Cluster("tcp://127.0.0.1:9"), only=FITS))
+        list(study(short(), executor=executor.Cluster("tcp://127.0.0.1:9"), only=FITS))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from core.montecarlo.interpolated import StateSpace, identify_interpolated, identify_subspace
-from core.montecarlo.parts.advice import information
+from core.montecarlo.parts.advice import relative_normal_equations
 from core.montecarlo.parts.baselines import BlackBox, pole_error, references
 from core.montecarlo.parts.fits import fit, run_data
 from core.montecarlo.rig import Rig, fit_percent, noise_std, outputs
@@ -98,7 +98,7 @@ def test_fisher_information_predicts_the_deviation_that_fits_have() -> None:
     std = np.std([f.fit.estimates[0].value for f in found], ddof=1) / rig.stiffness({})[0]
     total, meat = np.zeros((2, 2)), np.zeros((2, 2))
     for r in rig.experiments():
-        told = np.array(information(rig, r)["information"])
+        told = np.array(relative_normal_equations(rig, r)["information"])
         total += told.sum(axis=0)
         meat += np.tensordot(noise_std(outputs(r), 20.0) ** 2, told, axes=1)
     # Along (1, 4): EI = epsilon d^4 / 12. In epsilon alone the information is that of EI.

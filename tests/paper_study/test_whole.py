@@ -8,14 +8,13 @@ from pathlib import Path
 import pytest
 
 from core.montecarlo.estimates import agreements
-from core.montecarlo.findings import ratio_of_deviations
 from core.montecarlo.printed import FITS
 from core.montecarlo.settings import make_settings
 from core.montecarlo.study import study
-from core.montecarlo.summary import Summary, summarise
+from core.montecarlo.summary import Summary, ratio_of_deviations, summarise
 from core.montecarlo.valley import WITHIN, explained, pooled
+from core.resumable.executor import Processes
 from core.resumable.journal import records_of
-from core.resumable.processes import Processes
 from core.scenario.read import read_scenario
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "paper_glocal.toml"

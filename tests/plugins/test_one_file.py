@@ -25,8 +25,9 @@ from core.recording import channels as known_channels
 from core.recording.load import load_recording
 from core.recording.spec import RecordingSpec
 from core.scenario.schema import DiagnoseSpec, SensorsSpec
-from flexgui.panels import arm_sliders, failing, widgets
-from flexgui.panels.challenge import GuessFields
+from flexgui.panels import failing_panel, widgets
+from flexgui.panels.arm_panel import ArmSliders
+from flexgui.panels.challenge_panel import GuessFields
 from flexgui.reference import reference_text
 from flexgui.views.names import channel_title
 
@@ -222,7 +223,7 @@ import numpy as np
 
 from core.drives.drive import Drive, DriveSlider, gain_parameter, per_joint, stated_or
 from core.drives.law import static_law
-from core.quantities import Positive
+from core.validation import Positive
 
 
 class Damped(Drive):
@@ -276,7 +277,7 @@ def test_the_page_has_sliders_for_a_new_drive(add: Add, monkeypatch: pytest.Monk
     session = SimpleNamespace(scenario=fg.project("paper", drive).scenario)
     shown: list[str] = []
     monkeypatch.setattr(widgets, "slider", lambda desk, label, *rest: shown.append(label))
-    panel = arm_sliders.ArmSliders.__new__(arm_sliders.ArmSliders)
+    panel = ArmSliders.__new__(ArmSliders)
     panel._desk = cast(Any, SimpleNamespace(session=session))
     panel._scenario, panel._built = session.scenario, fg.presets()["paper"]
     panel._build_more()
@@ -328,10 +329,10 @@ def test_a_view_is_one_file(add: Add, monkeypatch: pytest.MonkeyPatch, tmp_path:
         widgets, "choice", lambda desk, label, options, *rest: offered.append(options)
     )
     monkeypatch.setattr(widgets, "button", lambda *rest: None)
-    monkeypatch.setattr(failing, "Words", lambda *rest: None)
-    failing.Failing(cast(Any, _Desk()))
+    monkeypatch.setattr(failing_panel, "Words", lambda *rest: None)
+    failing_panel.Failing(cast(Any, _Desk()))
     assert "histogram of the error" in offered[0]
-    assert offered[0][0] == failing.SIGNALS
+    assert offered[0][0] == failing_panel.SIGNALS
 
 
 class _Desk:

@@ -21,7 +21,7 @@ from scipy.io import savemat
 
 from core.errors import InputError
 from core.progress import Silent
-from core.recording import reading
+from core.recording import table
 from core.recording.load import load_recording
 from core.recording.read_table import read_table
 from core.recording.readers import delimited
@@ -89,7 +89,7 @@ BOMBS: dict[str, Callable[[int], bytes]] = {
 def test_what_unpacks_to_too_much_is_refused_before_memory_is_taken(
     file: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reading, "MOST_BYTES", SMALL)
+    monkeypatch.setattr(table, "MOST_BYTES", SMALL)
     path = tmp_path / file
     path.write_bytes(BOMBS[file](LARGE))
     assert path.stat().st_size < SMALL
@@ -116,7 +116,7 @@ def test_rows_and_numbers_are_counted(
     else:
         pq.write_table(pa.table(columns), path)
     assert read_table(path).rows == 300
-    monkeypatch.setattr(reading, limit, 250)
+    monkeypatch.setattr(table, limit, 250)
     with pytest.raises(InputError, match=f"th1.{kind} has more than 250 {word}"):
         read_table(path)
 

@@ -4,7 +4,7 @@ import pytest
 
 from core.errors import InputError
 from core.recording.channels import CHANNEL_KINDS
-from core.units import factor_to_si, parse_header
+from core.written import factor_to_si, parse_header
 
 ROUNDING = 1e-12
 """Relative; a factor is the product of a few rounded constants."""

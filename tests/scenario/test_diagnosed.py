@@ -17,8 +17,7 @@ from core.results import Diagnosis
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model
-from flexgui.export.diagnosed_file import seen_from
-from flexgui.export.run import export_scenario
+from flexgui.export.export_files import export_scenario, seen_from
 
 SAME_ERROR = 0.02
 """Relative: two fits of the same model that began at different places."""

@@ -11,8 +11,8 @@ import pytest
 
 from flexgui.jobs import JobPool
 from flexgui.server.app import PageServer, Settings
-from flexgui.server.binding import bind
 from flexgui.server.limits import Limits
+from flexgui.server.options import bind
 from flexgui.server.services import Services
 from tests.server.helpers import Browser, FakeClock, Pages, Shown, Thing, no_jobs
 

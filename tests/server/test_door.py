@@ -9,8 +9,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from core.errors import InputError
-from flexgui.server.entry import LETTERS, Word, checked_code, new_code
-from flexgui.server.origins import origin_of
+from flexgui.server.entry import LETTERS, Word, checked_code, new_code, origin_of
 from tests.server.conftest import SMALL, MakePlace, Place
 from tests.server.helpers import Browser, get
 

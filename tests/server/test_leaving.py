@@ -13,8 +13,8 @@ import pytest
 from flexgui.jobs import JobPool
 from flexgui.page import build_page
 from flexgui.server.app import PageServer, Settings
-from flexgui.server.binding import bind
 from flexgui.server.limits import Limits
+from flexgui.server.options import bind
 from flexgui.server.services import Services
 from flexgui.session import Session
 from flexgui.session.latest import LINGER

@@ -12,9 +12,9 @@ import pytest
 from flexgui.jobs import JobPool
 from flexgui.page import build_page
 from flexgui.server.app import PageServer, Settings
-from flexgui.server.binding import bind
 from flexgui.server.copying import copy_session
 from flexgui.server.demo import COPY
+from flexgui.server.options import bind
 from flexgui.server.services import Services
 from flexgui.session import Session
 from tests.server.helpers import Browser, announcement, part

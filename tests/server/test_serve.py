@@ -16,10 +16,8 @@ from pathlib import Path
 import pytest
 
 from core.errors import InputError
-from flexgui.server.binding import bind, port_of
-from flexgui.server.greeting import qr_text
-from flexgui.server.options import ServeOptions
-from flexgui.server.origins import origin_of
+from flexgui.server.entry import origin_of
+from flexgui.server.options import ServeOptions, bind, port_of, qr_text
 
 STARTING = 60.0
 """s on a machine that compiles everything first."""

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import core.warm
-from flexgui.panels.curtain import BUILDING
+from flexgui.panels.in_browser import BUILDING
 from flexgui.server import warming
 from flexgui.server.warming import PREPARING, READY, Warming
 

@@ -13,7 +13,7 @@ from flexgui.session import Session
 from flexgui.session.board import MOST, Board, Entry
 from flexgui.session.challenging import Challenge, Guess
 from flexgui.session.judging import asked_sizes, judged, read_sizes
-from flexgui.views.board import board_table
+from flexgui.views.board_table import board_table
 from flexgui.views.summary import validation_words
 from tests.session.conftest import Offered
 from tests.session.helpers import until

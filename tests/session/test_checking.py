@@ -11,10 +11,9 @@ import pytest
 
 from core.check.finding import Finding
 from core.scenario.read import scenario_toml
-from flexgui.panels.findings import wording_of
+from flexgui.panels.one_recording import wording_of
 from flexgui.session import Session
-from flexgui.views.finding import finding_words, title_of
-from flexgui.views.preview import sparkline
+from flexgui.views.preview import finding_words, sparkline, title_of
 from tests.session.conftest import Offered
 from tests.session.helpers import bring, good_csv, until
 

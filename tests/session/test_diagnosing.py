@@ -18,11 +18,11 @@ from core.workbench import base_model
 from flexgui.jobs import JobPool
 from flexgui.jobs.looked import Looked
 from flexgui.session import Session
-from flexgui.session.bundle import diagnosed_file
 from flexgui.session.edit import Document, put
 from flexgui.session.effects import own_parameters, own_place, present
 from flexgui.session.look import ladder_steps, story
-from flexgui.session.run import DONE, FAILED
+from flexgui.session.run_state import DONE, FAILED
+from flexgui.session.uploads import diagnosed_file
 from flexgui.views.pooled import channel_errors, with_role
 from tests.session.conftest import SOON, Offered
 from tests.session.helpers import exported, until

@@ -15,9 +15,9 @@ from core.results import (
 )
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import inviting
-from flexgui.panels.failing import cell_label
+from flexgui.panels.failing_panel import cell_label
+from flexgui.session.error_maps import where_it_fails
 from flexgui.session.experiments import point_name
-from flexgui.session.failing import where_it_fails
 from flexgui.views.error_map import words
 
 N, DT = 1200, 1e-3

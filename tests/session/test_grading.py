@@ -10,12 +10,18 @@ import pytest
 from typer.testing import CliRunner
 
 from core.errors import InputError
-from core.study.challenge import SEALED
-from core.study.obfuscate import HEAD as CHALLENGE
-from core.study.obfuscate import obfuscate
+from core.study.challenge import HEAD as CHALLENGE
+from core.study.challenge import SEALED, obfuscate
 from flexgui.cli import app
-from flexgui.session.grading import as_csv, grades
-from flexgui.session.hand_in import HEAD, LARGEST, HandIn, read_hand_in, stated_guess
+from flexgui.session.hand_in import (
+    HEAD,
+    LARGEST,
+    HandIn,
+    as_csv,
+    grades,
+    read_hand_in,
+    stated_guess,
+)
 from flexgui.session.judging import NONE_GUESSED, Guess
 
 TRUTH = {

@@ -11,7 +11,7 @@ import pytest
 
 from flexgui.session import Session
 from flexgui.session.edit import put
-from flexgui.session.topics import Topic
+from flexgui.session.state import Topic
 from tests.recording.test_large_files import long_csv, mat_of_zeros
 from tests.session.conftest import Offered
 from tests.session.helpers import until

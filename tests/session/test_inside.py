@@ -14,14 +14,12 @@ from core.errors import InputError
 from core.progress import Silent
 from core.scenario.data_folder import VARIABLE, Within
 from core.scenario.read import scenario_toml
-from flexgui.jobs.tasks.direct import play
-from flexgui.jobs.tasks.identify import identify
-from flexgui.jobs.tasks.read_file import headers, length_and_rate
+from flexgui.jobs.tasks.direct import identify, play
+from flexgui.jobs.tasks.rows import headers, length_and_rate
 from flexgui.places import without_places
 from flexgui.server.copying import copy_session
 from flexgui.session import Session
-from flexgui.session.bundle import scenario_file, zipped
-from flexgui.session.uploads import safe_name, unpack
+from flexgui.session.uploads import safe_name, scenario_file, unpack, zipped
 from tests.session.conftest import UPLOAD_LIMIT, Offered
 from tests.session.elsewhere import (
     CONTENT,

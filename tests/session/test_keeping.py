@@ -17,7 +17,7 @@ import flexgui.server.kept as kept_work
 from core.errors import InputError
 from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
-from flexgui.kept_files import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
+from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
 from flexgui.server.kept import KeptWork
 from flexgui.session import Session, Topic
 from flexgui.session.challenging import Challenge, Guess

@@ -12,7 +12,7 @@ from flexgui.jobs import JobPool
 from flexgui.jobs.events import Event, Started
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
-from flexgui.session.run import DONE
+from flexgui.session.run_state import DONE
 from tests.jobs.helpers import EVEN
 from tests.session.conftest import Offered
 from tests.session.helpers import until

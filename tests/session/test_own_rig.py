@@ -13,11 +13,11 @@ from core.recording.spec import RecordingSpec
 from core.scenario.schema import Scenario
 from core.workbench import base_model
 from flexgui.jobs.tasks.glance import CONTRADICT, glance
-from flexgui.session.columns import Waiting, waiting_again, wanted_channels
 from flexgui.session.demo import demo_scenario
 from flexgui.session.edit import put, thawed
 from flexgui.session.experiments import has_working_points
 from flexgui.session.rigs import RIGS, arm_choices, arm_edit, rig_edit, rig_of
+from flexgui.session.waiting_file import Waiting, waiting_again, wanted_channels
 
 DATA = Path(os.environ.get("FLEXGUI_DATA", ""))
 needs_data = pytest.mark.skipif(

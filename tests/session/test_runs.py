@@ -12,8 +12,8 @@ from core.results import Generation
 from core.scenario.schema import Scenario
 from flexgui.jobs import Advanced, Event, Finished, NewGeneration, Queued, Stage, Started
 from flexgui.session import Session
-from flexgui.session.bundle import scenario_file
-from flexgui.session.run import DONE, QUEUED, RUNNING, STOPPED, Run
+from flexgui.session.run_state import DONE, QUEUED, RUNNING, STOPPED, Run
+from flexgui.session.uploads import scenario_file
 from tests.session.conftest import SOON, Offered
 from tests.session.helpers import LONG, exported, small, until
 

@@ -10,7 +10,7 @@ import pytest
 from core.recording.recording import Recording
 from core.results import ChannelComparison, RankedEffect, RecordingComparison
 from flexgui.jobs.looked import refitted_only
-from flexgui.panels.compare import worst_output
+from flexgui.panels.compare_panel import worst_output
 from flexgui.views.preview import preview
 from tests.session.test_candidate_rows import FOUND
 

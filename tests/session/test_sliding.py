@@ -10,7 +10,7 @@ import pytest
 import flexgui.session.editing as editing
 from core.errors import InputError
 from core.recent import Recent
-from flexgui.kept_files import WORK, is_kept
+from flexgui.places import WORK, is_kept
 from flexgui.session import Session, Topic
 from flexgui.session.edit import Edit, arm_setting, edited, put
 from flexgui.session.latest import TURNS

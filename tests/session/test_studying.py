@@ -19,7 +19,6 @@ from core.resumable.journal import Journal, records_of
 from core.scenario.read import parse_scenario, read_scenario
 from flexgui.jobs.tasks.direct import JOURNAL
 from flexgui.session import Session, Topic
-from flexgui.session.bundle import zipped_folder
 from flexgui.session.study_state import (
     DONE,
     FAILED,
@@ -30,6 +29,7 @@ from flexgui.session.study_state import (
     shown,
     whole,
 )
+from flexgui.session.uploads import zipped_folder
 from flexgui.study import JOURNAL as JOURNAL_OF_THE_COMMAND
 from tests.paper_study.helpers import numbers, short
 from tests.session.conftest import Offered

@@ -15,9 +15,8 @@ from hypothesis import strategies as st
 
 from core.errors import InputError
 from flexgui.session import Session
-from flexgui.session.bundle import scenario_file, zipped
 from flexgui.session.challenging import Challenge
-from flexgui.session.uploads import safe_name, unpacked
+from flexgui.session.uploads import safe_name, scenario_file, unpacked, zipped
 from tests.session.conftest import UPLOAD_LIMIT, Offered
 from tests.session.helpers import bring, good_csv
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from core.arm.slots import arm_vector
-from flexgui.stage.geometry import ArmGeometry
+from flexgui.stage.arm_geometry import ArmGeometry
 from flexgui.stage.recorded import FACTORS, SHARE, fitting_factor, largest_deflection
 from tests.helpers import PAPER, random_state
 

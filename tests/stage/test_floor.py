@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 import viser
 
-from flexgui.stage.floor import (
+from flexgui.stage.paint import (
+    AIM,
     DEPTH,
     FINEST,
     RADIUS,
+    ROOT,
     LineFloor,
     ShadedFloor,
     floor_lines,
     light_of,
     spacing,
 )
-from flexgui.stage.look import AIM, ROOT
 from flexgui.stage.scene import Stage
 from tests.stage.test_scene import fresh, server, stage_of
 

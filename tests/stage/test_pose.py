@@ -9,7 +9,7 @@ from core.arm.arm import Arm
 from core.arm.presets import presets
 from core.arm.segment import Segment
 from core.arm.slots import arm_vector
-from flexgui.stage.geometry import RIGID, STATIONS, STRIP, beam_faces
+from flexgui.stage.arm_geometry import RIGID, STATIONS, STRIP, beam_faces
 from flexgui.stage.pose import RAIL, STACK, Body, mark_faces
 from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, random_state, straight
 

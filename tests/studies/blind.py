@@ -14,12 +14,12 @@ from pathlib import Path
 
 from core.effects import catalogue
 from core.errors import InputError
-from core.resumable.processes import WORKERS
+from core.resumable.executor import WORKERS
 from core.sentences import did_you_mean
 from core.study.rig import COLOURS
 from tests.studies.blind_case import answer_text
 from tests.studies.blind_cases import PARTS, Choice
-from tests.studies.blind_run import finished, run_all
+from tests.studies.blind_run import run_study, study_parser
 from tests.studies.blind_tables import tables
 from tests.studies.outside import OUTSIDE
 
@@ -37,20 +37,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             noises=_listed(asked.noise, COLOURS, "--noise") or tuple(COLOURS),
             levels=tuple(asked.level.split(",")) if asked.level else (),
         )
-        cases = choice.cases()
-        if asked.tables:
-            records = finished(cases, asked.out)
-        else:
-            records = run_all(cases, answer_text, asked.out, _print, asked.processes)
+        return run_study(choice.cases(), answer_text, tables, asked)
     except InputError as error:
         print(error, file=sys.stderr)
         return 2
-    _print(tables(list(records.values())))
-    return 0
-
-
-def _print(text: str) -> None:
-    print(text, flush=True)
 
 
 def _listed(text: str | None, known: Iterable[str], option: str) -> tuple[str, ...]:
@@ -62,15 +52,13 @@ def _listed(text: str | None, known: Iterable[str], option: str) -> tuple[str, .
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m tests.studies.blind", description=__doc__)
+    parser = study_parser("blind", OUT, "--processes", WORKERS)
+    parser.description = __doc__
     parser.add_argument("--part", help=f"some of {', '.join(PARTS)}; all by default")
     parser.add_argument("--effects", help="ids of effects or disturbances; all by default")
     parser.add_argument("--seeds", type=int, help="fewer or more seeds (pairs, nulls) than planned")
     parser.add_argument("--noise", help=f"some of {', '.join(COLOURS)}; all by default")
     parser.add_argument("--level", help="weak, strong or switched; all by default")
-    parser.add_argument("--out", type=Path, default=OUT, help=f"results; {OUT} by default")
-    parser.add_argument("--processes", type=int, default=WORKERS)
-    parser.add_argument("--tables", action="store_true", help="only print what is there")
     return parser
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,16 +12,15 @@ import numpy as np
 from core.diagnose.diagnose import diagnose
 from core.diagnose.state import Options
 from core.effects import effect, with_included
-from core.identify.predictor import single_threaded
 from core.identify.setup import make_setup
 from core.model import Model
 from core.recording.recording import Recording
 from core.results import Diagnosis
 from core.study.detectability import Detectability, UnreachableError
-from core.study.hidden import LEVELS, Hidden, added, hidden, parameters_on
+from core.study.hidden import Hidden, added, hidden, parameters_on
 from core.study.rig import IDENTIFY, STDS, bare_model, exactly, noisy, readings, recording
-from tests.studies.blind_cases import Case
-from tests.studies.blind_run import kept
+from tests.studies.blind_cases import LEVELS, Case
+from tests.studies.blind_run import record_text
 from tests.studies.outside import disturbed
 
 COVERED = 1.96
@@ -52,10 +50,12 @@ def made(case: Case) -> Made:
 
 def answer_text(order: str) -> str:
     """The record of the case that a worker is sent."""
-    said = json.loads(order)
-    case = Case(**{**said, "what": tuple(said["what"])})
-    with single_threaded():
-        return json.dumps(kept(case, run_case))
+    return record_text(order, _case, run_case)
+
+
+def _case(what: Sequence[str], **fields: Any) -> Case:
+    """Of what JSON made of one: a list for the tuple."""
+    return Case(what=tuple(what), **fields)
 
 
 def run_case(case: Case, max_effects: int = 3) -> dict[str, Any]:

@@ -12,12 +12,17 @@ import numpy as np
 from core.effects import catalogue
 from core.effects.effect import Effect
 from core.recording.spec import SimulateSpec
-from core.study.hidden import LEVELS, candidates, parameters_on
+from core.study.hidden import candidates, parameters_on
 from core.study.rig import COLOURS, Experiment, bare_model
 from tests.studies.outside import OUTSIDE
 
 POINTS = (np.pi / 8, np.pi / 2, 7 * np.pi / 8)
 """rad, working points theta2 of the three recordings."""
+
+WEAK, STRONG = 0.5, 3.0
+"""How much an effect shows: noise rms per sample."""
+
+LEVELS = {"weak": WEAK, "strong": STRONG}
 
 SEEDS, PAIRS, NULLS, OUTSIDERS = 5, 20, 100, 10
 

@@ -1,7 +1,8 @@
-"""The cases of the blind matrix on a few processes, and what is said meanwhile."""
+"""The cases of a study on a few processes, and what its command line takes and says."""
 
 from __future__ import annotations
 
+import argparse
 import json
 import time
 from collections.abc import Callable, Sequence
@@ -10,18 +11,23 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TypeVar
 
-from core.resumable.executor import Work
+from core.identify.predictor import single_threaded
+from core.resumable.executor import WORKERS, Processes, Work
 from core.resumable.journal import Journal, Keyed, Record, go_on
-from core.resumable.processes import WORKERS, Processes
 
 C = TypeVar("C", bound=Keyed)
+
+
+def print_line(text: str) -> None:
+    """One line, at once."""
+    print(text, flush=True)
 
 
 def run_all(
     cases: Sequence[C],
     work: Work,
     path: Path,
-    told: Callable[[str], None] = print,
+    told: Callable[[str], None] = print_line,
     processes: int = WORKERS,
 ) -> dict[str, Record]:
     """Runs the cases (dataclasses) that the file does not hold yet; the records of all of them.
@@ -52,6 +58,13 @@ def order_text(case: Keyed) -> str:
     return json.dumps(asdict(case))  # type: ignore[call-overload]
 
 
+def record_text(order: str, kind: Callable[..., C], run: Callable[[C], Record]) -> str:
+    """The record, as text, of the case that a worker is sent; `kind` makes it of its fields."""
+    case = kind(**json.loads(order))
+    with single_threaded():
+        return json.dumps(kept(case, run))
+
+
 def kept(case: C, run: Callable[[C], Record]) -> Record:
     """What a case gave; a case that failed is a result too, and counts as one."""
     try:
@@ -63,3 +76,29 @@ def kept(case: C, run: Callable[[C], Record]) -> Record:
 def _time_left(begun: float, done: int, total: int) -> str:
     minutes = (time.monotonic() - begun) / done * (total - done) / 60.0
     return f", about {minutes:.0f} min left" if minutes >= 1.0 else ""
+
+
+def study_parser(
+    study: str, out: Path, workers: str = "--workers", count: int = 1
+) -> argparse.ArgumentParser:
+    """Of `python -m tests.studies.<study>`, with the options that every study has."""
+    parser = argparse.ArgumentParser(prog=f"python -m tests.studies.{study}")
+    parser.add_argument("--out", type=Path, default=out, help=f"results; {out} by default")
+    parser.add_argument(workers, dest="workers", type=int, default=count)
+    parser.add_argument("--tables", action="store_true", help="only print what is there")
+    return parser
+
+
+def run_study(
+    cases: Sequence[C],
+    work: Work,
+    tables: Callable[[Sequence[Record]], str],
+    asked: argparse.Namespace,
+) -> int:
+    """Runs the cases as the options of `study_parser` ask and prints the tables; 0."""
+    if asked.tables:
+        records = finished(cases, asked.out)
+    else:
+        records = run_all(cases, work, asked.out, processes=asked.workers)
+    print_line(tables(list(records.values())))
+    return 0

@@ -7,8 +7,6 @@ that the machine violates, how near the deviations come to what was predicted, a
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +22,6 @@ from core.effects import effect
 from core.effects.sizes import sizes_of
 from core.experiments.design import Candidate, Design, Wish
 from core.experiments.plan import fitted, plan
-from core.identify.predictor import single_threaded
 from core.loading import load_recordings
 from core.model import Model
 from core.progress import Silent
@@ -34,7 +31,7 @@ from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
 from core.sensors import sensor
 from core.simulate.nonlinear import simulate_within
-from tests.studies.blind_run import finished, kept, run_all
+from tests.studies.blind_run import record_text, run_study, study_parser
 from tests.studies.plain_matrix import written
 from tests.studies.plain_matrix_rigs import Rig, drawn
 
@@ -65,8 +62,7 @@ class Case:
 
 def answer_text(order: str) -> str:
     """The record of the case that a worker is sent."""
-    with single_threaded():
-        return json.dumps(kept(Case(**json.loads(order)), run_case))
+    return record_text(order, Case, run_case)
 
 
 def run_case(case: Case) -> dict[str, Any]:
@@ -167,19 +163,11 @@ def tables(records: Sequence[Mapping[str, Any]]) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs what is asked for and prints the table."""
-    parser = argparse.ArgumentParser(prog="python -m tests.studies.next_experiments")
+    parser = study_parser("next_experiments", OUT)
     parser.add_argument("--rigs", type=int, default=RIGS)
-    parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--out", type=Path, default=OUT)
-    parser.add_argument("--tables", action="store_true", help="only print what is there")
     asked = parser.parse_args(arguments)
     chosen = [Case(seed) for seed in range(1, asked.rigs + 1)]
-    if asked.tables:
-        records = finished(chosen, asked.out)
-    else:
-        records = run_all(chosen, answer_text, asked.out, print, asked.workers)
-    print(tables(list(records.values())))
-    return 0
+    return run_study(chosen, answer_text, tables, asked)
 
 
 if __name__ == "__main__":

@@ -7,8 +7,6 @@ case; the same command goes on where it stopped.
 
 from __future__ import annotations
 
-import argparse
-import json
 import time
 import tomllib
 from collections import Counter
@@ -25,11 +23,10 @@ from core.arm.catalogue import ArmCatalogue
 from core.arm.compiled import compile_arm
 from core.arm.presets import presets
 from core.arm.symbols import Structure
-from core.identify.predictor import single_threaded
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
 from core.workbench import run_scenario
-from tests.studies.blind_run import finished, kept, run_all
+from tests.studies.blind_run import record_text, run_study, study_parser
 from tests.studies.plain_matrix import answered
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -123,9 +120,7 @@ def _inertias(arm: Arm) -> np.ndarray:
 
 def answer_text(order: str) -> str:
     """The record of the case that a worker is sent."""
-    case = Case(**json.loads(order))
-    with single_threaded():
-        return json.dumps(kept(case, run_case))
+    return record_text(order, Case, run_case)
 
 
 def run_case(case: Case) -> dict[str, Any]:
@@ -178,19 +173,11 @@ def tables(records: Sequence[Mapping[str, Any]]) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs what is asked for and prints the table."""
-    parser = argparse.ArgumentParser(prog="python -m tests.studies.nothing_hidden")
+    parser = study_parser("nothing_hidden", OUT)
     parser.add_argument("--cases", type=int, default=SEEDS)
-    parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--out", type=Path, default=OUT)
-    parser.add_argument("--tables", action="store_true", help="only print what is there")
     asked = parser.parse_args(arguments)
     chosen = cases(asked.cases)
-    if asked.tables:
-        records = finished(chosen, asked.out)
-    else:
-        records = run_all(chosen, answer_text, asked.out, print, asked.workers)
-    print(tables(list(records.values())))
-    return 0
+    return run_study(chosen, answer_text, tables, asked)
 
 
 if __name__ == "__main__":

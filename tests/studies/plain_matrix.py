@@ -8,9 +8,6 @@ out is compared with the truth. One line of JSON a case; the same command goes o
 
 from __future__ import annotations
 
-import argparse
-import json
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +19,6 @@ import numpy as np
 
 from core.effects import catalogue
 from core.effects.sizes import typical
-from core.identify.predictor import single_threaded
 from core.model import Model
 from core.recording.recording import Recording
 from core.recording.save import save_recording
@@ -31,7 +27,7 @@ from core.scenario.read import read_scenario, write_scenario
 from core.scenario.schema import Scenario
 from core.study.detectability import UnreachableError
 from core.workbench import run_scenario
-from tests.studies.blind_run import finished, kept, run_all
+from tests.studies.blind_run import record_text, run_study, study_parser
 from tests.studies.plain_matrix_hidden import Sight, hide
 from tests.studies.plain_matrix_judge import judged, tables
 from tests.studies.plain_matrix_outside import OUTSIDE, disturbed
@@ -80,9 +76,7 @@ def cases(count: int, parts: Sequence[str]) -> list[Case]:
 
 def answer_text(order: str) -> str:
     """The record of the case that a worker is sent."""
-    case = Case(**json.loads(order))
-    with single_threaded():
-        return json.dumps(kept(case, run_case))
+    return record_text(order, Case, run_case)
 
 
 def run_case(case: Case) -> dict[str, Any]:
@@ -194,28 +188,15 @@ def _plain_p_values(said: Diagnosis, machine: Model) -> dict[str, float]:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs what is asked for and prints the tables."""
-    parser = argparse.ArgumentParser(prog="python -m tests.studies.plain_matrix")
+    parser = study_parser("plain_matrix", OUT)
     parser.add_argument("--cases", type=int, default=CASES, help="how many of the matrix")
     parser.add_argument("--parts", default="hidden,outside,stand_in", help="some of these")
     parser.add_argument("--only", default="", help="keys of cases, by commas")
-    parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--out", type=Path, default=OUT)
-    parser.add_argument("--tables", action="store_true", help="only print what is there")
     asked = parser.parse_args(arguments)
     chosen = cases(asked.cases, asked.parts.split(","))
     if asked.only:
         chosen = [c for c in chosen if c.key in asked.only.split(",")]
-    if asked.tables:
-        records = finished(chosen, asked.out)
-    else:
-        records = run_all(chosen, answer_text, asked.out, _say, asked.workers)
-    _say(tables(list(records.values())))
-    return 0
-
-
-def _say(text: str) -> None:
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
+    return run_study(chosen, answer_text, tables, asked)
 
 
 if __name__ == "__main__":

@@ -13,14 +13,13 @@ from core.simulate.nonlinear import run
 from core.study.detectability import CLOSE, Detectability, UnreachableError, crossing
 from core.study.hidden import (
     LEVELS_OF_MODEL,
-    STRONG,
     candidates,
     hidden,
     known_before,
     parameters_on,
 )
 from core.study.rig import CHANNELS, IDENTIFY, STDS, STEPS, Experiment, bare_model, readings
-from tests.studies.blind_cases import sized
+from tests.studies.blind_cases import STRONG, sized
 from tests.study.helpers import least_squares_rest
 
 EXPERIMENTS = [

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.errors import InputError
-from core.study.obfuscate import HEAD, obfuscate, opened
+from core.study.challenge import HEAD, obfuscate, opened
 
 TEXT = '{"effects": ["coulomb_friction"], "values": {"fc1": 0.2}}'
 

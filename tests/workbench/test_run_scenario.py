@@ -13,7 +13,8 @@ from core.progress import Silent
 from core.results import Outcome
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
-from core.workbench import MEAN_LABEL, run_scenario
+from core.scenario_fits import MEAN_LABEL
+from core.workbench import run_scenario
 
 BASE = """
 title = "small"

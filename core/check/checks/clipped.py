@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
-from core.check.limits import limit_of
+from core.check.measured import limit_of
 
 
 class Clipped(Check):

@@ -8,7 +8,7 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
-from core.check.limits import limit_of
+from core.check.measured import limit_of
 
 HELD = 0.5
 """Of the samples off the limit that repeat the one before: a command that is held from one change

@@ -9,8 +9,8 @@ from scipy.integrate import cumulative_trapezoid
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.check.lagged import Relation
 from core.check.measured import Measured, noise_of
-from core.check.relations import Relation
 
 SHARE = 0.5
 """Of the rms speed: below, a model at rest is right within its noise."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
-from core.check.relations import WORTH, share
+from core.check.lagged import WORTH, share
 
 CLEARLY = 0.2
 """Of the variance must the swap explain more."""

@@ -11,9 +11,9 @@ from core.identify.identifiability import relative_scales
 from core.identify.predictor import Predictor
 from core.identify.residuals import Residuals, channel_weights
 from core.identify.unknowns import collect_unknowns
-from core.montecarlo.part import Answer, Case, Part
 from core.montecarlo.rig import Rig, outputs
 from core.montecarlo.settings import StudySettings
+from core.montecarlo.study import Answer, Case, Part
 from core.recording.recording import Recording
 from core.scenario.schema import IdentifySpec
 
@@ -54,7 +54,7 @@ class Advice(Part):
             named = [(r.name, r) for r in rig.experiments()]
         else:
             named = _candidates(rig, options["point"])
-        found = [{"name": name, **information(rig, r)} for name, r in named]
+        found = [{"name": name, **relative_normal_equations(rig, r)} for name, r in named]
         names, rows = targets(rig)
         return {"experiments": found, "targets": names, "gradients": rows}
 
@@ -71,7 +71,7 @@ def _candidates(rig: Rig, point: int) -> list[tuple[str, Recording]]:
     ]
 
 
-def information(rig: Rig, recording: Recording) -> Answer:
+def relative_normal_equations(rig: Rig, recording: Recording) -> Answer:
     """S'S (P, P) per channel with S the sensitivity of ydot to relative changes of the
     parameters, and S'(y - y_lpv): what the linear model's own error pulls at them."""
     residuals = _residuals(rig, [recording])

@@ -14,10 +14,10 @@ from core.identify.fit import identify
 from core.identify.unknowns import collect_unknowns
 from core.model import Model
 from core.montecarlo.interpolated import Interpolated, identify_interpolated
-from core.montecarlo.part import Answer, Case, Part
 from core.montecarlo.parts.fits import evolve_fit, shared
 from core.montecarlo.rig import Rig, fit_percent, noisy, outputs
 from core.montecarlo.settings import StudySettings, seeds, snr_code, snr_name
+from core.montecarlo.study import Answer, Case, Part
 from core.progress import Silent
 from core.recording.recording import Recording
 from core.simulate.modes import integrators

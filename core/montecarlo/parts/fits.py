@@ -8,9 +8,9 @@ from typing import Any
 
 from core.identify.fit import Fitted, identify
 from core.identify.unknowns import collect_unknowns
-from core.montecarlo.part import Answer, Case, Part
 from core.montecarlo.rig import Rig, noisy
 from core.montecarlo.settings import StudySettings, seeds, snr_code, snr_name
+from core.montecarlo.study import Answer, Case, Part
 from core.progress import Silent
 from core.recording.recording import Recording
 from core.scenario.schema import IdentifySpec

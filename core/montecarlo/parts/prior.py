@@ -14,9 +14,9 @@ import numpy as np
 
 from core.arm.slots import STIFFNESS, slot
 from core.identify.evolution import evolve
-from core.montecarlo.part import Answer, Case, Part
 from core.montecarlo.rig import Rig
 from core.montecarlo.settings import StudySettings, seeds
+from core.montecarlo.study import Answer, Case, Part
 
 VALLEY = ("epsilon", "d")
 """Parameters that only their product EI shows."""

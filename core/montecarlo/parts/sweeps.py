@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from core.montecarlo.part import Answer, Case, Part
 from core.montecarlo.parts.fits import glocal_values
 from core.montecarlo.rig import Rig, fit_percent, outputs
 from core.montecarlo.settings import StudySettings
+from core.montecarlo.study import Answer, Case, Part
 
 SHOWN = 200
 """Points of the path that are kept for its figure."""

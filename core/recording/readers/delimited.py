@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import IO
 
 from core.errors import InputError
-from core.recording.reading import Reading
-from core.recording.table import Table, TableReader, damaged
+from core.recording.table import Reading, Table, TableReader, damaged
 from core.recording.text_table import BlockParser, has_cells, read_heading
 
 BLOCK = 1_000_000

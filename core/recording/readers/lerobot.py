@@ -11,9 +11,8 @@ import numpy as np
 
 from core.errors import InputError
 from core.recording.readers.parquet import BATCH, MAGIC
-from core.recording.reading import WIDEST, Reading
 from core.recording.signals import by_length, merged
-from core.recording.table import Table, TableReader, damaged
+from core.recording.table import WIDEST, Reading, Table, TableReader, damaged
 
 if TYPE_CHECKING:
     from pyarrow.parquet import ParquetFile

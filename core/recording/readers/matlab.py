@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from core.errors import InputError
-from core.recording.reading import Reading
-from core.recording.table import Table, TableReader, damaged
+from core.recording.table import Reading, Table, TableReader, damaged
 
 HEADER = 128
 PIECE = 2**20

@@ -14,9 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from core.errors import InputError
-from core.recording.reading import Reading, as_vectors
 from core.recording.signals import Group, merged
-from core.recording.table import Table, TableReader, damaged
+from core.recording.table import Reading, Table, TableReader, as_vectors, damaged
 
 if TYPE_CHECKING:
     from asammdf import MDF

@@ -10,9 +10,8 @@ from typing import IO
 import numpy as np
 
 from core.errors import InputError
-from core.recording.reading import Reading, as_vectors
 from core.recording.signals import by_length, merged
-from core.recording.table import Table, TableReader, damaged
+from core.recording.table import Reading, Table, TableReader, as_vectors, damaged
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK\x03\x04"
 _END = ".npy"

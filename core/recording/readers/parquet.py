@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from core.errors import InputError
-from core.recording.reading import Reading
-from core.recording.table import Table, TableReader, damaged
+from core.recording.table import Reading, Table, TableReader, damaged
 
 if TYPE_CHECKING:
     from pyarrow.parquet import ParquetFile

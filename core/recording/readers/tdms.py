@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from core.errors import InputError
-from core.recording.reading import Reading, as_vectors
 from core.recording.signals import Group, by_length, merged
-from core.recording.table import Table, TableReader, damaged
+from core.recording.table import Reading, Table, TableReader, as_vectors, damaged
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsFile

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 from flexgui.bench.case import AWAY, MEMBERS, Case, glocal_case, population
-from flexgui.bench.peer_linear import Response, control_response, lsim_response, peer_cost
+from flexgui.bench.peers import Response, control_response, lsim_response, peer_cost
 from flexgui.bench.row import Row, Size, median_seconds
 
 SAME = 1e-10

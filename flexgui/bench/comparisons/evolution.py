@@ -7,7 +7,7 @@ from scipy.optimize import OptimizeResult, differential_evolution
 
 from core.identify.evolution import CROSSOVER, DIFFERENTIAL_WEIGHT, evolve, first_population
 from flexgui.bench.case import GENERATIONS, LOWER, MEMBERS, UPPER, Case, glocal_case
-from flexgui.bench.peer_linear import lsim_response, peer_cost
+from flexgui.bench.peers import lsim_response, peer_cost
 from flexgui.bench.row import Row, Size, median_seconds, seconds
 
 SEED = 1

@@ -18,7 +18,7 @@ from core.simulate.motion import Task
 from core.simulate.nonlinear import MOST_SUBSTEPS, run, simulate_fixed, simulate_within
 from core.trajectory import Trajectory
 from flexgui.bench.case import GAINS
-from flexgui.bench.peer_nonlinear import Setting, SympyArm, integrate
+from flexgui.bench.peers import Setting, SympyArm, integrate
 from flexgui.bench.row import Row, Size, median_seconds, seconds
 
 ACCURATE = 5e-6

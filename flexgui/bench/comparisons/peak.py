@@ -15,7 +15,7 @@ from core.simulate.holds import pieces
 from core.simulate.lanes import TAYLOR_RADIUS
 from core.simulate.vector import LANES
 from flexgui.bench.case import MEMBERS, Case, glocal_case, population
-from flexgui.bench.peer_linear import state_space
+from flexgui.bench.peers import state_space
 from flexgui.bench.row import Row, Size, median_seconds
 
 ACCUMULATORS = 8

@@ -22,10 +22,8 @@ from core.progress import Silent
 from core.scenario.read import read_scenario
 from core.simulate.motion import Task
 from core.workbench import base_model, load_recordings, run_scenario, settled_level
-from flexgui.bench.case import AWAY, glocal_case
-from flexgui.bench.imported import write
-from flexgui.bench.peer_linear import lsim_response, peer_cost
-from flexgui.bench.peer_nonlinear import held_stretches
+from flexgui.bench.case import AWAY, glocal_case, write
+from flexgui.bench.peers import held_stretches, lsim_response, peer_cost
 from flexgui.bench.row import FULL, Row, Size, median_seconds, seconds
 
 MOST_COSTS = 40

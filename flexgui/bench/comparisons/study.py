@@ -14,9 +14,8 @@ from core.montecarlo.rig import Rig
 from core.montecarlo.settings import StudySettings, make_settings
 from core.montecarlo.study import study
 from core.recording.recording import Recording
-from core.resumable.executor import Here
+from core.resumable.executor import WORKERS, Here, Processes
 from core.resumable.journal import records_of
-from core.resumable.processes import WORKERS, Processes
 from flexgui.bench.case import GENERATIONS, LOWER, MEMBERS, UPPER, Case
 from flexgui.bench.comparisons.evolution import SAME, SEED, peer_search
 from flexgui.bench.row import Row, Size, seconds

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,12 +14,15 @@ from core.progress import Progress, Silent
 if TYPE_CHECKING:
     from core.diagnose.start import Begun
     from core.diagnose.state import Options, ToCome
+    from core.effects.over_speed import OverSpeed
     from core.identify.setup import Setup
+    from core.model import Model
     from core.recording.recording import Recording
     from core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
     from core.scenario.data_folder import Within
     from core.scenario.schema import IdentifySpec
     from flexgui.jobs.looked import Looked, PartialProgress
+
 
 LOOKED, COMPARED = "looked", "compared"
 """The names of what is streamed: the look, growing, and once measured against modelled."""
@@ -153,7 +157,6 @@ class FirstLook:
 
     def _add_laws(self) -> None:
         """Of the first of the list, anew where that or its sizes have changed."""
-        from flexgui.jobs.laws import laws_of
 
         first = next(iter(self.seen.ranking), None)
         if first is None or not self._shown:
@@ -234,3 +237,34 @@ def _thin(block: np.ndarray) -> np.ndarray:
 
 def _spacing(time: np.ndarray) -> float:
     return float(time[1] - time[0]) if len(time) > 1 else 1.0
+
+
+ROWS = 600
+"""Of a motion along which a law that the speed alone does not say is drawn: as many dots as the
+picture of the missing torque has."""
+
+
+def laws_of(
+    model: Model, shown: Sequence[RecordingComparison], one: RankedEffect
+) -> tuple[tuple[OverSpeed, ...], ...]:
+    """For each recording, with the sizes that a refit has found; empty where the effect is no force
+    law at the joints, is unknown to the catalogue, or was not refitted yet."""
+    from core.effects import catalogue
+    from core.effects.over_speed import over_speed
+
+    effect = catalogue().get(one.effect)
+    if effect is None or not one.parameters or effect.acts_at not in ("joints", "drive"):
+        return ()
+    sizes = {e.name: e.value for e in one.parameters}
+    grown = model.with_effects([*model.effects, effect], {**model.effect_values, **sizes})
+    have = {e.kind for e in model.effects}
+    added = [e for e in grown.effects if e.kind not in have]
+    found = []
+    for each in shown:
+        if each.motion is None:
+            return ()
+        rows = slice(None, None, max(1, -(-len(each.motion.velocity) // ROWS)))
+        place, speed = each.motion.position[rows], each.motion.velocity[rows]
+        p = grown.numbers(grown.effect_values).p
+        found.append(over_speed(added, grown.arm, p, grown.effect_values, place, speed))
+    return tuple(found) if all(found) else ()

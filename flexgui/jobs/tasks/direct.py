@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flexgui.jobs.task import Task
 
 if TYPE_CHECKING:
+    from core.check.finding import Finding
     from core.progress import Progress
-    from core.results import Outcome
+    from core.recording.recording import Recording
+    from core.results import Fit, Outcome
+    from core.scenario.schema import Scenario
+    from flexgui.stage.recorded import Playback
 
 
 def export(
@@ -22,10 +27,9 @@ def export(
     """
     from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
-    from flexgui.export.diagnosed_file import diagnosed_plainly
+    from flexgui.export.export_files import diagnosed_plainly, export_outcome
     from flexgui.export.folder import check_writable
-    from flexgui.export.motion import report_motion
-    from flexgui.export.outcome import export_outcome
+    from flexgui.export.report_motion import report_motion
 
     progress.stage("Writing the report")
     check_writable(Path(out))
@@ -47,19 +51,13 @@ def plan_next(
     from core.experiments.words import words
     from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
-    from flexgui.export.planned import write_plan
+    from flexgui.export.plan_files import write_plan
 
     scenario = parse_scenario(scenario_toml, "The scenario")
     wish = Wish(seconds, limits=scenario.limits)
     found = plan(scenario, wish, folder=Within(Path(folder)), progress=progress)
     write_plan(scenario, found, Path(out))
     return words(found)
-
-
-if TYPE_CHECKING:
-    from core.check.finding import Finding
-    from core.progress import Progress
-    from core.scenario.schema import Scenario
 
 
 def findings(folder: str, scenario: Scenario, *, progress: Progress) -> tuple[Finding, ...]:
@@ -69,13 +67,6 @@ def findings(folder: str, scenario: Scenario, *, progress: Progress) -> tuple[Fi
     from core.scenario.data_folder import Within
 
     return tuple(check_scenario(scenario, Within(Path(folder)), None, progress))
-
-
-if TYPE_CHECKING:
-    from core.progress import Progress
-    from core.recording.recording import Recording
-    from core.scenario.schema import Scenario
-    from flexgui.stage.recorded import Playback
 
 
 def play(
@@ -88,10 +79,6 @@ def play(
 
     found = read_one(scenario, recording, Within(Path(folder)), progress=progress)
     return found, played(scenario, values, found)
-
-
-if TYPE_CHECKING:
-    from core.progress import Progress
 
 
 def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[str, str]:
@@ -107,19 +94,12 @@ def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[str
     return scenario_toml(made.scenario), made.sealed
 
 
-if TYPE_CHECKING:
-    from core.progress import Progress
-
-
 def study_case(work: str, order: str, *, progress: Progress) -> str:
     """The record of the case that `order` states, both as text; `work` names who makes it."""
     found = Task(work).resolve()(order)
     assert isinstance(found, str)
     return found
 
-
-if TYPE_CHECKING:
-    from core.progress import Progress
 
 JOURNAL = "results.jsonl"
 """Beside the report, as `flexgui study` has it: that command goes on in the same folder."""
@@ -136,3 +116,29 @@ def study_report(settings: str, folder: str, *, progress: Progress) -> str:
     known, out = settings_of(settings), Path(folder)
     write_study(summarise(known, Journal(out / JOURNAL, known.identity).records), out)
     return folder
+
+
+def identify(
+    scenario_toml: str,
+    folder: str | None = None,
+    *,
+    progress: Progress,
+) -> Outcome:
+    """Everything that the scenario asks for; it may read the files of `folder` only."""
+    from core.scenario.data_folder import Within
+    from core.scenario.read import parse_scenario
+    from core.workbench import run_scenario
+
+    outcome = run_scenario(
+        parse_scenario(scenario_toml, "The scenario"),
+        folder=Within(Path(folder or ".")),
+        progress=progress,
+    )
+    return replace(outcome, fits=tuple(_light(fit) for fit in outcome.fits))
+
+
+def _light(fit: Fit) -> Fit:
+    """With the last population only, which is drawn: those of 10,000 generations of 300 members
+    are 50 MB, which every session would keep in memory and on the disk."""
+    before = (replace(generation, population=None) for generation in fit.convergence[:-1])
+    return replace(fit, convergence=(*before, *fit.convergence[-1:]))

@@ -116,7 +116,7 @@ def _numbers(table: Table) -> dict[str, np.ndarray]:
 def _guessed(numbers: Mapping[str, np.ndarray], wanted: tuple[str, ...]) -> dict[str, Any]:
     """Entries under `columns`; a column of a channel's own name needs none."""
     from core.recording.guess import guess_columns
-    from core.units import parse_header
+    from core.written import parse_header
 
     found = {}
     for channel, one in guess_columns(numbers, wanted).items():
@@ -160,7 +160,7 @@ def _in_plausible_units(
     """Degrees and millimetres where radians and metres cannot be, in columns without a unit; all of
     a kind alike."""
     from core.arm.build import build_arm
-    from core.units import parse_header
+    from core.written import parse_header
 
     arm = build_arm(file.scenario.arm)
     reach = sum(segment.length for segment in arm.segments)
@@ -181,7 +181,7 @@ def _in_plausible_units(
 
 
 def _unit_of(columns: Mapping[str, Any], headers: Mapping[str, str], channel: str) -> str:
-    from core.units import parse_header
+    from core.written import parse_header
 
     stated = columns.get(channel, {}).get("name", headers[channel])
     return parse_header(stated)[1] or parse_header(headers[channel])[1]
@@ -218,7 +218,7 @@ def _headers_of(
     headers: tuple[str, ...], columns: Mapping[str, Any], wanted: tuple[str, ...]
 ) -> dict[str, str]:
     """Channel -> header, of the wanted channels that have one."""
-    from core.units import parse_header
+    from core.written import parse_header
 
     plain = {parse_header(h)[0]: h for h in headers}
     named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}

@@ -1,4 +1,5 @@
-"""The rows of a file that a person brought: whether they are even in time, and what is empty."""
+"""A file that a person brought: its headings and its rate, whether its rows are even in time, and
+what of them is empty."""
 
 from __future__ import annotations
 
@@ -11,6 +12,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from core.progress import Progress
+    from core.scenario.schema import Scenario
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,7 @@ def settings(found: Rows, how: str = "", clock: str = "interpolate") -> dict[str
 def headers_of(headers: tuple[str, ...], columns: Mapping[str, Any]) -> dict[str, str]:
     """Channel -> header: what `columns` names, then columns of a channel's own name."""
     from core.recording.channels import is_channel
-    from core.units import parse_header
+    from core.written import parse_header
 
     plain = {parse_header(h)[0]: h for h in headers}
     named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
@@ -104,7 +106,7 @@ def _seconds(
 ) -> np.ndarray:
     """(N,) s; nothing where no column is the time."""
     from core.errors import InputError
-    from core.units import factor_to_si, parse_header
+    from core.written import factor_to_si, parse_header
 
     header = headers.get("t", "")
     if header not in numbers:
@@ -141,3 +143,33 @@ def _clock(time: np.ndarray) -> tuple[float, str, float]:
     missing = longest > GAP * usual and np.mean(wide > GAP * usual) < 0.5 / GAP
     said += [f"the longest takes {longest:.3g} s"] if missing else []
     return usual, f"The time is uneven: {', '.join(said)}.", longest if missing else 0.0
+
+
+def headers(folder: str, file: str, *, progress: Progress) -> tuple[str, ...]:
+    """The headings of a table's columns; InputError where it is none, or none of the folder."""
+    from core.recording.read_table import read_table
+    from core.scenario.data_folder import Within
+
+    return tuple(read_table(Within(Path(folder)).find(file), progress).columns)
+
+
+def length_and_rate(
+    folder: str, file: str, entry: Mapping[str, Any], scenario: Scenario, *, progress: Progress
+) -> tuple[int, float]:
+    """Samples and their rate in Hz of a recording of which nothing is missing that a motion of
+    the scenario's arm needs; InputError else. `entry` is the scenario's table of it."""
+    from core.errors import InputError
+    from core.loading import joint_units
+    from core.recording.load import load_recording
+    from core.recording.spec import RecordingSpec
+    from core.scenario.data_folder import Within
+    from core.workbench import base_model
+
+    model = base_model(scenario)
+    spec = RecordingSpec.model_validate(dict(entry))
+    references = model.drive.needed_channels(model.arm)
+    path = Within(Path(folder)).find(file)
+    found = load_recording(path, spec, references, joint_units(model.arm), progress)
+    if model.arm.joints > 1 and found.theta2 is None and not found.has("theta2"):
+        raise InputError(f"{file} does not give the position of joint 2; add a column theta2.")
+    return len(found.time), 1.0 / found.sample_time

@@ -1,0 +1,180 @@
+"""The fits of a scenario, over all its recordings or one each, and each recording against them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+
+from core.arm.build import build_arm
+from core.errors import InputError
+from core.identify import predictor
+from core.identify.compare import compare, shared_values
+from core.identify.fit import Fitted, identify
+from core.identify.prepared import prepare
+from core.identify.setup import Setup, make_setup
+from core.identify.unknowns import Unknowns, collect_unknowns, fixed_values
+from core.progress import Progress, Silent
+from core.recording.recording import Recording
+from core.results import RecordingComparison, Variant
+from core.scenario.schema import CompareSpec, IdentifySpec, Scenario
+from core.scenario.stated_effects import (
+    bare_model,
+    fitting,
+    with_effect_parameters,
+    with_stated_effects,
+)
+
+MEAN_LABEL = "mean of the local fits"
+
+
+def _estimation(recordings: Sequence[Recording]) -> list[Recording]:
+    return [r for r in recordings if r.role == "estimate"]
+
+
+def fit_all(
+    setup: Setup, recordings: Sequence[Recording], spec: IdentifySpec, progress: Progress
+) -> list[Fitted]:
+    """One fit over all estimation recordings, or one per recording."""
+    chosen = _estimation(recordings)
+    if not chosen:
+        raise InputError('No recording has role = "estimate"; give at least one to fit.')
+    groups = [[r] for r in chosen] if spec.method == "local" else [chosen]
+    stated = "generations" in spec.model_fields_set or setup.model.level == "lpv"
+    progress.stage("Identifying", spec.generations * len(groups) if stated else None)
+    return [_fit_group(setup, group, spec, progress, len(groups) > 1) for group in groups]
+
+
+def _fit_group(
+    setup: Setup,
+    group: Sequence[Recording],
+    spec: IdentifySpec,
+    progress: Progress,
+    named: bool,
+    fixed: Mapping[str, float] | None = None,
+    unknowns: Unknowns | None = None,
+) -> Fitted:
+    model = setup.model
+    unknowns = collect_unknowns(model, spec, group) if unknowns is None else unknowns
+    held = dict(fixed_values(model, spec, unknowns)) if fixed is None else dict(fixed)
+    experiments = [prepare(model, r, setup.outputs, setup.processing) for r in group]
+    label = group[0].name if named or len(group) == 1 else "all recordings"
+    return identify(label, experiments, unknowns, spec, held, progress)
+
+
+def shared_by_fits(fits: Sequence[Fitted]) -> dict[str, float]:
+    """Shared values of the fit; the mean over local fits."""
+    each = [
+        {**f.residuals.predictor.fixed, **shared_values(f.residuals.unknowns.items, f.vector)}
+        for f in fits
+    ]
+    return {name: float(np.mean([values[name] for values in each])) for name in each[0]}
+
+
+def compare_all(
+    setup: Setup,
+    recordings: Sequence[Recording],
+    fits: Sequence[Fitted],
+    spec: IdentifySpec,
+    progress: Progress,
+) -> tuple[RecordingComparison, ...]:
+    """Each recording against the fit that saw it, the others against all fits."""
+
+    def one(recording: Recording) -> RecordingComparison:
+        own = next((f for f in fits if recording.name in f.fit.recordings), None)
+        seen = recording if own is None else _as_seen(own, recording)
+        found = _compare_one(setup, seen, own, fits, spec)
+        progress.advance(text=recording.name)
+        return found
+
+    with ThreadPoolExecutor(predictor.WORKERS) as pool:
+        return tuple(pool.map(one, recordings))
+
+
+def _as_seen(own: Fitted, recording: Recording) -> Recording:
+    """As the fit saw it: a search that was stopped may have seen less than there is."""
+    seen = {e.recording.name: e.recording for e in own.residuals.experiments}
+    return seen.get(recording.name, recording)
+
+
+def _compare_one(
+    setup: Setup,
+    recording: Recording,
+    own: Fitted | None,
+    fits: Sequence[Fitted],
+    spec: IdentifySpec,
+) -> RecordingComparison:
+    """With its own fit; a recording that no fit saw gets the shared values, and what belongs to
+    a recording (zeros, the friction of another bench) is fitted to it alone."""
+    substeps: Mapping[str, int] = {}
+    note, steps = "", None
+    if own is not None:
+        fitted = own.residuals.predictor
+        values = {
+            **fitted.fixed,
+            **own.residuals.unknowns.values_for(recording.name, own.vector),
+        }
+        label = own.fit.label
+        if setup.model.steering is None:
+            substeps = fitted.substeps
+        steps = fitted.steps if own.fit.stopped else None
+    else:
+        label = fits[0].fit.label if len(fits) == 1 else MEAN_LABEL
+        values = shared_by_fits(fits)
+        extra = _own_unknowns(setup, recording, spec)
+        if len(extra):
+            alone = _fit_group(
+                setup, [recording], spec.model_copy(update={"generations": 0}), Silent(), True,
+                values, extra,
+            )  # fmt: skip
+            values |= extra.values_for(recording.name, alone.vector)
+            names = ", ".join(item.parameter.name for item in extra.items)
+            note = f"Fitted to this recording alone: {names}."
+    found = compare(
+        setup.model, recording, setup.outputs, setup.processing, values, label, substeps, steps
+    )
+    return replace(found, note=" ".join(part for part in (note, found.note) if part))
+
+
+def _own_unknowns(setup: Setup, recording: Recording, spec: IdentifySpec) -> Unknowns:
+    items = collect_unknowns(setup.model, spec, [recording]).items
+    return Unknowns(tuple(item for item in items if item.recording is not None))
+
+
+def compared_variant(
+    scenario: Scenario,
+    index: int,
+    spec: CompareSpec,
+    recordings: Sequence[Recording],
+    progress: Progress,
+) -> Variant:
+    """Another arm on the same data, at its stated values or identified."""
+    progress.stage(f"Comparing with: {spec.title}")
+    arm = build_arm(scenario.arm)
+    if spec.arm is not None:
+        arm = build_arm(spec.arm, arm, f"[[compare]] {index + 1} arm")
+    chosen = [replace(r, logger_filters={}) if spec.drop_logger_filters else r for r in recordings]
+    bare = bare_model(scenario, arm)
+    effects = fitting(bare, scenario.model)
+    model = with_stated_effects(bare, effects)
+    identify_spec = with_effect_parameters(scenario.identify, model, effects)
+    identify_spec = _variant_spec(identify_spec, spec)
+    setup = make_setup(model, identify_spec, chosen)
+    fits = fit_all(setup, chosen, identify_spec, Silent())
+    comparisons = compare_all(setup, chosen, fits, identify_spec, Silent())
+    estimates = tuple(e for f in fits for e in f.fit.estimates)
+    return Variant(spec.title, estimates, comparisons)
+
+
+def _variant_spec(spec: IdentifySpec, variant: CompareSpec) -> IdentifySpec:
+    """The variant's own parameters; none but what belongs to a recording where it is not fitted."""
+    names = spec.parameters if variant.parameters is None else variant.parameters
+    if not variant.identify:
+        names = tuple(n for n in names if n in spec.per_recording)
+    stays = {*names, *spec.per_recording}
+    bounds = {k: v for k, v in spec.bounds.items() if k in stays}
+    prior = {k: v for k, v in spec.prior.items() if k in stays}
+    update = {"parameters": names, "bounds": bounds, "prior": prior}
+    return spec.model_copy(update=update)

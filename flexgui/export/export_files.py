@@ -1,0 +1,173 @@
+"""All files of one export, and the way to it from a scenario file, without a page."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+from pyarrow import csv
+
+from core.diagnosed import NAME as DIAGNOSED
+from core.diagnosed import diagnosed_toml
+from core.errors import InputError
+from core.progress import Progress
+from core.results import Outcome
+from core.scenario.data_folder import resolve_file
+from core.scenario.schema import Scenario
+from flexgui.export.folder import INDEX, check_writable, dumps, swap_in, work_folder
+from flexgui.export.formats import model_formats
+from flexgui.export.report import report_html
+from flexgui.export.report_motion import Motion
+from flexgui.export.result import result
+from flexgui.export.tables import tables
+
+DIGITS = 10
+"""More than any sensor resolves, at two thirds of the size of all 17."""
+
+
+def export_outcome(
+    outcome: Outcome,
+    scenario_text: str,
+    out: Path,
+    motion: Motion | None = None,
+    diagnosed: str = "",
+) -> None:
+    """Write the export into the folder `out`; where that fails an older one stays as it was.
+
+    `diagnosed` is the text of the scenario with what was found; empty: there is none.
+    """
+    try:
+        with work_folder(out) as room:
+            _write(outcome, scenario_text, room, motion, diagnosed)
+            swap_in(room, out)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        place = f"{Path(error.filename).name}: " if isinstance(error.filename, str) else ""
+        raise InputError(
+            f"The export into {out} failed ({place}{reason}) and what was there before is "
+            "unchanged; free some space or choose another folder with --out."
+        ) from error
+
+
+SMALLEST = 1e-280
+"""Of the numbers that are rounded: the factor of a smaller one, such as the chance that noise looks
+like a strong effect, would overflow."""
+
+
+def _csv(table: pd.DataFrame, path: Path) -> None:
+    """Arrow writes a recording of 10 000 rows ten times as fast as pandas does."""
+    numbers = table.select_dtypes("float")
+    shorter = table.assign(**{name: _rounded(numbers[name].to_numpy()) for name in numbers})
+    columns = pa.Table.from_pandas(shorter, preserve_index=False)
+    csv.write_csv(columns, path, csv.WriteOptions(quoting_style="needed"))
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    """Values (N,) to DIGITS significant digits."""
+    usual = np.isfinite(values) & (np.abs(values) > SMALLEST)
+    factor = 10.0 ** (DIGITS - 1 - np.floor(np.log10(np.where(usual, np.abs(values), 1.0))))
+    return np.asarray(np.where(usual, np.round(values * factor) / factor, values))
+
+
+def _write(
+    outcome: Outcome, scenario_text: str, room: Path, motion: Motion | None, diagnosed: str
+) -> None:
+    (room / "tables").mkdir()
+    for name, table in tables(outcome).items():
+        _csv(table, room / "tables" / f"{name}.csv")
+    _models(outcome, room)
+    _text(room / "scenario.toml", scenario_text)
+    if diagnosed:
+        _text(room / DIAGNOSED, diagnosed)
+    _text(room / "report.html", report_html(outcome, scenario_text, motion))
+    written = [path for path in room.rglob("*") if path.is_file()]
+    files = sorted([path.relative_to(room).as_posix() for path in written] + [INDEX])
+    _text(room / INDEX, dumps(result(outcome, files)))
+
+
+def _models(outcome: Outcome, room: Path) -> None:
+    """The model in every format that can hold it."""
+    for one in model_formats():
+        if one.unable(outcome):
+            continue
+        for name, content in one.files(outcome).items():
+            (room / name).parent.mkdir(parents=True, exist_ok=True)
+            (room / name).write_bytes(content)
+
+
+def _text(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def export_scenario(
+    path: Path, out: Path, data: Path | None, progress: Progress, say: Callable[[str], None]
+) -> None:
+    """Read, run, export; bad input is found before anything long begins.
+
+    `say` hears which files lie outside the scenario's folder and the data folder.
+    """
+    from core.scenario.data_folder import outside
+    from core.scenario.read import read_scenario
+
+    if data is not None and not data.is_dir():
+        raise InputError(f"--data {data} is no folder; name the one that holds the recordings.")
+    scenario = read_scenario(path)
+    text = path.read_text(encoding="utf-8-sig")
+    check_writable(out)
+    if far := outside(scenario, path.parent, data):
+        say(far)
+
+    from core.scenario.stated_effects import arms_to_come
+    from core.warm import warm_up
+
+    warm_up(progress, arms_to_come(scenario))
+
+    from core.workbench import run_scenario
+
+    outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)
+
+    from flexgui.export.report_motion import report_motion
+
+    progress.stage("Writing the report")
+    motion = report_motion(scenario, outcome, path.parent, data)
+    found = diagnosed_beside(scenario, outcome, out, path.parent, data)
+    export_outcome(outcome, text, out, motion, found)
+
+
+def diagnosed_beside(
+    scenario: Scenario, outcome: Outcome, out: Path, folder: Path, data: Path | None
+) -> str:
+    """Its text for the folder `out`; empty without a diagnosis.
+
+    `folder` and `data` are where the scenario's own files are sought.
+    """
+    if outcome.diagnosis is None:
+        return ""
+
+    def locate(file: str) -> str:
+        return seen_from(resolve_file(file, folder, data), out)
+
+    return diagnosed_toml(scenario, outcome.diagnosis, locate)
+
+
+def diagnosed_plainly(scenario: Scenario, outcome: Outcome) -> str:
+    """Its text beside copies of the recordings, under the names that the scenario gives them;
+    empty without a diagnosis."""
+    return "" if outcome.diagnosis is None else diagnosed_toml(scenario, outcome.diagnosis)
+
+
+def seen_from(file: Path, folder: Path) -> str:
+    """A path that finds the file from the folder: relative, so that both may move together,
+    unless they share no folder but the root."""
+    target, start = file.resolve(), folder.resolve()
+    try:
+        shared = Path(os.path.commonpath([target, start]))
+    except ValueError:  # on different drives
+        return target.as_posix()
+    if shared == Path(shared.anchor):
+        return target.as_posix()
+    return Path(os.path.relpath(target, start)).as_posix()

@@ -1,0 +1,90 @@
+"""A folder with the next experiments: references to play, and a scenario that reads them back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from core.errors import InputError
+from core.experiments.design import MOST, Design, Wish
+from core.experiments.files import Names, as_document, expected, references, with_planned
+from core.experiments.plan import plan
+from core.experiments.words import words
+from core.loading import joint_units
+from core.progress import Progress
+from core.recording.save import save_recording
+from core.scenario.data_folder import resolve_file
+from core.scenario.read import check_scenario, document_toml, read_scenario
+from core.scenario.schema import Scenario
+from flexgui.export.export_files import seen_from
+from flexgui.export.folder import check_writable, dumps, work_folder
+
+SCENARIO = "planned.toml"
+"""Beside the scenario that was planned for, or in an export's folder, it takes nothing's place."""
+PLAN = "plan.json"
+TEXT = "plan.txt"
+
+LONGEST = 86_400.0
+"""s that a person may have: a day."""
+
+
+def plan_scenario(
+    path: Path, out: Path, data: Path | None, seconds: float,
+    parameters: Sequence[str], between: Sequence[str], progress: Progress,
+) -> Sequence[str]:  # fmt: skip
+    """Read, plan, write; the words of the plan.
+
+    Raises:
+        InputError: Where the scenario, a recording or an option is wrong.
+    """
+    if data is not None and not data.is_dir():
+        raise InputError(f"--data {data} is no folder; name the one that holds the recordings.")
+    if not (math.isfinite(seconds) and 0.0 < seconds <= LONGEST):
+        raise InputError(f"--seconds must be above 0 and at most {LONGEST:.0f}.")
+    if len(between) not in (0, 2):
+        raise InputError("--between takes two ids of effects, such as tip_payload,link_mass_error.")
+    scenario = read_scenario(path)
+    check_writable(out)
+    wish = Wish(seconds, tuple(parameters), tuple(between), scenario.limits)
+    found = plan(scenario, wish, folder=path.parent, data_folder=data, progress=progress)
+    write_plan(scenario, found, out, seen_by(out, path.parent, data))
+    files = [Names(n).recorded for n, _ in enumerate(found.chosen, start=1)]
+    closing = f"Save what is recorded beside them as {files[0]}" if files else ""
+    more = ", and so on" if len(files) > 1 else ""
+    ending = f"{closing}{more}; {out / SCENARIO} then reads them." if files else ""
+    return [*words(found), ending]
+
+
+def seen_by(out: Path, folder: Path, data: Path | None) -> Callable[[str], str]:
+    """How a scenario in `out` names the files of one in `folder`."""
+    return lambda file: seen_from(resolve_file(file, folder, data), out)
+
+
+def write_plan(
+    scenario: Scenario, found: Design, out: Path, locate: Callable[[str], str] = lambda file: file
+) -> None:
+    """References, what to expect, the plan in words and numbers, and the scenario for after.
+
+    `locate` says how the new scenario names a file of the old one.
+    """
+    units = joint_units(found.fitted.model.arm)
+    document = with_planned(scenario, found, locate)
+    check_scenario(document, SCENARIO)
+    with work_folder(out) as room:
+        for n, c in enumerate(found.chosen, start=1):
+            save_recording(references(c, found), room / Names(n).play, units)
+            save_recording(expected(c, found), room / Names(n).expected, units)
+        (room / PLAN).write_text(dumps(as_document(found)), encoding="utf-8")
+        (room / TEXT).write_text("\n\n".join(words(found)) + "\n", encoding="utf-8")
+        (room / SCENARIO).write_text(document_toml(document), encoding="utf-8")
+        for path in room.iterdir():
+            path.replace(out / path.name)
+    _drop_older(out, len(found.chosen))
+
+
+def _drop_older(out: Path, count: int) -> None:
+    """Nobody is to play what an older plan of more experiments left; recordings stay."""
+    for n in range(count + 1, MOST + 1):
+        for name in (Names(n).play, Names(n).expected):
+            (out / name).unlink(missing_ok=True)

@@ -1,0 +1,204 @@
+"""The report's first page, what was found and how sure that is, and its section on what is
+missing."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tomllib
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+import numpy as np
+from markupsafe import Markup
+
+from core.diagnose.maps import error_maps
+from core.effects import catalogue
+from core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
+from core.written import format_number
+from flexgui import __version__
+from flexgui.export.report_plot import Plot, plot
+from flexgui.views.error_map import error_map, worst_table
+from flexgui.views.fit_table import fit_bars
+from flexgui.views.headline import final_comparisons
+from flexgui.views.html import mathml
+from flexgui.views.ladder import ladder, ladder_table, sizes_table
+from flexgui.views.missing_torque import residual_over
+from flexgui.views.of_recording.error_over_motion import patterns
+from flexgui.views.ranking import ranking, ranking_table
+from flexgui.views.summary import doubt
+from flexgui.views.table import Column, Row, Table
+
+
+@dataclass(frozen=True)
+class RankingBlock:
+    """One round's candidates."""
+
+    title: str
+    sentence: str
+    figure: Plot | None
+    table: Table
+    planned: Table | None
+
+
+@dataclass(frozen=True)
+class DiagnosisBlock:
+    """What the template shows."""
+
+    words: tuple[str, ...]
+    formulas: tuple[tuple[str, Markup], ...]
+    ladder: Plot | None
+    ladder_table: Table
+    sizes: Table | None
+    """All parameters after each step."""
+    rounds: tuple[RankingBlock, ...]
+    by_frequency: Plot | None
+    by_time: Plot | None
+    over: Plot | None
+    worst: Table
+    left: Plot | None
+    """What the last model leaves, where that is another one."""
+    not_applicable: Table | None
+
+
+def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
+    """None where nothing was diagnosed."""
+    found = outcome.diagnosis
+    if found is None:
+        return None
+    maps = error_maps(found.given or outcome.comparisons, found.floors)
+    return DiagnosisBlock(
+        words=found.paragraphs,
+        formulas=_formulas(found),
+        ladder=plot(ladder(found.steps)),
+        ladder_table=ladder_table(found),
+        sizes=sizes_table(found),
+        rounds=tuple(_round(k, one) for k, one in enumerate(found.rounds, start=1)),
+        by_frequency=plot(error_map(maps.by_frequency)),
+        by_time=plot(error_map(maps.by_time)),
+        over=plot(residual_over(patterns(maps))),
+        worst=worst_table(maps.worst),
+        left=_left(found),
+        not_applicable=_not_applicable(found),
+    )
+
+
+def _left(found: Diagnosis) -> Plot | None:
+    return plot(error_map(error_maps(found.left, found.floors).by_time)) if found.left else None
+
+
+def _formulas(found: Diagnosis) -> tuple[tuple[str, Markup], ...]:
+    """Of the effects that were added."""
+    known = catalogue()
+    kinds = dict.fromkeys(str(entry["id"]) for entry in found.effects)
+    shown = [known[kind] for kind in kinds if kind in known and known[kind].formula]
+    return tuple((one.title, mathml(one.formula)) for one in shown)
+
+
+def _round(number: int, one: DiagnosisRound) -> RankingBlock:
+    titles = {r.effect: r.title for r in one.ranking}
+    ending = f"{titles.get(one.accepted, '')} was added" if one.accepted else "nothing was added"
+    return RankingBlock(
+        title=f"Round {number}: {ending}",
+        sentence=one.sentence,
+        figure=plot(ranking(one.ranking, one.accepted)),
+        table=ranking_table(one.ranking, one.accepted),
+        planned=_planned(one.experiments),
+    )
+
+
+def _planned(experiments: tuple[PlannedExperiment, ...]) -> Table | None:
+    if not experiments:
+        return None
+    columns = (Column("Experiment"), Column("Expected score", numeric=True))
+    rows = tuple(Row((e.title, format_number(e.score, 3))) for e in experiments)
+    text = (
+        "Expected score: by how much the squared error of the wrong effect, in squared noise "
+        "floors, would be larger after refitting it; above 10 decides."
+    )
+    return Table(columns, rows, text)
+
+
+def _not_applicable(found: Diagnosis) -> Table | None:
+    if not found.not_applicable:
+        return None
+    known = catalogue()
+    rows = tuple(
+        Row((known[kind].title if kind in known else kind, reason))
+        for kind, reason in found.not_applicable.items()
+    )
+    return Table((Column("Effect"), Column("Why it was not tried")), rows)
+
+
+DIGITS = 16
+"""Of the digest, in hexadecimal: two data sets with the same ones are not met by chance."""
+
+SEED = "identify"
+"""The table of a scenario that holds the seed of its search."""
+
+
+@dataclass(frozen=True)
+class Glance:
+    """Everything that the first page shows beside the title and the summary."""
+
+    found: str
+    doubt: str
+    """In red; empty where the model reaches the noise floor."""
+    figure: Plot | None
+    facts: tuple[tuple[str, str], ...]
+
+
+def glance(outcome: Outcome, scenario_text: str) -> Glance:
+    """Of a whole result."""
+    found = outcome.diagnosis
+    steps = () if found is None else found.steps
+    shown = ladder(steps) or fit_bars(final_comparisons(outcome))
+    return Glance(
+        found="" if found is None or not found.words else found.words[0],
+        doubt=doubt(float(np.sqrt(steps[-1].cost_per_sample))) if steps else "",
+        figure=plot(shown),
+        facts=_facts(outcome, scenario_text),
+    )
+
+
+def has_ladder(outcome: Outcome) -> bool:
+    """Whether the figure of the first page is the error ladder."""
+    return outcome.diagnosis is not None and bool(outcome.diagnosis.steps)
+
+
+def _facts(outcome: Outcome, scenario_text: str) -> tuple[tuple[str, str], ...]:
+    count = len(outcome.comparisons)
+    return (
+        ("Date", _today()),
+        ("Version", f"FlexGUI {__version__}"),
+        ("Seed", _seed(scenario_text)),
+        ("Data", f"{count} recordings, SHA-256 {digest(outcome)}"),
+    )
+
+
+def _today() -> str:
+    """ISO date; of SOURCE_DATE_EPOCH where a build that is repeated sets it."""
+    stated = os.environ.get("SOURCE_DATE_EPOCH", "")
+    if stated.isdigit():
+        return datetime.fromtimestamp(int(stated), UTC).date().isoformat()
+    return datetime.now().astimezone().date().isoformat()
+
+
+def _seed(scenario_text: str) -> str:
+    try:
+        stated = tomllib.loads(scenario_text).get(SEED, {}).get("seed")
+    except tomllib.TOMLDecodeError:
+        stated = None
+    return "as by default" if stated is None else str(stated)
+
+
+def digest(outcome: Outcome) -> str:
+    """The first digits of the SHA-256 over names, times and values of all that was measured."""
+    whole = hashlib.sha256()
+    for recording in outcome.comparisons:
+        whole.update(recording.recording.encode())
+        for channel in recording.channels:
+            whole.update(channel.channel.encode())
+            for values in (channel.time, channel.measured):
+                whole.update(np.ascontiguousarray(values, dtype="<f8").tobytes())
+    return whole.hexdigest()[:DIGITS]
