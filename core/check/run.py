@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -40,7 +40,8 @@ def check_scenario(
     Raises:
         InputError: No recording, or one that is no table of measurements.
     """
-    return check_all(measured_recordings(scenario, folder, data, progress))
+    progress = progress or Silent()
+    return check_all(measured_recordings(scenario, folder, data, progress), progress.stopped)
 
 
 def measured_recordings(
@@ -67,22 +68,32 @@ def check_file(path: Path, progress: Progress | None = None) -> list[Finding]:
     """What is wrong with a file by itself; without an arm, no channel can be judged by another's
     dynamics."""
     spec = RecordingSpec(file=path.name, name=path.name)
-    return check_all([_read(path, spec, None, progress)])
+    progress = progress or Silent()
+    return check_all([_read(path, spec, None, progress)], progress.stopped)
 
 
-def check_all(recordings: Sequence[Measured]) -> list[Finding]:
-    """The findings of recordings of one rig, in their order."""
+def check_all(
+    recordings: Sequence[Measured], stopped: Callable[[], bool] = lambda: False
+) -> list[Finding]:
+    """The findings of recordings of one rig, in their order; those so far where it was stopped."""
     clocked = [with_clock(one) for one in recordings]
     cases = [Case(one) for one, _ in clocked]
     found: list[Finding] = []
     for case, (_, said) in zip(cases, clocked, strict=True):
-        found += [*said, *check_case(Case(case.recording, [o for o in cases if o is not case]))]
+        others = [o for o in cases if o is not case]
+        found += [*said, *check_case(Case(case.recording, others), stopped)]
     return found
 
 
-def check_case(case: Case) -> list[Finding]:
+def check_case(case: Case, stopped: Callable[[], bool] = lambda: False) -> list[Finding]:
     """The findings of one recording whose clock is right."""
-    return [f for kind, check in checks().items() if kind not in FIRST for f in check.look(case)]
+    found: list[Finding] = []
+    for kind, check in checks().items():
+        if stopped():
+            break
+        if kind not in FIRST:
+            found += check.look(case)
+    return found
 
 
 def with_clock(recording: Measured) -> tuple[Measured, list[Finding]]:

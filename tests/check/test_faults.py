@@ -70,8 +70,10 @@ def test_another_rig_is_named_in_the_validation(rigs: list[Rig]) -> None:
     """A loaded arm among recordings of the bare one."""
     loaded = independent("coulomb_friction-tip_payload", 1).cases[0].recording
     other = replace(loaded, role="validate")
-    said = check_all([*(case.recording for case in rigs[1].cases), other])
+    together = [*(case.recording for case in rigs[1].cases), other]
+    said = check_all(together)
     assert "different_rig" in {f.fault for f in said if f.recording == other.name}
+    assert check_all(together, stopped=lambda: True) == []
 
 
 def test_the_start_of_a_stiff_arm_is_no_motion_where_the_model_has_too_few_modes() -> None:
