@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from core.diagnose.descent import cost_of
 from core.diagnose.resonance import resonant_sizes
 from core.effects.effect import Effect
 from core.lanes.wide import LANES
+
+T = TypeVar("T")
 
 CLOSER = 1.15
 """Ratio of neighbouring sizes in the second scan: a spring that swings ten times in a recording
@@ -64,10 +66,10 @@ def narrowed(
 
 
 TOGETHER = LANES
-"""Sizes between two looks at whether the search was stopped: one recording fills the lanes."""
+"""Of them between two looks at whether the search was stopped: one recording fills the lanes."""
 
 
-def batched(sizes: Sequence[float], count: int) -> Iterator[Sequence[float]]:
+def batched(sizes: Sequence[T], count: int) -> Iterator[Sequence[T]]:
     """Up to `count` of them at a time."""
     for first in range(0, len(sizes), count):
         yield sizes[first : first + count]

@@ -17,7 +17,7 @@ import numpy as np
 from core.diagnose.data import Data, Hypothesis, again
 from core.diagnose.descent import cost_of, normal_equations, whole
 from core.diagnose.minimum import converged
-from core.diagnose.narrow import CLOSER
+from core.diagnose.narrow import CLOSER, TOGETHER, batched
 from core.diagnose.refit import Refit, fit
 from core.diagnose.verdict import within_noise
 from core.identify.unknowns import Unknown
@@ -35,7 +35,6 @@ LOOK = 4
 
 TIED = 1e-10
 """Relative, of the squares of what two unknowns do: below this they do the same."""
-
 
 MOST_MOVES = 3
 """From one valley to the next: one for each of so many parameters that stand wrong."""
@@ -56,7 +55,7 @@ def in_the_right_valley(
         if start is None or stopped():
             break
         other, refit = converged(replace(there, anchor=None), start, None, stopped)
-        if not refit.cost < best.cost:
+        if not _believed(refit) < _believed(best):
             break
         there, best = other, refit
     return (there, best) if within_noise(there, best.errors) else (data, found)
@@ -80,8 +79,13 @@ def better_valley(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hyp
     if not starts or stopped():
         return None
     looks = [fit(here.at(x), None, stopped, LOOK) for x in (here.vector, *starts)]
-    best = min(looks, key=lambda one: one.cost)
+    best = min(looks, key=_believed)
     return None if best is looks[0] else best.hypothesis
+
+
+def _believed(found: Refit) -> float:
+    """Squared error, with that against what is known beforehand."""
+    return found.cost + found.hypothesis.limits.surprise(found.hypothesis.vector)
 
 
 def _may_mislead(u: Unknown) -> bool:
@@ -94,12 +98,13 @@ def _minima(h: Hypothesis, labels: Sequence[str], stopped: Callable[[], bool]) -
     which the model stands."""
     slopes = [whole(S) for S in h.slopes(h.vector)]
     found: list[tuple[float, np.ndarray]] = []
-    for label in labels:
-        if stopped():
-            break
-        k = h.unknowns.labels.index(label)
+    for k in [k for k, label in enumerate(h.unknowns.labels) if label in labels]:
         vectors = _along(h, k)
-        ends = _followed(h, k, vectors, slopes)
+        ends: list[tuple[float, np.ndarray]] = []
+        for some in batched(vectors, TOGETHER):
+            if stopped():
+                return []
+            ends += _followed(h, k, some, slopes)
         costs = [cost for cost, _ in ends]
         at = int(np.argmin([abs(x[k] - h.vector[k]) for x in vectors]))
         lowest = [i for i in range(1, len(ends) - 1) if costs[i] <= min(costs[i - 1], costs[i + 1])]
