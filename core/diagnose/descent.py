@@ -117,9 +117,10 @@ def descend(
 
     `keep` is for a start near its minimum: slopes, which hardly change there and are the dear part,
     are taken anew only where a step with those at hand fell by less than KEPT or more than FLAT of
-    its promise, and what is uphill is tried shorter only while that promises enough. Farther away
-    short steps were seen to gain what straight lines do not promise, and with it the noise model of
-    all evidence.
+    its promise (such a step is doubled as long as that goes down), and what is uphill is tried
+    shorter only while that promises enough. Farther away short steps were seen to gain what
+    straight lines do not promise, and with it the noise model of all evidence; and doubled ones to
+    leave a limit of torque so far from its minimum that a soft base seemed to be missing.
     """
     x = np.clip(start, limits.lower, limits.upper)
     blocks = errors(x)
@@ -141,7 +142,7 @@ def descend(
             errors, x, blocks, cost, A, b, free, limits, damping, enough if keep else 0.0
         )
         promise = _fall_by(A, b, x_new - x)
-        bent = cost - cost_new > FLAT * promise + enough
+        bent = keep and cost - cost_new > FLAT * promise + enough
         if bent:
             x_new, blocks_new, cost_new = _longer(errors, x, x_new, blocks_new, cost_new, limits)
         fall = cost - cost_new
