@@ -89,7 +89,7 @@ def _believed(found: Refit) -> float:
 
 
 def _may_mislead(u: Unknown) -> bool:
-    """Whether an unknown is known by its scale only, and one for all recordings."""
+    """Whether an unknown is a positive parameter that all recordings share."""
     return u.recording is None and u.parameter.positive
 
 

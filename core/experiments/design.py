@@ -237,7 +237,8 @@ def _with(known: Information, more: Sequence[Candidate]) -> Information:
 
 
 EXACT = 0.05
-"""Share of its square by which what a chosen experiment shows may be wrong: a deviation by half."""
+"""Share by which more steps may change what a chosen experiment shows; its deviation changes by
+half of that."""
 
 
 def _narrowed(
