@@ -66,9 +66,21 @@ class Colour:
 
 
 def colour(r: np.ndarray) -> Colour:
-    """Of residuals (M, k)."""
+    """Of residuals (M, k), zero where a sample does not count: those are no products of errors."""
     width = bandwidth(r)
-    return Colour(cross_covariances(r, 2 * width), width)
+    gamma = cross_covariances(r, 2 * width)
+    counts = r != 0.0
+    if np.all(counts):
+        return Colour(gamma, width)
+    M = len(r)
+    lags = np.arange(2 * width + 1)[:, None, None]
+    pairs = M * cross_covariances(counts.astype(float), 2 * width) / np.maximum(M - lags, 1)
+    shown = pairs * (M - lags) > FEWEST_PAIRS
+    return Colour(np.where(shown, gamma / np.where(shown, pairs, 1.0), 0.0), width)
+
+
+FEWEST_PAIRS = 0.5
+"""Products from which on a lag has any; the transforms count to the last digits only."""
 
 
 def scatter(S: np.ndarray, errors: Colour) -> np.ndarray:

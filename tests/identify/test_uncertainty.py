@@ -53,14 +53,15 @@ def regression() -> np.ndarray:
     return np.stack([first, second], axis=1)
 
 
-def repeated(pole: float, mix: float) -> Deviations:
-    """Linear regressions of noise, over and over."""
-    S = regression()
+def repeated(pole: float, mix: float, counts: np.ndarray | None = None) -> Deviations:
+    """Linear regressions of noise, over and over; of the samples that count (samples, 2)."""
+    counts = np.ones((SAMPLES, 2), dtype=bool) if counts is None else counts
+    S = regression() * counts[:, :, None]
     flat = S.reshape(-1, 2)
     inverse = np.linalg.inv(flat.T @ flat)
     found, stated, white = [], [], []
     for seed in range(REPEATS):
-        e = coloured(seed, SAMPLES, pole, mix)
+        e = coloured(seed, SAMPLES, pole, mix) * counts
         x = inverse @ flat.T @ e.ravel()
         r = e - S @ x
         found.append(x)
@@ -74,6 +75,19 @@ def repeated(pole: float, mix: float) -> Deviations:
 @pytest.mark.parametrize("pole, mix", [(0.0, 0.0), (0.0, 0.8), (0.5, 0.5), (0.9, 0.5), (0.98, 0.7)])
 def test_the_stated_deviation_is_the_true_one(pole, mix):
     found = repeated(pole, mix)
+    assert found.stated == pytest.approx(found.true, rel=AGREES)
+
+
+PLACES = np.arange(SAMPLES)
+EDGES = np.column_stack(2 * [np.abs(PLACES - SAMPLES // 2) < SAMPLES // 4])
+GAPS = np.column_stack([PLACES % 200 < 50, PLACES % 200 < 100])
+"""Samples that count (samples, 2): the middle half; a quarter of one channel, half of the other."""
+
+
+@pytest.mark.parametrize("pole", [0.0, 0.5, 0.9])
+@pytest.mark.parametrize("counts", [EDGES, GAPS], ids=["edges", "gaps"])
+def test_samples_that_do_not_count_make_no_deviation_smaller(pole, counts):
+    found = repeated(pole, 0.5, counts)
     assert found.stated == pytest.approx(found.true, rel=AGREES)
 
 
