@@ -9,13 +9,14 @@ import numpy as np
 
 from core.diagnose.data import Data, names_of
 from core.diagnose.descent import whole
-from core.diagnose.refit import Refit
+from core.diagnose.refit import Refit, robust_covariance
 from core.diagnose.steps import estimates
 from core.effects import catalogue
 from core.effects.effect import Effect
 from core.effects.sizes import typical
 from core.identify import identifiability
 from core.identify.derived import derived_estimates
+from core.identify.uncertainty import BY_DIFFERENCES
 from core.model import Model
 from core.results import Estimate
 
@@ -60,7 +61,7 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
         e if e.name in fixed else replace(e, std=float("nan"), identifiable=False)
         for e in estimates(refit)
     ]
-    known = np.nan_to_num(refit.covariance)
+    known = np.nan_to_num(robust_covariance(refit, BY_DIFFERENCES))
     return (*listed, *derived_estimates(h.model, unknowns, x, known, null))
 
 

@@ -17,6 +17,7 @@ from core.diagnose.descent import normal_equations
 from core.diagnose.groups import TIE
 from core.diagnose.planned import described, planned_data
 from core.identify.predictor import on_all_cores
+from core.identify.uncertainty import BY_DIFFERENCES
 from core.recording.spec import SimulateSpec
 from core.results import PlannedExperiment
 from core.sentences import listed
@@ -24,9 +25,6 @@ from core.written import format_number
 
 Known = Mapping[tuple[str, str], float]
 """(label, label) -> entry of J'J"""
-
-RCOND = 1e-10
-"""Relative eigenvalue of the normal equations below which a direction is not there."""
 
 
 def next_experiments(
@@ -114,7 +112,7 @@ def _solve(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     if not len(A):
         return np.zeros_like(b)
     d = np.sqrt(np.maximum(np.diag(A), 1e-300))
-    inverse = np.linalg.pinv(A / np.outer(d, d), rcond=RCOND, hermitian=True)
+    inverse = np.linalg.pinv(A / np.outer(d, d), rcond=BY_DIFFERENCES, hermitian=True)
     return np.asarray((inverse / np.outer(d, d)) @ b)
 
 

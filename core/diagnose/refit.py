@@ -210,11 +210,12 @@ def settled(found: Refit) -> Refit:
     return replace(found, covariance=robust_covariance(found))
 
 
-def robust_covariance(found: Refit) -> np.ndarray:
+def robust_covariance(found: Refit, relative: float = 1e-12) -> np.ndarray:
     """(P, P) of a least-squares minimum under coloured noise; NaN for what sits at a bound.
 
     The estimate is the plain minimum, so its covariance is the sandwich of the noise's own
-    covariances (core.identify.uncertainty), not the inverse of the whitened information.
+    covariances (core.identify.uncertainty), not the inverse of the whitened information. It is zero
+    along directions whose `relative` eigenvalue of the normal equations is smaller.
     """
     h, x = found.hypothesis, found.hypothesis.vector
     limits = h.limits
@@ -223,5 +224,5 @@ def robust_covariance(found: Refit) -> np.ndarray:
     slopes = [S[:, :, inside] for S in found.descended.slopes]
     out = np.full((len(x), len(x)), np.nan)
     if len(inside):
-        out[np.ix_(inside, inside)] = covariance(slopes, found.errors, len(inside))
+        out[np.ix_(inside, inside)] = covariance(slopes, found.errors, len(inside), relative)
     return out

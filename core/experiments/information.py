@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.diagnose.data import Hypothesis, coarser
-from core.diagnose.next_experiment import RCOND
-from core.identify.uncertainty import Colour, pseudo_inverse, scatter
+from core.identify.uncertainty import BY_DIFFERENCES, Colour, pseudo_inverse, scatter
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ class Information:
 
     def covariance(self, labels: Sequence[str]) -> np.ndarray:
         """(P, P) of these unknowns, SI; zero along a direction that nothing shows."""
-        inverse = pseudo_inverse(self.A, RCOND)
+        inverse = pseudo_inverse(self.A, BY_DIFFERENCES)
         at = [self.labels.index(label) for label in labels]
         return np.asarray((inverse @ self.B @ inverse)[np.ix_(at, at)])
 

@@ -23,10 +23,14 @@ LONGEST_SHARE = 0.2
 
 
 def covariance(
-    sensitivities: Sequence[np.ndarray], residuals: Sequence[np.ndarray], free: int
+    sensitivities: Sequence[np.ndarray],
+    residuals: Sequence[np.ndarray],
+    free: int,
+    relative: float = 1e-12,
 ) -> np.ndarray:
     """(P, P) from S_i (M, k, P) and residuals (M, k) per recording, both weighted and zero where
-    a sample does not count. `free` is the number of independent directions estimated.
+    a sample does not count. `free` is the number of independent directions estimated; zero along
+    those whose `relative` eigenvalue of the normal equations says that nothing shows them.
     """
     P = sensitivities[0].shape[2]
     information, meat = np.zeros((P, P)), np.zeros((P, P))
@@ -36,10 +40,15 @@ def covariance(
         information += flat.T @ flat
         meat += scatter(S, colour(r))
         counted += int(np.count_nonzero(r))
-    inverse = pseudo_inverse(information)
+    inverse = pseudo_inverse(information, relative)
     correction = counted / max(counted - free, 1)
     total = correction * inverse @ meat @ inverse
     return np.asarray(0.5 * (total + total.T))
+
+
+BY_DIFFERENCES = 1e-10
+"""The same for one-sided differences, which are wrong by a hundred-thousandth: where only a product
+of two parameters is shown, the deviation of the product drowns in the rounding of theirs."""
 
 
 def pseudo_inverse(information: np.ndarray, relative: float = 1e-12) -> np.ndarray:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.signal import lfilter
 
 from core.identify.uncertainty import (
+    BY_DIFFERENCES,
     QUIET_LAGS,
     bandwidth,
     covariance,
@@ -214,3 +215,19 @@ def test_a_parameter_without_influence_has_no_covariance():
     C = covariance([S], [e], 2)
     assert np.all(C[2] == 0.0)
     assert C[:2, :2] == pytest.approx(covariance([regression()], [e], 2))
+
+
+DIFFERENCES = 1e-5
+"""What one-sided differences miss of a slope."""
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_product_is_known_as_well_where_its_factors_are_not(seed):
+    draws = np.random.default_rng(seed)
+    alone, e = regression()[:, :, :1], coloured(seed, SAMPLES, 0.5, 0.3)
+    both = alone * np.array([1.0, 4.0])
+    both[:, :, 1] += DIFFERENCES * draws.standard_normal(alone.shape[:2])
+    product = covariance([alone], [e], 1)[0, 0]
+    factors = covariance([both], [e], 1, BY_DIFFERENCES)
+    gradient = np.array([1.0, 4.0])
+    assert gradient @ factors @ gradient == pytest.approx(product, rel=1e-3)
