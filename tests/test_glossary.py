@@ -21,29 +21,6 @@ ONLY_ALONE = {"give"}
 OTHER_MEANINGS = {"slot": "core/arm/", "slots": "core/arm/"}
 """Word -> where it means something else: the index of a number in an arm's vector."""
 
-STILL_TO_RENAME = frozenset(
-    {
-        "core/diagnose/descent.py:_fall_by",
-        "core/diagnose/exchange.py:_rivals",
-        "core/diagnose/kin.py:kin",
-        "core/diagnose/reshape.py:reshape",
-        "core/diagnose/rivals.py:_rivals",
-        "core/diagnose/rivals.py:rivals",
-        "core/diagnose/sets.py:_rivals",
-        "core/diagnose/shapes.py:_one_per_knob",
-        "core/diagnose/start.py:_said_of_effects",
-        "core/diagnose/words.py:Told",
-        "core/diagnose/words.py:say",
-        "core/simulate/bristles.py:give",
-        "core/simulate/bristles.py:rub",
-        "core/simulate/closed.py:room",
-        "core/simulate/wide_bristles.py:give",
-        "core/simulate/wide_bristles.py:rub",
-    }
-)
-"""file:name that has a retired word. It must only shrink: who renames one takes it out here."""
-
-
 @cache
 def retired() -> dict[str, str]:
     """Retired word -> the term that stands for it."""
@@ -88,18 +65,8 @@ def found() -> set[str]:
     }
 
 
-def test_no_new_name_has_a_retired_word() -> None:
-    new = found() - STILL_TO_RENAME
-    assert not new, "\n".join(f"{each}: see docs/{GLOSSARY.name}" for each in sorted(new))
-
-
-def test_what_was_renamed_is_taken_off_the_list() -> None:
-    assert not STILL_TO_RENAME - found()
-
-
-def test_the_list_holds_only_what_is_renamed_with_its_package() -> None:
-    waiting = ("core/diagnose/", "core/identify/", "core/simulate/")
-    assert all(each.startswith(waiting) for each in STILL_TO_RENAME)
+def test_no_name_has_a_retired_word() -> None:
+    assert not (new := found()), "\n".join(f"{each}: see docs/{GLOSSARY.name}" for each in sorted(new))
 
 
 def test_terms_stand_once_and_in_order() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from core.diagnose.kin import kinship
+from core.diagnose.nested import nesting
 from core.diagnose.phrases import percent, worth_listing
 from core.diagnose.verdict import ABOVE, NOTHING
 from core.effects import catalogue
@@ -148,7 +148,7 @@ def _row(place: int, one: RankedEffect, found: Looked, titles: dict[str, str]) -
     parts = [head, paragraph(_figures(one), "soft")]
     if one.parameters:
         parts.append(paragraph(Markup("Size: {}.").format(typeset_sizes(one))))
-    if related := kinship(one.effect, found.ranking[0].effect):
+    if related := nesting(one.effect, found.ranking[0].effect):
         parts.append(paragraph(f"{related[0].upper()}{related[1:]}."))
     if one.confused_with:
         others = ", ".join(titles.get(kind, kind) for kind in one.confused_with)
