@@ -125,8 +125,8 @@ def _parts(kind: str) -> list[str]:
 
 def _start(table: Document, name: str, value: float) -> None:
     """Where a parameter that is estimated begins; one that the user holds stays."""
-    said = table.get(name, {})
-    entry = dict(said) if isinstance(said, dict) else {"start": said}
+    stated = table.get(name, {})
+    entry = dict(stated) if isinstance(stated, dict) else {"start": stated}
     if entry.get("vary", True):
         entry["start"] = _clipped(value, entry.get("lower"), entry.get("upper"))
         table[name] = entry

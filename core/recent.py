@@ -18,12 +18,12 @@ class Recent(Generic[V]):
     """What was used last, by key; the oldest goes first. Thread-safe; nobody may change a value.
 
     Args:
-        room: what all values may take together; the last one stays whatever it takes.
-        size_of: what a value takes; without it `room` is a number of values.
+        capacity: what all values may take together; the last one stays whatever it takes.
+        size_of: what a value takes; without it `capacity` is a number of values.
     """
 
-    def __init__(self, room: int, size_of: Callable[[V], int] = _one) -> None:
-        self._room, self._size_of, self._taken = room, size_of, 0
+    def __init__(self, capacity: int, size_of: Callable[[V], int] = _one) -> None:
+        self._capacity, self._size_of, self._taken = capacity, size_of, 0
         self._lock = threading.Lock()
         self._known: OrderedDict[Hashable, V] = OrderedDict()
 
@@ -39,6 +39,6 @@ class Recent(Generic[V]):
                 self._known[key] = made
                 self._taken += self._size_of(made)
             made = self._known[key]
-            while self._taken > self._room and len(self._known) > 1:
+            while self._taken > self._capacity and len(self._known) > 1:
                 self._taken -= self._size_of(self._known.popitem(last=False)[1])
         return made

@@ -122,8 +122,8 @@ def _settings_at(root: type[BaseModel], location: Iterable[str | int]) -> list[s
             model = _model_in(model.model_fields[part].annotation)
     if model is None:
         return []
-    told = getattr(model, "known_settings", None)
-    return list(model.model_fields) if told is None else list(told())
+    known = getattr(model, "known_settings", None)
+    return list(model.model_fields) if known is None else list(known())
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:

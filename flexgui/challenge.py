@@ -55,13 +55,13 @@ def hand_in(
         from core.study.challenge import obfuscated_truth
         from flexgui.session.hand_in import HandIn, most_guesses, stated_guess
 
-        sealed = obfuscated_truth(place)
-        if len(guess) > most_guesses(sealed):
+        obfuscated = obfuscated_truth(place)
+        if len(guess) > most_guesses(obfuscated):
             raise InputError(
                 f"{len(guess)} guesses are too many: this challenge hides "
-                f"{most_guesses(sealed)}; give that many --guess."
+                f"{most_guesses(obfuscated)}; give that many --guess."
             )
-        given = HandIn(name, tuple(stated_guess(text) for text in guess), sealed)
+        given = HandIn(name, tuple(stated_guess(text) for text in guess), obfuscated)
         target = out or Path(given.filename)
         with replacing(target) as temporary:
             temporary.write_text(given.text(), encoding="utf-8", newline="\n")

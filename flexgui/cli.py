@@ -202,8 +202,8 @@ def plan(
         from flexgui.library.shipped import scenario_path
 
         path = scenario_path(scenario)
-        said = plan_scenario(path, out, data, seconds, _names(known), _names(between), bars)
-    typer.echo("\n".join(said))
+        sentences = plan_scenario(path, out, data, seconds, _names(known), _names(between), bars)
+    typer.echo("\n".join(sentences))
 
 
 app.command("study")(study.study)

@@ -47,10 +47,10 @@ def build_page(
 class Page:
     """Lives as long as the browser's connection."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self.desk = desk
-        gui = desk.gui
-        self._layout = PageLayout(desk.client)
+    def __init__(self, context: PageContext) -> None:
+        self.context = context
+        gui = context.gui
+        self._layout = PageLayout(context.client)
         fresh_paper(gui)
         others = set(gui._gui_input_handle_from_uuid)
         gui.set_panel_label("FlexGUI")
@@ -58,29 +58,29 @@ class Page:
         self._docked = (PLOTS, CONTROLS)
         gui.main_panel.set_width(CONTROLS)
         kinds = classes_of("flexgui.panels", Panel)
-        self._panels: dict[str, Panel] = {stage: kinds[stage](desk) for stage in STAGES}
+        self._panels: dict[str, Panel] = {stage: kinds[stage](context) for stage in STAGES}
         self._folders: dict[str, tuple[Any, Any]] = {}
-        self._offer = Offer(desk)
-        self._bar = StageBar(desk)
-        self._tour = Tour(desk)
+        self._offer = Offer(context)
+        self._bar = StageBar(context)
+        self._tour = Tour(context)
         self._cursor_drawn, self._behind_curtain = 0.0, True
         self._left = gui.add_panel()
         self._build(gui)
         self._left.dock_left()
         self._left.set_width(PLOTS)
-        self._scene = Scene(desk)
-        self._timeline = TimeLine(desk, self._scene.look_from)
-        self._layout.begin(self.desk.theme.fit, self._fit, self._timeline.fit, self._scene.fit)
-        if desk.read_only:
+        self._scene = Scene(context)
+        self._timeline = TimeLine(context, self._scene.look_from)
+        self._layout.begin(self.context.theme.fit, self._fit, self._timeline.fit, self._scene.fit)
+        if context.read_only:
             grey(gui, others)
-        self._painter = Painter(self._draw, self._settle, lambda: desk.session.wait_idle(0.0))
-        self._end = desk.session.subscribe(self._painter.mark)
+        self._painter = Painter(self._draw, self._settle, lambda: context.session.wait_idle(0.0))
+        self._end = context.session.subscribe(self._painter.mark)
         for topic in Topic:
             self._painter.mark(topic)
-        if desk.session.view is None:
-            desk.session.refresh_live()
-        if desk.session.playback is None:
-            desk.session.refresh_playback()
+        if context.session.view is None:
+            context.session.refresh_live()
+        if context.session.playback is None:
+            context.session.refresh_playback()
 
     def close(self) -> None:
         """Stops drawing; the session lives on."""
@@ -95,34 +95,34 @@ class Page:
         if (shares.plots, shares.controls) != self._docked:
             self._docked = (shares.plots, shares.controls)
             self._left.set_width(shares.plots)
-            self.desk.gui.main_panel.set_width(shares.controls)
+            self.context.gui.main_panel.set_width(shares.controls)
         width = window.width if window.phone else shares.plots
-        paper_of(self.desk.gui).resize(width - BESIDE)
+        paper_of(self.context.gui).resize(width - BESIDE)
 
     def _cursor_is_due(self) -> bool:
         """While it plays the arm moves at every frame, plots and slider less often."""
         now = time.monotonic()
-        due = not self.desk.session.cursor.playing or now - self._cursor_drawn > CURSOR_INTERVAL
+        due = not self.context.session.cursor.playing or now - self._cursor_drawn > CURSOR_INTERVAL
         self._cursor_drawn = now if due else self._cursor_drawn
         return due
 
     def _build(self, gui: viser.GuiApi) -> None:
         controls = {}
         for stage, panel in self._panels.items():
-            controls[stage] = gui.add_folder(None, visible=stage == self.desk.session.stage)
+            controls[stage] = gui.add_folder(None, visible=stage == self.context.session.stage)
             with controls[stage]:
                 panel.build_controls()
         with self._left.add_tab("Plots"):
             for stage, panel in self._panels.items():
-                folder = gui.add_folder(None, visible=stage == self.desk.session.stage)
+                folder = gui.add_folder(None, visible=stage == self.context.session.stage)
                 with folder:
                     panel.build_plots()
                 self._folders[stage] = (controls[stage], folder)
 
     def _draw(self, topics: frozenset[Topic]) -> None:
-        session = self.desk.session
+        session = self.context.session
         shown = self._panels[session.stage]
-        with self.desk.client.atomic():
+        with self.context.client.atomic():
             if Topic.STAGE in topics:
                 for stage, folders in self._folders.items():
                     for folder in folders:
@@ -142,18 +142,18 @@ class Page:
             elif Topic.STAGE in topics:
                 self._timeline.refresh()
             if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN, Topic.DIAGNOSIS, Topic.TOUR}:
-                for sync in tuple(self.desk.syncs):
+                for sync in tuple(self.context.syncs):
                     sync()
         if self._behind_curtain and session.view is not None:
             self._behind_curtain = False
-            lift(self.desk.client)
+            lift(self.context.client)
         # Not at the next sixtieth of a second: a hand on a slider feels it.
-        self.desk.client.flush()
+        self.context.client.flush()
 
     def _settle(self) -> None:
         """Nothing has moved for a moment."""
-        with self.desk.client.atomic():
-            self._panels[self.desk.session.stage].settle()
+        with self.context.client.atomic():
+            self._panels[self.context.session.stage].settle()
 
 
 log = logging.getLogger(__name__)

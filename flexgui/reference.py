@@ -344,8 +344,8 @@ def _texts(kind: type) -> dict[str, str]:
     assert isinstance(tree, ast.ClassDef)
     found = {}
     for field, text in zip(tree.body, tree.body[1:], strict=False):
-        told = isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
-        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and told:
+        documented = isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and documented:
             assert isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
             found[field.target.id] = re.sub(r"\s+", " ", str(text.value.value)).strip()
     return found

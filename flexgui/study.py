@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 JOURNAL = "results.jsonl"
 
-Say = Callable[[str], None]
+PrintLine = Callable[[str], None]
 
 
 def study(
@@ -50,7 +50,7 @@ def study(
 
 
 def _go_on(
-    settings: StudySettings, executor: Executor, out: Path, only: list[str], say: Say
+    settings: StudySettings, executor: Executor, out: Path, only: list[str], print_line: PrintLine
 ) -> bool:
     """Runs what is not finished yet and writes the report; False where it was stopped."""
     from core.montecarlo.study import study
@@ -58,8 +58,10 @@ def _go_on(
 
     check_writable(out)
     steps = study(settings, executor=executor, path=out / JOURNAL, only=only)
-    say(f"{settings.scenario.title}: {settings.runs} runs; results arrive in {out / JOURNAL}")
-    report, whole = _ProgressPrinter(say), True
+    print_line(
+        f"{settings.scenario.title}: {settings.runs} runs; results arrive in {out / JOURNAL}"
+    )
+    report, whole = _ProgressPrinter(print_line), True
     try:
         with closing(steps):
             for step in steps:
@@ -67,9 +69,11 @@ def _go_on(
     except KeyboardInterrupt:
         whole = False
     report.end()
-    _write(settings, out, say)
+    _write(settings, out, print_line)
     if not whole:
-        say("Stopped. The same command continues from here and repeats nothing that is finished.")
+        print_line(
+            "Stopped. The same command continues from here and repeats nothing that is finished."
+        )
     return whole
 
 
@@ -83,7 +87,7 @@ def _executor(cluster: str | None, workers: int) -> Executor:
     return Processes(workers)
 
 
-def _write(settings: StudySettings, out: Path, say: Say) -> None:
+def _write(settings: StudySettings, out: Path, print_line: PrintLine) -> None:
     """The report of all that is known of the study, also of parts that were not asked for now."""
     from core.montecarlo.summary import summarise
     from core.resumable.journal import Journal
@@ -95,29 +99,29 @@ def _write(settings: StudySettings, out: Path, say: Say) -> None:
     summary = summarise(settings, records)
     write_study(summary, out)
     for heading, text in summary.findings:
-        say(f"\n{heading}\n  {text}")
-    say(f"\nThe report is in {out / REPORT}")
+        print_line(f"\n{heading}\n  {text}")
+    print_line(f"\nThe report is in {out / REPORT}")
 
 
 class _ProgressPrinter:
     """One line per finished case: how many, which, how long it may still take."""
 
-    def __init__(self, say: Say) -> None:
-        self.say, self.begun, self.new, self.old = say, time.monotonic(), 0, 0
+    def __init__(self, print_line: PrintLine) -> None:
+        self.print_line, self.begun, self.new, self.old = print_line, time.monotonic(), 0, 0
 
     def __call__(self, finished: Finished) -> None:
         if finished.before:
             self.old += 1
             return
         if self.old and not self.new:
-            self.say(f"{self.old} of {finished.total} were finished before.")
+            self.print_line(f"{self.old} of {finished.total} were finished before.")
         self.new += 1
         each = (time.monotonic() - self.begun) / self.new
         left = each * (finished.total - finished.done)
         rest = f", about {left:.0f} s left" if left >= 1.0 else ""
-        self.say(f"{finished.done}/{finished.total} {finished.record['key']}{rest}")
+        self.print_line(f"{finished.done}/{finished.total} {finished.record['key']}{rest}")
 
     def end(self) -> None:
         """Says so where there was nothing to do."""
         if self.old and not self.new:
-            self.say(f"All {self.old} were finished before.")
+            self.print_line(f"All {self.old} were finished before.")

@@ -133,7 +133,7 @@ def state_matrices(
     n, ns, nr = model.arm.coordinates, law.states, law.references
     names = ("R", "P", "V", "S", "Fs", "Fq", "Fv", "Fr")
     laws = tuple(np.ascontiguousarray(getattr(law, name)[None], dtype=float) for name in names)
-    work = closed.room(n, ns, nr)
+    work = closed.work_arrays(n, ns, nr)
     q = straight(joints, model.arm)
     for lane in range(LANES):
         closed.place(model.compiled.dynamics, model.compiled.linear, p, q, laws, 0, lane, work)

@@ -24,8 +24,8 @@ def squares(kept: Recent[np.ndarray]) -> tuple[list[int], Callable[[int], np.nda
     return made, asked
 
 
-def by_bytes(room: int) -> Recent[np.ndarray]:
-    return Recent(8 * room, lambda x: x.nbytes)
+def by_bytes(capacity: int) -> Recent[np.ndarray]:
+    return Recent(8 * capacity, lambda x: x.nbytes)
 
 
 def test_a_value_is_made_once_while_there_is_room() -> None:

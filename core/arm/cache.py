@@ -15,7 +15,7 @@ from platformdirs import user_cache_path
 
 VARIABLE = "FLEXGUI_CACHE"
 _CORE = Path(__file__).parent.parent
-_COMPILED_ROOMS = ("arm", "forces", "lanes", "simulate")
+_COMPILED_PACKAGES = ("arm", "forces", "lanes", "simulate")
 PROBE = bytes(2**16)
 """What is written to see whether there is room: more than the largest generated module."""
 WITHOUT = (
@@ -65,8 +65,8 @@ def sources_key() -> str:
     """
     digest = hashlib.sha256()
     files = [*(_CORE / "trajectory.py",)]
-    for room in _COMPILED_ROOMS:
-        files += sorted((_CORE / room).rglob("*.py"))
+    for package in _COMPILED_PACKAGES:
+        files += sorted((_CORE / package).rglob("*.py"))
     files += sorted((_CORE / "arm").glob("*template.txt"))
     for file in files:
         digest.update(file.read_bytes())

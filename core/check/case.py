@@ -143,13 +143,13 @@ class Case:
 
 def _explained(found: Sequence[Relation]) -> float:
     """Share of the encoders' variance that the scenario's loop explains, the mean of all."""
-    shares = [r.explained for r in found if r.room == LOOP and r.output.startswith("theta")]
+    shares = [r.explained for r in found if r.tolerance == LOOP and r.output.startswith("theta")]
     return float(np.mean(shares)) if shares else 0.0
 
 
 def _disagreement(found: Sequence[Relation]) -> float:
     """How far the relations are from gains of one, all together."""
-    loops = [one for one in found if np.isfinite(one.room)]
+    loops = [one for one in found if np.isfinite(one.tolerance)]
     if not loops:
         return 0.0
     each = [

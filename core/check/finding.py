@@ -75,13 +75,13 @@ def mended_columns(before: Mapping[str, Any], line: Mapping[str, Any]) -> dict[s
     of_header = {parse_header(entry["name"])[0]: entry for entry in entries.values()}
     after = dict(before)
     for channel, value in line.items():
-        said = _entry(value)
-        known = of_header.get(parse_header(said["name"])[0], {"name": said["name"]})
-        name = said["name"] if parse_header(said["name"])[1] else known["name"]
+        stated = _entry(value)
+        known = of_header.get(parse_header(stated["name"])[0], {"name": stated["name"]})
+        name = stated["name"] if parse_header(stated["name"])[1] else known["name"]
         factors = {
-            key: known.get(key, 1) * said.get(key, 1)
+            key: known.get(key, 1) * stated.get(key, 1)
             for key in ("gain", "sign")
-            if key in known or key in said
+            if key in known or key in stated
         }
         after[channel] = {"name": name, **factors}
     return after

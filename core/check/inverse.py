@@ -93,14 +93,14 @@ def torque_relations(found: Measured, model: Model, shape: Shape | None) -> list
     if not all(n[0] in "ui" for n in names):
         return _newton(found, model)
     constants = getattr(model.drive, "torque_constants", None) or (1.0,) * len(names)
-    said = gains(found, names, shape)
-    if not said:
+    known = gains(found, names, shape)
+    if not known:
         return _newton(found, model)
     scale = dict(zip(names, constants, strict=True))
     return [
         Relation(torque, (angle,), gain * scale[torque], np.inf, 0.0, np.inf, explained,
                  NEWTON if explained > RIGHT else np.inf, step=found.step)
-        for torque, angle, gain, explained in said
+        for torque, angle, gain, explained in known
     ]  # fmt: skip
 
 
@@ -165,10 +165,10 @@ def _inertial(found: Measured, output: str, angle: str, nominal: float) -> Relat
         return None
     sign = -1.0 if output.startswith("deflection") else 1.0
     gain = sign * gain / (nominal or abs(gain))
-    room = NEWTON if nominal else np.inf
+    tolerance = NEWTON if nominal else np.inf
     # Bending and friction shift what fits best by some samples, unless all is explained.
     lag = lag if best > ALL else np.inf
-    return Relation(output, (angle,), gain, lag, 0.0, np.inf, best, room, step=dt)
+    return Relation(output, (angle,), gain, lag, 0.0, np.inf, best, tolerance, step=dt)
 
 
 RIGHT = 0.85

@@ -33,7 +33,7 @@ class Relation:
     """s/s, its standard deviation."""
     explained: float
     """Share of the output's variance."""
-    room: float
+    tolerance: float
     """|ln gain| that is nobody's fault; infinite where only the sign is known."""
     expected: np.ndarray | None = None
     """(M,) on the even clock, of the output."""
@@ -52,14 +52,14 @@ class Relation:
     @property
     def timeless(self) -> Relation:
         """Without the lag where that depends on dynamics which nobody knows."""
-        if self.room == DIRECT:
+        if self.tolerance == DIRECT:
             return self
         return replace(self, lag=np.inf, drift=0.0, drift_error=np.inf)
 
 
 def compare(
     output: str, inputs: tuple[str, ...], y: np.ndarray, expected: Sequence[np.ndarray],
-    dt: float, room: float, swapped: float = 0.0,
+    dt: float, tolerance: float, swapped: float = 0.0,
 ) -> Relation | None:  # fmt: skip
     """Regress a channel on what it should be: gains, lag and drift of the lag.
 
@@ -76,9 +76,9 @@ def compare(
         return None
     lag, explained = _best_lag(y, x, dt)
     if explained < 0.02:
-        return Relation(output, inputs, 1.0, 0.0, 0.0, np.inf, explained, room, x, swapped, dt)
+        return Relation(output, inputs, 1.0, 0.0, 0.0, np.inf, explained, tolerance, x, swapped, dt)
     gain, lag, drift, error, explained = _refined(y, x, lag, dt)
-    return Relation(output, inputs, gain, lag, drift, error, explained, room, x, swapped, dt)
+    return Relation(output, inputs, gain, lag, drift, error, explained, tolerance, x, swapped, dt)
 
 
 def share(x: np.ndarray, y: np.ndarray, dt: float) -> float:

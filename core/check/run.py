@@ -79,9 +79,9 @@ def check_all(
     clocked = [with_clock(one) for one in recordings]
     cases = [Case(one) for one, _ in clocked]
     found: list[Finding] = []
-    for case, (_, said) in zip(cases, clocked, strict=True):
+    for case, (_, findings) in zip(cases, clocked, strict=True):
         others = [o for o in cases if o is not case]
-        found += [*said, *check_case(Case(case.recording, others), stopped)]
+        found += [*findings, *check_case(Case(case.recording, others), stopped)]
     return found
 
 
@@ -98,12 +98,12 @@ def check_case(case: Case, stopped: Callable[[], bool] = lambda: False) -> list[
 
 def with_clock(recording: Measured) -> tuple[Measured, list[Finding]]:
     """The recording on its true clock, and what was wrong with that."""
-    said: list[Finding] = []
+    findings: list[Finding] = []
     for kind in FIRST:
         for one in checks()[kind].look(Case(recording)):
-            said.append(one)
+            findings.append(one)
             recording = replace(recording, time=recording.time / one.size)
-    return recording, said
+    return recording, findings
 
 
 def _measured(

@@ -63,9 +63,9 @@ class _Entry:
     """ln |gain| beyond the usual."""
     negative: bool
     lag: float
-    lag_room: float
+    lag_tolerance: float
     drift: float
-    gain_room: float
+    gain_tolerance: float
 
 
 def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> tuple[Suspect, ...]:
@@ -79,8 +79,8 @@ def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> t
     if not entries:
         return ()
     every, entries = entries, list(_single(entries))
-    gains = [e for e in entries if e.relation.room != LOOP or e.relation.explained > CLEAR]
-    gains = [e for e in gains if np.isfinite(e.relation.room)]
+    gains = [e for e in entries if e.relation.tolerance != LOOP or e.relation.explained > CLEAR]
+    gains = [e for e in gains if np.isfinite(e.relation.tolerance)]
     found = _signs(entries) or _factors(gains)
     # With others to compare, what they do is no delay: a servo's lag, the rig's own dynamics.
     late = _delays(entries, SURE_OF_CHANGE, lambda e: e.lag) if len(others) > 1 else ()
@@ -109,7 +109,7 @@ def late_channels(judged: Judged, step: float) -> tuple[Suspect, ...]:
 def _single(entries: Sequence[_Entry]) -> Sequence[_Entry]:
     """Where each reference is judged by itself, what they say together is left out."""
     apart = {e.relation.output for e in entries if len(e.relation.inputs) == 1
-             and e.relation.room == LOOP}  # fmt: skip
+             and e.relation.tolerance == LOOP}  # fmt: skip
     return [e for e in entries if len(e.relation.inputs) == 1 or e.relation.output not in apart]
 
 
@@ -118,12 +118,12 @@ def _trusted(
 ) -> tuple[Sequence[_Entry], float, Callable[[_Entry], float]]:
     """Relations whose lag says something by itself: of a current, and of a velocity loop that
     explains every encoder."""
-    loop = [e for e in entries if e.relation.room == LOOP]
+    loop = [e for e in entries if e.relation.tolerance == LOOP]
     loop = [e for e in loop if all(name.startswith("d") for name in e.relation.inputs)]
     encoders = [e.relation.explained for e in loop if e.relation.output.startswith("theta")]
     if min(encoders, default=0.0) < SURE:
         loop = []
-    direct = [e for e in entries if e.relation.output[0] in "iu" and e.relation.room != LOOP]
+    direct = [e for e in entries if e.relation.output[0] in "iu" and e.relation.tolerance != LOOP]
     return [*loop, *direct], SURE, lambda e: e.relation.lag
 
 
@@ -134,13 +134,13 @@ def _entry(relation: Relation, others: Sequence[Sequence[Relation]]) -> _Entry:
     log = float(np.log(abs(relation.gain)))
     # Only what is near the nominal is a habit of the rig; a unit wrong in all files is none.
     usual = float(np.median(logs)) if len(logs) >= 2 else 0.0
-    habit = usual if abs(usual) <= max(relation.room, 0.4) else 0.0
+    habit = usual if abs(usual) <= max(relation.tolerance, 0.4) else 0.0
     lag = float(np.median(lags)) if len(lags) >= 2 else 0.0
     spread = float(np.ptp(lags)) if len(lags) >= 2 else 0.0
-    room = 1.5 * float(np.ptp(logs)) if len(logs) >= 2 else relation.room
+    tolerance = 1.5 * float(np.ptp(logs)) if len(logs) >= 2 else relation.tolerance
     return _Entry(
         relation, log - habit, relation.gain < 0, relation.lag - lag, spread, relation.drift,
-        max(room, SCALE),
+        max(tolerance, SCALE),
     )  # fmt: skip
 
 
@@ -201,7 +201,7 @@ def _factors(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
         if found is None:
             continue
         size, left = found
-        limit = max(min(e.gain_room for e, _ in _touching(entries, group)), SCALE)
+        limit = max(min(e.gain_tolerance for e, _ in _touching(entries, group)), SCALE)
         if abs(size) <= max(limit, STANDS_OUT * left):
             continue
         if len(group) > 1 and abs(size) < np.log(20.0):
@@ -226,8 +226,8 @@ def _explained(
         return None
     sizes = np.array([side * value(entry) for entry, side in touched])
     # The relations that are known best say how large it is.
-    least = min(entry.relation.room for entry, _ in touched)
-    best = [entry.relation.room <= least for entry, _ in touched]
+    least = min(entry.relation.tolerance for entry, _ in touched)
+    best = [entry.relation.tolerance <= least for entry, _ in touched]
     size = float(np.median(sizes[best]))
     mine = {id(entry) for entry, _ in touched}
     # Newton's law and nominal numbers leave more room than a loop that is known.
@@ -237,7 +237,7 @@ def _explained(
 
 
 def _slack(entry: _Entry) -> float:
-    return max(entry.relation.room - 0.25, 0.0)
+    return max(entry.relation.tolerance - 0.25, 0.0)
 
 
 def _delays(
@@ -255,10 +255,12 @@ def _delays(
         size = float(np.median(sizes))
         inner = {id(e) for e, _ in touched}
         rest = [abs(lag(e)) for e in known if id(e) not in inner]
-        room = max(e.lag_room for e, _ in touched)
+        tolerance = max(e.lag_tolerance for e, _ in touched)
         step = _step(touched)
         alike = np.all(np.abs(sizes - size) <= max(ALIKE * abs(size), step))
-        stands = size > max(FEW_SAMPLES * step, STANDS_OUT * max(rest, default=0.0), 1.5 * room)
+        stands = size > max(
+            FEW_SAMPLES * step, STANDS_OUT * max(rest, default=0.0), 1.5 * tolerance
+        )
         if (
             alike
             and stands

@@ -34,8 +34,8 @@ def round_title(present: Sequence[Effect], chosen: bool = False) -> str:
 
 def aside(text: str) -> tuple[str, str]:
     """What a step's text says, and what it says in a lower voice."""
-    said, mark, note = text.partition(ASIDE)
-    return said.strip(), mark + note
+    message, mark, note = text.partition(ASIDE)
+    return message.strip(), mark + note
 
 
 def _named(effects: Sequence[Effect]) -> str:
@@ -68,8 +68,8 @@ class Steps:
             note = self._still()
             if text or note != self._note:
                 self._last, self._note = text or self._last, note
-                said = f"{self._last} {note}".strip()
-                self._progress.advance(1 if text else 0, text=said)
+                message = f"{self._last} {note}".strip()
+                self._progress.advance(1 if text else 0, text=message)
             return self._progress.stopped()
 
     def _still(self) -> str:

@@ -28,7 +28,7 @@ class Trial:
     """A set of parameter values at which a candidate is simulated."""
 
     effect: Effect
-    knob: str
+    parameter: str
     values: Mapping[str, float]
     sizes: Mapping[str, float]
     """How far each size is from neutral: what a coefficient multiplies."""
@@ -52,22 +52,21 @@ class Column(Trial):
 def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
     """What is simulated for one candidate."""
     arm = candidate.changed_arm(base.model.arm, {})
-    knobs = candidate.parameters(arm, base.model.drive, data.sizes)
-    if not knobs:
+    effect_parameters = candidate.parameters(arm, base.model.drive, data.sizes)
+    if not effect_parameters:
         return [Trial(candidate, "", {}, {"": 1.0}, True, True, ())]
-    primary = [k for k in knobs if not k.secondary]
+    primary = [k for k in effect_parameters if not k.secondary]
     shown = [k for k in primary if candidate.shown(k.parameter.name, data.rig)]
     found = []
-    for shape in _shapes([k for k in knobs if k.secondary]):
-        for knob in shown:
-            for value in _sizes(knob):
+    for shape in _shapes([k for k in effect_parameters if k.secondary]):
+        for one in shown:
+            p, name = one.parameter, one.parameter.name
+            for value in _sizes(one):
                 values = {other.parameter.name: other.neutral for other in primary}
-                values |= dict(shape) | {knob.parameter.name: value}
-                size = {knob.parameter.name: value - knob.neutral}
-                fixed = knob.parameter.lower >= knob.neutral or knob.parameter.upper <= knob.neutral
-                scanned = bool(knob.grid)
-                name = knob.parameter.name
-                found.append(Trial(candidate, name, values, size, fixed, scanned, shape))
+                values |= dict(shape) | {name: value}
+                size = {name: value - one.neutral}
+                fixed = p.lower >= one.neutral or p.upper <= one.neutral
+                found.append(Trial(candidate, name, values, size, fixed, bool(one.grid), shape))
     return found
 
 
@@ -77,10 +76,10 @@ def must_compile(trial: Trial, arm: Arm) -> bool:
     return changed != Structure.of(arm) and not is_compiled(changed)
 
 
-def _sizes(knob: EffectParameter) -> tuple[float, ...]:
-    if knob.grid:
-        return knob.grid
-    return (knob.neutral + SLOPE_SHARE * (knob.parameter.value - knob.neutral),)
+def _sizes(one: EffectParameter) -> tuple[float, ...]:
+    if one.grid:
+        return one.grid
+    return (one.neutral + SLOPE_SHARE * (one.parameter.value - one.neutral),)
 
 
 def _shapes(secondary: Sequence[EffectParameter]) -> list[tuple[tuple[str, float], ...]]:

@@ -299,10 +299,10 @@ def moved(experiment: Prepared, model: Model) -> Prepared:
 def unseen(data: Data, effects: Sequence[Effect]) -> dict[str, float]:
     """Parameters of the effects that these recordings cannot show, at their neutral values."""
     return {
-        knob.parameter.name: knob.neutral
+        effect_parameter.parameter.name: effect_parameter.neutral
         for one in effects
-        for knob in one.parameters(data.bare.arm, data.bare.drive, data.sizes)
-        if not one.shown(knob.parameter.name, data.rig)
+        for effect_parameter in one.parameters(data.bare.arm, data.bare.drive, data.sizes)
+        if not one.shown(effect_parameter.parameter.name, data.rig)
     }
 
 
@@ -310,18 +310,18 @@ def effect_unknowns(model: Model, sizes: Sizes | None, secondary: bool) -> tuple
     """The parameters of a model's effects as unknowns shared by all recordings."""
     found: dict[str, Unknown] = {}
     for one in model.effects:
-        for knob in one.parameters(model.arm, model.drive, sizes or typical(model.arm)):
-            if secondary or not knob.secondary:
-                found[knob.parameter.name] = Unknown(knob.parameter)
+        for effect_parameter in one.parameters(model.arm, model.drive, sizes or typical(model.arm)):
+            if secondary or not effect_parameter.secondary:
+                found[effect_parameter.parameter.name] = Unknown(effect_parameter.parameter)
     return tuple(found.values())
 
 
 def names_of(one: Effect, model: Model, sizes: Sizes) -> tuple[str, ...]:
     """The parameters of an effect, with those of the effects that it includes."""
     return tuple(
-        knob.parameter.name
+        effect_parameter.parameter.name
         for part in with_included([one])
-        for knob in part.parameters(model.arm, model.drive, sizes)
+        for effect_parameter in part.parameters(model.arm, model.drive, sizes)
     )
 
 

@@ -1,4 +1,4 @@
-"""Where a round's best effect has a rival: the experiments that would decide."""
+"""Where a round's best effect has a competitor: the experiments that would decide."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from core.results import PlannedExperiment, RankedEffect
 def deciding(
     found: Round, ranking: Sequence[RankedEffect], data: Data, progress: Progress
 ) -> tuple[PlannedExperiment, ...]:
-    """Best first; none where nothing was found or nothing rivals it."""
+    """Best first; none where nothing was found or nothing competes with it."""
     best = found.accepted
     if best is None:
         return ()
     named = next(r for r in ranking if r.effect == best.screened.effect.kind)
-    rivals = [w for w in found.weighed if w.screened.effect.kind in named.confused_with[:1]]
+    competitors = [w for w in found.weighed if w.screened.effect.kind in named.confused_with[:1]]
     specs = possible(data)
-    if not rivals or not specs:
+    if not competitors or not specs:
         return ()
     progress.advance(0, "Planning the experiment that would decide")
     return next_experiments(
-        data, best.refit.hypothesis, rivals[0].refit.hypothesis,
-        (named.title, rivals[0].screened.effect.title), specs, progress.stopped,
+        data, best.refit.hypothesis, competitors[0].refit.hypothesis,
+        (named.title, competitors[0].screened.effect.title), specs, progress.stopped,
     )  # fmt: skip

@@ -69,15 +69,15 @@ def limits_of(parameters: ParameterSet) -> Limits:
 
 MOST_ITERATIONS = 15
 GOOD_ENOUGH = 1e-4
-"""Fall of the cost per sample, in floors squared, below which an iteration is the last: with the
-100,000 samples of a long campaign it is the evidence at which two models tie."""
+"""Reduction of the cost per sample, in floors squared, below which an iteration is the last: with
+the 100,000 samples of a long campaign it is the evidence at which two models tie."""
 KEPT = 0.5
-"""Of the fall that straight lines promise: by less than this they were no straight lines."""
+"""Of the reduction that straight lines promise: by less than this they were no straight lines."""
 FLAT = 1.5
-"""Of that fall: by more than this the errors bend away from straight lines so that the cost is less
-than half as curved as they say, and its minimum more than twice as far."""
+"""Of that reduction: by more than this the errors bend away from straight lines so that the cost is
+less than half as curved as they say, and its minimum more than twice as far."""
 SHORT = 1e-2
-"""Damping above which a step was short, so that a small fall says nothing of the next one."""
+"""Damping above which a step was short, so that a small reduction says nothing of the next one."""
 WORST_DAMPING = 1e6
 AT_BOUND = 1e-9
 ASTRAY = 1e12
@@ -141,14 +141,14 @@ def descend(
         x_new, blocks_new, cost_new, damping = _step(
             errors, x, blocks, cost, A, b, free, limits, damping, enough if keep else 0.0
         )
-        promise = _fall_by(A, b, x_new - x)
+        promise = _predicted_reduction(A, b, x_new - x)
         bent = keep and cost - cost_new > FLAT * promise + enough
         if bent:
             x_new, blocks_new, cost_new = _longer(errors, x, x_new, blocks_new, cost_new, limits)
-        fall = cost - cost_new
+        reduction = cost - cost_new
         stuck = np.array_equal(x, x_new)
-        poor = stuck or bent or fall < KEPT * promise
-        resting = stuck or (fall < enough and damping < SHORT)
+        poor = stuck or bent or reduction < KEPT * promise
+        resting = stuck or (reduction < enough and damping < SHORT)
         ended = resting and (at is x or not poor)
         if not keep or poor:
             at = None
@@ -160,21 +160,21 @@ def descend(
     return Descended(*found, damping, ended)
 
 
-def _fall_by(A: np.ndarray, b: np.ndarray, move: np.ndarray) -> float:
-    """Fall of the cost by a move (P,) where the errors are straight lines."""
+def _predicted_reduction(A: np.ndarray, b: np.ndarray, move: np.ndarray) -> float:
+    """Reduction of the cost by a move (P,) where the errors are straight lines."""
     return -float(2.0 * b @ move + move @ A @ move)
 
 
 def promised(found: Descended, limits: Limits) -> float:
-    """Fall of the cost that one more step promises where the errors are straight lines along the
-    slopes last taken."""
+    """Reduction of the cost that one more step promises where the errors are straight lines along
+    the slopes last taken."""
     if not len(found.vector):
         return 0.0
     A, b, x = *normal_equations(found.blocks, found.slopes), found.vector
     A[np.diag_indices_from(A)] += np.asarray(limits.deviations) ** -2.0
     b += (x - limits.believed) / np.asarray(limits.deviations) ** 2
     move = _inside(x, _move(A, b, _free(x, b, limits), FIRST_DAMPING), limits) - x
-    return max(_fall_by(A, b, move), 0.0)
+    return max(_predicted_reduction(A, b, move), 0.0)
 
 
 def whole(S: np.ndarray) -> np.ndarray:
@@ -215,7 +215,7 @@ def _step(  # type: ignore[no-untyped-def]
 ):
     """One accepted step with the damping it needed; the point itself where none is downhill.
 
-    What is uphill is tried again shorter as long as that promises a fall beyond `enough`: at a
+    What is uphill is tried again shorter as long as that promises a reduction beyond `enough`: at a
     minimum nothing is downhill, and a dozen lengths are needed to tell that otherwise.
     """
     while damping < WORST_DAMPING and np.any(free & (np.diag(A) > 0.0)):
@@ -225,7 +225,7 @@ def _step(  # type: ignore[no-untyped-def]
         new = cost_of(found) + limits.surprise(tried)
         if new < cost:
             return tried, found, new, max(0.1 * damping, 1e-9)
-        if np.isfinite(new) and _fall_by(A, b, move) < enough:
+        if np.isfinite(new) and _predicted_reduction(A, b, move) < enough:
             break  # shorter ones promise less
         damping = max(10.0 * damping, 1e-3)
     return x, blocks, cost, damping

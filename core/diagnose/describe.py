@@ -12,7 +12,7 @@ from core.results import RankedEffect
 
 
 def ranking_of(found: Round, data: Data) -> tuple[RankedEffect, ...]:
-    """Refitted candidates first, best first; then the others by expected fall."""
+    """Refitted candidates first, best first; then the others by expected reduction."""
     above = max(found.before.cost - data.count, RELEVANT * data.count)
     refitted = [_weighed(w, found, data, above) for w in found.weighed]
     have = {r.effect for r in refitted}
@@ -49,7 +49,7 @@ def _weighed(w: Weighed, found: Round, data: Data, above: float) -> RankedEffect
         score=s.score,
         p_value=w.p_value,
         expected_drop_percent=_percent(s.drop, above),
-        refit_drop_percent=100.0 * w.fall,
+        refit_drop_percent=100.0 * w.reduction,
         delta_bic=w.delta_bic,
         confused_with=confused_with(w, found.weighed, found.screen, s.effect.includes),
         parameters=tuple(e for e in estimates(w.refit) if e.name in names),

@@ -16,9 +16,9 @@ from core.diagnose.ladder import (
 from core.diagnose.resolution import within_resolution
 from core.diagnose.search import better_given, retrace, search, settle
 from core.diagnose.start import Begun, begin
-from core.diagnose.state import Listener, Options, State, begun_state, settings
+from core.diagnose.state import Options, RankingCallback, State, begun_state, settings
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
-from core.diagnose.words import Told, say
+from core.diagnose.words import VerdictFacts, verdict_paragraphs
 from core.effects import catalogue, with_included
 from core.errors import InputError
 from core.identify.predictor import quick_handover
@@ -40,7 +40,7 @@ def diagnose(
     recordings: Sequence[Recording],
     options: Options | None = None,
     progress: Progress | None = None,
-    listen: Listener | None = None,
+    on_ranking: RankingCallback | None = None,
     begun: Begun | None = None,
 ) -> Diagnosis:
     """Names what the model lacks on the estimation recordings, and adds it step by step.
@@ -53,7 +53,7 @@ def diagnose(
     begun = begun or begin_on(setup, spec, recordings, options, progress)
     state = begun_state(setup, begun)
     fitted = time.perf_counter()
-    more = search(state, options, progress, listen)
+    more = search(state, options, progress, on_ranking)
     begun = better_given(state, begun, options, progress)
     retrace(state, begun.base, progress)
     settle(state, progress)
@@ -70,7 +70,7 @@ def diagnose(
     have = {e.kind for e in with_included(state.present)}
     reasons = not_applicable(state.data, options.candidates)
     applies = {kind: reason for kind, reason in reasons.items() if kind not in have}
-    told = Told(
+    facts = VerdictFacts(
         verdict, final, state.rounds, state.steps, given, left, applies,
         kept=[e.kind for e in state.found], limit=options.max_effects,
         titles=titles_of(state.refit), sizes=sizes_of(state.found, state.refit, state.data),
@@ -81,7 +81,7 @@ def diagnose(
         final_verdict=final,
         rounds=tuple(state.rounds),
         steps=tuple(state.steps),
-        words=say(told),
+        words=verdict_paragraphs(facts),
         not_applicable=applies,
         effects=tuple(settings(state)),
         floors=state.data.floors,

@@ -22,7 +22,8 @@ RELEVANT = 0.04
 thousands of samples far less is significant, but it is not worth a word."""
 
 PRICE = 0.05
-"""In log(1 - fall) per parameter: the simpler of two effects that explain the same is preferred."""
+"""In log(1 - reduction) per parameter: of two effects that explain the same the simpler one is
+preferred."""
 
 
 CLOSE = 0.3
@@ -46,24 +47,24 @@ class Weighed:
     refit: Refit
     parameters: int
     """Of the effect, with those that shape it."""
-    fall: float
+    reduction: float
     """Share of the squared error above the floor that it explains, at most 1."""
     explained: float
     """Squared error explained per sample, in floors squared."""
     white_drop: float
-    """Fall of the whitened squared error."""
+    """Reduction of the whitened squared error."""
     delta_bic: float
     """White drop minus the price of the parameters; above 10 is very strong."""
     p_value: float
 
     @property
     def merit(self) -> float:
-        """log(1 - fall) with a price per parameter; the least is best."""
-        return _merit(self.fall, self.parameters)
+        """log(1 - reduction) with a price per parameter; the least is best."""
+        return _merit(self.reduction, self.parameters)
 
 
-def _merit(fall: float, parameters: int) -> float:
-    return float(np.log(max(1.0 - fall, ALL))) + PRICE * parameters
+def _merit(reduction: float, parameters: int) -> float:
+    return float(np.log(max(1.0 - reduction, ALL))) + PRICE * parameters
 
 
 def _above(base: float, drop: float, count: int) -> float:
@@ -91,7 +92,7 @@ def weigh(screened: Screened, base: Refit, refit: Refit, count: int, tried: int)
         screened=screened,
         refit=refit,
         parameters=own,
-        fall=max(drop, 0.0) / above,
+        reduction=max(drop, 0.0) / above,
         explained=drop / count,
         white_drop=white,
         delta_bic=white - own * float(np.log(count)),
@@ -103,7 +104,7 @@ def acceptable(w: Weighed, part: bool = False) -> bool:
     """Significant, relevant, and a real share of what there is above the floor, by itself or as
     `part` of a set of effects that explains one together."""
     sure = w.p_value < SURE and w.delta_bic > TIE
-    return sure and w.explained >= RELEVANT and (part or w.fall >= BAR)
+    return sure and w.explained >= RELEVANT and (part or w.reduction >= BAR)
 
 
 def degenerate(w: Weighed, polished: Refit) -> bool:
@@ -112,7 +113,7 @@ def degenerate(w: Weighed, polished: Refit) -> bool:
     one, h = w.screened.effect, polished.hypothesis
     if not one.includes:
         return False
-    own = set(w.screened.knobs)
+    own = set(w.screened.parameters)
     at = dict(zip(h.unknowns.labels, h.vector, strict=True))
     sizes = [u.parameter for u in h.unknowns.items if u.parameter.name in own]
     return bool(sizes) and all(at[p.name] - p.lower <= AT_BOUND * p.scale for p in sizes)

@@ -29,8 +29,8 @@ TRIED = 2
 """Rivals of one effect that are refitted: the best by what they leave of it."""
 
 SHARE = 0.5
-"""Of what an effect explains, that a rival must explain by straight lines to be refitted: the refit
-moves the others too, and straight lines are right within a factor of two at most sizes."""
+"""Of what an effect explains, that a competitor must explain by straight lines to be refitted: the
+refit moves the others too, and straight lines are right within a factor of two at most sizes."""
 
 
 def best_exchange(
@@ -91,8 +91,8 @@ def _exchanges(
         rest = [*present[:place], *present[place + 1 :]]
         if any(present[place].kind in e.includes for e in rest):
             continue
-        for rival, values, scanned in _rivals(data, refit, present[place], rest, seen):
-            effects = (*present[:place], rival, *present[place + 1 :])
+        for competitor, values, scanned in _competitors(data, refit, present[place], rest, seen):
+            effects = (*present[:place], competitor, *present[place + 1 :])
             found.append(_Exchange(effects, values, scanned))
     return found
 
@@ -101,7 +101,7 @@ def _bic(refit: Refit, data: Data) -> float:
     return refit.white_cost + len(refit.hypothesis.unknowns) * float(np.log(data.count))
 
 
-def _rivals(
+def _competitors(
     data: Data, refit: Refit, one: Effect, rest: Sequence[Effect], seen: Screen
 ) -> list[tuple[Effect, dict[str, float], tuple[str, ...]]]:
     """What explains most of the error without `one`, where to begin, and what was scanned."""
@@ -127,7 +127,7 @@ def _rivals(
         if shaped.explained.drop > SHARE * explained:
             chosen = [seen.columns[i] for i in shaped.chosen]
             values = _start(chosen, shaped.explained.coefficients)
-            scanned = tuple(c.knob for c in chosen if c.scanned and c.knob)
+            scanned = tuple(c.parameter for c in chosen if c.scanned and c.parameter)
             found.append((shaped.explained.drop, s.effect, values, scanned))
     found.sort(key=lambda f: -f[0])
     return [f[1:] for f in found[:TRIED]]

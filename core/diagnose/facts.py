@@ -40,8 +40,10 @@ def titles_in_catalogue(model: Model) -> dict[str, str]:
     found: dict[str, str] = {}
     for one in catalogue().values():
         arm = one.changed_arm(model.arm, {})
-        for knob in one.parameters(arm, model.drive, typical(arm)):
-            found[knob.parameter.name] = knob.parameter.title or knob.parameter.name
+        for effect_parameter in one.parameters(arm, model.drive, typical(arm)):
+            found[effect_parameter.parameter.name] = (
+                effect_parameter.parameter.title or effect_parameter.parameter.name
+            )
     return found
 
 

@@ -167,8 +167,12 @@ def _starts(
     """Where the base ended and the nominal values, each with the sizes that the screen found best
     and those of each place in its grids."""
     arm = data.bare.with_effects(effects).arm
-    knobs = [k for one in effects for k in one.parameters(arm, data.bare.drive, data.sizes)]
-    grids = {k.parameter.name: sorted(k.grid) for k in knobs if k.parameter.name in scanned}
+    effect_parameters = [
+        k for one in effects for k in one.parameters(arm, data.bare.drive, data.sizes)
+    ]
+    grids = {
+        k.parameter.name: sorted(k.grid) for k in effect_parameters if k.parameter.name in scanned
+    }
     places = range(max((len(grid) for grid in grids.values()), default=0))
     sizes = [{n: g[min(i, len(g) - 1)] for n, g in grids.items() if g} for i in places]
     standing = base.values()

@@ -74,7 +74,7 @@ class Explained:
     """What some columns explain of the residual."""
 
     drop: float
-    """Fall of the squared error."""
+    """Reduction of the squared error."""
     coefficients: np.ndarray
     """(m,) by which the columns are multiplied."""
 

@@ -21,9 +21,9 @@ def confused_with(
 ) -> tuple[str, ...]:
     """Ids of the effects that the data cannot tell from `best`.
 
-    What an effect includes is no rival of it: the simpler one is preferred as such.
+    What an effect includes does not compete with it: the simpler one is preferred as such.
     """
-    rivals = []
+    competitors = []
     for other in found:
         kind = other.screened.effect.kind
         if other is best or kind in included:
@@ -31,8 +31,8 @@ def confused_with(
         alike = parallel(seen, best.screened, other.screened) > PARALLEL
         apart = abs(best.delta_bic - other.delta_bic)
         if alike and apart < TIE:
-            rivals.append((apart, kind))
-    return tuple(kind for _, kind in sorted(rivals)[: MOST_MEMBERS - 1])
+            competitors.append((apart, kind))
+    return tuple(kind for _, kind in sorted(competitors)[: MOST_MEMBERS - 1])
 
 
 def parallel(seen: Screen, a: Screened, b: Screened) -> float:

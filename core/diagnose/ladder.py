@@ -22,9 +22,9 @@ from core.diagnose.evidence import (
 from core.diagnose.minimum import converged
 from core.diagnose.race import Runner, ended, in_the_race, started
 from core.diagnose.refit import Refit, refit_with, whitened
-from core.diagnose.reshape import reshaped
 from core.diagnose.screen import Screen, Screened, screen
 from core.diagnose.sets import FoundSet, best_set
+from core.diagnose.shape_refinement import refine_shape
 from core.diagnose.verdict import ABOVE, within_noise
 from core.effects import catalogue
 from core.effects.effect import Effect, Rig
@@ -34,10 +34,10 @@ from core.parameters import Parameter
 from core.written import format_number
 
 REFITTED = 5
-"""Candidates of a round that are refitted fully: the best by score and by expected fall."""
+"""Candidates of a round that are refitted fully: the best by score and by expected reduction."""
 
 WORTH = 1e-3
-"""Expected fall per sample, in floors squared, below which no refit is worth its time."""
+"""Expected reduction per sample, in floors squared, below which no refit is worth its time."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ Gate = Callable[[Data, Refit], str]
 """Why a polished model is not accepted; empty where it is."""
 
 
-Told = Callable[[str], bool]
+OnProgress = Callable[[str], bool]
 """Called with what was just done; True stops."""
 
 
@@ -108,42 +108,42 @@ def one_round(
     before: Refit,
     present: Sequence[Effect],
     candidates: Sequence[Effect],
-    told: Told,
+    on_progress: OnProgress,
     on_screen: Callable[[Screen], None] | None = None,
     on_refit: Callable[[Round], None] = lambda _: None,
-    room: int = 1,
+    most: int = 1,
     gate: Gate = lambda _data, _refit: "",
 ) -> Round:
     """Ranks the candidates and polishes the model with the best, where it is acceptable.
 
-    `on_screen` gets the screen while it goes on, and at its end. `room`: how many effects may be
+    `on_screen` gets the screen while it goes on, and at its end. `most`: how many effects may be
     added; with none it only looks: `after` is `before`. What `gate` refuses is not added.
     """
     data = sharing_motions(data, before.hypothesis)
-    seen = screen(data, before.hypothesis, present, candidates, told, on_screen)
+    seen = screen(data, before.hypothesis, present, candidates, on_progress, on_screen)
     if on_screen is not None:
         on_screen(seen)
     white, _ = whitened(before.hypothesis, before.descended, seen.whitener)
     before = replace(before, white_cost=white)
     found: list[Weighed] = []
-    for one in _refitted(data, before, present, seen, len(candidates), told):
+    for one in _refitted(data, before, present, seen, len(candidates), on_progress):
         found.append(one)
-        told(f"{one.screened.effect.title} refitted")
+        on_progress(f"{one.screened.effect.title} refitted")
         on_refit(Round(seen, tuple(ranked(found)), None, before, before, data))
     found = ranked(found)
     still = Round(seen, tuple(found), None, before, before, data)
-    if told("") or not found:
+    if on_progress("") or not found:
         return still
-    work = _Work(data, before, present, seen, len(candidates), lambda: told(""), gate)
+    work = _Work(data, before, present, seen, len(candidates), lambda: on_progress(""), gate)
     finer = finer_model(found, data)
     if finer is not None:
-        alone = work.alone([finer], FoundSet((), 0.0), room)
+        alone = work.alone([finer], FoundSet((), 0.0), most)
         if alone.accepted is not None:
             others = [w for w in found if w is not finer]
             return replace(alone, weighed=(*alone.weighed, *others))
     left = (found[0].refit.cost - data.count) / max(before.cost - data.count, 1.0)
-    joint, together = work.sets(found, room, tried=room > 1 and left > 1.0 - WHOLE)
-    return joint or work.alone(found, together, room)
+    joint, together = work.sets(found, most, tried=most > 1 and left > 1.0 - WHOLE)
+    return joint or work.alone(found, together, most)
 
 
 def finer_model(found: Sequence[Weighed], data: Data) -> Weighed | None:
@@ -172,10 +172,15 @@ to reach whole explanations from two thirds on."""
 
 
 def _refitted(
-    data: Data, before: Refit, present: Sequence[Effect], seen: Screen, tried: int, told: Told
+    data: Data,
+    before: Refit,
+    present: Sequence[Effect],
+    seen: Screen,
+    tried: int,
+    on_progress: OnProgress,
 ) -> Iterator[Weighed]:
     """The promising candidates, refitted on all cores, as they end."""
-    stopped = lambda: told("")  # noqa: E731
+    stopped = lambda: on_progress("")  # noqa: E731
 
     def look(s: Screened) -> Runner:
         effects = [*present, s.effect]
@@ -209,12 +214,12 @@ class _Work:
     stopped: Callable[[], bool]
     gate: Gate
 
-    def sets(self, found: list[Weighed], room: int, tried: bool) -> tuple[Round | None, FoundSet]:
+    def sets(self, found: list[Weighed], most: int, tried: bool) -> tuple[Round | None, FoundSet]:
         """A round that adds a set of effects as a whole, or the best set that was not refuted;
         `tried`: whether one may be added."""
         without: set[str] = set()
         while True:
-            together = best_set(self.seen, max(room, 1), self.data.count, without)
+            together = best_set(self.seen, max(most, 1), self.data.count, without)
             share = together.plain_drop / max(self.before.cost - self.data.count, 1.0)
             if not tried or len(together.members) < 2 or share < PROMISING:
                 return None, together
@@ -223,7 +228,7 @@ class _Work:
                 return joint, together
             without |= refuted  # to be a part of it is no merit any more
 
-    def alone(self, found: list[Weighed], together: FoundSet, room: int) -> Round:
+    def alone(self, found: list[Weighed], together: FoundSet, most: int) -> Round:
         """The best effect that may be accepted, on its own."""
         still = Round(self.seen, tuple(found), None, self.before, self.before, self.data)
         share = together.plain_drop / max(self.before.cost - self.data.count, 1.0)
@@ -233,7 +238,7 @@ class _Work:
             part = best.screened.effect.kind in members and share >= BAR
             if not acceptable(best, part) or self.stopped():
                 continue
-            if not room:
+            if not most:
                 return replace(still, accepted=best)
             weighed, data, after = self._polished(best)
             reason = ended_at_bound(after, data) or self._unsettled(after) or self.gate(data, after)
@@ -253,7 +258,7 @@ class _Work:
     def _polished(self, best: Weighed) -> tuple[Weighed, Data, Refit]:
         """Converged, in its best shape; or the simpler effect to which it was fitted down."""
         data, after = converged(self.data, best.refit.hypothesis, self.seen.whitener, self.stopped)
-        other = reshaped(data, after, best.screened.effect, self.stopped)
+        other = refine_shape(data, after, best.screened.effect, self.stopped)
         if other is not after:
             data, after = converged(data, other.hypothesis, self.seen.whitener, self.stopped)
         simple = self._simpler(best, after) if degenerate(best, after) else None
@@ -351,7 +356,7 @@ def at_bounds(after: Refit, data: Data) -> list[tuple[str, str]]:
     if after.cost <= ABOVE**2 * data.count:
         return []
     h = after.hypothesis
-    knobs = {
+    effect_parameters = {
         k.parameter.name: (one.kind, k.neutral)
         for one in h.model.effects
         for k in one.parameters(h.model.arm, h.model.drive, typical(h.model.arm))
@@ -359,10 +364,10 @@ def at_bounds(after: Refit, data: Data) -> list[tuple[str, str]]:
     }
     at = dict(zip(h.unknowns.labels, h.vector, strict=True))
     return [
-        (knobs[u.parameter.name][0], sentence)
+        (effect_parameters[u.parameter.name][0], sentence)
         for u in h.unknowns.items
-        if u.parameter.name in knobs and u.recording is None
-        if (sentence := _ends(u.parameter, at[u.label], knobs[u.parameter.name][1]))
+        if u.parameter.name in effect_parameters and u.recording is None
+        if (sentence := _ends(u.parameter, at[u.label], effect_parameters[u.parameter.name][1]))
     ]
 
 
@@ -387,7 +392,7 @@ AT_BOUND_SHARE = 1e-6
 
 
 def promising(seen: Screen, count: int) -> list[Screened]:
-    """Half of the best by whitened score, the rest by the fall of the error within their reach."""
+    """Half of the best by whitened score, the rest by the reduction within their reach."""
     by_score = sorted(seen.candidates, key=lambda s: -s.score)
     by_drop = sorted(seen.candidates, key=lambda s: -s.reach)
     chosen: dict[str, Screened] = {}

@@ -75,16 +75,16 @@ def choose_level(
         ratio = float(np.sqrt(np.mean(apart**2))) / floors[channel].value
         if not ratio <= worst:
             worst, name = ratio, channel
-    said = format_number(worst, 2)
+    number = format_number(worst, 2)
     if worst <= BELOW:
         return Choice(
             "lpv",
-            f"Model level: linear parameter-varying; on these motions it is within {said} times "
+            f"Model level: linear parameter-varying; on these motions it is within {number} times "
             f"the noise floor of the full equations.",
         )
     return Choice(
         "nonlinear",
-        f"Model level: full equations; the linear model misses {name} by {said} times the noise "
+        f"Model level: full equations; the linear model misses {name} by {number} times the noise "
         f"floor on these motions.",
     )
 

@@ -109,8 +109,8 @@ def unexplained_line(
             left = float(np.sum((x - x.mean()) ** 2)) / max(size, 1e-300)
             for line in lines_of(x, dt):
                 line = line._replace(share=line.share * left)
-                told = line.chance < CHANCE and line.share > SHARE and not known.explains(line)
-                if told and (best is None or line.share > best.line.share):
+                credible = line.chance < CHANCE and line.share > SHARE and not known.explains(line)
+                if credible and (best is None or line.share > best.line.share):
                     best = Vibration(name, line)
     return best
 

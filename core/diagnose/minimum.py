@@ -67,7 +67,7 @@ def _with_steps(data: Data, h: Hypothesis, steps: int) -> list[np.ndarray]:
 MOST_DESCENTS = 4
 """From one minimum with its steps corrected to the next; two are usual."""
 
-RELEVANT_FALL = 0.04
+RELEVANT_REDUCTION = 0.04
 """Per sample, in floors squared: what one descent more may still gain without a word, as
 core.diagnose.evidence.RELEVANT."""
 
@@ -129,7 +129,7 @@ def _descended(
         data, errors = anchored(data, found.hypothesis)
         h = found.hypothesis
         gained = cost_of(before) - cost_of(errors)
-        if stopped() or not gained > RELEVANT_FALL * data.count:
+        if stopped() or not gained > RELEVANT_REDUCTION * data.count:
             break
         before = errors
     return data, _at(data, found, errors, whitener)
@@ -146,9 +146,9 @@ LAST_ITERATIONS = 15
 """With exact directions a descent that begins near its end needs two or three; what showed in too
 fast a vibration for the steps of the search may still be some way off."""
 
-LAST_FALL = 0.1
-"""Fall of the squared error, in mean squares of what is left, below which the last descent ends: a
-parameter that is one deviation off costs one."""
+LAST_REDUCTION = 0.1
+"""Reduction of the squared error, in mean squares of what is left, below which the last descent
+ends: a parameter that is one deviation off costs one."""
 
 
 def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data, Refit]:
@@ -162,9 +162,9 @@ def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data
     exact = lambda x: h.residuals.sensitivities(x, central=False)  # noqa: E731
     found = descend(
         h.errors, exact, h.vector, h.limits, stopped, most=LAST_ITERATIONS,
-        good_enough=LAST_FALL * refit.cost / data.count**2, keep=True,
+        good_enough=LAST_REDUCTION * refit.cost / data.count**2, keep=True,
     )  # fmt: skip
-    if not np.isfinite(found.cost) or found.cost > refit.cost + RELEVANT_FALL * data.count:
+    if not np.isfinite(found.cost) or found.cost > refit.cost + RELEVANT_REDUCTION * data.count:
         return data, refit
     at = refit.hypothesis.at(found.vector)
     data, errors = anchored(data, at)  # what is stated is what page and report show: no mix of two

@@ -78,8 +78,10 @@ def batched(sizes: Sequence[T], count: int) -> Iterator[Sequence[T]]:
 def _grids(data: Data, effects: Sequence[Effect]) -> dict[str, tuple[float, ...]]:
     """parameter -> the sizes that the screen tries, in order."""
     arm = data.bare.with_effects(effects).arm
-    knobs = [k for one in effects for k in one.parameters(arm, data.bare.drive, data.sizes)]
-    return {k.parameter.name: tuple(sorted(k.grid)) for k in knobs}
+    effect_parameters = [
+        k for one in effects for k in one.parameters(arm, data.bare.drive, data.sizes)
+    ]
+    return {k.parameter.name: tuple(sorted(k.grid)) for k in effect_parameters}
 
 
 def _others(scan: Scan) -> list[float]:

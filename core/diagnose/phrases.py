@@ -130,12 +130,12 @@ def at_bounds(estimates: Sequence[Estimate], titles: Mapping[str, str]) -> str:
     stuck = [e for e in estimates if e.at_bound]
     if not stuck:
         return ""
-    told = [
+    sentences = [
         f"{titles.get(e.name, e.name)} ended at its bound of {quantity(e.value, e.unit, 4)}"
         for e in stuck
     ]
     them = "it" if len(stuck) == 1 else "them"
-    return f"{listed(told)}: widen {them} if that is plausible, else doubt the model."
+    return f"{listed(sentences)}: widen {them} if that is plausible, else doubt the model."
 
 
 def explained(found: RankedEffect, before: LadderStep, after: LadderStep | None) -> str:

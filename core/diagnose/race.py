@@ -23,8 +23,8 @@ FIRST = 2
 that was right."""
 
 OPTIMISM = 2.0
-"""Times the fall that straight lines promise next: a descent whose steps halve what is left ends
-there, and what converges more slowly is no rival of what is ahead by CLOSE in merit."""
+"""Times the reduction that straight lines promise next: a descent whose steps halve what is left
+ends there, and what converges more slowly does not compete with what is ahead by CLOSE in merit."""
 
 
 @dataclass(frozen=True)

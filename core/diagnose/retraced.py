@@ -67,8 +67,8 @@ def retraced(
             return []
         left.remove(one)
         around = rounds[0].ranking if rounds and not climbed else ()
-        told = _round(known[one.kind], seen, before, after, at, around)
-        climbed.append(Climbed(one, at, after, told))
+        repeated = _round(known[one.kind], seen, before, after, at, around)
+        climbed.append(Climbed(one, at, after, repeated))
         before = after
     return climbed
 

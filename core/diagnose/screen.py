@@ -32,14 +32,14 @@ class Screened:
     p_value: float
     """Corrected for what was tried."""
     drop: float
-    """Expected fall of the squared error, in floors squared."""
+    """Expected reduction of the squared error, in floors squared."""
     reach: float
     """The same at the sizes where it is largest, which need not be those of the best score."""
     values: Mapping[str, float]
     """Where a refit may begin."""
     columns: tuple[int, ...]
     """Indices of the columns that were combined."""
-    knobs: tuple[str, ...]
+    parameters: tuple[str, ...]
     """The sizes that were combined."""
     scanned: tuple[str, ...]
     """Parameters among `values` that come from a scan, those of the shape too."""
@@ -86,11 +86,11 @@ def screen(
     base: Hypothesis,
     accepted: Sequence[Effect],
     candidates: Sequence[Effect],
-    told: Callable[[str], bool] = lambda _: False,
+    on_progress: Callable[[str], bool] = lambda _: False,
     sketched: Callable[[Screen], None] | None = None,
 ) -> Screen:
-    """Scores every candidate; `told(title)` after each, True stops early. `sketched` gets the
-    screen as far as it has come, after the first round and now and then.
+    """Scores every candidate; `on_progress(title)` after each, True stops early. `sketched` gets
+    the screen as far as it has come, after the first round and now and then.
 
     First each is tried at one size, then at another one, so that early on all can be compared; what
     must be compiled has its first turn in the second round.
@@ -111,7 +111,7 @@ def screen(
         tried = map_threads(lambda i: simulated(data, base, accepted, planned[i], zeros), which)  # noqa: B023
         for i, column in zip(which, tried, strict=True):
             columns[i] = column
-            if told(_done(i, planned, columns)):
+            if on_progress(_done(i, planned, columns)):
                 tried.close()
                 return scored()
         if sketched is not None and number in SKETCHED and number < len(rounds):
@@ -120,11 +120,11 @@ def screen(
 
 
 def in_rounds(planned: Sequence[Trial], late: Container[int] = ()) -> list[list[int]]:
-    """Indices of the trials: each round tries each knob of each candidate at one more size, the
-    middle of its grid first. Those that are `late` begin one round after the others."""
+    """Indices of the trials: each round tries each parameter of each candidate at one more size,
+    the middle of its grid first. Those that are `late` begin one round after the others."""
     grids: dict[tuple[str, str, bool], list[int]] = {}
     for i, trial in enumerate(planned):
-        grids.setdefault((trial.effect.kind, trial.knob, i in late), []).append(i)
+        grids.setdefault((trial.effect.kind, trial.parameter, i in late), []).append(i)
     rounds: dict[int, list[int]] = {}
     for (_, _, later), grid in grids.items():
         middle = (len(grid) - 1) / 2.0
@@ -197,14 +197,14 @@ def _score(
         reach=max(drop, best_shape(mine, columns, u).explained.drop),
         values=_values(columns, chosen, explained.coefficients, w),
         columns=tuple(chosen),
-        knobs=tuple(columns[i].knob for i in chosen),
+        parameters=tuple(columns[i].parameter for i in chosen),
         scanned=_scanned(columns, chosen),
         prediction=_prediction(columns, chosen, explained.coefficients),
     )
 
 
 def _scanned(columns: Sequence[Column], chosen: Sequence[int]) -> tuple[str, ...]:
-    sizes = [columns[i].knob for i in chosen if columns[i].scanned and columns[i].knob]
+    sizes = [columns[i].parameter for i in chosen if columns[i].scanned and columns[i].parameter]
     shapes = {name: None for i in chosen for name in own_shape(columns[i])}
     return (*sizes, *shapes)
 
@@ -214,14 +214,14 @@ FAR = 100.0
 
 
 def _best_of_scan(columns: Sequence[Column], like: Column, w: np.ndarray) -> dict[str, float]:
-    """The size of a knob's grid whose secant, taken whole, leaves least; nothing where each of
+    """The size of a parameter's grid whose secant, taken whole, leaves least; nothing where each of
     them leaves more than there was."""
     if not like.scanned:
         return {}
     alike = [
         i
         for i, c in enumerate(columns)
-        if (c.effect.kind, c.knob, c.shape) == (like.effect.kind, like.knob, like.shape)
+        if (c.effect.kind, c.parameter, c.shape) == (like.effect.kind, like.parameter, like.shape)
     ]
     left, at = min((w[i, i] - 2.0 * w[i, -1], i) for i in alike)
     if left >= 0.0:

@@ -29,7 +29,7 @@ from core.diagnose.refit import Refit, fit, settled
 from core.diagnose.retraced import retraced
 from core.diagnose.screen import Screen, screen
 from core.diagnose.start import Begun
-from core.diagnose.state import Listener, Options, State, ToCome, given_step
+from core.diagnose.state import Options, RankingCallback, State, ToCome, given_step
 from core.diagnose.steps import ladder_step
 from core.diagnose.valleys import in_the_right_valley
 from core.diagnose.verdict import remains, within_noise
@@ -54,12 +54,14 @@ MOST_RETURNS = 2
 """To the climb, after effects that it added turned out needless and made room for others."""
 
 
-def search(state: State, options: Options, progress: Progress, listen: Listener | None) -> bool:
+def search(
+    state: State, options: Options, progress: Progress, on_ranking: RankingCallback | None
+) -> bool:
     """Climbs, takes out what is needless and exchanges what stands in for something better; begins
     anew where that made room and an error is left. Whether another effect is known to be missing.
     """
     for returns in range(MOST_RETURNS + 1):
-        more, before = _climb(state, options, progress, listen), len(state.passed)
+        more, before = _climb(state, options, progress, on_ranking), len(state.passed)
         _prune(state, progress)
         _exchange(state, options, progress)
         settled_down = len(state.passed) == before
@@ -70,14 +72,16 @@ def search(state: State, options: Options, progress: Progress, listen: Listener 
     return more
 
 
-def _climb(state: State, options: Options, progress: Progress, listen: Listener | None) -> bool:
+def _climb(
+    state: State, options: Options, progress: Progress, on_ranking: RankingCallback | None
+) -> bool:
     """Adds effects while there are some to add; whether another one is known to be missing.
 
     At the limit one more look tells whether what is left above the floor is on the list.
     """
     while True:
-        room = options.max_effects - len(state.found)
-        seen = _look(state, options, room, progress, listen)
+        most = options.max_effects - len(state.found)
+        seen = _look(state, options, most, progress, on_ranking)
         if not seen.added:
             return seen.accepted is not None
         for one in seen.added:
@@ -92,14 +96,18 @@ def _climb(state: State, options: Options, progress: Progress, listen: Listener 
 
 
 def _look(
-    state: State, options: Options, room: int, progress: Progress, listen: Listener | None
+    state: State,
+    options: Options,
+    most: int,
+    progress: Progress,
+    on_ranking: RankingCallback | None,
 ) -> Round:
     """One round, kept with its ranking; what it adds is left to the caller."""
     candidates, at = applicable(state.data, state.present, options.candidates), state.refit
     planned = [t for c in candidates for t in trials(at.hypothesis, c, state.data)]
-    told = Steps(progress, at.hypothesis.model.arm, planned)
-    told.begin(round_title(state.present, bool(options.candidates)), len(candidates) + REFITTED)
-    seen = _round(state, candidates, room, told, listen)
+    steps = Steps(progress, at.hypothesis.model.arm, planned)
+    steps.begin(round_title(state.present, bool(options.candidates)), len(candidates) + REFITTED)
+    seen = _round(state, candidates, most, steps, on_ranking)
     ranking = ranking_of(seen, state.data)
     next_ones = deciding(seen, ranking, state.data, progress)
     sentence = next_ones[0].sentence if next_ones else seen.refused
@@ -257,27 +265,27 @@ def _gate(state: State) -> Gate:
 def _round(
     state: State,
     candidates: Sequence[Effect],
-    room: int,
-    told: Steps,
-    listen: Listener | None,
+    most: int,
+    steps: Steps,
+    on_ranking: RankingCallback | None,
 ) -> Round:
     def screened(seen: Screen) -> None:
         refitted(Round(seen, (), None, state.refit, state.refit, state.data))
 
     def refitted(partial: Round) -> None:
-        assert listen is not None
+        assert on_ranking is not None
         known, sizes = {c.effect.kind for c in partial.screen.columns}, partial.screen.to_come
         untried = tuple(c.title for c in candidates if sizes and c.kind not in known)
-        listen(ranking_of(partial, state.data), ToCome(sizes, untried))
+        on_ranking(ranking_of(partial, state.data), ToCome(sizes, untried))
 
-    heard = {} if listen is None else {"on_screen": screened, "on_refit": refitted}
+    heard = {} if on_ranking is None else {"on_screen": screened, "on_refit": refitted}
     return one_round(
         state.data,
         state.refit,
         state.present,
         candidates,
-        told,
-        room=room,
+        steps,
+        most=most,
         gate=_gate(state),
         **heard,  # type: ignore[arg-type]
     )

@@ -32,7 +32,7 @@ class FoundSet:
     members: tuple[Screened, ...]
     """In the order in which each adds most to those before it."""
     plain_drop: float
-    """Fall of the squared error, in floors squared."""
+    """Reduction of the squared error, in floors squared."""
 
 
 def best_set(seen: Screen, most: int, count: int, without: Collection[str] = ()) -> FoundSet:
@@ -62,8 +62,8 @@ class _Search:
         self._candidates = list(listed.values())[:SHORTLIST]
 
     def _value(self, chosen: Sequence[Screened]) -> float:
-        """Fall of the whitened squared error minus the price of what is free, and of the choice
-        among many (extended BIC, Chen and Chen, Biometrika 95, 2008)."""
+        """Reduction of the whitened squared error minus the price of what is free, and of the
+        choice among many (extended BIC, Chen and Chen, Biometrika 95, 2008)."""
         at = [i for s in chosen for i in s.columns]
         each = (s.freedom * self._price + 2.0 * np.log(max(s.tried, 1.0)) for s in chosen)
         price = sum(each) + len(chosen) * self._choice
@@ -73,7 +73,7 @@ class _Search:
         at = [i for s in chosen for i in s.columns]
         return explain(self._plain, at, [self._sided[i] for i in at]).drop
 
-    def _rivals(self, chosen: Sequence[Screened]) -> list[Screened]:
+    def _compatible(self, chosen: Sequence[Screened]) -> list[Screened]:
         """What may join a set: not what is in it, nor what contains or is part of a member."""
         have = {s.effect.kind for s in chosen}
         parts = {kind for s in chosen for kind in s.effect.includes}
@@ -85,7 +85,7 @@ class _Search:
 
     def best_addition(self, chosen: Sequence[Screened]) -> Screened | None:
         before = self._value(chosen) if chosen else 0.0
-        found = [(self._value([*chosen, s]), s) for s in self._rivals(chosen)]
+        found = [(self._value([*chosen, s]), s) for s in self._compatible(chosen)]
         value, best = max(found, key=lambda one: one[0], default=(before, None))
         return best if value > before else None
 
@@ -95,7 +95,7 @@ class _Search:
             before = chosen
             for place in range(len(chosen)):
                 rest = [*chosen[:place], *chosen[place + 1 :]]
-                tried = [chosen[place], *self._rivals(chosen)]
+                tried = [chosen[place], *self._compatible(chosen)]
                 best = max(tried, key=lambda s: self._value([*rest, s]))  # noqa: B023
                 chosen = [*chosen[:place], best, *chosen[place + 1 :]]
             if chosen == before:

@@ -19,7 +19,7 @@ class Shaped:
     """The columns of one effect that explain the most together."""
 
     chosen: list[int]
-    """One per knob, each in the shape of its joint."""
+    """One per parameter, each in the shape of its joint."""
     explained: Explained
     tried: float
     """How many sizes and shapes were tried for each of them."""
@@ -33,7 +33,7 @@ def place(name: str) -> str:
 
 def own_shape(column: Column) -> dict[str, float]:
     """What shapes the column's own size: the effect at another joint may have another shape."""
-    at = place(column.knob)
+    at = place(column.parameter)
     return {name: value for name, value in column.shape if place(name) in (at, "") or not at}
 
 
@@ -43,11 +43,11 @@ def best_shape(mine: Sequence[int], columns: Sequence[Column], w: np.ndarray) ->
     `w` is the projected Gram matrix of all columns, `mine` those of the effect.
     """
     shapes = list(dict.fromkeys(columns[i].shape for i in mine))
-    places = list(dict.fromkeys(place(columns[i].knob) for i in mine))
+    places = list(dict.fromkeys(place(columns[i].parameter) for i in mine))
 
     def taken(shape_at: Mapping[str, Shape]) -> tuple[list[int], Explained]:
-        fitting = [i for i in mine if columns[i].shape == shape_at[place(columns[i].knob)]]
-        chosen = _one_per_knob(fitting, columns, w)
+        fitting = [i for i in mine if columns[i].shape == shape_at[place(columns[i].parameter)]]
+        chosen = _best_per_parameter(fitting, columns, w)
         return chosen, explain(w, chosen, [columns[i].one_sided for i in chosen])
 
     best, at = None, {}
@@ -65,11 +65,11 @@ def best_shape(mine: Sequence[int], columns: Sequence[Column], w: np.ndarray) ->
     return Shaped(*best, tried=sizes * float(len(shapes)) ** len(places))
 
 
-def _one_per_knob(mine: Sequence[int], columns: Sequence[Column], w: np.ndarray) -> list[int]:
-    """The best size of each knob on its own."""
+def _best_per_parameter(mine: Sequence[int], columns: Sequence[Column], w: np.ndarray) -> list[int]:
+    """The best size of each parameter on its own."""
     best: dict[str, tuple[float, int]] = {}
     for i in mine:
         drop = explain(w, [i], [columns[i].one_sided]).drop
-        if columns[i].knob not in best or drop > best[columns[i].knob][0]:
-            best[columns[i].knob] = (drop, i)
+        if columns[i].parameter not in best or drop > best[columns[i].parameter][0]:
+            best[columns[i].parameter] = (drop, i)
     return [i for _, i in best.values()]

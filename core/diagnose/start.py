@@ -118,7 +118,7 @@ def begin(
     dt = max(e.recording.sample_time for e in experiments)
     steps = max(int(np.ceil(dt / points_led(model, dt) / FIRST_STEP)), 1)
     data = Data(bare, experiments, nuisance, ones, {}, held, typical(model.arm), steps)
-    data = replace(data, **_said_of_effects(model, spec, nuisance))
+    data = replace(data, **_held_and_limited(model, spec, nuisance))
     rough = _better_start(data, effects, model.effect_values, identified or {}, stopped)
     motions = motions_of(rough.hypothesis)
     unweighted = [b / w for b, w in zip(rough.errors, ones, strict=True)]
@@ -147,7 +147,7 @@ def _check_counted(experiments: Sequence[Prepared]) -> None:
         )
 
 
-def _said_of_effects(
+def _held_and_limited(
     model: Model, spec: IdentifySpec, nuisance: Sequence[Unknown]
 ) -> dict[str, Any]:
     """What a user says of the effects in the model counts here too: what is not estimated is held

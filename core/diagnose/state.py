@@ -51,7 +51,7 @@ class ToCome(NamedTuple):
     """Titles of those of which no size was tried yet."""
 
 
-Listener = Callable[[tuple[RankedEffect, ...], ToCome], None]
+RankingCallback = Callable[[tuple[RankedEffect, ...], ToCome], None]
 """Called with the ranking as it stands: while the screen goes on, after it, after each refit."""
 
 
@@ -124,10 +124,13 @@ def settings(state: State) -> list[dict[str, object]]:
         if one.kind in have and not one.repeats:
             continue
         entry: dict[str, object] = {"id": one.kind}
-        for knob in one.parameters(model.arm, model.drive, state.data.sizes):
-            name = knob.parameter.name
+        for effect_parameter in one.parameters(model.arm, model.drive, state.data.sizes):
+            name = effect_parameter.parameter.name
             if not one.shown(name, state.data.rig):
                 continue
-            entry[name] = {"start": float(known.get(name, knob.parameter.value)), "vary": True}
+            entry[name] = {
+                "start": float(known.get(name, effect_parameter.parameter.value)),
+                "vary": True,
+            }
         listed.append(entry)
     return listed

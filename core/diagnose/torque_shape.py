@@ -67,7 +67,7 @@ def best_shapes(tried: Sized, motions: Sequence[Pushed], most: int) -> list[dict
 
 
 Fit = tuple[float, float, np.ndarray]
-"""A shape, the fall of the squared error, and the sizes."""
+"""A shape, the reduction of the squared error, and the sizes."""
 
 CLOSER = 4
 """Times as many peaks are looked at between the grid's shapes: where these fall beside a peak they
@@ -122,7 +122,7 @@ def spectrum_of_error(error: np.ndarray) -> np.ndarray:
 
 
 def _explained(A: np.ndarray, b: np.ndarray) -> tuple[float, np.ndarray]:
-    """Fall of the squared error, and by which the columns are multiplied."""
+    """Reduction of the squared error, and by which the columns are multiplied."""
     normal, right = np.real(A.conj().T @ A), np.real(A.conj().T @ b)
     x = np.linalg.lstsq(normal, right, rcond=1e-10)[0]
     return float(right @ x), x

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from core.diagnose.competing_models import Finding, what_else
 from core.diagnose.phrases import (
     COMPLETE,
     FLOOR_IS,
@@ -22,7 +23,6 @@ from core.diagnose.phrases import (
     vibration,
     worth_listing,
 )
-from core.diagnose.rivals import Finding, what_else
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains
 from core.effects import catalogue
 from core.results import ChannelError, DiagnosisRound, Estimate, LadderStep, RankedEffect
@@ -32,7 +32,7 @@ FLOOR = f"the noise floor. {FLOOR_IS}"
 
 
 @dataclass(frozen=True)
-class Told:
+class VerdictFacts:
     """All that a verdict in words needs."""
 
     verdict: str
@@ -60,13 +60,13 @@ class Told:
     """Whether the user stopped the search before it was through."""
 
 
-def say(told: Told) -> tuple[str, ...]:
+def verdict_paragraphs(facts: VerdictFacts) -> tuple[str, ...]:
     """One paragraph each."""
-    opening = {MISSING: _missing, NOTHING: _nothing, UNLISTED: _unlisted}[told.verdict]
-    if told.stopped and not _findings(told) and told.verdict != NOTHING:
+    opening = {MISSING: _missing, NOTHING: _nothing, UNLISTED: _unlisted}[facts.verdict]
+    if facts.stopped and not _findings(facts) and facts.verdict != NOTHING:
         opening = _unfinished
-    paragraphs = [*opening(told)]
-    if told.stopped:
+    paragraphs = [*opening(facts)]
+    if facts.stopped:
         paragraphs.append(
             "The search was stopped before it was complete: other effects may explain more than "
             "those listed here."
@@ -74,28 +74,28 @@ def say(told: Told) -> tuple[str, ...]:
     return tuple(p for p in paragraphs if p)
 
 
-def _findings(told: Told) -> list[Finding]:
+def _findings(facts: VerdictFacts) -> list[Finding]:
     """The effects that are in the model at the end; the best of the ranking where none was to be
     added."""
-    if not told.limit:
-        return _named_first(told)
-    accepted = [one for one in told.rounds if one.accepted is not None]
-    added = [(a, b) for a, b in pairwise(told.steps) if b.added is not None]
+    if not facts.limit:
+        return _named_first(facts)
+    accepted = [one for one in facts.rounds if one.accepted is not None]
+    added = [(a, b) for a, b in pairwise(facts.steps) if b.added is not None]
     found = []
     for one, (before, after) in zip(accepted, added, strict=True):
-        kind = _at_the_end(one.accepted or "", told.kept)
+        kind = _at_the_end(one.accepted or "", facts.kept)
         ranked = next((r for r in one.ranking if r.effect == kind), None)
         if ranked is not None:
             found.append(Finding(ranked, one, before, after))
     return found
 
 
-def _named_first(told: Told) -> list[Finding]:
+def _named_first(facts: VerdictFacts) -> list[Finding]:
     """The best of a ranking that went through; of one that was stopped none is the best yet."""
-    first = told.rounds[0] if told.rounds and not told.stopped else None
+    first = facts.rounds[0] if facts.rounds and not facts.stopped else None
     if first is None or not first.ranking:
         return []
-    return [Finding(first.ranking[0], first, told.steps[0], None)]
+    return [Finding(first.ranking[0], first, facts.steps[0], None)]
 
 
 def _at_the_end(kind: str, kept: Sequence[str]) -> str:
@@ -105,70 +105,70 @@ def _at_the_end(kind: str, kept: Sequence[str]) -> str:
     return kind if kind in kept else next(iter(simpler), "")
 
 
-def _missing(told: Told) -> list[str]:
-    findings = _findings(told)
+def _missing(facts: VerdictFacts) -> list[str]:
+    findings = _findings(facts)
     if not findings:
-        return _unlisted(told)
+        return _unlisted(facts)
     first, *more = [f.ranked.title for f in findings]
     after = f", then {listed(more)}" if more else ""
     opening = (
         f"The first missing effect is {first}{after}. As given, the model's error is "
-        f"{times(told.given.rms)} {FLOOR}"
+        f"{times(facts.given.rms)} {FLOOR}"
     )
     paragraphs = [opening]
     for f in findings:
-        paragraphs += [_found(f, told), what_else(f)]
-    sized = any(told.sizes.get(f.ranked.effect, f.ranked.parameters) for f in findings)
+        paragraphs += [_found(f, facts), what_else(f)]
+    sized = any(facts.sizes.get(f.ranked.effect, f.ranked.parameters) for f in findings)
     complete = COMPLETE if sized else ""
-    ending = (_removed(told), _remains(told), " ".join(p for p in (_stuck(told), complete) if p))
+    ending = (_removed(facts), _remains(facts), " ".join(p for p in (_stuck(facts), complete) if p))
     return [*paragraphs, *ending]
 
 
-def _stuck(told: Told) -> str:
+def _stuck(facts: VerdictFacts) -> str:
     """Nominal parameters at a bound; of sizes it is said where they stand."""
-    own = {e.name for sizes in told.sizes.values() for e in sizes}
-    last = told.steps[-1].parameters if told.steps else ()
-    return at_bounds([e for e in last if e.name not in own], told.titles)
+    own = {e.name for sizes in facts.sizes.values() for e in sizes}
+    last = facts.steps[-1].parameters if facts.steps else ()
+    return at_bounds([e for e in last if e.name not in own], facts.titles)
 
 
-def _refused(told: Told) -> str:
+def _refused(facts: VerdictFacts) -> str:
     """Why the last round added nothing though something explained a part."""
-    last = told.rounds[-1] if told.rounds else None
+    last = facts.rounds[-1] if facts.rounds else None
     if last is None or last.accepted is not None or last.experiments or not last.sentence:
         return ""
     return f"{last.sentence[0].upper()}{last.sentence[1:]}"
 
 
-def _found(f: Finding, told: Told) -> str:
+def _found(f: Finding, facts: VerdictFacts) -> str:
     """What it is, how big, what it explains, how sure."""
     effect = catalogue().get(f.ranked.effect)
     gist = first_sentence(effect.story) if effect is not None else ""
-    big = how_big(told.sizes.get(f.ranked.effect, f.ranked.parameters), dict(told.titles))
+    big = how_big(facts.sizes.get(f.ranked.effect, f.ranked.parameters), dict(facts.titles))
     explains = explained(f.ranked, f.before, f.after)
     parts = (f"{f.ranked.title}. {gist}", big, explains, how_sure(f.ranked))
     return " ".join(p for p in parts if p)
 
 
-def _removed(told: Told) -> str:
-    if not told.passed:
+def _removed(facts: VerdictFacts) -> str:
+    if not facts.passed:
         return ""
-    them = "it" if len(told.passed) == 1 else "them"
+    them = "it" if len(facts.passed) == 1 else "them"
     return (
-        f"{listed(told.passed)} seemed to be missing at first, but with what was added later the "
+        f"{listed(facts.passed)} seemed to be missing at first, but with what was added later the "
         f"error is as small without {them}."
     )
 
 
-def _remains(told: Told) -> str:
+def _remains(facts: VerdictFacts) -> str:
     """What is left after the last step, and what to make of it."""
-    last = told.steps[-1]
+    last = facts.steps[-1]
     endings = {
         None: "",
-        NOTHING: COARSE if told.coarse else _at_the_floor(last.errors),
-        UNLISTED: _unexplained(told),
-        MISSING: _more(told),
+        NOTHING: COARSE if facts.coarse else _at_the_floor(last.errors),
+        UNLISTED: _unexplained(facts),
+        MISSING: _more(facts),
     }
-    parts = (_left(told), on_validation(last.errors), endings[told.final], _refused(told))
+    parts = (_left(facts), on_validation(last.errors), endings[facts.final], _refused(facts))
     return " ".join(p for p in parts if p)
 
 
@@ -196,53 +196,53 @@ def _at_the_floor(errors: Sequence[ChannelError]) -> str:
     )
 
 
-def _left(told: Told) -> str:
+def _left(facts: VerdictFacts) -> str:
     """By channel; before anything was added it is no rest but the error itself."""
-    last = told.steps[-1]
-    if any(step.added for step in told.steps):
-        return f"What remains: {by_channel(told.left, last)}."
-    without = "Without it the" if told.verdict == MISSING and _findings(told) else "The"
-    return f"{without} model {misses(told.left, last)}."
+    last = facts.steps[-1]
+    if any(step.added for step in facts.steps):
+        return f"What remains: {by_channel(facts.left, last)}."
+    without = "Without it the" if facts.verdict == MISSING and _findings(facts) else "The"
+    return f"{without} model {misses(facts.left, last)}."
 
 
-def _more(told: Told) -> str:
+def _more(facts: VerdictFacts) -> str:
     """What the search would have added after its last step."""
-    ranking = told.rounds[-1].ranking if told.rounds else ()
+    ranking = facts.rounds[-1].ranking if facts.rounds else ()
     if not ranking or ranking[0].refit_drop_percent is None:
         return ""
     share = percent(ranking[0].refit_drop_percent)
     return (
         f"More can be explained: {ranking[0].title} would take {share} of what remains above the "
-        f"noise floor. The search ended at its limit of {told.limit}; a higher limit continues it."
+        f"noise floor. The search ended at its limit of {facts.limit}; a higher limit continues it."
     )
 
 
-def _unexplained(told: Told) -> str:
+def _unexplained(facts: VerdictFacts) -> str:
     """A rest above the floor."""
-    rest = times(told.left.rms)
+    rest = times(facts.left.rms)
     return (
         f"An error of {rest} the noise floor remains that no listed effect explains: something "
-        f"else is missing too. {vibration(told.left)}"
+        f"else is missing too. {vibration(facts.left)}"
     ).strip()
 
 
-def _nothing(told: Told) -> list[str]:
-    count = len(told.rounds[0].ranking) if told.rounds else 0
+def _nothing(facts: VerdictFacts) -> list[str]:
+    count = len(facts.rounds[0].ranking) if facts.rounds else 0
     text = (
         f"Nothing is missing that these recordings could show. The error of the model is "
-        f"{times(told.given.rms)} {FLOOR}"
+        f"{times(facts.given.rms)} {FLOOR}"
     )
     tried = f" {count} effects were tried, and none explains enough of the error to count."
     hidden = "Effects that these motions barely excite may remain undetected."
     first = f"{text}{tried if count else ''} {hidden}"
-    return [first, _not_tried(told), _remains(told), _stuck(told)]
+    return [first, _not_tried(facts), _remains(facts), _stuck(facts)]
 
 
-def _unlisted(told: Told) -> list[str]:
-    ranking = told.rounds[0].ranking if told.rounds else ()
+def _unlisted(facts: VerdictFacts) -> list[str]:
+    ranking = facts.rounds[0].ranking if facts.rounds else ()
     opening = (
         f"Something is missing that is not in the list of effects. The error of the model is "
-        f"{times(told.given.rms)} {FLOOR} None of the {len(ranking)} effects that were tried "
+        f"{times(facts.given.rms)} {FLOOR} None of the {len(ranking)} effects that were tried "
         f"reduces the error enough."
     )
     refitted = _refitted(ranking)
@@ -251,12 +251,12 @@ def _unlisted(told: Told) -> list[str]:
         closest = (
             f"The closest, {title}, explains {percent(share)} of the error above the noise floor."
         )
-        opening = " ".join(part for part in (opening, closest, _refused(told)) if part)
+        opening = " ".join(part for part in (opening, closest, _refused(facts)) if part)
     rest = (
-        f"{_left(told)} The error maps show when and where it happens; you can write an "
+        f"{_left(facts)} The error maps show when and where it happens; you can write an "
         f"effect of your own as a formula."
     )
-    return [opening, vibration(told.left), _not_tried(told), rest, _stuck(told)]
+    return [opening, vibration(facts.left), _not_tried(facts), rest, _stuck(facts)]
 
 
 def _refitted(ranking: Sequence[RankedEffect]) -> list[tuple[float, str]]:
@@ -267,9 +267,9 @@ def _refitted(ranking: Sequence[RankedEffect]) -> list[tuple[float, str]]:
     ]
 
 
-def _unfinished(told: Told) -> list[str]:
+def _unfinished(facts: VerdictFacts) -> list[str]:
     """A stopped search that named nothing proves nothing about the list."""
-    ranking = told.rounds[-1].ranking if told.rounds else ()
+    ranking = facts.rounds[-1].ranking if facts.rounds else ()
     refitted = _refitted(ranking)
     best = ""
     if refitted:
@@ -278,13 +278,13 @@ def _unfinished(told: Told) -> list[str]:
             f" So far {title} explains most, {percent(share)} of the error above the noise floor."
         )
     return [
-        f"Something is missing: the error of the model is {times(told.given.rms)} {FLOOR} The "
+        f"Something is missing: the error of the model is {times(facts.given.rms)} {FLOOR} The "
         f"cause was not found yet.{best}"
     ]
 
 
-def _not_tried(told: Told) -> str:
+def _not_tried(facts: VerdictFacts) -> str:
     """What these recordings cannot show."""
     known = catalogue()
-    titles = [known[kind].title for kind in told.not_applicable if kind in known]
+    titles = [known[kind].title for kind in facts.not_applicable if kind in known]
     return f"Not tried, since these recordings cannot show it: {listed(titles)}." if titles else ""

@@ -83,7 +83,7 @@ class Design:
     fitted: Hypothesis
     limits: Allowed
     deviations: tuple[Deviation, ...]
-    rivals: tuple[str, ...] = ()
+    competing: tuple[str, ...] = ()
     """Titles of the two effects that are to be told apart."""
     score: float = 0.0
     """Expected, of all experiments together; above TIE decides."""
@@ -110,16 +110,16 @@ def design(begun: Begun, wish: Wish, progress: Progress) -> Design:
     _check_drive(fitted.h.model)
     names = _wanted(fitted, wish.parameters)
     limits = allowed(wish.limits, fitted.motions)
-    rivals = _pair(fitted, wish.between, progress)
+    competing = _pair(fitted, wish.between, progress)
     progress.stage("Simulating the experiments that the limits allow")
-    found = _candidates(fitted, limits, wish, rivals, progress)
-    chosen = _chosen(fitted, found, names, wish, bool(rivals))
+    found = _candidates(fitted, limits, wish, competing, progress)
+    chosen = _chosen(fitted, found, names, wish, bool(competing))
     return Design(
         chosen=tuple(chosen),
         fitted=fitted.h,
         limits=limits,
         deviations=_narrowed(fitted, chosen, names),
-        rivals=tuple(catalogue()[kind].title for kind in wish.between),
+        competing=tuple(catalogue()[kind].title for kind in wish.between),
         score=sum(c.score for c in chosen),
     )
 
@@ -168,14 +168,18 @@ def _pair(fitted: FittedModel, kinds: Sequence[str], progress: Progress) -> list
 
 
 def _candidates(
-    fitted: FittedModel, limits: Allowed, wish: Wish, rivals: list[Hypothesis], progress: Progress
+    fitted: FittedModel,
+    limits: Allowed,
+    wish: Wish,
+    competing: list[Hypothesis],
+    progress: Progress,
 ) -> list[Candidate]:
     first = fitted.data.experiments[0].recording
     length = (len(first.time) - 1) * first.sample_time
     seconds = min(max(length, SHORTEST), LONGEST, wish.seconds)
     dt = first.sample_time
     begun, doubt, steps = _sizes(fitted), fitted.doubt, fitted.steps
-    known: list[Known] = list(on_all_cores(shared_normal_matrix, rivals))
+    known: list[Known] = list(on_all_cores(shared_normal_matrix, competing))
 
     def one(trial: Trial) -> Candidate | None:
         if progress.stopped():
@@ -185,7 +189,7 @@ def _candidates(
         if strong is None:
             return None
         there = fitted.there(strong)
-        score = score_on(there, rivals[0], rivals[1], known) if rivals else 0.0
+        score = score_on(there, competing[0], competing[1], known) if competing else 0.0
         return Candidate(strong, expected(on_data(there, fitted.h), fitted.errors), score)
 
     tried = trials(limits, round(seconds / dt) * dt, dt)

@@ -111,6 +111,6 @@ def as_document(design: Design) -> Document:
             }
             for d in design.deviations
         ],
-        "between": list(design.rivals),
+        "between": list(design.competing),
         "score": design.score,
     }  # fmt: skip

@@ -46,13 +46,13 @@ def _line(number: int, c: Candidate, design: Design) -> str:
 
 
 def _narrowed(deviations: Sequence[Deviation]) -> str:
-    told = [d for d in deviations if d.after < LITTLE * d.before]
-    if not told:
+    narrowed = [d for d in deviations if d.after < LITTLE * d.before]
+    if not narrowed:
         return "No parameter becomes known better by these experiments."
     parts = [
-        f"{d.estimate.name} {_deviation(d.before, d)} to {_deviation(d.after, d)}" for d in told
+        f"{d.estimate.name} {_deviation(d.before, d)} to {_deviation(d.after, d)}" for d in narrowed
     ]
-    rest = [d.estimate.name for d in deviations if d not in told]
+    rest = [d.estimate.name for d in deviations if d not in narrowed]
     more = f" Not narrowed: {listed(rest)}." if rest else ""
     return f"Expected standard deviations, before and after: {listed(parts)}.{more}"
 
@@ -62,9 +62,9 @@ def _deviation(value: float, d: Deviation) -> str:
 
 
 def _decided(design: Design) -> tuple[str, ...]:
-    if not design.rivals:
+    if not design.competing:
         return ()
-    names, score = listed(list(design.rivals)), format_number(design.score, 2)
+    names, score = listed(list(design.competing)), format_number(design.score, 2)
     if design.decides:
         return (
             f"Between {names}, the wrong one would be worse by an expected score of {score}, where "

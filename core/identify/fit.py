@@ -138,11 +138,11 @@ def _found(
     first = _searched(label, _residuals(short.experiments, unknowns, spec, fixed), spec, progress)
     if first.stopped:
         return replace(first, notes=(STOPPED_EARLY, short.note))
-    said = first_estimate(unknowns, first.refined.vector)
-    progress.advance(0, f"{said}; refining with all samples")
+    message = first_estimate(unknowns, first.refined.vector)
+    progress.advance(0, f"{message}; refining with all samples")
     residuals = _residuals(experiments, unknowns, spec, fixed)
     short.hand_on_steps(first.residuals.predictor, residuals.predictor)
-    last = _stoppable(lambda: _refined_from(residuals, first.refined.vector, said, progress))
+    last = _stoppable(lambda: _refined_from(residuals, first.refined.vector, message, progress))
     if last is None:
         return replace(first, stopped=True, notes=(STOPPED_EARLY, short.note))
     if progress.stopped():  # nobody waits for what all samples say about it
@@ -177,12 +177,12 @@ SHOWN = 4
 
 
 def _refined_from(
-    residuals: Residuals, vector: np.ndarray, said: str, progress: Progress
+    residuals: Residuals, vector: np.ndarray, message: str, progress: Progress
 ) -> Refined:
     """The minimum with all samples, from that with few."""
 
     def report(cost: float) -> bool:
-        progress.advance(0, f"{said}; refining with all samples, cost {cost:.4g}")
+        progress.advance(0, f"{message}; refining with all samples, cost {cost:.4g}")
         return progress.stopped()
 
     if residuals.predictor.simulation_is_dear:

@@ -108,10 +108,10 @@ def sentences(unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray) -> 
     labels = [written(label) for label in unknowns.labels]
     if not len(labels):
         return ("Nothing was estimated.",)
-    said = [_about(direction, labels) for direction in null]
-    if not said:
-        said = ["All estimated parameters are identifiable."]
-    return tuple(said + _correlated(correlation, labels, identified(null, len(labels))))
+    lines = [_about(direction, labels) for direction in null]
+    if not lines:
+        lines = ["All estimated parameters are identifiable."]
+    return tuple(lines + _correlated(correlation, labels, identified(null, len(labels))))
 
 
 def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
@@ -134,15 +134,15 @@ def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
 
 
 def _correlated(correlation: np.ndarray, labels: Sequence[str], seen: np.ndarray) -> list[str]:
-    said = []
+    lines = []
     for i in range(len(labels)):
         for j in range(i):
             if seen[i] and seen[j] and abs(correlation[i, j]) > TOGETHER:
-                said.append(
+                lines.append(
                     f"{labels[j]} and {labels[i]} are poorly distinguishable "
                     f"(correlation {correlation[i, j]:+.3f})."
                 )
-    return said
+    return lines
 
 
 def valley(

@@ -157,12 +157,12 @@ def _digest(*arrays: np.ndarray) -> bytes:
     return found.digest()
 
 
-ROOM = 64 * 2**20
+CAPACITY = 64 * 2**20
 """Bytes: some dozen recordings of ten thousand samples, each at a few values of a parameter. A
 number of motions would be too few for many short recordings, which then push each other out, and
 too many for long ones."""
 
-_LED = Recent[Led](ROOM, lambda led: sum(part.nbytes for part in led[:4]))
+_LED = Recent[Led](CAPACITY, lambda led: sum(part.nbytes for part in led[:4]))
 """Most parameters of a fit leave a motion as it is, and splines cost more than simulating an arm of
 few coordinates along them."""
 
@@ -233,7 +233,7 @@ def _held_acceleration(
     return np.vstack([np.repeat((found[0] - moves)[None], lead, axis=0), found])
 
 
-_WEIGHED = Recent[np.ndarray](ROOM, lambda found: found.nbytes)
+_WEIGHED = Recent[np.ndarray](CAPACITY, lambda found: found.nbytes)
 """Stiffnesses, friction and sensors leave it as it is."""
 
 

@@ -75,8 +75,8 @@ def _against_the_others(
     weights = 1.0 / s[o] ** 2
     mean = float(weights @ x[o] / weights.sum())
     spread = float(weights @ (x[o] - mean) ** 2)
-    room = weights.sum() - (weights**2).sum() / weights.sum()
-    tau2 = max((spread - (len(o) - 1)) / room, 0.0) if room > 0 else 0.0
+    denominator = weights.sum() - (weights**2).sum() / weights.sum()
+    tau2 = max((spread - (len(o) - 1)) / denominator, 0.0) if denominator > 0 else 0.0
     weights = 1.0 / (s[o] ** 2 + tau2)
     mean = float(weights @ x[o] / weights.sum())
     z = abs(x[i] - mean) / np.sqrt(s[i] ** 2 + tau2 + 1.0 / weights.sum())
@@ -86,7 +86,7 @@ def _against_the_others(
 
 def sentences(found: Sequence[Repeated]) -> tuple[str, ...]:
     """What a person is told: how well each parameter repeats, then the runs that disagree."""
-    said = [
+    lines = [
         f"{one.name} repeats to {_percent(one.between, one.mean)} between runs; one run knows it "
         f"to {_percent(one.within, one.mean)}."
         for one in found
@@ -94,10 +94,10 @@ def sentences(found: Sequence[Repeated]) -> tuple[str, ...]:
     for one in found:
         for each in one.disagreeing:
             size = f"{100.0 * each.share:+.2g} %"
-            said.append(
+            lines.append(
                 f"Run {each.run} differs in {one.name} by {size}: temperature, load or gain."
             )
-    return tuple(said)
+    return tuple(lines)
 
 
 def _percent(deviation: float, value: float) -> str:

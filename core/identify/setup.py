@@ -131,35 +131,39 @@ def _notes(
 ) -> list[str]:
     stated = spec.output is not None
     names = ", ".join(f"{s.kind} ({s.title})" for s in outputs)
-    said = [f"Compared output: {names}{'' if stated else ', the default for these recordings'}."]
+    sentences = [
+        f"Compared output: {names}{'' if stated else ', the default for these recordings'}."
+    ]
     if model.level == "lpv":
-        said.append("Model level: linear parameter-varying, exact discretisation at each sample.")
+        sentences.append(
+            "Model level: linear parameter-varying, exact discretisation at each sample."
+        )
     else:
-        said.append("Model level: full non-linear simulation.")
+        sentences.append("Model level: full non-linear simulation.")
     if any(s.kind == "ydot" and not s.direct(r, model.arm) for s in outputs for r in recordings):
-        said.append(
+        sentences.append(
             "ydot was obtained from sampled tip places by central differences; the model's output "
             "went the same way."
         )
     if spec.filter is not None:
-        said.append(f"Measurement and model passed the same filter. {spec.filter.sentence()}")
+        sentences.append(f"Measurement and model passed the same filter. {spec.filter.sentence()}")
     if spec.output_filter is not None:
-        said.append(
+        sentences.append(
             f"The compared outputs passed a further filter. {spec.output_filter.sentence()}"
         )
     if spec.decimate > 1:
-        said.append(f"Every sample number {spec.decimate} was kept after filtering.")
+        sentences.append(f"Every sample number {spec.decimate} was kept after filtering.")
     if servo is not None:
         torque = "its torque is the missing joint torque"
         unknown = "no torque is known, so none is compared"
-        said.append(
+        sentences.append(
             f"A virtual servo of {servo.hz:g} Hz holds the model's joints on the measured ones; "
             f"{torque if model.drive.torque_known else unknown}."
         )
     for r in recordings:
         for channel, logged in r.logger_filters.items():
-            said.append(
+            sentences.append(
                 f"{r.name}: the model's {channel} passed the logger's low-pass "
                 f"({logged.frequency:g} rad/s, damping {logged.damping:g})."
             )
-    return said
+    return sentences

@@ -138,7 +138,9 @@ def _stated_delays(e: Prepared) -> list[float]:
     model, sizes = e.model, typical(e.model.arm)
     late = [one for one in model.effects if type(one).sensed is not Effect.sensed]
     found = [
-        knob.parameter for one in late for knob in one.parameters(model.arm, model.drive, sizes)
+        effect_parameter.parameter
+        for one in late
+        for effect_parameter in one.parameters(model.arm, model.drive, sizes)
     ]
     values = (abs(model.effect_values.get(p.name, 0.0)) for p in found if p.unit == "s")
     return [value for value in values if value > 0.0]

@@ -47,24 +47,24 @@ def baseline_rows(records: Mapping[str, Record]) -> tuple[BaselineRow, ...]:
     for record in records.values():
         if record["part"] == "baselines":
             answer = record["answer"]
-            for said in answer["methods"]:
-                found.append(_row(answer, said))
+            for entry in answer["methods"]:
+                found.append(_row(answer, entry))
     return tuple(found)
 
 
-def _row(answer: Mapping[str, Any], said: Mapping[str, Any]) -> BaselineRow:
-    others = [m for m in answer["methods"] if m["method"] != said["method"]]
+def _row(answer: Mapping[str, Any], entry: Mapping[str, Any]) -> BaselineRow:
+    others = [m for m in answer["methods"] if m["method"] != entry["method"]]
     return BaselineRow(
         snr_db=answer["snr_db"],
         points=answer["points"],
-        method=said["method"],
-        fit=dict(said["fit"]),
-        pole_error=said["pole_error"],
-        pole_errors=np.array(said["pole_errors"]),
-        parameters=said["parameters"],
-        seconds=said["seconds"],
-        sentence=_sentence(said, others),
-        note=_note(said["about"]),
+        method=entry["method"],
+        fit=dict(entry["fit"]),
+        pole_error=entry["pole_error"],
+        pole_errors=np.array(entry["pole_errors"]),
+        parameters=entry["parameters"],
+        seconds=entry["seconds"],
+        sentence=_sentence(entry, others),
+        note=_note(entry["about"]),
     )
 
 
@@ -74,10 +74,10 @@ def _note(about: Mapping[str, Any]) -> str:
     return "EI " + ", ".join(f"{EI:.2f}" for EI in about["EI"]) + " N m²"
 
 
-def _sentence(said: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> str:
+def _sentence(entry: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> str:
     """Beside glocal; for glocal itself beside the best of the others."""
-    if said["method"] == GLOCAL:
-        return _of_glocal(said, others)
+    if entry["method"] == GLOCAL:
+        return _of_glocal(entry, others)
     glocal = next((m for m in others if m["method"] == GLOCAL), None)
     if glocal is None:
         return ""
@@ -86,17 +86,17 @@ def _sentence(said: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> s
     for kind, words in zip(
         KINDS, ("at its own points", "at unseen points", "on sweeps"), strict=True
     ):
-        gain = said["fit"][kind] - glocal["fit"][kind]
+        gain = entry["fit"][kind] - glocal["fit"][kind]
         if abs(gain) > EQUAL:
             (ahead if gain > 0 else behind).append(f"{abs(gain):.2f} points of FIT {words}")
-    poles = said["pole_error"], glocal["pole_error"]
+    poles = entry["pole_error"], glocal["pole_error"]
     if abs(poles[0] - poles[1]) > EQUAL_SHARE * max(poles):
         times = max(poles) / max(min(poles), 1e-300)
         worse = poles[0] > poles[1]
         (behind if worse else ahead).append(
             f"poles {format_number(times, 3)} times {'as wrong' if worse else 'as near'}"
         )
-    return f"{_verdict(ahead, behind)} {_effort(said, glocal)}"
+    return f"{_verdict(ahead, behind)} {_effort(entry, glocal)}"
 
 
 def _verdict(ahead: Sequence[str], behind: Sequence[str]) -> str:
@@ -109,28 +109,28 @@ def _verdict(ahead: Sequence[str], behind: Sequence[str]) -> str:
     return f"Better than glocal in {', '.join(ahead)}; worse in {', '.join(behind)}."
 
 
-def _effort(said: Mapping[str, Any], glocal: Mapping[str, Any]) -> str:
-    times = said["seconds"] / glocal["seconds"]
+def _effort(entry: Mapping[str, Any], glocal: Mapping[str, Any]) -> str:
+    times = entry["seconds"] / glocal["seconds"]
     time = f"{times:.1f} times the time" if times >= 1.0 else f"{1.0 / times:.1f} times as fast"
-    if said["parameters"] == glocal["parameters"]:
+    if entry["parameters"] == glocal["parameters"]:
         return f"As many parameters, {time}."
-    return f"{said['parameters']} numbers instead of {glocal['parameters']}, {time}."
+    return f"{entry['parameters']} numbers instead of {glocal['parameters']}, {time}."
 
 
-def _of_glocal(said: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> str:
+def _of_glocal(entry: Mapping[str, Any], others: Sequence[Mapping[str, Any]]) -> str:
     won, lost = [], []
     for kind, words in zip(KINDS, ("its own points", "unseen points", "sweeps"), strict=True):
         best = max(others, key=lambda m: m["fit"][kind])
-        gain = said["fit"][kind] - best["fit"][kind]
+        gain = entry["fit"][kind] - best["fit"][kind]
         if gain < -EQUAL:
             lost.append(f"{words} ({best['method']}, by {-gain:.2f} points)")
         elif gain > EQUAL:
             won.append(f"{words} (by {gain:.2f} points)")
     nearest = min(others, key=lambda m: m["pole_error"])
-    if said["pole_error"] < (1.0 - EQUAL_SHARE) * nearest["pole_error"]:
+    if entry["pole_error"] < (1.0 - EQUAL_SHARE) * nearest["pole_error"]:
         won.append("poles")
-    elif said["pole_error"] > (1.0 + EQUAL_SHARE) * nearest["pole_error"]:
-        times = said["pole_error"] / max(nearest["pole_error"], 1e-300)
+    elif entry["pole_error"] > (1.0 + EQUAL_SHARE) * nearest["pole_error"]:
+        times = entry["pole_error"] / max(nearest["pole_error"], 1e-300)
         lost.append(f"poles ({nearest['method']}, {format_number(times, 3)} times as near)")
     first = f"Best on {', '.join(won)}." if won else "Best on nothing alone."
     return f"{first} Beaten on {', '.join(lost)}." if lost else f"{first} Beaten on nothing."

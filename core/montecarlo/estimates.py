@@ -181,13 +181,13 @@ class Agreement:
 
 def comparable(table: EstimateTable) -> tuple[Numbers, ...] | None:
     """The paper's table where ours has its experiments and parameters."""
-    told = printed(table.snr_db)
+    published = printed(table.snr_db)
     points = [row.theta2 or 0.0 for row in table.locals]
-    if told is None or len(points) != len(WORKING_POINTS):
+    if published is None or len(points) != len(WORKING_POINTS):
         return None
     near = np.allclose(points, WORKING_POINTS, rtol=0.0, atol=SAME_POINT)
     known = {"epsilon", "d"} == set(table.rows[0].values)
-    return told if near and known else None
+    return published if near and known else None
 
 
 def agreements(tables: Sequence[EstimateTable]) -> tuple[Agreement, ...]:

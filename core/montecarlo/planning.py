@@ -131,10 +131,10 @@ def planning(
     )  # fmt: skip
 
 
-def _experiment(said: Mapping[str, Any]) -> Experiment:
+def _experiment(entry: Mapping[str, Any]) -> Experiment:
     return Experiment(
-        said["name"], float(said["theta2"]), float(said["seconds"]),
-        np.array(said["information"]), np.array(said["pull"]), np.array(said["signal_std"]),
+        entry["name"], float(entry["theta2"]), float(entry["seconds"]),
+        np.array(entry["information"]), np.array(entry["pull"]), np.array(entry["signal_std"]),
     )  # fmt: skip
 
 

@@ -62,12 +62,12 @@ def order_text(settings: StudySettings, case: Case) -> str:
 
 def answer_text(order: str) -> str:
     """The record of one case: `answer` is what it found, `seconds` what it took."""
-    said: dict[str, Any] = json.loads(order)
+    request: dict[str, Any] = json.loads(order)
     begun = time.perf_counter()
     with single_threaded():
-        answer = parts()[said["part"]].run(rig_of(said["settings"]), said["options"])
+        answer = parts()[request["part"]].run(rig_of(request["settings"]), request["options"])
     seconds = time.perf_counter() - begun
-    record = {"key": said["key"], "part": said["part"], "answer": answer, "seconds": seconds}
+    record = {"key": request["key"], "part": request["part"], "answer": answer, "seconds": seconds}
     return json.dumps(record, allow_nan=False)
 
 

@@ -151,10 +151,10 @@ def _about_prior(table: EstimateTable, prior: ValleyPrior) -> Iterator[Finding]:
         f"and {pool['d'].found * 1e3:.2f} mm ({pool['d'].ratio:.2f}); fit by fit {good} of "
         f"{len(single)} deviations lie within {100.0 * WITHIN:.0f} %."
     )
-    told = comparable(table)
-    if told is not None:
+    published = comparable(table)
+    if published is not None:
         paper = float(
-            np.sqrt(np.mean([told[k][1] ** 2 for k in (*printed.LOCALS, printed.GLOCAL)]))
+            np.sqrt(np.mean([published[k][1] ** 2 for k in (*printed.LOCALS, printed.GLOCAL)]))
         )
         ratio = paper / (flat.std * 1e-9)
         text += (
@@ -189,10 +189,10 @@ def _about_means(tables: Sequence[EstimateTable]) -> Iterator[Finding]:
 
 def _about_scatter(tables: Sequence[EstimateTable]) -> Iterator[Finding]:
     for table in tables:
-        told = comparable(table)
-        if told is None or table.snr_db is None or table.runs < 2:
+        published = comparable(table)
+        if published is None or table.snr_db is None or table.runs < 2:
             continue
-        least = [100.0 * least_scatter(told[k]) for k in (*printed.LOCALS, printed.GLOCAL)]
+        least = [100.0 * least_scatter(published[k]) for k in (*printed.LOCALS, printed.GLOCAL)]
         rows = (*table.locals, table.row("glocal"))
         ours = [100.0 * row.EI[0].std / row.EI[0].mean for row in rows]
         yield (
@@ -209,14 +209,14 @@ def _about_scatter(tables: Sequence[EstimateTable]) -> Iterator[Finding]:
 def _about_deviation_of_mean(tables: Sequence[EstimateTable]) -> Iterator[Finding]:
     parts = []
     for table in tables:
-        told = comparable(table)
-        if told is None:
+        published = comparable(table)
+        if published is None:
             continue
-        each = [told[k][1] for k in printed.LOCALS]
+        each = [published[k][1] for k in printed.LOCALS]
         right, caption = printed.deviation_of_mean(each), printed.caption_deviation(each)
         parts.append(
             f"at {snr_words(table.snr_db)} sqrt(Σ std²)/δ = {right:.4f} and sqrt(Σ std²/δ) = "
-            f"{caption:.4f}, printed {told[printed.MEAN][1]:.4f}"
+            f"{caption:.4f}, printed {published[printed.MEAN][1]:.4f}"
         )
     if parts:
         yield (

@@ -120,17 +120,17 @@ def about_bias(
     tables: Sequence[EstimateTable], sources: Sequence[BiasSource], EI: float
 ) -> Iterator[tuple[str, str]]:
     """Nothing where no table can be laid beside the paper's."""
-    both = [(t, told) for t in tables if (told := comparable(t)) is not None]
+    both = [(t, published) for t in tables if (published := comparable(t)) is not None]
     if both:
-        said = [_size(both, EI), *_candidate(both, sources, EI)]
-        yield "The bias in EI that the paper's means imply", " ".join(said)
+        sentences = [_size(both, EI), *_candidate(both, sources, EI)]
+        yield "The bias in EI that the paper's means imply", " ".join(sentences)
 
 
 def _size(both: Sequence[Compared], EI: float) -> str:
     parts = []
-    for table, told in both:
-        each = [100.0 * implied_bias(told[k], EI) for k in printed.LOCALS]
-        glocal = 100.0 * implied_bias(told[printed.GLOCAL], EI)
+    for table, published in both:
+        each = [100.0 * implied_bias(published[k], EI) for k in printed.LOCALS]
+        glocal = 100.0 * implied_bias(published[printed.GLOCAL], EI)
         parts.append(
             f"{signed(each[0], 1)} % at π/8, {signed(each[-1], 1)} % at 7π/8 and "
             f"{signed(glocal, 1)} % glocally at {snr_words(table.snr_db)}"
@@ -163,7 +163,7 @@ def _candidate(both: Sequence[Compared], sources: Sequence[BiasSource], EI: floa
         f"worst point, and with a balanced PRBS, which stays where it is, "
         f"{100.0 * still.rms.max():.2f} % at most."
     )
-    yield from (_measured(table, told, paper, EI) for table, told in both)
+    yield from (_measured(table, published, paper, EI) for table, published in both)
     yield (
         "The mean of that bias over the draws is "
         f"{_mean(paper.local[:, 0])} % at the first and {_mean(paper.local[:, -1])} % at the last "
@@ -173,9 +173,11 @@ def _candidate(both: Sequence[Compared], sources: Sequence[BiasSource], EI: floa
     )
 
 
-def _measured(table: EstimateTable, told: Sequence[Numbers], source: BiasSource, EI: float) -> str:
+def _measured(
+    table: EstimateTable, published: Sequence[Numbers], source: BiasSource, EI: float
+) -> str:
     """The paper's bias at each point in root mean squares of the source's."""
-    each = [implied_bias(told[k], EI) / source.rms[k] for k in printed.LOCALS]
+    each = [implied_bias(published[k], EI) / source.rms[k] for k in printed.LOCALS]
     beyond = [
         f"{table.rows[k].label} ({format_number(abs(x), 2)} rms)"
         for k, x in enumerate(each)

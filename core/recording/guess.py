@@ -147,11 +147,11 @@ def _score(channel: str, header: str, values: np.ndarray, first: int) -> float:
 
 def _numbers(channel: str, parts: Sequence[str], first: int) -> float:
     own = re.search(r"\d", channel)
-    said = [int(p) + 1 - first for p in parts if p.isdigit()]
-    said += [] if said else [JOINT[p] for p in parts if p in JOINT]
-    if own is None or not said:
+    indices = [int(p) + 1 - first for p in parts if p.isdigit()]
+    indices += [] if indices else [JOINT[p] for p in parts if p in JOINT]
+    if own is None or not indices:
         return 0.0
-    return NUMBERED if int(own.group()) in said else MISNUMBERED
+    return NUMBERED if int(own.group()) in indices else MISNUMBERED
 
 
 def _unit_in(header: str, channel: str) -> str:

@@ -210,8 +210,10 @@ def _complete(
             f'gaps with gaps = {{ how = "interpolate" }}.'
         )
     first = rows.start + kept.start
-    said = f"Kept {time[kept][0]:.6g} to {time[kept][-1]:.6g} s, the longest part without a gap."
-    return slice(first, first + kept.stop - kept.start), time[kept], [said]
+    sentence = (
+        f"Kept {time[kept][0]:.6g} to {time[kept][-1]:.6g} s, the longest part without a gap."
+    )
+    return slice(first, first + kept.stop - kept.start), time[kept], [sentence]
 
 
 def _bridged(

@@ -45,7 +45,7 @@ class Even(NamedTuple):
     table: Table
     factor: int
     """By which the recording is to be thinned once its gaps are bridged: see `at_rate`."""
-    said: str
+    sentence: str
     """What was done, in one line."""
 
 
@@ -84,8 +84,10 @@ def even_table(
     columns |= {headers[c]: _on_grid(c, stamps, v, grid, dt) for c, v in values.items()}
     left = [h for h in (*table.columns, *table.unusable) if h not in columns]
     unusable = dict(table.unusable) | dict.fromkeys(left, "is no channel, and not resampled")
-    said = _sentence(time, grid, lost, count, factor, dt)
-    return Even(replace(table, columns=columns, first_line=None, unusable=unusable), factor, said)
+    sentence = _sentence(time, grid, lost, count, factor, dt)
+    return Even(
+        replace(table, columns=columns, first_line=None, unusable=unusable), factor, sentence
+    )
 
 
 def at_rate(recording: Recording, factor: int) -> Recording:

@@ -91,18 +91,18 @@ def merged(
     reading.holds(rows, sum(len(g.columns) for g in clocked) + 1)
     assert base.time is not None
     columns: dict[str, np.ndarray] = {"t": base.time}
-    said = list(warnings)
+    messages = list(warnings)
     for group in clocked:
         moved, how = _onto(group, base)
         columns |= moved
-        said += how
+        messages += how
     keep = _inside(columns, [g for g in clocked if _has_channel(g)], base.time)
     names = short_names(columns)
     return Table(
         path.name,
         {names[h]: v[keep] for h, v in columns.items()},
         unusable=bad,
-        warnings=tuple(said),
+        warnings=tuple(messages),
         groups=tuple(group.listed() for group in groups),
         paths={h: names[h] for h in columns if names[h] != h},
     )

@@ -93,11 +93,11 @@ def with_effect_parameters(identify: IdentifySpec, model: Model, spec: ModelSpec
     stated = stated_effects(model, spec)
     if not stated:
         return identify
-    said, quantities = _stated_parameters(stated), _parameters(model, stated)
+    given, quantities = _stated_parameters(stated), _parameters(model, stated)
     neutral = _left_neutral(stated, quantities)
     names, bounds, prior = list(identify.parameters), dict(identify.bounds), dict(identify.prior)
     for name, quantity in _all(quantities).items():
-        own = said.get(name, EffectParameterSpec())
+        own = given.get(name, EffectParameterSpec())
         if not own.vary or name not in model.parameters or name in neutral:
             continue
         if name not in (*names, *identify.per_recording):
@@ -229,13 +229,13 @@ def _all(quantities: Mapping[str, Mapping[str, EffectParameter]]) -> dict[str, E
 
 def _stated_parameters(stated: Sequence[Stated]) -> dict[str, EffectParameterSpec]:
     """What all effects together say of parameters; InputError where two say it."""
-    said: dict[str, EffectParameterSpec] = {}
+    given: dict[str, EffectParameterSpec] = {}
     for each in stated:
         for name, quantity in each.parameters.items():
-            if name in said:
+            if name in given:
                 raise InputError(f"{each.where}: {name!r} is given twice; give it once.")
-            said[name] = quantity
-    return said
+            given[name] = quantity
+    return given
 
 
 def _starts(stated: Sequence[Stated]) -> dict[str, float]:

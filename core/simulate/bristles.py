@@ -124,7 +124,7 @@ def furthest(D, i, change, g):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def give(bristles, states, columns, F, S, w, g, kv, kw):  # type: ignore[no-untyped-def]
+def apply_forces(bristles, states, columns, F, S, w, g, kv, kw):  # type: ignore[no-untyped-def]
     """kv += what the forces do; kw the rates that lead from w to S."""
     for i in range(bristles.size):
         at = states[bristles[i]]
@@ -134,7 +134,7 @@ def give(bristles, states, columns, F, S, w, g, kv, kw):  # type: ignore[no-unty
 
 
 @njit(**INLINE)
-def rub(  # type: ignore[no-untyped-def]
+def solve_friction(  # type: ignore[no-untyped-def]
     bristles, addresses, ports, states, parameters, values, D, g, x, w, back, kw1, free, V, F, S,
     out,
 ):  # fmt: skip

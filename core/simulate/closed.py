@@ -17,7 +17,7 @@ from core.simulate.vector import LANES, scale, subtract
 
 
 @njit(**OPTIONS)
-def room(n, ns, nr):  # type: ignore[no-untyped-def]
+def work_arrays(n, ns, nr):  # type: ignore[no-untyped-def]
     """Work arrays of `place`: for one lane M (n, n), K, D, f, right; for all lanes M and the rows
     of q'' and s' over [q, q', s, r], flat."""
     columns = 2 * n + ns + nr

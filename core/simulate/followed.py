@@ -18,7 +18,7 @@ from numba import int64, njit, types
 from core.arm.pointers import dynamics_at, linear_at
 from core.arm.signatures import OPTIONS, matrix, vector
 from core.simulate import vector as wide
-from core.simulate.closed import augment, balance, place, room, solve
+from core.simulate.closed import augment, balance, place, solve, work_arrays
 from core.simulate.lanes import aligned, exponential
 from core.simulate.lpv import LAWS, cube
 from core.simulate.small import INLINE
@@ -85,7 +85,7 @@ def place_all(  # type: ignore[no-untyped-def]
     nx = keep.size
     m = nr if held else 2 * nr
     na, columns = m + nx, 2 * n + ns + nr
-    space, steps = room(n, ns, nr), np.full(LANES, h)
+    space, steps = work_arrays(n, ns, nr), np.full(LANES, h)
     aug, work = aligned(na * na * LANES), aligned(5 * na * na * LANES).reshape(5, -1)
     pairs, unit = (last - first) * d, 1.0
     for start in range(0, pairs, LANES):

@@ -26,9 +26,9 @@ COEFFICIENTS = np.array([1.0 / float(np.prod(np.arange(1.0, k + 1.0))) for k in 
 @njit(**OPTIONS)
 def aligned(size):  # type: ignore[no-untyped-def]
     """(size,) float64 that starts on a cache line: a vector that straddles two costs twice."""
-    room = np.empty(size + LANES)
-    start = (-room.ctypes.data % (8 * LANES)) // 8
-    return room[start : start + size]
+    memory = np.empty(size + LANES)
+    start = (-memory.ctypes.data % (8 * LANES)) // 8
+    return memory[start : start + size]
 
 
 @njit(**INLINE)

@@ -22,9 +22,9 @@ CACHE_LINE = 64
 def aligned(shape: tuple[int, ...]) -> np.ndarray:
     """Zeros that start on a cache line."""
     size = int(np.prod(shape))
-    room = np.zeros(size + CACHE_LINE // 8)
-    start = (-room.ctypes.data % CACHE_LINE) // 8
-    return room[start : start + size].reshape(shape)
+    memory = np.zeros(size + CACHE_LINE // 8)
+    start = (-memory.ctypes.data % CACHE_LINE) // 8
+    return memory[start : start + size].reshape(shape)
 
 
 def law_lanes(laws: Sequence[DriveLaw]) -> tuple[np.ndarray, ...]:

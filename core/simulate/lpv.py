@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit, types
 
 from core.arm.signatures import DYNAMICS, LINEAR, OPTIONS, matrix, vector
-from core.simulate.closed import augment, balance, place, room, solve
+from core.simulate.closed import augment, balance, place, solve, work_arrays
 from core.simulate.lanes import advance_and_store, aligned, exponential
 from core.simulate.vector import LANES
 
@@ -70,7 +70,7 @@ def respond(  # type: ignore[no-untyped-def]
     m = nr if held else 2 * nr
     na = nx + m
     T = refs.size // (nr * LANES) - 1
-    q, space, columns = np.empty(n), room(n, ns, nr), 2 * n + ns + nr
+    q, space, columns = np.empty(n), work_arrays(n, ns, nr), 2 * n + ns + nr
     aug, work = aligned(na * na * LANES), aligned(5 * na * na * LANES).reshape(5, -1)
     F = aligned((nx + ny) * na * LANES)
     z = aligned(2 * (na + ny) * LANES)

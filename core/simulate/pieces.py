@@ -17,7 +17,7 @@ from numba import int64, njit, types
 from core.arm.pointers import dynamics_at, linear_at
 from core.arm.signatures import OPTIONS, matrix, vector
 from core.simulate import vector as wide
-from core.simulate.closed import augment, balance, place, room, solve
+from core.simulate.closed import augment, balance, place, solve, work_arrays
 from core.simulate.lanes import aligned, apply_part, exponential, product
 from core.simulate.lpv import cube
 from core.simulate.small import INLINE
@@ -229,7 +229,7 @@ def piecewise(  # type: ignore[no-untyped-def]
     steps = aligned((3 + lengths.size) * square).reshape(-1, square)
     F, Y = aligned(lengths.size * nx * na * LANES), aligned(longest * ny * na * LANES)
     z, total = aligned(2 * na * LANES), aligned(LANES)
-    space = room(n, S.shape[3], nr)
+    space = work_arrays(n, S.shape[3], nr)
     for s in range(first, last):
         law = (R[s], P[s], V[s], S[s], Fs[s], Fq[s], Fv[s], Fr[s])
         unit = build(

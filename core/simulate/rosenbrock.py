@@ -15,7 +15,7 @@ import numpy as np
 from numba import int64, njit, types
 
 from core.arm.signatures import DYNAMICS, OPTIONS, TIP, matrix, vector
-from core.simulate.bristles import answer, bound, free_speeds, give, rub
+from core.simulate.bristles import answer, apply_forces, bound, free_speeds, solve_friction
 from core.simulate.elements import (
     ELEMENTS,
     OUT_PER_PORT,
@@ -237,11 +237,11 @@ def integrate(dynamics, tip, p, law, parts, given, r, straight, y0, dt, substeps
                         bristles, ports, directions, W, pivots, M, M2, False, col, row, columns, D
                     )
                     free_speeds(bristles, ports, directions, xd, g, kv1, free)
-                    rub(
+                    solve_friction(
                         bristles, addresses, ports, states_of, values_of, values, D, g, x, w, 0.0,
                         kw1, free, speed, force, share, out,
                     )  # fmt: skip
-                    give(bristles, states_of, columns, force, share, w, g, kv1, kw1)
+                    apply_forces(bristles, states_of, columns, force, share, w, g, kv1, kw1)
                 solve_rest(inverse, Fq, Fv, g, elements, slopes, v, c, cw, kq1, kv1, ks1, kw1)
                 combine(q2, q, h, kq1)
                 combine(v2, v, h, kv1)
@@ -270,11 +270,11 @@ def integrate(dynamics, tip, p, law, parts, given, r, straight, y0, dt, substeps
             if Q > 0:
                 answer(bristles, ports, directions, W, pivots, M, M2, True, col, row, columns, D)
                 free_speeds(bristles, ports, directions, xd, g, kv2, free)
-                rub(
+                solve_friction(
                     bristles, addresses, ports, states_of, values_of, values, D, g, x, w2, 2.0 * g,
                     kw1, free, speed, force, share, out,
                 )  # fmt: skip
-                give(bristles, states_of, columns, force, share, w2, g, kv2, kw2)
+                apply_forces(bristles, states_of, columns, force, share, w2, g, kv2, kw2)
             solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq2, kv2, ks2, kw2)
             advance(q, 1.5 * h, kq1, 0.5 * h, kq2)
             advance(v, 1.5 * h, kv1, 0.5 * h, kv2)

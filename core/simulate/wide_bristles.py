@@ -113,7 +113,7 @@ def furthest(D, i, count, change, g):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def give(bristles, states, columns, F, S, w, g, kv, kw):  # type: ignore[no-untyped-def]
+def apply_forces(bristles, states, columns, F, S, w, g, kv, kw):  # type: ignore[no-untyped-def]
     """kv += what the forces do; kw the rates that lead from w to S."""
     n = kv.shape[0]
     for i in range(bristles.size):
@@ -125,7 +125,7 @@ def give(bristles, states, columns, F, S, w, g, kv, kw):  # type: ignore[no-unty
 
 
 @njit(**INLINE)
-def rub(  # type: ignore[no-untyped-def]
+def solve_friction(  # type: ignore[no-untyped-def]
     bristles, addresses, ports, states, parameters, values, D, g, x, w, back, kw1, free, V, F, S,
     out,
 ):  # fmt: skip

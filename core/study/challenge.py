@@ -1,4 +1,4 @@
-"""A challenge: recordings of an arm with hidden effects, the truth sealed beside them.
+"""A challenge: recordings of an arm with hidden effects, the truth obfuscated beside them.
 
 The truth cannot be read by opening its file, and a changed one is noticed. That is all: the phrase
 stands in this file, so whoever reads the program can read every such text. It is no cryptography
@@ -48,7 +48,7 @@ from core.study.rig import (
     recording,
 )
 
-SCENARIO, SEALED = "scenario.toml", "truth.sealed"
+SCENARIO, TRUTH_FILE = "scenario.toml", "truth.sealed"
 
 SECONDS, SWEEP_SECONDS = 2.0, 5.0
 
@@ -66,12 +66,12 @@ ATTEMPTS = 20
 
 @dataclass(frozen=True)
 class Challenge:
-    """What somebody gets: a scenario whose files are the recordings, and the sealed truth."""
+    """What somebody gets: a scenario whose files are the recordings, and the obfuscated truth."""
 
     scenario: Scenario
     recordings: tuple[Recording, ...]
     """In the scenario's order."""
-    sealed: str
+    obfuscated: str
 
 
 def make_challenge(seed: int, level: str = "easy") -> Challenge:
@@ -145,14 +145,14 @@ def _truth(
 
 
 def _kinds(count: int, rng: np.random.Generator) -> list[str]:
-    """Kinds whose parts are as many as asked for; two of them from different rooms."""
+    """Kinds whose parts are as many as asked for; two of them at different locations."""
     able = sorted(candidates())
     parts = {kind: 1 + len(known_before(effect(kind))) for kind in able}
     fitting = [kind for kind in able if parts[kind] <= count]
     chosen = [str(rng.choice(fitting))]
     if parts[chosen[0]] < count:
-        room = effect(chosen[0]).location
-        others = [k for k in fitting if parts[k] == 1 and effect(k).location != room]
+        location = effect(chosen[0]).location
+        others = [k for k in fitting if parts[k] == 1 and effect(k).location != location]
         chosen.append(str(rng.choice(others)))
     return chosen
 
@@ -217,7 +217,7 @@ def write_challenge(challenge: Challenge, out: Path) -> None:
 
 
 def _texts(challenge: Challenge) -> dict[str, str]:
-    return {SCENARIO: scenario_toml(challenge.scenario), SEALED: challenge.sealed}
+    return {SCENARIO: scenario_toml(challenge.scenario), TRUTH_FILE: challenge.obfuscated}
 
 
 def _write_zip(challenge: Challenge, out: Path) -> None:
@@ -233,20 +233,20 @@ def _write_zip(challenge: Challenge, out: Path) -> None:
 
 
 def reveal(place: Path) -> str:
-    """The truth in words; InputError where there is none or its seal is broken.
+    """The truth in words; InputError where there is none or its checksum is wrong.
 
-    `place` is a challenge's folder, its zip, or the sealed file itself.
+    `place` is a challenge's folder, its zip, or the obfuscated file itself.
     """
-    return truth_in_words(opened(obfuscated_truth(place), SEALED))
+    return truth_in_words(opened(obfuscated_truth(place), TRUTH_FILE))
 
 
 def obfuscated_truth(place: Path) -> str:
     """What lies obfuscated in a challenge's folder or zip; InputError where it is none."""
-    path = place / SEALED if place.is_dir() else place
+    path = place / TRUTH_FILE if place.is_dir() else place
     try:
         if path.suffix.lower() == ".zip":
             with zipfile.ZipFile(path) as archive:
-                return archive.read(SEALED).decode("utf-8", "replace")
+                return archive.read(TRUTH_FILE).decode("utf-8", "replace")
         return path.read_text(encoding="utf-8", errors="replace")
     except (OSError, KeyError, RuntimeError, EOFError, zlib.error, zipfile.BadZipFile) as error:
         raise InputError(
@@ -255,7 +255,7 @@ def obfuscated_truth(place: Path) -> str:
 
 
 def truth_in_words(text: str) -> str:
-    """What a seal held, for a person: the effects, their sizes, how well they show."""
+    """What was obfuscated, for a person: the effects, their sizes, how well they show."""
     truth = json.loads(text)
     values, shown = truth["values"], truth["shown"]
     kinds = [effect(kind) for kind in truth["effects"]]
@@ -304,10 +304,10 @@ def obfuscate(text: str, salt: str, head: str = HEAD) -> str:
     return "\n".join([head, *textwrap.wrap(whole, _WIDTH), ""])
 
 
-def opened(sealed: str, source: str, head: str = HEAD) -> str:
+def opened(obfuscated: str, source: str, head: str = HEAD) -> str:
     """What was obfuscated; InputError where it was changed. `source` names the file."""
     broken = InputError(f"{source}: the seal is broken, so what is in it cannot be trusted.")
-    first, _, rest = sealed.replace("\r\n", "\n").partition("\n")
+    first, _, rest = obfuscated.replace("\r\n", "\n").partition("\n")
     if first.strip() != head:
         raise broken
     letters = "".join(rest.split())

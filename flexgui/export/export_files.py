@@ -41,9 +41,9 @@ def export_outcome(
     `diagnosed` is the text of the scenario with what was found; empty: there is none.
     """
     try:
-        with work_folder(out) as room:
-            _write(outcome, scenario_text, room, motion, diagnosed)
-            swap_in(room, out)
+        with work_folder(out) as folder:
+            _write(outcome, scenario_text, folder, motion, diagnosed)
+            swap_in(folder, out)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         place = f"{Path(error.filename).name}: " if isinstance(error.filename, str) else ""
@@ -74,29 +74,29 @@ def _rounded(values: np.ndarray) -> np.ndarray:
 
 
 def _write(
-    outcome: Outcome, scenario_text: str, room: Path, motion: Motion | None, diagnosed: str
+    outcome: Outcome, scenario_text: str, folder: Path, motion: Motion | None, diagnosed: str
 ) -> None:
-    (room / "tables").mkdir()
+    (folder / "tables").mkdir()
     for name, table in tables(outcome).items():
-        _csv(table, room / "tables" / f"{name}.csv")
-    _models(outcome, room)
-    _text(room / "scenario.toml", scenario_text)
+        _csv(table, folder / "tables" / f"{name}.csv")
+    _models(outcome, folder)
+    _text(folder / "scenario.toml", scenario_text)
     if diagnosed:
-        _text(room / DIAGNOSED, diagnosed)
-    _text(room / "report.html", report_html(outcome, scenario_text, motion))
-    written = [path for path in room.rglob("*") if path.is_file()]
-    files = sorted([path.relative_to(room).as_posix() for path in written] + [INDEX])
-    _text(room / INDEX, dumps(result(outcome, files)))
+        _text(folder / DIAGNOSED, diagnosed)
+    _text(folder / "report.html", report_html(outcome, scenario_text, motion))
+    written = [path for path in folder.rglob("*") if path.is_file()]
+    files = sorted([path.relative_to(folder).as_posix() for path in written] + [INDEX])
+    _text(folder / INDEX, dumps(result(outcome, files)))
 
 
-def _models(outcome: Outcome, room: Path) -> None:
+def _models(outcome: Outcome, folder: Path) -> None:
     """The model in every format that can hold it."""
     for one in model_formats():
         if one.unable(outcome):
             continue
         for name, content in one.files(outcome).items():
-            (room / name).parent.mkdir(parents=True, exist_ok=True)
-            (room / name).write_bytes(content)
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(content)
 
 
 def _text(path: Path, text: str) -> None:
@@ -104,11 +104,11 @@ def _text(path: Path, text: str) -> None:
 
 
 def export_scenario(
-    path: Path, out: Path, data: Path | None, progress: Progress, say: Callable[[str], None]
+    path: Path, out: Path, data: Path | None, progress: Progress, print_line: Callable[[str], None]
 ) -> None:
     """Read, run, export; bad input is found before anything long begins.
 
-    `say` hears which files lie outside the scenario's folder and the data folder.
+    `print_line` gets which files lie outside the scenario's folder and the data folder.
     """
     from core.scenario.data_folder import outside
     from core.scenario.read import read_scenario
@@ -119,7 +119,7 @@ def export_scenario(
     text = path.read_text(encoding="utf-8-sig")
     check_writable(out)
     if far := outside(scenario, path.parent, data):
-        say(far)
+        print_line(far)
 
     from core.scenario.stated_effects import arms_to_come
     from core.warm import warm_up

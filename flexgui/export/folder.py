@@ -49,11 +49,11 @@ def work_folder(out: Path) -> Iterator[Path]:
     made = [folder for folder in (out, *out.parents) if not folder.exists()]
     out.mkdir(parents=True, exist_ok=True)
     try:
-        room = Path(tempfile.mkdtemp(prefix=WORKROOM, dir=out))
+        work = Path(tempfile.mkdtemp(prefix=WORKROOM, dir=out))
         try:
-            yield room
+            yield work
         finally:
-            shutil.rmtree(room, ignore_errors=True)
+            shutil.rmtree(work, ignore_errors=True)
     finally:
         _remove_empty(made)
 
@@ -66,13 +66,13 @@ def _remove_empty(folders: list[Path]) -> None:
             return
 
 
-def swap_in(room: Path, out: Path) -> None:
-    """Move every file of `room` to its place in `out`; on failure put the old ones back.
+def swap_in(folder: Path, out: Path) -> None:
+    """Move every file of `folder` to its place in `out`; on failure put the old ones back.
 
     Files that an older export listed and the new one lacks are removed.
     """
     new = sorted(
-        (path.relative_to(room) for path in room.rglob("*") if path.is_file()),
+        (path.relative_to(folder) for path in folder.rglob("*") if path.is_file()),
         key=lambda path: (path.name == INDEX, path),
     )
     stale = [path for path in listed_files(out) if path not in new and (out / path).is_file()]
@@ -82,7 +82,7 @@ def swap_in(room: Path, out: Path) -> None:
         try:
             for path in new:
                 (out / path).parent.mkdir(parents=True, exist_ok=True)
-                (room / path).replace(out / path)
+                (folder / path).replace(out / path)
             for path in stale:
                 (out / path).unlink()
         except OSError:
@@ -141,11 +141,11 @@ NEVER = (1980, 1, 1, 0, 0, 0)
 
 def zipped(content: Mapping[str, bytes]) -> bytes:
     """A zip of name -> bytes."""
-    room = io.BytesIO()
-    with zipfile.ZipFile(room, "w", zipfile.ZIP_DEFLATED) as archive:
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in content.items():
             archive.writestr(zipfile.ZipInfo(name, NEVER), data, zipfile.ZIP_DEFLATED)
-    return room.getvalue()
+    return buffer.getvalue()
 
 
 def strict(value: Any) -> Any:

@@ -71,14 +71,14 @@ def write_plan(
     units = joint_units(found.fitted.model.arm)
     document = with_planned(scenario, found, locate)
     check_scenario(document, SCENARIO)
-    with work_folder(out) as room:
+    with work_folder(out) as folder:
         for n, c in enumerate(found.chosen, start=1):
-            save_recording(references(c, found), room / Names(n).play, units)
-            save_recording(expected(c, found), room / Names(n).expected, units)
-        (room / PLAN).write_text(dumps(as_document(found)), encoding="utf-8")
-        (room / TEXT).write_text("\n\n".join(words(found)) + "\n", encoding="utf-8")
-        (room / SCENARIO).write_text(document_toml(document), encoding="utf-8")
-        for path in room.iterdir():
+            save_recording(references(c, found), folder / Names(n).play, units)
+            save_recording(expected(c, found), folder / Names(n).expected, units)
+        (folder / PLAN).write_text(dumps(as_document(found)), encoding="utf-8")
+        (folder / TEXT).write_text("\n\n".join(words(found)) + "\n", encoding="utf-8")
+        (folder / SCENARIO).write_text(document_toml(document), encoding="utf-8")
+        for path in folder.iterdir():
             path.replace(out / path.name)
     _drop_older(out, len(found.chosen))
 

@@ -224,13 +224,13 @@ def _missing_plots(torques: tuple[MissingTorque, ...]) -> tuple[Plot, Plot]:
 
 def _sentences(outcome: Outcome) -> list[str]:
     several = len(outcome.fits) > 1
-    told = [
+    messages = [
         (fit.label, sentence) for fit in outcome.fits for sentence in fit.identifiability.sentences
     ]
-    same = {sentence for _, sentence in told}
+    same = {sentence for _, sentence in messages}
     if not several or len(same) == 1:
-        return list(dict.fromkeys(sentence for _, sentence in told))
-    return [f"{label}: {sentence}" for label, sentence in told]
+        return list(dict.fromkeys(sentence for _, sentence in messages))
+    return [f"{label}: {sentence}" for label, sentence in messages]
 
 
 def _statements(outcome: Outcome) -> tuple[str, str]:
@@ -249,6 +249,6 @@ def _arm(outcome: Outcome) -> Table | None:
 
 
 def _messages(outcome: Outcome) -> list[str]:
-    told = [f"{fit.label}: {fit.message}" for fit in outcome.fits if fit.message]
+    messages = [f"{fit.label}: {fit.message}" for fit in outcome.fits if fit.message]
     spent = ", ".join(f"{what} {format_number(s, 3)} s" for what, s in outcome.seconds.items())
-    return told + ([f"Time spent: {spent}."] if spent else [])
+    return messages + ([f"Time spent: {spent}."] if spent else [])

@@ -225,10 +225,10 @@ def linear_model(found: Diagnosis | None) -> dict[str, Any] | None:
     """What the linear model costs; null where it was not the one identified."""
     if found is None or found.linear_model is None:
         return None
-    told = found.linear_model
+    linear = found.linear_model
     return {
-        "tip_rms_m": told.tip_rms,
-        "full_equations_tip_rms_m": told.full_equations_tip_rms,
+        "tip_rms_m": linear.tip_rms,
+        "full_equations_tip_rms_m": linear.full_equations_tip_rms,
     }
 
 

@@ -61,23 +61,23 @@ class Section:
 def write_study(summary: Summary, out: Path) -> None:
     """Page, tables and result into `out`, all of them or none."""
     try:
-        with work_folder(out) as room:
-            files = _write(summary, room)
+        with work_folder(out) as folder:
+            files = _write(summary, folder)
             result = dumps({**study_result(summary), "files": [*files, RESULT]})
-            (room / RESULT).write_text(result, encoding="utf-8")
-            swap_in(room, out)
+            (folder / RESULT).write_text(result, encoding="utf-8")
+            swap_in(folder, out)
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError(f"The output folder {out} cannot be written: {reason}.") from error
 
 
-def _write(summary: Summary, room: Path) -> list[str]:
+def _write(summary: Summary, folder: Path) -> list[str]:
     files = [REPORT, "scenario.toml"]
-    (room / REPORT).write_text(study_html(summary), encoding="utf-8")
+    (folder / REPORT).write_text(study_html(summary), encoding="utf-8")
     text = scenario_toml(summary.settings.scenario)
-    (room / "scenario.toml").write_text(text, encoding="utf-8")
+    (folder / "scenario.toml").write_text(text, encoding="utf-8")
     for name, frame in study_frames(summary).items():
-        frame.to_csv(room / f"{name}.csv", index=False)
+        frame.to_csv(folder / f"{name}.csv", index=False)
         files.append(f"{name}.csv")
     return files
 
@@ -206,7 +206,7 @@ def _ratio(snr_db: float | None) -> float:
 def _estimates(s: Summary) -> pd.DataFrame:
     rows = []
     for table in s.tables:
-        told = comparable(table)
+        published = comparable(table)
         for k, row in enumerate(table.rows):
             found: dict[str, object] = {
                 "snr_db": _ratio(table.snr_db), "fit": row.label, "theta2": row.theta2,
@@ -218,9 +218,9 @@ def _estimates(s: Summary) -> pd.DataFrame:
                 suffix = "" if len(row.EI) == 1 else str(i + 1)
                 found |= {f"EI{suffix}_mean": EI.mean, f"EI{suffix}_std": EI.std}
             found["EI_of_means"] = row.EI_of_means
-            if told is not None:
+            if published is not None:
                 names = ("epsilon_GPa", "epsilon_std_GPa", "d_mm", "d_std_mm")
-                found |= {f"paper_{n}": v for n, v in zip(names, told[k], strict=True)}
+                found |= {f"paper_{n}": v for n, v in zip(names, published[k], strict=True)}
             rows.append(found)
     return pd.DataFrame(rows)
 

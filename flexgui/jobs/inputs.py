@@ -33,7 +33,7 @@ SETTINGS = PoolSettings(
     warm_up="flexgui.jobs.worker:warm_inputs",
 )
 
-Tell = Callable[[str], None]
+OnText = Callable[[str], None]
 
 
 @cache
@@ -42,12 +42,12 @@ def _pool() -> JobPool:
     return JobPool(WORKERS, SETTINGS)
 
 
-def ask(session: str, task: Task, tell: Tell | None = None) -> Any:
+def ask(session: str, task: Task, on_text: OnText | None = None) -> Any:
     """The task's result, when it is there; InputError where it is refused, too large or too long.
 
-    `tell` hears how far it is, from another thread, and nothing more once the result is there.
+    `on_text` gets how far it is, from another thread, and nothing more once the result is there.
     """
-    heard = _Heard(tell)
+    heard = _Heard(on_text)
     job = _pool().submit(session, task, heard)
     job.wait()
     heard.close()
@@ -70,8 +70,8 @@ def leave(session: str) -> None:
 class _Heard:
     """Passes on what a job says until it is over."""
 
-    def __init__(self, tell: Tell | None) -> None:
-        self._report = tell
+    def __init__(self, on_text: OnText | None) -> None:
+        self._report = on_text
         self._lock = threading.Lock()
 
     def __call__(self, event: Event) -> None:

@@ -45,64 +45,64 @@ class ArmPanel(Panel):
     topics: ClassVar[frozenset[Topic]] = frozenset({Topic.LIVE, Topic.TOUR})
 
     def build_controls(self) -> None:
-        desk, session = self.desk, self.desk.session
-        self._title = Words(desk.gui)
+        context, session = self.context, self.context.session
+        self._title = Words(context.gui)
         self._shown_equations: object = None
         self._shown_matrices: object = None
-        first = desk.gui.add_folder(None)
+        first = context.gui.add_folder(None)
         widgets.slider(
-            desk, "SNR [dB]", (0, NO_NOISE_DB, 1), self._snr, self._put_snr,
+            context, "SNR [dB]", (0, NO_NOISE_DB, 1), self._snr, self._put_snr,
             "Noise of the simulated experiments; at the right end there is none.",
         )  # fmt: skip
         widgets.slider(
-            desk, "Exaggerate", (1, 50, 1), lambda: session.live.exaggeration,
+            context, "Exaggerate", (1, 50, 1), lambda: session.live.exaggeration,
             lambda v: session.set_live(exaggeration=v), "Enlarges the drawn deflection.",
         )  # fmt: skip
         self._next = widgets.button(
-            desk, "Next: take measurements", lambda: session.show("Data"), prominent=True
+            context, "Next: take measurements", lambda: session.show("Data"), prominent=True
         )
         widgets.choice(
-            desk, "Vibration", (STILL, *(f"mode {k + 1}" for k in range(MODES))), self._mode,
+            context, "Vibration", (STILL, *(f"mode {k + 1}" for k in range(MODES))), self._mode,
             self._put_mode, "Plays a mode of this posture, slowly.",
         )  # fmt: skip
-        self._modes = Words(desk.gui)
-        with desk.gui.add_folder("More about the arm", expand_by_default=False):
-            more = desk.gui.add_folder(None)
+        self._modes = Words(context.gui)
+        with context.gui.add_folder("More about the arm", expand_by_default=False):
+            more = context.gui.add_folder(None)
             widgets.choice(
-                desk, "Page colours", THEMES, lambda: desk.theme.chosen, desk.theme.choose,
+                context, "Page colours", THEMES, lambda: context.theme.chosen, context.theme.choose,
                 "This browser keeps it.",
             )  # fmt: skip
-        self._sliders = ArmSliders(desk, first, more)
-        with desk.gui.add_folder("Equations of this model", expand_by_default=False):
-            self._equations = Words(desk.gui)
-        with desk.gui.add_folder("Matrices E0, E1, A, B", expand_by_default=False):
-            self._matrices = Words(desk.gui)
+        self._sliders = ArmSliders(context, first, more)
+        with context.gui.add_folder("Equations of this model", expand_by_default=False):
+            self._equations = Words(context.gui)
+        with context.gui.add_folder("Matrices E0, E1, A, B", expand_by_default=False):
+            self._matrices = Words(context.gui)
 
     def _mode(self) -> str:
-        mode = self.desk.session.live.mode
+        mode = self.context.session.live.mode
         return STILL if mode is None else f"mode {mode + 1}"
 
     def _put_mode(self, text: str) -> None:
-        self.desk.session.set_live(mode=None if text == STILL else int(text.split()[1]) - 1)
+        self.context.session.set_live(mode=None if text == STILL else int(text.split()[1]) - 1)
 
     def _snr(self) -> float:
-        snr = self.desk.session.live.snr_db
+        snr = self.context.session.live.snr_db
         return NO_NOISE_DB if snr is None else snr
 
     def _put_snr(self, value: float) -> None:
         snr = None if value >= NO_NOISE_DB else float(value)
-        self.desk.session.set_noise(snr)
+        self.context.session.set_noise(snr)
 
     def build_plots(self) -> None:
-        gui = self.desk.gui
+        gui = self.context.gui
         self._about = Words(gui, paragraph(ABOUT, "soft"))
-        self._step = Lines(self.desk, HEIGHT, "Step")
-        self._response = Lines(self.desk, HEIGHT, "Magnitude")
+        self._step = Lines(self.context, HEIGHT, "Step")
+        self._response = Lines(self.context, HEIGHT, "Magnitude")
         self._poles = Plot(gui, 0.46, "Poles")
-        self._phase = Lines(self.desk, HEIGHT, "Phase")
+        self._phase = Lines(self.context, HEIGHT, "Phase")
 
     def refresh(self) -> None:
-        session, view = self.desk.session, self.desk.session.view
+        session, view = self.context.session, self.context.session.view
         self._title.show(paragraph(session.scenario.title, "lead"))
         self._sliders.refresh()
         self._next.color = "gray" if holds_way_on(session) else "blue"
@@ -118,7 +118,7 @@ class ArmPanel(Panel):
 
     def settle(self) -> None:
         """What a hand on a slider need not wait for: the phase below the poles, the matrices."""
-        view = self.desk.session.view
+        view = self.context.session.view
         if view is not None:
             self._phase.show(phase_response(view.frequency))
         if view is not None and view.scenario is not self._shown_matrices:
@@ -140,14 +140,14 @@ PADDING = (6, 12, 0, 0)
 class Lines:
     """One chart; hidden until there is something to draw."""
 
-    def __init__(self, desk: PageContext, height: int, title: str) -> None:
+    def __init__(self, context: PageContext, height: int, title: str) -> None:
         """`height` in px, without title and legend."""
-        self._theme = desk.theme
+        self._theme = context.theme
         self._shown: Figure | None = None
-        desk.theme.followers.append(self._recolour)
+        context.theme.followers.append(self._recolour)
         nothing = np.array([0.0, 1.0])
         self._look: dict[str, Any] = {}
-        self._handle = desk.gui.add_uplot(
+        self._handle = context.gui.add_uplot(
             (nothing, nothing), ({}, {}), title=title, height=height, padding=PADDING, visible=False
         )
 
@@ -185,10 +185,13 @@ SPAN = 4.0
 class ArmSliders:
     """Sliders above the fold and those under 'more'; made anew for another kind of arm."""
 
-    def __init__(self, desk: PageContext, first: Any, more: Any) -> None:
-        self._desk = desk
-        self._scenario, self._built = desk.session.scenario, build_arm(desk.session.scenario.arm)
-        self._first, self._more = Rebuilt(desk, first), Rebuilt(desk, more)
+    def __init__(self, context: PageContext, first: Any, more: Any) -> None:
+        self._context = context
+        self._scenario, self._built = (
+            context.session.scenario,
+            build_arm(context.session.scenario.arm),
+        )
+        self._first, self._more = Rebuilt(context, first), Rebuilt(context, more)
         self.refresh()
 
     def refresh(self) -> None:
@@ -202,7 +205,7 @@ class ArmSliders:
     @property
     def _arm(self) -> Arm:
         """Built once per scenario: every slider asks for it after every change."""
-        scenario = self._desk.session.scenario
+        scenario = self._context.session.scenario
         if scenario is not self._scenario:
             self._scenario, self._built = scenario, build_arm(scenario.arm)
         return self._built
@@ -210,18 +213,18 @@ class ArmSliders:
     @property
     def _drive_sliders(self) -> tuple[DriveSlider, ...]:
         """Those that the class of the scenario's drive names."""
-        kind = self._desk.session.scenario.drive.kind
+        kind = self._context.session.scenario.drive.kind
         return drive_classes().get(kind, Drive).sliders
 
     def _stated(self, slider: DriveSlider) -> list[float]:
         """One number per joint; none where the scenario leaves the setting out."""
-        return list(self._desk.session.scenario.drive.options.get(slider.setting) or ())
+        return list(self._context.session.scenario.drive.options.get(slider.setting) or ())
 
     def _build_first(self) -> None:
-        desk, session, arm = self._desk, self._desk.session, self._arm
+        context, session, arm = self._context, self._context.session, self._arm
         if arm.joints > 1:
             widgets.slider(
-                desk, "θ2 [deg]", THETA2, lambda: round(math.degrees(session.live.theta2), 3),
+                context, "θ2 [deg]", THETA2, lambda: round(math.degrees(session.live.theta2), 3),
                 lambda deg: session.set_live(theta2=math.radians(deg)),
                 "Working point: the angle of the second joint.",
             )  # fmt: skip
@@ -245,13 +248,13 @@ class ArmSliders:
         for one in self._drive_sliders:
             for k, value in enumerate(self._stated(one)):
                 widgets.slider(
-                    self._desk, f"{one.letter}{k + 1} [{one.unit}]", around(value, one.limits),
+                    self._context, f"{one.letter}{k + 1} [{one.unit}]", around(value, one.limits),
                     partial(self._gain, one, k), partial(self._put_gain, one, k), one.hint,
                 )  # fmt: skip
 
     def _shared(self, label: str, name: str, unit: float, limits: Limits, hint: str) -> None:
         """One value for all segments."""
-        session = self._desk.session
+        session = self._context.session
 
         def get() -> float:
             return float(getattr(self._arm.segments[0], name) or unit) / unit
@@ -259,11 +262,11 @@ class ArmSliders:
         def change(value: float) -> bool:
             return session.slide(arm_setting(session.scenario, name, value * unit))
 
-        widgets.slider(self._desk, label, around(get(), limits), get, change, hint)
+        widgets.slider(self._context, label, around(get(), limits), get, change, hint)
 
     def _own(self, k: int, label: str, name: str, limits: Limits, hint: str) -> None:
         """One segment's value."""
-        session, whole = self._desk.session, isinstance(limits[0], int)
+        session, whole = self._context.session, isinstance(limits[0], int)
 
         def get() -> float:
             segments = self._arm.segments
@@ -279,7 +282,7 @@ class ArmSliders:
             return put_in(arm_setting(session.scenario, name, values))
 
         shown = limits if whole else around(get(), limits)
-        widgets.slider(self._desk, label, shown, get, change, hint)
+        widgets.slider(self._context, label, shown, get, change, hint)
 
     def _gain(self, one: DriveSlider, k: int) -> float:
         """0 where another drive, with rows of gains, has come and this is not rebuilt yet."""
@@ -292,7 +295,7 @@ class ArmSliders:
         if k >= len(values):
             return False
         values[k] = float(value)
-        return self._desk.session.slide(put(("drive", one.setting), values))
+        return self._context.session.slide(put(("drive", one.setting), values))
 
 
 def around(value: float, limits: Limits) -> Limits:

@@ -28,17 +28,17 @@ WAITING = "The arm is simulated with and without it …"
 class AtWork:
     """Seen while an effect is demonstrated."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
-        self._words, self._plot = Words(desk.gui), Plot(desk.gui, 0.56)
-        self._below = Words(desk.gui)
-        self._about, self._cloud = Words(desk.gui), Plot(desk.gui, 0.75)
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        self._words, self._plot = Words(context.gui), Plot(context.gui, 0.56)
+        self._below = Words(context.gui)
+        self._about, self._cloud = Words(context.gui), Plot(context.gui, 0.75)
         self._drawn: object = None
         self._torques: object = None
 
     def refresh(self) -> None:
         """Shows it, or why there is nothing to show."""
-        session = self._desk.session
+        session = self._context.session
         shown = session.demonstration
         self._show_torque()
         if not session.demonstrated:
@@ -47,15 +47,15 @@ class AtWork:
             self._plot.show(None)
             self._drawn = None
             return
-        said = story(session.demonstrated)
+        words = story(session.demonstrated)
         if shown is None:
             why = session.not_shown
-            self._words.show(joined(said, paragraph(why or WAITING, "bad" if why else "soft")))
+            self._words.show(joined(words, paragraph(why or WAITING, "bad" if why else "soft")))
             self._below.show("")
             self._plot.show(None)
             self._drawn = None
             return
-        self._words.show(said)
+        self._words.show(words)
         self._below.show(paragraph(demonstration_summary(shown), "soft"))
         if shown is not self._drawn:
             self._drawn = shown
@@ -63,7 +63,7 @@ class AtWork:
 
     def _show_torque(self) -> None:
         """Only where a diagnosis knows what is missing and the effect has a law to put into it."""
-        session = self._desk.session
+        session = self._context.session
         shown, torques = session.demonstration, session.torques_demonstrated
         if shown is None or not torques:
             self._torques = None
@@ -95,30 +95,30 @@ when it changes."""
 class Busy:
     """Seen while a job of one of `kinds` waits or runs."""
 
-    def __init__(self, desk: PageContext, *kinds: str) -> None:
-        self._desk, self._kinds = desk, kinds
-        self._said = Words(desk.gui)
-        self._bar: Any = desk.gui.add_progress_bar(0.0, visible=False, animated=True)
-        self._stop = widgets.button(desk, "Stop", desk.session.stop)
+    def __init__(self, context: PageContext, *kinds: str) -> None:
+        self._context, self._kinds = context, kinds
+        self._status = Words(context.gui)
+        self._bar: Any = context.gui.add_progress_bar(0.0, visible=False, animated=True)
+        self._stop = widgets.button(context, "Stop", context.session.stop)
         self._stop.visible = False
-        self._aside = Words(desk.gui)
+        self._aside = Words(context.gui)
 
     @property
     def running(self) -> bool:
         """Whether a job of these kinds waits or runs."""
-        run = self._desk.session.run
+        run = self._context.session.run
         return run.busy and run.kind in self._kinds
 
-    def refresh(self, else_said: Callable[[], str]) -> None:
+    def refresh(self, otherwise: Callable[[], str]) -> None:
         """`else_said` is what stands there while nothing runs."""
-        running, run = self.running, self._desk.session.run
+        running, run = self.running, self._context.session.run
         self._bar.visible = running
         self._bar.value = 100.0 * (run.share if run.share is not None else 1.0)
         self._stop.visible = running
-        self._stop.disabled = run.phase == STOPPING or self._desk.read_only
+        self._stop.disabled = run.phase == STOPPING or self._context.read_only
         head, tail, note = how_it_stands(run)
         now = Markup("{}<p class='lead fx-busy'>{}<span>{}</span></p>").format(STAYS, head, tail)
-        self._said.show(now if running else paragraph(else_said(), "lead"))
+        self._status.show(now if running else paragraph(otherwise(), "lead"))
         self._aside.show(paragraph(note, "soft") if running and note else "")
 
 
@@ -129,8 +129,8 @@ def how_it_stands(run: Run) -> tuple[str, str, str]:
         return f"Waiting{place}.", "", ""
     if run.phase == STOPPING:
         return "Stopping …", "", ""
-    said, note = aside(run.text)
+    activity, note = aside(run.text)
     steps = f", {min(run.done, run.total)} of {run.total}" if run.total else ""
     note = note.strip("()")
     lower = note[:1].upper() + note[1:]
-    return f"{run.stage or 'Starting'}{steps}", f": {said}" if said else "", lower
+    return f"{run.stage or 'Starting'}{steps}", f": {activity}" if activity else "", lower

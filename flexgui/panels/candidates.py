@@ -9,7 +9,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from core.diagnose.kin import kinship
+from core.diagnose.nested import nesting
 from core.diagnose.phrases import percent, worth_listing
 from core.diagnose.verdict import ABOVE, NOTHING
 from core.effects import catalogue
@@ -27,7 +27,7 @@ from flexgui.views.demonstration import glimpse, picture
 from flexgui.views.html import mathml
 from flexgui.views.ranking import chance, typeset_sizes
 
-NOTHING_SAID = "Nothing is missing; the effects below explain too little to count."
+NOTHING_MISSING = "Nothing is missing; the effects below explain too little to count."
 READ = (
     "Explains: the share of the squared error above the noise floor that disappears when the "
     "effect and all other parameters are refitted. Estimate (≈): a linear prediction before "
@@ -44,9 +44,9 @@ SHOWN = 6
 class Candidates:
     """Rows that are made once and then filled."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._head = Words(desk.gui)
-        self._rows = [_Row(desk) for _ in range(SHOWN)]
+    def __init__(self, context: PageContext) -> None:
+        self._head = Words(context.gui)
+        self._rows = [_Row(context) for _ in range(SHOWN)]
         self._shown: object = None
 
     def show(self, found: Looked | None, titles: dict[str, str], best: bool) -> None:
@@ -77,24 +77,24 @@ def inviting(found: Looked) -> bool:
 def _head(found: Looked) -> Markup:
     """What the list is worth, and how its figures are read."""
     over = found.diagnosis is not None and found.diagnosis.verdict == NOTHING
-    note = paragraph(NOTHING_SAID) if over else Markup("")
+    note = paragraph(NOTHING_MISSING) if over else Markup("")
     read = Markup("<details><summary>How to read the list</summary>{}</details>")
     return note + read.format(paragraph(READ, "soft"))
 
 
 class _Row:
-    def __init__(self, desk: PageContext) -> None:
-        self._desk, self._kind = desk, ""
-        self._folder: Any = desk.gui.add_folder(None, visible=False)
+    def __init__(self, context: PageContext) -> None:
+        self._context, self._kind = context, ""
+        self._folder: Any = context.gui.add_folder(None, visible=False)
         with self._folder:
-            self._words, self._story = Words(desk.gui), Words(desk.gui)
+            self._words, self._story = Words(context.gui), Words(context.gui)
             self._add = widgets.button(
-                desk, "Add", lambda: desk.session.add(self._kind, desk.services)
+                context, "Add", lambda: context.session.add(self._kind, context.services)
             )
-            self._show = Demonstrate(desk, lambda: self._kind)
+            self._show = Demonstrate(context, lambda: self._kind)
 
     def enable(self, able: bool) -> None:
-        self._add.disabled = not able or self._desk.read_only
+        self._add.disabled = not able or self._context.read_only
         self._show.refresh()
 
     def prominent(self, best: bool) -> None:
@@ -119,20 +119,20 @@ class _Row:
 class Demonstrate:
     """A button that shows what an effect does, and hides it again."""
 
-    def __init__(self, desk: PageContext, kind: Callable[[], str]) -> None:
-        self._desk, self._kind = desk, kind
-        self._button = widgets.button(desk, SHOW, self._pressed)
+    def __init__(self, context: PageContext, kind: Callable[[], str]) -> None:
+        self._context, self._kind = context, kind
+        self._button = widgets.button(context, SHOW, self._pressed)
 
     def _pressed(self) -> None:
-        session, kind = self._desk.session, self._kind()
+        session, kind = self._context.session, self._kind()
         if session.demonstrated == kind:
             session.end_demonstration()
         elif kind:
-            session.demonstrate(kind, self._desk.services)
+            session.demonstrate(kind, self._context.services)
 
     def refresh(self) -> None:
         """Says what it would do."""
-        shown = bool(self._kind()) and self._desk.session.demonstrated == self._kind()
+        shown = bool(self._kind()) and self._context.session.demonstrated == self._kind()
         self._button.visible = self._kind() in catalogue()
         label = HIDE if shown else SHOW
         if self._button.label != label:
@@ -148,7 +148,7 @@ def _row(place: int, one: RankedEffect, found: Looked, titles: dict[str, str]) -
     parts = [head, paragraph(_figures(one), "soft")]
     if one.parameters:
         parts.append(paragraph(Markup("Size: {}.").format(typeset_sizes(one))))
-    if related := kinship(one.effect, found.ranking[0].effect):
+    if related := nesting(one.effect, found.ranking[0].effect):
         parts.append(paragraph(f"{related[0].upper()}{related[1:]}."))
     if one.confused_with:
         others = ", ".join(titles.get(kind, kind) for kind in one.confused_with)
@@ -205,33 +205,37 @@ ADDED_NONE = "nothing added"
 class Grown:
     """Controls of the model's effects."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
-        session, gui = desk.session, desk.gui
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        session, gui = context.session, context.gui
         with gui.add_folder("Add or remove by hand", expand_by_default=False):
             self._by_title = {e.title: kind for kind, e in sorted(catalogue().items())}
             titles = tuple(sorted(self._by_title))
-            self._pick = gui.add_dropdown("Effect", titles, disabled=desk.read_only)
+            self._pick = gui.add_dropdown("Effect", titles, disabled=context.read_only)
             self._about = Words(gui, explanation(self._by_title[titles[0]]))
             self._pick.on_update(lambda _: self._picked())
             self._add = widgets.button(
-                desk, "Add this effect", lambda: session.add(self._kind, desk.services)
+                context, "Add this effect", lambda: session.add(self._kind, context.services)
             )
-            self._show = Demonstrate(desk, lambda: self._kind)
-            self._present = gui.add_dropdown("In the model", (ADDED_NONE,), disabled=desk.read_only)
-            self._remove = widgets.button(desk, "Remove it", self._removed)
+            self._show = Demonstrate(context, lambda: self._kind)
+            self._present = gui.add_dropdown(
+                "In the model", (ADDED_NONE,), disabled=context.read_only
+            )
+            self._remove = widgets.button(context, "Remove it", self._removed)
         with gui.add_folder("Add an own effect by formula", expand_by_default=False):
             self._own_controls()
 
     def _own_controls(self) -> None:
-        desk, gui = self._desk, self._desk.gui
-        arm = base_model(desk.session.scenario).arm
-        self._target = gui.add_dropdown("Acts at", tuple(targets(arm)), disabled=desk.read_only)
-        self._formula = gui.add_text("Formula", "-a*tanh(dtheta1/0.001)", disabled=desk.read_only)
-        self._parameters = gui.add_text("Parameters", "a = 0.5 [N m]", disabled=desk.read_only)
+        context, gui = self._context, self._context.gui
+        arm = base_model(context.session.scenario).arm
+        self._target = gui.add_dropdown("Acts at", tuple(targets(arm)), disabled=context.read_only)
+        self._formula = gui.add_text(
+            "Formula", "-a*tanh(dtheta1/0.001)", disabled=context.read_only
+        )
+        self._parameters = gui.add_text("Parameters", "a = 0.5 [N m]", disabled=context.read_only)
         self._hint = Words(gui)
         self._target.on_update(lambda _: self._show_hint())
-        self._own = widgets.button(desk, "Add this formula", self._add_own)
+        self._own = widgets.button(context, "Add this formula", self._add_own)
         self._refused = Words(gui)
         self._show_hint()
 
@@ -245,7 +249,7 @@ class Grown:
 
     def _show_hint(self) -> None:
         try:
-            words = states(base_model(self._desk.session.scenario).arm, str(self._target.value))
+            words = states(base_model(self._context.session.scenario).arm, str(self._target.value))
         except (InputError, KeyError):
             return
         self._hint.show(
@@ -259,26 +263,26 @@ class Grown:
 
     def _add_own(self) -> None:
         texts = (str(self._target.value), str(self._formula.value), str(self._parameters.value))
-        session = self._desk.session
-        done = session.add_own(*texts, self._desk.services)
+        session = self._context.session
+        done = session.add_own(*texts, self._context.services)
         # The newest message stands on top, which may be out of sight from here.
         self._refused.show("" if done else paragraph(session.message.text, "bad"))
 
     def _removed(self) -> None:
-        session = self._desk.session
+        session = self._context.session
         for kind, title in present(session.scenario):
             if title == self._present.value:
-                session.remove(kind, self._desk.services)
+                session.remove(kind, self._context.services)
                 return
 
     def refresh(self, able: bool) -> None:
         """Shows what is in the model."""
-        session = self._desk.session
+        session = self._context.session
         inside = present(session.scenario)
         titles = tuple(dict.fromkeys(title for _, title in inside)) or (ADDED_NONE,)
         if self._present.options != titles:
             self._present.options = titles
-        able = able and not self._desk.read_only
+        able = able and not self._context.read_only
         self._add.disabled = self._own.disabled = not able
         self._remove.disabled = not able or not inside
         self._show.refresh()

@@ -27,7 +27,7 @@ MOST = 99_999
 SEED = 30
 """Easy to begin with: one effect that shows well, another one than the tour's."""
 
-SAID = (
+EXPLANATION = (
     "The program hides an effect in an arm and records it; the same seed gives everybody the same "
     "data. Look, compare, and commit to a guess; then use the tool, and reveal. Using the tool "
     "before guessing is marked on the board."
@@ -52,83 +52,85 @@ TOP = -1.0
 class ChallengeControls:
     """The guess on top of the panel while there is a challenge; how to begin one in a folder."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
-        gui = desk.gui
-        let_typing_arrive(desk.client)
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        gui = context.gui
+        let_typing_arrive(context.client)
         self._drawn: Challenge | None = None
         self._form = gui.add_folder("The challenge", order=TOP, visible=False)
         with self._form:
             self._guess_controls()
         with gui.add_folder("Challenge", expand_by_default=False):
-            Words(gui, paragraph(SAID, "soft"))
+            Words(gui, paragraph(EXPLANATION, "soft"))
             self._seed = gui.add_number(
-                "Seed", SEED, min=0, max=MOST, step=1, disabled=desk.read_only
+                "Seed", SEED, min=0, max=MOST, step=1, disabled=context.read_only
             )
-            self._level = gui.add_dropdown("Level", tuple(LEVELS), disabled=desk.read_only)
-            self._hide = widgets.button(desk, "Hide an effect", self._hidden)
+            self._level = gui.add_dropdown("Level", tuple(LEVELS), disabled=context.read_only)
+            self._hide = widgets.button(context, "Hide an effect", self._hidden)
             self._above = Words(gui)
 
     def _guess_controls(self) -> None:
-        desk, gui = self._desk, self._desk.gui
+        context, gui = self._context, self._context.gui
         self._state = Words(gui)
         self._fields = (
-            GuessFields(desk, "Your guess", NONE_TITLE),
-            GuessFields(desk, "And", NO_SECOND),
+            GuessFields(context, "Your guess", NONE_TITLE),
+            GuessFields(context, "And", NO_SECOND),
         )
         self._name: Any = gui.add_text(
             "Your name", "", hint="On the class's board; a nickname is enough.",
-            disabled=desk.read_only,
+            disabled=context.read_only,
         )  # fmt: skip
         self._nameless = Words(gui)
-        self._commit = widgets.button(desk, "Commit to this guess", self._guessed, prominent=True)
-        self._reveal = widgets.button(desk, "Reveal", self._revealed, prominent=True)
+        self._commit = widgets.button(
+            context, "Commit to this guess", self._guessed, prominent=True
+        )
+        self._reveal = widgets.button(context, "Reveal", self._revealed, prominent=True)
         self._change = widgets.button(
-            desk, "Change my guess (it will be noted)", desk.session.change_guess
+            context, "Change my guess (it will be noted)", context.session.change_guess
         )
         self._take = widgets.button(
-            desk, "Hand in (file)", self._handed_in,
+            context, "Hand in (file)", self._handed_in,
             hint="Your guess, sealed, for whoever grades; it stays the same after Reveal.",
         )  # fmt: skip
         self._truth, self._board = Words(gui), Words(gui)
 
     def _hidden(self) -> None:
-        session, desk = self._desk.session, self._desk
+        session, context = self._context.session, self._context
         seed = self._seed.value
         if not isinstance(seed, int | float) or not 0 <= seed <= MOST:
             session.show_message(f"The seed must be a whole number from 0 to {MOST}.", bad=True)
             return
-        session.hide(int(seed), str(self._level.value), desk.services)
+        session.hide(int(seed), str(self._level.value), context.services)
 
     def _guessed(self) -> None:
-        known, desk = self._desk.session.challenge, self._desk
+        known, context = self._context.session.challenge, self._context
         second = known is not None and known.count > 1 and bool(self._fields[1].kind)
         found = [fields.guess() for fields in self._fields[: 1 + second]]
         guesses = tuple(one for one in found if one is not None)
         if len(guesses) == len(found):
-            desk.session.guess(guesses, desk.services, str(self._name.value))
+            context.session.guess(guesses, context.services, str(self._name.value))
 
     def _revealed(self) -> None:
-        session = self._desk.session
+        session = self._context.session
         if self._name.visible and str(self._name.value).strip():
             session.nickname = plain_name(str(self._name.value))
-        session.reveal(self._desk.services)
+        session.reveal(self._context.services)
 
     def _handed_in(self) -> None:
-        session, known = self._desk.session, self._desk.session.challenge
+        session, known = self._context.session, self._context.session.challenge
         if known is None or not known.guesses:
             return
         name = session.nickname or plain_name(str(self._name.value))
         given = HandIn(name, known.guesses, known.sealed, known.asked, known.changed)
         content = given.text().encode()
-        self._desk.client.send_file_download(given.filename, content, save_immediately=True)
+        self._context.client.send_file_download(given.filename, content, save_immediately=True)
         session.show_message(f"{given.filename} was sent to your browser.")
 
     def refresh(self) -> None:
         """Shows what can be done next."""
-        session = self._desk.session
+        session = self._context.session
         known = session.challenge
-        self._hide.disabled = session.busy or self._desk.read_only
+        self._hide.disabled = session.busy or self._context.read_only
         self._hide.color = "blue" if known is None else "gray"
         self._above.show("" if known is None else paragraph(ABOVE, "soft"))
         # Fields first: a folder that comes is measured with what is in it.
@@ -146,28 +148,28 @@ class ChallengeControls:
         if asks and known is not None and known.changing and self._drawn != known:
             for fields, guess in zip(self._fields, known.guesses, strict=False):
                 fields.fill(guess)
-            self._name.value = self._desk.session.nickname
+            self._name.value = self._context.session.nickname
         self._drawn = known
         self._fields[0].show(asks)
         self._fields[1].show(asks and known is not None and known.count > 1)
-        nameless = stands and not self._desk.session.nickname
+        nameless = stands and not self._context.session.nickname
         self._nameless.show(paragraph(NAME_IT, "soft") if asks or nameless else "")
         self._name.visible, self._commit.visible = asks or nameless, asks
         self._reveal.visible = self._change.visible = stands
         self._take.visible = known is not None and bool(known.guesses) and not known.changing
 
     def _state_of(self, known: Challenge) -> Markup:
-        parts = [_state(known, self._desk.session.tool_asked)]
-        look = self._desk.session.look
+        parts = [_state(known, self._context.session.tool_asked)]
+        look = self._context.session.look
         if known.revealed is None and look is not None and look.found is not None:
-            said = validation_words(look.error, validation_ratio(look.found.step.errors))
-            parts += [paragraph(said, "soft")] if said else []
+            sentence = validation_words(look.error, validation_ratio(look.found.step.errors))
+            parts += [paragraph(sentence, "soft")] if sentence else []
         return joined(*parts)
 
     def _class(self, known: Challenge) -> Markup:
         """What others found, told to those who know the truth; before it only how many there
         are."""
-        board = self._desk.services.board
+        board = self._context.services.board
         entries = board.entries(known.seed, known.level)
         waiting = board.guessing(known.seed, known.level)
         if not entries and waiting <= bool(known.guesses):
@@ -189,10 +191,10 @@ def _state(known: Challenge, asked: bool) -> Markup:
         guess = paragraph(f"Your guess: {_guess_words(known)}.", "good")
         return joined(head, guess, paragraph(STANDS, "soft"))
     if known.changing:
-        said = AGAIN + (", and with a * because the tool was used before it." if asked else ".")
+        sentence = AGAIN + (", and with a * because the tool was used before it." if asked else ".")
     else:
-        said = TOO_EARLY if asked else FIRST
-    return joined(head, paragraph(said, "soft"))
+        sentence = TOO_EARLY if asked else FIRST
+    return joined(head, paragraph(sentence, "soft"))
 
 
 def _guess_words(known: Challenge) -> str:
@@ -230,10 +232,10 @@ def _tool(found: Revealed, tool: ToolAnswer | None, busy: bool) -> list[Markup]:
         return [paragraph("It is examining the recordings now." if busy else "It was not used.")]
     late = "" if found.asked else " (used only now)"
     if not tool.whole:
-        said = (
+        sentence = (
             "It is examining the recordings now." if busy else f"Stopped early{late}: {tool.words}."
         )
-        return [paragraph(said)]
+        return [paragraph(sentence)]
     hidden = found.judgement.hidden
     right = [kind for kind in tool.effects if kind in hidden]
     mark = "✓" if len(right) == len(hidden) else "✓ in part:" if right else "✗"
@@ -245,8 +247,8 @@ def _tool(found: Revealed, tool: ToolAnswer | None, busy: bool) -> list[Markup]:
 class GuessFields:
     """Stands in the folder that is open; `none` is what may be chosen besides an effect."""
 
-    def __init__(self, desk: PageContext, label: str, none: str) -> None:
-        gui, off = desk.gui, desk.read_only
+    def __init__(self, context: PageContext, label: str, none: str) -> None:
+        gui, off = context.gui, context.read_only
         self._none = none
         self._kinds = {e.title: kind for kind, e in catalogue().items()}
         self._kind: Any = gui.add_dropdown(label, (none, *sorted(self._kinds)), disabled=off)
@@ -258,7 +260,7 @@ class GuessFields:
         )
         self._refused = Words(gui)
         self._shown = True
-        if not desk.read_only:
+        if not context.read_only:
             self._kind.on_update(lambda _: self._chosen())
             self._of.on_update(lambda _: self._name_field())
             self._size.on_update(lambda _: self._refused.show(""))

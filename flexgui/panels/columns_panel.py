@@ -23,26 +23,28 @@ REST = "Read the file, or assign another column."
 class ColumnChoice:
     """One question at a time, what is needed first; then the file is read."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk, gui = desk, desk.gui
+    def __init__(self, context: PageContext) -> None:
+        self._context, gui = context, context.gui
         self._shown: Waiting | None = None
         self._folder = gui.add_folder("Which column is which", order=TOP, visible=False)
         with self._folder:
-            self._said = Words(gui)
-            self._rows = RowChoice(desk)
+            self._lead = Words(gui)
+            self._rows = RowChoice(context)
             self._read = widgets.button(
-                desk, "Read the file", lambda: desk.session.read_waiting(), prominent=True
+                context, "Read the file", lambda: context.session.read_waiting(), prominent=True
             )
             self._correcting = False
-            self._correct = widgets.button(desk, "Correct a row", self._begin_correcting)
+            self._correct = widgets.button(context, "Correct a row", self._begin_correcting)
             self._more = gui.add_folder("Correct a row")
             with self._more:
                 self._question_controls()
-                self._again = widgets.button(desk, "Start over", lambda: desk.session.ask_again())
-            widgets.button(desk, "Cancel import", lambda: desk.session.leave_file())
+                self._again = widgets.button(
+                    context, "Start over", lambda: context.session.ask_again()
+                )
+            widgets.button(context, "Cancel import", lambda: context.session.leave_file())
 
     def _question_controls(self) -> None:
-        desk, gui, off = self._desk, self._desk.gui, self._desk.read_only
+        context, gui, off = self._context, self._context.gui, self._context.read_only
         self._channel: Any = gui.add_dropdown("Signal", ("–",), disabled=off)
         if not off:
             self._channel.on_update(lambda _: self._show_question())
@@ -54,16 +56,16 @@ class ColumnChoice:
         )  # fmt: skip
         self._gain: Any = gui.add_number("Scale factor", 1.0, step=0.01, disabled=off)
         self._negative: Any = gui.add_checkbox("Invert sign", False, disabled=off)
-        self._assign = widgets.button(desk, "Use this column", self._put, prominent=True)
+        self._assign = widgets.button(context, "Use this column", self._put, prominent=True)
         self._point: Any = gui.add_number("Fixed at [deg]", 90.0, step=0.1, disabled=off)
-        self._stood = widgets.button(desk, "No column: θ₂ was fixed", self._put_point)
+        self._stood = widgets.button(context, "No column: θ₂ was fixed", self._put_point)
         self._none = widgets.button(
-            desk, "The file has none", lambda: desk.session.no_column(self._asked)
+            context, "The file has none", lambda: context.session.no_column(self._asked)
         )
 
     def refresh(self) -> None:
         """Hidden where no file waits."""
-        waiting, before = self._desk.session.waiting, self._shown
+        waiting, before = self._context.session.waiting, self._shown
         self._shown = waiting
         self._correcting = self._correcting and waiting is not None
         if waiting is not None and waiting is not before:
@@ -84,7 +86,7 @@ class ColumnChoice:
         left = len(waiting.missing)
         state = f"Signals still missing: {left}." if left else ALL_KNOWN
         lead = paragraph(f"{waiting.file}{_more(waiting)}: {state}")
-        self._said.show(joined(lead, _known(waiting), rows_words(waiting)))
+        self._lead.show(joined(lead, _known(waiting), rows_words(waiting)))
         self._rows.show(waiting)
         self._more.visible = bool(open_) or self._correcting
         self._correct.visible = not self._more.visible
@@ -114,17 +116,17 @@ class ColumnChoice:
         waiting = self._shown
         if waiting is None:
             return ""
-        said = {waiting.words(c): c for c in waiting.offered}
-        return said.get(str(self._channel.value), waiting.offered[0])
+        channels = {waiting.words(c): c for c in waiting.offered}
+        return channels.get(str(self._channel.value), waiting.offered[0])
 
     def _put(self) -> bool:
         gain = float(self._gain.value)
         if not math.isfinite(gain) or gain == 0.0:
-            self._desk.session.show_message(
+            self._context.session.show_message(
                 "The scale factor must not be zero; change it.", bad=True
             )
             return False
-        return self._desk.session.map_column(
+        return self._context.session.map_column(
             self._asked, str(self._column.value), gain,
             -1 if self._negative.value else 1, str(self._unit.value),
         )  # fmt: skip
@@ -134,7 +136,7 @@ class ColumnChoice:
         if waiting is None or not math.isfinite(value):
             return
         turns = waiting.units.get(POINT, "rad") == "rad"
-        self._desk.session.stood_at(math.radians(value) if turns else value)
+        self._context.session.stood_at(math.radians(value) if turns else value)
 
 
 def _more(waiting: Waiting) -> str:
@@ -181,9 +183,9 @@ def _drawn(waiting: Waiting, header: str) -> Markup:
 
 
 def _judged(waiting: Waiting, channel: str) -> Markup:
-    said, glance = waiting.wording_of(channel), waiting.glance
-    if said is not None:
-        text, evidence = title_of(said[0]), said[1]
+    wording, glance = waiting.wording_of(channel), waiting.glance
+    if wording is not None:
+        text, evidence = title_of(wording[0]), wording[1]
         return Markup("<td class='alarm' title='{}'>{}</td>").format(evidence, text)
     changed = None if glance is None else glance.taken_in.get(channel)
     if changed is not None:
@@ -224,8 +226,8 @@ RATES = (5000.0, 2000.0, 1000.0, 500.0)
 class RowChoice:
     """Dropdowns that are there only where there is something to choose."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk, session = desk, desk.session
+    def __init__(self, context: PageContext) -> None:
+        self._context, session = context, context.session
         self._clock = self._dropdown(
             "Uneven time", CLOCK, lambda text: session.choose_clock(CLOCK[text])
         )
@@ -235,16 +237,16 @@ class RowChoice:
         )
 
     def _dropdown(self, label: str, options: Any, put: Any) -> Any:
-        desk = self._desk
-        handle: Any = desk.gui.add_dropdown(
-            label, tuple(options), disabled=desk.read_only, visible=False
+        context = self._context
+        handle: Any = context.gui.add_dropdown(
+            label, tuple(options), disabled=context.read_only, visible=False
         )
 
         def chosen(event: Any) -> None:
             if event.client_id is not None:  # not where the page itself has set it
                 put(str(handle.value))
 
-        if not desk.read_only:
+        if not context.read_only:
             handle.on_update(chosen)
         return handle
 

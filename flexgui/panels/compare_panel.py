@@ -43,35 +43,35 @@ class ComparePanel(Panel):
     )
 
     def build_controls(self) -> None:
-        desk, session = self.desk, self.desk.session
-        self._said = Words(desk.gui)
+        context, session = self.context, self.context.session
+        self._lead = Words(context.gui)
         self._back = widgets.button(
-            desk, "Identify first", lambda: session.show("Identify"), prominent=True
+            context, "Identify first", lambda: session.show("Identify"), prominent=True
         )
         self._next = widgets.button(
-            desk, "Next: diagnose", lambda: to_diagnosis(desk), prominent=True
+            context, "Next: diagnose", lambda: to_diagnosis(context), prominent=True
         )
         self._shown_output = WORST
-        self._choice = widgets.choice(desk, "Recording", (NONE,), self._name, self._chosen)
+        self._choice = widgets.choice(context, "Recording", (NONE,), self._name, self._chosen)
         self._output = widgets.choice(
-            desk, "Output", (WORST,), lambda: self._shown_output, self._picked
+            context, "Output", (WORST,), lambda: self._shown_output, self._picked
         )
-        self._sweep = widgets.button(desk, "Show the validation", self._validation)
-        self._failing = Failing(desk)
-        self._table = Words(desk.gui)
+        self._sweep = widgets.button(context, "Show the validation", self._validation)
+        self._failing = Failing(context)
+        self._table = Words(context.gui)
 
     def build_plots(self) -> None:
-        gui = self.desk.gui
+        gui = self.context.gui
         self._about = Words(gui)
         self._signals, self._bars = Plot(gui, 0.98), Plot(gui, 0.33)
         self._failing.build_plots()
 
     @property
     def _comparisons(self) -> tuple[RecordingComparison, ...]:
-        return self.desk.session.comparisons
+        return self.context.session.comparisons
 
     def _current(self) -> RecordingComparison | None:
-        name = self.desk.session.cursor.recording
+        name = self.context.session.cursor.recording
         found = [c for c in self._comparisons if c.recording == name]
         return next(iter(found or self._comparisons), None)
 
@@ -90,7 +90,7 @@ class ComparePanel(Panel):
             self._about.show(paragraph(EMPTY, "soft"))
             for each in (self._signals, self._bars):
                 each.show(None)
-            self._said.show(paragraph("Nothing was identified yet.", "lead"))
+            self._lead.show(paragraph("Nothing was identified yet.", "lead"))
             self._table.show("")
             self._failing.refresh(None, self.refresh)
             return
@@ -103,24 +103,24 @@ class ComparePanel(Panel):
         figure = live_comparison(current, shown) if signals else None
         self._signals.show(figure, self._cursor(), max(HEIGHT, HEIGHT_PER_OUTPUT * len(shown)))
         self._bars.show(live_fit(self._comparisons) if signals else None)
-        told = joined(*(paragraph(t) for t in _quality(current)))
-        self._said.show(told + paragraph(f"{FIT_IS} {self._which()}", "soft"))
+        quality = joined(*(paragraph(t) for t in _quality(current)))
+        self._lead.show(quality + paragraph(f"{FIT_IS} {self._which()}", "soft"))
         self._table.show(html_table(_short(fit_table(self._comparisons))))
 
     def _which(self) -> str:
         """Which fit the errors are of: they change where the diagnosis has made its own."""
-        outcome = self.desk.session.outcome
+        outcome = self.context.session.outcome
         return which_fit(self._comparisons, () if outcome is None else outcome.fits)
 
     def _channels(self, current: RecordingComparison) -> tuple[str, ...]:
         fitted = tuple(c.channel for c in current.channels if c.fitted)
         if self._shown_output == WORST:
-            failing = self.desk.session.failing
+            failing = self.context.session.failing
             return (worst_output(current, {} if failing is None else failing.floors),)
         return fitted if self._shown_output == ALL else (self._shown_output,)
 
     def _cursor(self) -> float | None:
-        session, current = self.desk.session, self._current()
+        session, current = self.context.session, self._current()
         if current is None or not current.channels:
             return None
         return float(current.channels[0].time[0]) + session.cursor.time
@@ -132,7 +132,7 @@ class ComparePanel(Panel):
     def _chosen(self, name: str) -> bool:
         if name == NONE:
             return False
-        self.desk.session.set_cursor(recording=name, time=0.0)
+        self.context.session.set_cursor(recording=name, time=0.0)
         return True
 
     def _picked(self, name: str) -> bool:
@@ -143,7 +143,7 @@ class ComparePanel(Panel):
     def _validation(self) -> None:
         found = next((c for c in self._comparisons if c.role == VALIDATE), None)
         if found is not None:
-            self.desk.session.set_cursor(recording=found.recording, time=0.0, playing=True)
+            self.context.session.set_cursor(recording=found.recording, time=0.0, playing=True)
 
 
 def _offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:
@@ -183,10 +183,10 @@ def _quality(c: RecordingComparison) -> list[str]:
         for k in c.channels
         if k.fitted
     ]
-    said = [f"Recording {c.recording}: FIT {', '.join(fits)}."]
+    sentences = [f"Recording {c.recording}: FIT {', '.join(fits)}."]
     if c.tip_rms is not None:
-        said.append(f"The model misses the measured tip by {in_unit(c.tip_rms, 'm')} rms.")
-    return [*said, c.note] if c.note else said
+        sentences.append(f"The model misses the measured tip by {in_unit(c.tip_rms, 'm')} rms.")
+    return [*sentences, c.note] if c.note else sentences
 
 
 def _short(table: Table) -> Table:

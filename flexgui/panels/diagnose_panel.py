@@ -72,30 +72,33 @@ class DiagnosePanel(Panel):
     )
 
     def build_controls(self) -> None:
-        desk, session = self.desk, self.desk.session
-        self._busy = Busy(desk, "diagnose", "hide")
+        context, session = self.context, self.context.session
+        self._busy = Busy(context, "diagnose", "hide")
         self._refitted: tuple[Looked, Looked] | None = None
         self._find = widgets.button(
-            desk, "Find what is missing", lambda: session.diagnose(desk.services), prominent=True
+            context,
+            "Find what is missing",
+            lambda: session.diagnose(context.services),
+            prominent=True,
         )
-        self._verdict = Words(desk.gui)
+        self._verdict = Words(context.gui)
         self._added, self._undo = (
-            Words(desk.gui),
-            widgets.button(desk, "Undo the last step", session.undo),
+            Words(context.gui),
+            widgets.button(context, "Undo the last step", session.undo),
         )
-        self._so_far = Words(desk.gui)
-        self._candidates = Candidates(desk)
-        self._rest = Words(desk.gui)
-        self._grown = Grown(desk)
-        self._challenge = ChallengeControls(desk)
-        self._next = widgets.button(desk, "Next: export", lambda: session.show("Export"))
+        self._so_far = Words(context.gui)
+        self._candidates = Candidates(context)
+        self._rest = Words(context.gui)
+        self._grown = Grown(context)
+        self._challenge = ChallengeControls(context)
+        self._next = widgets.button(context, "Next: export", lambda: session.show("Export"))
 
     def build_plots(self) -> None:
-        gui = self.desk.gui
-        self._at_work = AtWork(self.desk)
+        gui = self.context.gui
+        self._at_work = AtWork(self.context)
         self._about = Words(gui)
         self._ladder = Plot(gui, 0.45)
-        self._moment = Moment(self.desk)
+        self._moment = Moment(self.context)
         self._ranking = Plot(gui, 0.54)
         self._of: Any = gui.add_dropdown("Predicted by", (BEST,), visible=False)
         self._of.on_update(lambda _: self._show_residual())
@@ -103,13 +106,13 @@ class DiagnosePanel(Panel):
         self._drawn: object = None
 
     def refresh(self) -> None:
-        session = self.desk.session
+        session = self.context.session
         look = session.look
         found = self._listed(None if look is None else look.found)
         run_is_ours = session.run.kind == "diagnose" and session.run.phase == RUNNING
         self._busy.refresh(self._sentence)
         self._find.visible = not self._busy.running
-        self._find.disabled = session.busy or self.desk.read_only
+        self._find.disabled = session.busy or self.context.read_only
         fresh = look is not None and look.diagnosis is not None and not self._old()
         way_on = self._way_on()
         self._find.label = "Repeat diagnosis" if fresh else "Find what is missing"
@@ -133,7 +136,7 @@ class DiagnosePanel(Panel):
     def _listed(self, found: Looked | None) -> Looked | None:
         """In a challenge only what refits have shown; the same object as long as nothing changes,
         since what is shown already is not drawn again."""
-        if found is None or self.desk.session.challenge is None:
+        if found is None or self.context.session.challenge is None:
             return found
         if self._refitted is None or self._refitted[0] is not found:
             self._refitted = (found, refitted_only(found))
@@ -141,8 +144,8 @@ class DiagnosePanel(Panel):
 
     def _way_on(self) -> str:
         """The one button that invites; the tour's card may hold it instead."""
-        look = self.desk.session.look
-        if holds_way_on(self.desk.session) or self._guess_first():
+        look = self.context.session.look
+        if holds_way_on(self.context.session) or self._guess_first():
             return ""
         if look is None or look.found is None or not look.ranking or self._old():
             return FIND
@@ -150,18 +153,18 @@ class DiagnosePanel(Panel):
         if look.diagnosis is None:
             # Whether an effect was enough that was just added, the whole list has to say.
             return ADD if more and not look.added else FIND
-        if in_vain(self.desk.session.looks):
+        if in_vain(self.context.session.looks):
             return UNDO
         return ADD if more else GO_ON
 
     def _guess_first(self) -> bool:
         """Whether a challenge waits for a guess, before which asking the tool is marked."""
-        known = self.desk.session.challenge
+        known = self.context.session.challenge
         return known is not None and known.revealed is None and not known.guesses
 
     def _verdict_text(self, look: Look | None) -> Markup:
         """The verdict on the model that is shown; of one that was left none."""
-        session = self.desk.session
+        session = self.context.session
         if session.pending is not None and session.pending is not look:
             return Markup("")
         if session.pending is None and look is not None and worse(session.looks):
@@ -171,27 +174,29 @@ class DiagnosePanel(Panel):
 
     def _linear(self, look: Look | None) -> Markup:
         """What the linear model costs, beside the verdict on the first model."""
-        cost = self.desk.session.linear_model
-        first = next(iter(self.desk.session.shown_looks), None)
+        cost = self.context.session.linear_model
+        first = next(iter(self.context.session.shown_looks), None)
         if cost is None or look is not first:
             return Markup("")
         return paragraph(cost.sentence)
 
     def _show_added(self) -> None:
         """What is in the model with its sizes, and the way back."""
-        session = self.desk.session
+        session = self.context.session
         titles = ", ".join(title for _, title in present(session.scenario))
         looks = session.shown_looks
         text = Markup("In the model: {}.").format(titles)
-        said = paragraph(text, "good") + _values(looks, session.first_fit) if titles else Markup("")
+        content = (
+            paragraph(text, "good") + _values(looks, session.first_fit) if titles else Markup("")
+        )
         if len(looks) > 1 and looks[-1].added and looks[-1].added not in catalogue():
-            said += paragraph(own_place(looks[-2], looks[-1]))
-        self._added.show(said)
+            content += paragraph(own_place(looks[-2], looks[-1]))
+        self._added.show(content)
         self._undo.visible = len(session.looks) > 1
-        self._undo.disabled = session.busy or self.desk.read_only
+        self._undo.disabled = session.busy or self.context.read_only
 
     def _sentence(self) -> str:
-        session = self.desk.session
+        session = self.context.session
         if session.look is None:
             count = sum(r.role == "estimate" for r in session.scenario.recordings)
             return f"{count} recordings to diagnose. What does the model lack?"
@@ -201,8 +206,8 @@ class DiagnosePanel(Panel):
         return f"The model's error is {error} times the noise floor."
 
     def _old(self) -> bool:
-        look = self.desk.session.look
-        return look is not None and look.scenario != self.desk.session.scenario
+        look = self.context.session.look
+        return look is not None and look.scenario != self.context.session.scenario
 
     @staticmethod
     def _titles(found: Looked | None) -> dict[str, str]:
@@ -212,7 +217,7 @@ class DiagnosePanel(Panel):
     def _show_plots(self, found: Looked | None) -> None:
         if found is not self._drawn:
             self._drawn = found
-            self._ladder.show_whole(ladder(ladder_steps(self.desk.session.shown_looks)), LADDER)
+            self._ladder.show_whole(ladder(ladder_steps(self.context.session.shown_looks)), LADDER)
             self._ranking.show_whole(ranking(found.ranking[:BARS]) if found else None, 290)
             pictured = [r.title for r in found.ranking if r.predicted] if found else []
             options = (BEST, *pictured)
@@ -223,12 +228,12 @@ class DiagnosePanel(Panel):
         self._show_residual()
 
     def _show_residual(self) -> None:
-        look = self.desk.session.look
+        look = self.context.session.look
         found = None if look is None else look.found
         if found is None:
             self._residual.show(None)
             return
-        name = self.desk.session.cursor.recording
+        name = self.context.session.cursor.recording
         k = found.recordings.index(name) if name in found.recordings else 0
         pictured = [r for r in found.ranking if r.predicted]
         one = next((r for r in pictured if r.title == self._of.value), next(iter(pictured), None))
@@ -240,11 +245,11 @@ class DiagnosePanel(Panel):
         self._residual.show(figure, self._cursor(found))
 
     def _cursor(self, found: Looked) -> float | None:
-        cursor = self.desk.session.cursor
+        cursor = self.context.session.cursor
         return cursor.time if cursor.recording in found.recordings else None
 
     def move_cursor(self) -> None:
-        look = self.desk.session.look
+        look = self.context.session.look
         if look is not None and look.found is not None:
             self._residual.move_cursor(self._cursor(look.found))
         self._moment.move_cursor()
@@ -252,23 +257,23 @@ class DiagnosePanel(Panel):
 
 def _values(looks: Sequence[Look], first_fit: Sequence[Estimate]) -> Markup:
     """Of the model as it now stands, by the diagnosis' own fit, and the first fit of it."""
-    told = [look.found.step for look in looks if look.found is not None]
-    if not told:
+    steps = [look.found.step for look in looks if look.found is not None]
+    if not steps:
         return Markup("")
     own = base_model(looks[-1].scenario).effect_parameters
-    standing = sorted(told[-1].parameters, key=lambda e: e.name not in own)
+    standing = sorted(steps[-1].parameters, key=lambda e: e.name not in own)
     doubtful = doubt(looks[-1].error)
     line = Markup("Current model: {}. {}").format(
         _equations(standing), "" if doubtful else COMPLETE
     )
     text = joined(paragraph(line), paragraph(doubtful, "alarm") if doubtful else "")
     first = [e for e in first_fit if e.name not in own and not e.recording]
-    if len(told) == 1 or not first:
+    if len(steps) == 1 or not first:
         return text
     found = looks[0].diagnosis
     biased = found is not None and found.verdict == MISSING
-    said = f"{BIASED[0].upper()}{BIASED[1:]}" if biased else AS_GIVEN
-    before = Markup("{}: {}.").format(said, _equations(first))
+    heading = f"{BIASED[0].upper()}{BIASED[1:]}" if biased else AS_GIVEN
+    before = Markup("{}: {}.").format(heading, _equations(first))
     return joined(text, paragraph(before, "soft"))
 
 
@@ -309,11 +314,11 @@ def _rest(look: Look | None) -> Markup:
     """The experiment that would decide, and what was not tried."""
     if look is None or look.diagnosis is None:
         return Markup("")
-    said = [r.sentence for r in look.diagnosis.rounds if r.sentence]
+    sentences = [r.sentence for r in look.diagnosis.rounds if r.sentence]
     known = catalogue()
     skipped = Markup("").join(
         Markup("<li>{}: {}</li>").format(known[kind].title if kind in known else kind, reason)
         for kind, reason in look.diagnosis.not_applicable.items()
     )
     fold = Markup("<details><summary>Not tried</summary><ul>{}</ul></details>").format(skipped)
-    return joined(*(paragraph(text) for text in said), fold if skipped else "")
+    return joined(*(paragraph(text) for text in sentences), fold if skipped else "")

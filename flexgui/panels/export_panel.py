@@ -40,18 +40,18 @@ class ExportPanel(Panel):
     )
 
     def build_controls(self) -> None:
-        desk = self.desk
-        self._said = Words(desk.gui)
+        context = self.context
+        self._lead = Words(context.gui)
         self._report = widgets.button(
-            desk, "Report (HTML)", lambda: self._from_export("report.html"), prominent=True
+            context, "Report (HTML)", lambda: self._from_export("report.html"), prominent=True
         )
         self._needs: list[Any] = [self._report]
         self._scenario = widgets.button(
-            desk, "Scenario file", self._save_scenario,
+            context, "Scenario file", self._save_scenario,
             hint="What `flexgui export` runs; with your recordings in one zip.",
         )  # fmt: skip
         self._diagnosed = widgets.button(
-            desk, "Scenario with what was found", self._save_diagnosed,
+            context, "Scenario with what was found", self._save_diagnosed,
             hint="Runs again to the same error; with your recordings in one zip.",
         )  # fmt: skip
         wishes: dict[str, Callable[[], object]] = {
@@ -60,26 +60,26 @@ class ExportPanel(Panel):
             "3-D playback (HTML)": self._save_playback,
         }
         for label, action in wishes.items():
-            self._needs.append(widgets.button(desk, label, action))
+            self._needs.append(widgets.button(context, label, action))
         for one in model_formats():
             action = partial(self._save_model, one)
-            self._needs.append(widgets.button(desk, one.label, action, hint=one.hint))
-        self._next = NextExperiment(desk, self._send)
-        self._bar = desk.gui.add_progress_bar(100.0, visible=False, animated=True)
+            self._needs.append(widgets.button(context, one.label, action, hint=one.hint))
+        self._next = NextExperiment(context, self._send)
+        self._bar = context.gui.add_progress_bar(100.0, visible=False, animated=True)
 
     def build_plots(self) -> None:
-        self._about = Words(self.desk.gui)
+        self._about = Words(self.context.gui)
 
     def refresh(self) -> None:
-        session = self.desk.session
+        session = self.context.session
         outcome, run = session.whole, session.run
         for each in self._needs:
-            each.disabled = outcome is None or session.busy or self.desk.read_only
+            each.disabled = outcome is None or session.busy or self.context.read_only
         self._diagnosed.visible = outcome is not None and outcome.diagnosis is not None
-        self._diagnosed.disabled = session.busy or self.desk.read_only
+        self._diagnosed.disabled = session.busy or self.context.read_only
         self._bar.visible = run.busy
         writing = run.busy and run.kind == "report"
-        self._said.show(paragraph(self._sentence(writing), "soft"))
+        self._lead.show(paragraph(self._sentence(writing), "soft"))
         self._next.refresh()
         if outcome is None:
             self._about.show(paragraph(EMPTY, "soft"))
@@ -91,19 +91,19 @@ class ExportPanel(Panel):
     def _sentence(self, writing: bool) -> str:
         if writing:
             return "Writing the report …"
-        return ALWAYS if self.desk.session.outcome is None else READY
+        return ALWAYS if self.context.session.outcome is None else READY
 
     def _name(self, ending: str) -> str:
-        outcome = self.desk.session.outcome
-        title = outcome.title if outcome is not None else self.desk.session.scenario.title
+        outcome = self.context.session.outcome
+        title = outcome.title if outcome is not None else self.context.session.scenario.title
         return f"{safe_name(title).replace(' ', '_')}{ending}"
 
     def _send(self, name: str, content: bytes) -> None:
-        self.desk.client.send_file_download(name, content, save_immediately=True)
-        self.desk.session.show_message(f"{name} was sent to your browser.")
+        self.context.client.send_file_download(name, content, save_immediately=True)
+        self.context.session.show_message(f"{name} was sent to your browser.")
 
     def _save_scenario(self) -> None:
-        session = self.desk.session
+        session = self.context.session
         scenario = session.outcome_of if session.outcome is not None else session.scenario
         try:
             self._send(*scenario_file(scenario or session.scenario, session.folder))
@@ -111,7 +111,7 @@ class ExportPanel(Panel):
             session.show_message(str(error), bad=True)
 
     def _save_diagnosed(self) -> None:
-        session = self.desk.session
+        session = self.context.session
         outcome, scenario = session.whole, session.outcome_of
         if outcome is None or outcome.diagnosis is None or scenario is None:
             return
@@ -122,7 +122,7 @@ class ExportPanel(Panel):
 
     def _recordings(self) -> dict[str, bytes]:
         """Beside the scenarios, which name them without a folder."""
-        session = self.desk.session
+        session = self.context.session
         try:
             return recordings_of(session.outcome_of or session.scenario, session.folder)
         except InputError:  # a file that is gone: all else is still worth taking away
@@ -138,14 +138,14 @@ class ExportPanel(Panel):
             else:
                 self._send(self._name(f"_{what}"), path.read_bytes())
 
-        self.desk.session.report(self.desk.services, written)
+        self.context.session.report(self.context.services, written)
 
     def _save_model(self, one: ModelFormat) -> None:
-        outcome = self.desk.session.outcome
+        outcome = self.context.session.outcome
         if outcome is None:
             return
         if refusal := one.unable(outcome):
-            self.desk.session.show_message(refusal, bad=True)
+            self.context.session.show_message(refusal, bad=True)
             return
         files = one.files(outcome)
         first = Path(next(iter(files)))
@@ -155,7 +155,7 @@ class ExportPanel(Panel):
             self._send(self._name(f"_{first.parent}.zip"), zipped(files))
 
     def _save_playback(self) -> None:
-        session = self.desk.session
+        session = self.context.session
         shown = session.playback
         if shown is None:
             session.show_message("There is no recording to play; choose one first.", bad=True)
@@ -180,35 +180,35 @@ LIMITS = {
 class NextExperiment:
     """A folder of the controls."""
 
-    def __init__(self, desk: PageContext, send: Callable[[str, bytes], None]) -> None:
-        self._desk, self._send, self._seconds = desk, send, 60.0
-        with desk.gui.add_folder(TITLE, expand_by_default=False):
-            Words(desk.gui).show(paragraph(ABOUT, "soft"))
+    def __init__(self, context: PageContext, send: Callable[[str, bytes], None]) -> None:
+        self._context, self._send, self._seconds = context, send, 60.0
+        with context.gui.add_folder(TITLE, expand_by_default=False):
+            Words(context.gui).show(paragraph(ABOUT, "soft"))
             widgets.number(
-                desk, "Time (s)", lambda: self._seconds, self._wait, *SECONDS,
+                context, "Time (s)", lambda: self._seconds, self._wait, *SECONDS,
                 hint="That you have, for all experiments together.",
             )  # fmt: skip
             self._fields = {
-                key: desk.gui.add_text(label, "", hint=hint)
+                key: context.gui.add_text(label, "", hint=hint)
                 for key, (label, hint) in LIMITS.items()
             }
-            self._button = widgets.button(desk, "Plan and download (zip)", self._plan)
-            self._said = Words(desk.gui)
+            self._button = widgets.button(context, "Plan and download (zip)", self._plan)
+            self._words = Words(context.gui)
 
     def refresh(self) -> None:
         """As the session stands."""
-        session = self._desk.session
+        session = self._context.session
         able = bool(session.scenario.recordings) and not session.busy
-        self._button.disabled = not able or self._desk.read_only
+        self._button.disabled = not able or self._context.read_only
         for field in self._fields.values():
-            field.disabled = self._desk.read_only
-        self._said.show(joined(*(paragraph(text) for text in session.planned)))
+            field.disabled = self._context.read_only
+        self._words.show(joined(*(paragraph(text) for text in session.planned)))
 
     def _wait(self, seconds: float) -> None:
         self._seconds = float(seconds)
 
     def _plan(self) -> None:
-        session = self._desk.session
+        session = self._context.session
         try:
             limits = {
                 key: _numbers(LIMITS[key][0], field.value)
@@ -218,10 +218,10 @@ class NextExperiment:
         except InputError as error:
             session.show_message(str(error), bad=True)
             return
-        session.plan_next(self._desk.services, self._seconds, limits, self._download)
+        session.plan_next(self._context.services, self._seconds, limits, self._download)
 
     def _download(self, folder: Path) -> None:
-        session = self._desk.session
+        session = self._context.session
         try:
             beside = recordings_of(session.scenario, session.folder)
         except InputError:  # a file that is gone: what to play is still worth having

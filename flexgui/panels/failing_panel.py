@@ -31,8 +31,8 @@ FLOOR = f"× means times the noise floor. {FLOOR_IS}"
 class Failing:
     """What of the comparison is shown, and the ten worst cells."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
         self._shown = SIGNALS
         self._of: object = None
         self._maps: ErrorMaps | None = None
@@ -40,29 +40,29 @@ class Failing:
         self._views = {view.title: view for view in recording_views().values()}
         shown = (SIGNALS, *self._views, TORQUE)
         self._choice = widgets.choice(
-            desk, "Show", shown, lambda: self._shown, self._picked,
+            context, "Show", shown, lambda: self._shown, self._picked,
             "The maps show where the error exceeds the noise floor.",
         )  # fmt: skip
-        self._folder: Any = desk.gui.add_folder("The worst places", visible=False)
+        self._folder: Any = context.gui.add_folder("The worst places", visible=False)
         with self._folder:
-            Words(desk.gui, paragraph(FLOOR, "soft"))
+            Words(context.gui, paragraph(FLOOR, "soft"))
             self._buttons = [self._button(k) for k in range(WORST)]
 
     def _button(self, k: int) -> Any:
-        return widgets.button(self._desk, f"{k + 1}.", lambda: self._go_to(k))
+        return widgets.button(self._context, f"{k + 1}.", lambda: self._go_to(k))
 
     def build_plots(self) -> None:
         """Inside the container that is open."""
-        self._about = Words(self._desk.gui)
+        self._about = Words(self._context.gui)
         # One for each view: axes that turn round stay so in a panel that is used again.
-        self._plots = {title: Plot(self._desk.gui, 0.9) for title in self._views}
-        self._missing = Missing(self._desk)
+        self._plots = {title: Plot(self._context.gui, 0.9) for title in self._views}
+        self._missing = Missing(self._context)
         self._drawn: object = None
 
     def refresh(self, current: RecordingComparison | None, redraw: Callable[[], None]) -> bool:
         """Whether the signals themselves are to be shown; `current` is under the cursor."""
         self._redraw = redraw
-        failing = self._desk.session.failing
+        failing = self._context.session.failing
         if self._of is not failing:
             self._of, self._drawn = failing, None
             self._maps = None if failing is None else failing.maps
@@ -77,7 +77,7 @@ class Failing:
             return self._maps is None or self._shown == SIGNALS
         if self._drawn != (view.kind, current.recording):
             self._drawn = (view.kind, current.recording)
-            self._draw(view, Seen(current, self._desk.session.comparisons, self._maps))
+            self._draw(view, Seen(current, self._context.session.comparisons, self._maps))
         return False
 
     def move_cursor(self) -> None:
@@ -117,7 +117,7 @@ class Failing:
         worst = self._worst()
         if self._maps is None or k >= len(worst):
             return
-        cell, session = worst[k], self._desk.session
+        cell, session = worst[k], self._context.session
         in_time = cell.axis == "time"
         at = 0.5 * (cell.low + cell.high) if in_time else worst_time(self._maps, cell)
         session.set_cursor(recording=cell.recording, time=at, playing=False)
@@ -143,7 +143,7 @@ def cell_label(cell: WorstCell) -> str:
     return f"recording {cell.recording}: {short}, {place(cell)}, {times} ×"
 
 
-SAID = (
+EXPLANATION = (
     "The torque that the drive delivers beyond what the model needs for the measured motion. Over "
     "the speed: a step at zero is dry friction, a slope viscous friction, a cloud without shape is "
     "noise."
@@ -157,15 +157,17 @@ NONE = (
 class Missing:
     """Hidden unless it was asked for."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
-        self._words = Words(desk.gui)
-        self._curve, self._cloud = Plot(desk.gui, 0.75), Plot(desk.gui, 0.75)
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        self._words = Words(context.gui)
+        self._curve, self._cloud = Plot(context.gui, 0.75), Plot(context.gui, 0.75)
         self._drawn: tuple[MissingTorque, ...] | None = None
 
     def refresh(self, torques: tuple[MissingTorque, ...] | None) -> None:
         """None hides it; an empty tuple says why there is nothing."""
-        self._words.show("" if torques is None else paragraph(SAID if torques else NONE, "soft"))
+        self._words.show(
+            "" if torques is None else paragraph(EXPLANATION if torques else NONE, "soft")
+        )
         if not torques:
             self._drawn = None
             self._curve.show(None)
@@ -179,7 +181,7 @@ class Missing:
     def _cursor(self) -> float | None:
         if not self._drawn:
             return None
-        return float(self._drawn[0].time[0]) + self._desk.session.cursor.time
+        return float(self._drawn[0].time[0]) + self._context.session.cursor.time
 
     def move_cursor(self) -> None:
         """The time-line's cursor moved."""

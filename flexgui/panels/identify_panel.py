@@ -63,58 +63,61 @@ class IdentifyPanel(Panel):
     )
 
     def build_controls(self) -> None:
-        desk, session, gui = self.desk, self.desk.session, self.desk.gui
+        context, session, gui = self.context, self.context.session, self.context.gui
         self._state = Words(gui)
         self._bar: Any = gui.add_progress_bar(0.0, visible=False)
         self._start = widgets.button(
-            desk, "Start identification", lambda: session.identify(desk.services), prominent=True
+            context,
+            "Start identification",
+            lambda: session.identify(context.services),
+            prominent=True,
         )
-        self._pause = widgets.button(desk, "Pause", session.pause)
-        self._resume = widgets.button(desk, "Go on", session.resume, prominent=True)
-        self._stop = widgets.button(desk, "Stop", session.stop)
+        self._pause = widgets.button(context, "Pause", session.pause)
+        self._resume = widgets.button(context, "Go on", session.resume, prominent=True)
+        self._stop = widgets.button(context, "Stop", session.stop)
         self._next = widgets.button(
-            desk, "Next: compare model and measurements", lambda: session.show("Compare"),
+            context, "Next: compare model and measurements", lambda: session.show("Compare"),
             prominent=True,
         )  # fmt: skip
         self._summary = Words(gui)
         with gui.add_folder("Fit settings"):
             widgets.choice(
-                desk, "Method", METHODS, lambda: session.scenario.identify.method,
+                context, "Method", METHODS, lambda: session.scenario.identify.method,
                 lambda v: session.change(put(("identify", "method"), v)),
                 "glocal: one fit over all recordings; local: one for each.",
             )  # fmt: skip
             widgets.choice(
-                desk, "Output", (AUTOMATIC, *sensors()), self._output, self._put_output,
+                context, "Output", (AUTOMATIC, *sensors()), self._output, self._put_output,
                 "Which output is compared with the model.",
             )  # fmt: skip
-            self._chosen = ChosenParameters(desk)
+            self._chosen = ChosenParameters(context)
         with gui.add_folder("Search settings", expand_by_default=False):
             self._whole("Population", "population", 4, 300)
             self._whole("Generations", "generations", 0, 10_000)
             self._whole("Seed", "seed", 0, 2**31)
             widgets.switch(
-                desk, "Refine", lambda: session.scenario.identify.refine,
+                context, "Refine", lambda: session.scenario.identify.refine,
                 lambda v: session.change(put(("identify", "refine"), v)),
                 "Follow the search with a least-squares refinement.",
             )  # fmt: skip
 
     def _whole(self, label: str, name: str, least: int, most: int) -> None:
-        session = self.desk.session
+        session = self.context.session
         widgets.number(
-            self.desk, label, lambda: getattr(session.scenario.identify, name),
+            self.context, label, lambda: getattr(session.scenario.identify, name),
             lambda v: session.change(put(("identify", name), int(v))), least, most, 1,
         )  # fmt: skip
 
     def _output(self) -> str:
-        output = self.desk.session.scenario.identify.output
+        output = self.context.session.scenario.identify.output
         return output[0] if output else AUTOMATIC
 
     def _put_output(self, name: str) -> bool:
         wanted = None if name == AUTOMATIC else [name]
-        return self.desk.session.change(put(("identify", "output"), wanted))
+        return self.context.session.change(put(("identify", "output"), wanted))
 
     def build_plots(self) -> None:
-        gui = self.desk.gui
+        gui = self.context.gui
         self._about = Words(gui)
         self._cost, self._plane = Plot(gui, 0.33), Plot(gui, 0.42)
         self._table = Words(gui)
@@ -129,7 +132,7 @@ class IdentifyPanel(Panel):
         searched = self._searched()
         self._cost.show(live_convergence(history) if history else None)
         self._plane.show(live_plane(history, searched))
-        session = self.desk.session
+        session = self.context.session
         outcome = None if self._running else session.outcome
         nothing = not history and outcome is None
         self._about.show(paragraph(EMPTY, "soft") if nothing else "")
@@ -148,17 +151,17 @@ class IdentifyPanel(Panel):
 
     @property
     def _running(self) -> bool:
-        run = self.desk.session.run
+        run = self.context.session.run
         return run.kind == "identify" and run.busy
 
     def _history(self) -> History:
-        session = self.desk.session
+        session = self.context.session
         if self._running or session.outcome is None:
             return session.run.history
         return {f.label: f.convergence for f in session.outcome.fits if f.convergence}
 
     def _searched(self) -> list[Searched]:
-        session = self.desk.session
+        session = self.context.session
         scenario = session.scenario if self._running else session.outcome_of or session.scenario
         try:
             found = stated(scenario, base_model(scenario))
@@ -169,21 +172,21 @@ class IdentifyPanel(Panel):
     def _fitted(self) -> list[Markup]:
         """Symbols of what a fit of the scenario varies, the sizes of its effects too."""
         try:
-            sizes = base_model(self.desk.session.scenario).effect_parameters.values()
+            sizes = base_model(self.context.session.scenario).effect_parameters.values()
         except InputError:
             return []
         searched = [typeset(s.symbol, s.name) for s in self._searched()]
         return searched + [typeset(p.symbol, p.name) for p in sizes]
 
     def _old(self) -> bool:
-        session = self.desk.session
+        session = self.context.session
         return session.outcome is not None and session.outcome_of != session.scenario
 
     def _show_state(self) -> None:
-        session, run = self.desk.session, self.desk.session.run
+        session, run = self.context.session, self.context.session.run
         busy = self._running
         self._start.visible = not busy
-        self._start.disabled = self.desk.read_only or session.busy
+        self._start.disabled = self.context.read_only or session.busy
         done = session.outcome is not None and not busy and not self._old()
         self._start.label = "Start again" if done else "Start identification"
         self._start.color = "gray" if done else "blue"
@@ -197,7 +200,7 @@ class IdentifyPanel(Panel):
         self._state.show(paragraph(self._sentence(), "lead"))
 
     def _sentence(self) -> Markup | str:
-        session, run = self.desk.session, self.desk.session.run
+        session, run = self.context.session, self.context.session.run
         if not self._running:
             count = sum(r.role == "estimate" for r in session.scenario.recordings)
             what = Markup(", ").join(self._fitted()) or "none yet"
@@ -214,7 +217,7 @@ class IdentifyPanel(Panel):
         return f"{words}{steps}{at}{time}."
 
     def _show_paper(self) -> None:
-        session = self.desk.session
+        session = self.context.session
         scenario = session.outcome_of or session.scenario
         points = paper_points(scenario)
         if points is None or session.outcome is None or self._running:
@@ -260,16 +263,16 @@ ADD = "add a parameter …"
 class ChosenParameters:
     """Rebuilt when other parameters are chosen; else its fields follow the session."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
-        self._rows = Rebuilt(desk, desk.gui.add_folder(None))
-        self._add: Any = desk.gui.add_dropdown("Add", (ADD,))
-        if not desk.read_only:
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        self._rows = Rebuilt(context, context.gui.add_folder(None))
+        self._add: Any = context.gui.add_dropdown("Add", (ADD,))
+        if not context.read_only:
             self._add.on_update(self._added)
 
     def refresh(self) -> None:
         """Shows what the scenario states."""
-        scenario = self._desk.session.scenario
+        scenario = self._context.session.scenario
         try:
             model = base_model(scenario)
         except InputError:
@@ -288,10 +291,10 @@ class ChosenParameters:
         self._rows.make(shape, build)
 
     def _row(self, p: Parameter) -> None:
-        desk, session, name = self._desk, self._desk.session, p.name
+        context, session, name = self._context, self._context.session, p.name
         unit = shown_unit(p.value or p.upper, p.unit)
         symbol = plain_symbol(p.symbol, name)
-        bounds = desk.gui.add_vector2(
+        bounds = context.gui.add_vector2(
             unit.label(symbol), self._bounds(name, p, unit), step=_step(p, unit),
             hint=f"{p.title or name}: bounds, from and to.",
         )  # fmt: skip
@@ -300,20 +303,20 @@ class ChosenParameters:
             ends = [float(v) / unit.factor for v in value]
             return session.change(put(("identify", "bounds", name), ends))
 
-        widgets.bind(desk, bounds, lambda: self._bounds(name, p, unit), set_bounds)
+        widgets.bind(context, bounds, lambda: self._bounds(name, p, unit), set_bounds)
         widgets.number(
-            desk, f"± {symbol}, known", lambda: self._prior(name) * unit.factor,
+            context, f"± {symbol}, known", lambda: self._prior(name) * unit.factor,
             lambda v: session.change(put(("identify", "prior", name), v / unit.factor or None)),
             least=0.0, hint="Standard deviation of the prior knowledge; 0: none.",
         )  # fmt: skip
-        widgets.button(desk, f"Do not estimate {symbol}", lambda: self._remove(name))
+        widgets.button(context, f"Do not estimate {symbol}", lambda: self._remove(name))
 
     def _bounds(self, name: str, p: Parameter, unit: ShownUnit) -> tuple[float, float]:
-        low, high = self._desk.session.scenario.identify.bounds.get(name, (p.lower, p.upper))
+        low, high = self._context.session.scenario.identify.bounds.get(name, (p.lower, p.upper))
         return _plain(low * unit.factor), _plain(high * unit.factor)
 
     def _prior(self, name: str) -> float:
-        prior = self._desk.session.scenario.identify.prior.get(name)
+        prior = self._context.session.scenario.identify.prior.get(name)
         return 0.0 if prior is None else prior.std
 
     def _remove(self, name: str) -> bool:
@@ -323,13 +326,13 @@ class ChosenParameters:
             for setting in ("bounds", "prior"):
                 table.get(setting, {}).pop(name, None)
 
-        return self._desk.session.change(edit)
+        return self._context.session.change(edit)
 
     def _added(self, event: Any) -> None:
         name = str(self._add.value)
         if event.client_id is None or name == ADD:
             return
-        session = self._desk.session
+        session = self._context.session
         names = [*session.scenario.identify.parameters, name]
         session.change(put(("identify", "parameters"), names))
 

@@ -38,11 +38,11 @@ PREDICTED = "The line is what {} predicts of it."
 class Moment:
     """One sentence and one figure."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
-        self._words = Words(desk.gui)
-        self._cloud = Plot(desk.gui, 0.55)
-        self._residual = Plot(desk.gui, 0.44)
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        self._words = Words(context.gui)
+        self._cloud = Plot(context.gui, 0.55)
+        self._residual = Plot(context.gui, 0.44)
         self._drawn: object = None
         self._timed = False
 
@@ -68,21 +68,21 @@ class Moment:
     def move_cursor(self) -> None:
         """The time-line's cursor moved."""
         if self._timed:
-            self._residual.move_cursor(self._desk.session.cursor.time)
+            self._residual.move_cursor(self._context.session.cursor.time)
 
     def _newest(self) -> Look | None:
         """A look without a residual of its own yet leaves the picture to the one before."""
-        looks = self._desk.session.shown_looks
-        told = [k for k in looks if k.found is not None and k.found.recordings]
+        looks = self._context.session.shown_looks
+        complete = [k for k in looks if k.found is not None and k.found.recordings]
         # Straight after an effect was added its torque is still to come: the picture waits for it.
-        if len(told) > 1 and not told[-1].comparisons and told[-2].comparisons:
-            return told[-2]
-        return told[-1] if told else None
+        if len(complete) > 1 and not complete[-1].comparisons and complete[-2].comparisons:
+            return complete[-2]
+        return complete[-1] if complete else None
 
     def _recording(self, look: Look) -> str:
         """The one under the cursor, where the fit has seen it; else the first."""
         assert look.found is not None
-        name = self._desk.session.cursor.recording
+        name = self._context.session.cursor.recording
         return name if name in look.found.recordings else look.found.recordings[0]
 
     def _laws(self, look: Look, name: str) -> tuple[OverSpeed, ...]:
@@ -95,7 +95,7 @@ class Moment:
 
     def _is_after_a_law(self, look: Look) -> bool:
         """Whether the look was reached by adding what had a law, and nothing new is offered yet."""
-        looks = self._desk.session.shown_looks
+        looks = self._context.session.shown_looks
         place = next((k for k, each in enumerate(looks) if each is look), 0)
         before = looks[place - 1].found if place else None
         had = before is not None and bool(before.laws) and before.laws_of == look.added
@@ -125,7 +125,7 @@ class Moment:
 
     def _show_residual(self, found: Looked, name: str) -> None:
         k = found.recordings.index(name)
-        at = self._desk.session.shown_looks[0].found
+        at = self._context.session.shown_looks[0].found
         start = at if at is not None and name in at.recordings else found
         i = start.recordings.index(name)
         j = worst_channel(start.residual[i])
@@ -141,17 +141,21 @@ class Moment:
             channel, found.dt[k], found.residual[k][:, here], predicted,
             "" if one is None else one.title, start.residual[i][:, j], unit,
         )  # fmt: skip
-        self._residual.show(figure, self._desk.session.cursor.time, RESIDUAL)
+        self._residual.show(figure, self._context.session.cursor.time, RESIDUAL)
         self._cloud.show(None)
         self._timed = True
-        said = residual_caption(channel, unit, found.residual[k][:, here], start.residual[i][:, j])
+        caption = residual_caption(
+            channel, unit, found.residual[k][:, here], start.residual[i][:, j]
+        )
         note = "" if one is None else f" {PREDICTED.format(one.title)}"
         self._words.show(
-            joined(paragraph(RESIDUAL_OF.format(name), "lead"), paragraph(f"{said}.{note}", "soft"))
+            joined(
+                paragraph(RESIDUAL_OF.format(name), "lead"), paragraph(f"{caption}.{note}", "soft")
+            )
         )
 
     def _looks(self) -> tuple[Look, ...]:
-        return self._desk.session.shown_looks
+        return self._context.session.shown_looks
 
     def _hide(self) -> None:
         self._words.show("")

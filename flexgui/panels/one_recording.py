@@ -23,31 +23,31 @@ ROLES = ("estimate", "validate")
 class OneRecording:
     """Fields that change the scenario's entry of the recording under the cursor."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
         self._ends: tuple[float, float] | None = None
-        gui = desk.gui
+        gui = context.gui
         widgets.choice(
-            desk, "Role", ROLES, lambda: self._spec.role, lambda v: self._put(v, "role"),
+            context, "Role", ROLES, lambda: self._spec.role, lambda v: self._put(v, "role"),
             "estimate: fitted; validate: only compared.",
         )  # fmt: skip
         with gui.add_folder("Exclude a time range", expand_by_default=False):
             self._channel = gui.add_dropdown("Column", ("z1",))
             self._stretch = gui.add_vector2("From, to [s]", (0.0, 0.5), step=0.01)
-            widgets.button(desk, "Mask this time range", self._mask)
-            widgets.button(desk, "Remove all masks", lambda: self._put(None, "mask"))
+            widgets.button(context, "Mask this time range", self._mask)
+            widgets.button(context, "Remove all masks", lambda: self._put(None, "mask"))
         self._file = gui.add_folder("Correct the file", expand_by_default=False)
         with self._file:
             self._file_controls()
-        widgets.button(desk, "Remove this recording", self._remove)
+        widgets.button(context, "Remove this recording", self._remove)
 
     def _file_controls(self) -> None:
-        desk, gui = self._desk, self._desk.gui
+        context, gui = self._context, self._context.gui
         self._window: Any = gui.add_vector2("Window [s]", (0.0, 1.0), step=0.01)
-        widgets.button(desk, "Keep only this window", self._trim)
-        widgets.button(desk, "Keep everything", lambda: self._put(None, "window"))
+        widgets.button(context, "Keep only this window", self._trim)
+        widgets.button(context, "Keep everything", lambda: self._put(None, "window"))
         widgets.number(
-            desk, "Camera delay [ms]", lambda: 1e3 * self._spec.time_shift,
+            context, "Camera delay [ms]", lambda: 1e3 * self._spec.time_shift,
             lambda v: self._put(1e-3 * v, "time_shift"), -1000.0, 1000.0, 0.1,
             "How much too late the camera's samples are recorded.",
         )  # fmt: skip
@@ -55,38 +55,38 @@ class OneRecording:
             "Camera at [m]", self._spec.camera.origin, step=0.001, hint="Origin of its frame."
         )
         widgets.bind(
-            desk, origin, lambda: self._spec.camera.origin,
+            context, origin, lambda: self._spec.camera.origin,
             lambda v: self._put([float(x) for x in v], "camera", "origin"),
         )  # fmt: skip
         widgets.number(
-            desk, "Camera rotation [deg]", lambda: math.degrees(self._spec.camera.angle),
+            context, "Camera rotation [deg]", lambda: math.degrees(self._spec.camera.angle),
             lambda v: self._put(math.radians(v), "camera", "angle"), -360.0, 360.0, 0.1,
         )  # fmt: skip
         widgets.number(
-            desk, "Camera scale", lambda: self._spec.camera.scale,
+            context, "Camera scale", lambda: self._spec.camera.scale,
             lambda v: self._put(float(v), "camera", "scale"), 1e-6, 1e6, 0.001,
         )  # fmt: skip
         widgets.button(
-            desk, "Choose its columns …", lambda: desk.session.choose_columns(self._spec.name)
+            context, "Choose its columns …", lambda: context.session.choose_columns(self._spec.name)
         )
         self._gained = gui.add_dropdown("Column", ("z1",))
         self._gain = gui.add_number("Gain", 1.0, step=0.01)
         self._negative = gui.add_checkbox("Invert sign", False)
-        widgets.button(desk, "Apply gain and sign", self._scale)
+        widgets.button(context, "Apply gain and sign", self._scale)
 
     @property
     def _index(self) -> int:
-        session = self._desk.session
+        session = self._context.session
         names = [spec.name for spec in session.scenario.recordings]
         return names.index(session.cursor.recording) if session.cursor.recording in names else 0
 
     @property
     def _spec(self) -> RecordingSpec:
-        specs = self._desk.session.scenario.recordings
+        specs = self._context.session.scenario.recordings
         return specs[self._index] if specs else RecordingSpec(file="-")
 
     def _put(self, value: Any, *path: str) -> bool:
-        session = self._desk.session
+        session = self._context.session
         return bool(session.scenario.recordings) and session.change(
             put(recording(self._index, *path), value)
         )
@@ -111,7 +111,7 @@ class OneRecording:
         return self._put(column, "columns", channel)
 
     def _remove(self) -> bool:
-        index, session = self._index, self._desk.session
+        index, session = self._index, self._context.session
         if not session.scenario.recordings:
             return False
 
@@ -122,7 +122,7 @@ class OneRecording:
 
     def refresh(self) -> None:
         """Columns and limits of the recording that is shown now."""
-        found = self._desk.session.recording
+        found = self._context.session.recording
         self._file.visible = self._spec.simulate is None
         if found is None:
             return
@@ -144,34 +144,34 @@ hide one another, so what comes sixth is worth a look once the first are mended.
 class FindingList:
     """A folder with a place for each finding; places that are not needed are hidden."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk, gui = desk, desk.gui
+    def __init__(self, context: PageContext) -> None:
+        self._context, gui = context, context.gui
         self._found: tuple[Finding, ...] = ()
         self._folder = gui.add_folder("Check of this recording")
         with self._folder:
-            self._said = Words(gui)
+            self._lead = Words(gui)
             self._places = [self._place(k) for k in range(MOST)]
             self._applied = Words(gui)
             self._look = widgets.button(
-                desk, "Check the recordings", lambda: desk.session.check_recordings(),
+                context, "Check the recordings", lambda: context.session.check_recordings(),
                 hint="Units, signs, swapped joints, delays, gaps, clipped or dead channels, …",
             )  # fmt: skip
 
     def _place(self, k: int) -> tuple[Words, Any]:
-        words = Words(self._desk.gui)
-        return words, widgets.button(self._desk, "Mend", lambda: self._mend(k))
+        words = Words(self._context.gui)
+        return words, widgets.button(self._context, "Mend", lambda: self._mend(k))
 
     def _mend(self, k: int) -> None:
         if k < len(self._found):
-            self._desk.session.mend(self._found[k])
+            self._context.session.mend(self._found[k])
 
     def refresh(self, recording: str) -> None:
         """Of the recording that is shown."""
-        session = self._desk.session
+        session = self._context.session
         self._found = session.findings_of(recording)
         self._folder.visible = bool(session.scenario.recordings)
         lead = _lead(session, recording, len(self._found))
-        self._said.show(paragraph(lead, _look(session, self._found)))
+        self._lead.show(paragraph(lead, _look(session, self._found)))
         for k, (words, mend) in enumerate(self._places):
             one = self._found[k] if k < len(self._found) else None
             words.show(finding_words(one) if one is not None else "")

@@ -19,22 +19,22 @@ TOP = -1.0
 class Arrivals:
     """Asks where something has arrived; brings back what made room."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk, gui = desk, desk.gui
-        session = desk.session
+    def __init__(self, context: PageContext) -> None:
+        self._context, gui = context, context.gui
+        session = context.session
         self._folder = gui.add_folder("Imported file", order=TOP, visible=False)
         with self._folder:
-            self._said = Words(gui)
+            self._lead = Words(gui)
             self._alone = widgets.button(
-                desk, "Use it alone", lambda: session.use_arrived(alone=True), prominent=True
+                context, "Use it alone", lambda: session.use_arrived(alone=True), prominent=True
             )
-            self._beside = widgets.button(desk, "Add", lambda: session.use_arrived(alone=False))
-            self._leave = widgets.button(desk, "Cancel import", lambda: session.leave_arrived())
-            self._back = widgets.button(desk, "Restore", lambda: session.bring_back())
+            self._beside = widgets.button(context, "Add", lambda: session.use_arrived(alone=False))
+            self._leave = widgets.button(context, "Cancel import", lambda: session.leave_arrived())
+            self._back = widgets.button(context, "Restore", lambda: session.bring_back())
 
     def refresh(self) -> None:
         """Hidden where there is nothing to say."""
-        session = self._desk.session
+        session = self._context.session
         arrived, count, aside = session.arrived, len(session.scenario.recordings), session.aside
         one = len(arrived) == 1
         present = f"the {count} present recordings" if count > 1 else "the present recording"
@@ -46,9 +46,9 @@ class Arrivals:
         if arrived:
             it = "it" if one else "them"
             question = paragraph(f"Use {it} alone, or add {it} to {present}?", "lead")
-            self._said.show(joined(*(paragraph(each.words) for each in arrived), question))
+            self._lead.show(joined(*(paragraph(each.words) for each in arrived), question))
         else:
-            self._said.show(paragraph(_set_aside(len(aside)), "soft"))
+            self._lead.show(paragraph(_set_aside(len(aside)), "soft"))
         self._folder.visible = bool(arrived or aside)
 
 
@@ -75,39 +75,41 @@ OWN = "One of its own (see the scenario)"
 class RigChoice:
     """Asked first: it says which signals a file must hold."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
         titles = tuple(rig.title for rig in RIGS)
         widgets.choice(
-            desk, "Rig", (*titles, OTHER), self._title,
-            lambda title: desk.session.choose_rig(title) if title != OTHER else False,
+            context, "Rig", (*titles, OTHER), self._title,
+            lambda title: context.session.choose_rig(title) if title != OTHER else False,
             "What drives the joints, and what of it was recorded.",
         )  # fmt: skip
         arms = arm_choices()
         widgets.choice(
-            desk, "Arm", (*arms, OWN), self._arm,
-            lambda name: desk.session.choose_arm(arms[name]) if name in arms else False,
+            context, "Arm", (*arms, OWN), self._arm,
+            lambda name: context.session.choose_arm(arms[name]) if name in arms else False,
             "Its values can be changed in the stage Arm.",
         )  # fmt: skip
         self._fields = {name: self._field(name, label) for name, label in CONSTANTS.items()}
 
     def _title(self) -> str:
-        rig = rig_of(self._desk.session.scenario)
+        rig = rig_of(self._context.session.scenario)
         return OTHER if rig is None else rig.title
 
     def _arm(self) -> str:
-        preset = self._desk.session.scenario.arm.preset
+        preset = self._context.session.scenario.arm.preset
         return next((name for name, known in arm_choices().items() if known == preset), OWN)
 
     def _field(self, name: str, label: str) -> Any:
-        desk = self._desk
-        handle = desk.gui.add_text(
+        context = self._context
+        handle = context.gui.add_text(
             label, "", hint="One per joint, as on the motor's data sheet.", visible=False
         )
-        return widgets.bind(desk, handle, lambda: self._shown(name), lambda v: self._put(name, v))
+        return widgets.bind(
+            context, handle, lambda: self._shown(name), lambda v: self._put(name, v)
+        )
 
     def _shown(self, name: str) -> str:
-        values = self._desk.session.scenario.drive.options.get(name) or ()
+        values = self._context.session.scenario.drive.options.get(name) or ()
         return ", ".join(f"{x:g}" for x in values)
 
     def _put(self, name: str, text: str) -> bool:
@@ -116,11 +118,11 @@ class RigChoice:
             values = [float(part) for part in text.replace(";", ",").split(",")]
         except ValueError:
             return False
-        return self._desk.session.change(put(("drive", name), values))
+        return self._context.session.change(put(("drive", name), values))
 
     def refresh(self) -> None:
         """Only what the rig has is shown."""
-        options = self._desk.session.scenario.drive.options
+        options = self._context.session.scenario.drive.options
         for name, field in self._fields.items():
             visible = bool(options.get(name))
             if field.visible != visible:

@@ -61,7 +61,7 @@ TRIES = 5
 """Questions of that kind; a browser that has not answered until then writes nothing down."""
 NOTICED = 0.005
 """Share by which the picture's shape changes when it counts."""
-_TOLD = re.compile(
+_ANSWER = re.compile(
     r"(\d{2,5}) (\d{2,5}) (\d{1,5})(?: (light|dark)(?: (light|dark))?)?( gpu)?", re.ASCII
 )
 
@@ -97,7 +97,7 @@ class Widths:
 
 def window_of(text: str | None) -> Window | None:
     """Of what the browser wrote down; None where that makes no sense."""
-    found = _TOLD.fullmatch(text or "")
+    found = _ANSWER.fullmatch(text or "")
     if found is None:
         return None
     width, height, picture, system, theme, gpu = found.groups()
@@ -140,7 +140,7 @@ class PageLayout:
     def __init__(self, client: viser.ClientHandle) -> None:
         self._client = client
         self._takers: list[Take] = []
-        self._lock, self._telling = threading.Lock(), threading.RLock()
+        self._lock, self._reporting = threading.Lock(), threading.RLock()
         self._waits, self._closed, self._answered = False, False, False
         self._tries = 0
         self._shape = client.camera.aspect
@@ -163,7 +163,7 @@ class PageLayout:
     def close(self) -> None:
         """Asks and tells nothing more: what would take it will be removed."""
         self._closed = True
-        with self._telling:
+        with self._reporting:
             self._takers.clear()
 
     async def _moved(self, camera: viser.CameraHandle) -> None:
@@ -201,17 +201,17 @@ class PageLayout:
     def _ask(self, patience: float = PATIENCE) -> None:
         run_javascript(self._client, SCRIPT)
         try:
-            told = window_of(self._client.local_storage.get_item(STORED_AS, patience))
+            answer = window_of(self._client.local_storage.get_item(STORED_AS, patience))
         except (RuntimeError, TimeoutError) as error:
             log.debug("Client %d does not report its size: %s", self._client.client_id, error)
             return
-        self._answered = told is not None
-        self.window = told or self.window
+        self._answered = answer is not None
+        self.window = answer or self.window
 
     def _report(self) -> None:
         self._reported = self.window
         shares = widths(self.window)
-        with self._telling:
+        with self._reporting:
             for take in self._takers:
                 take(self.window, shares)
 
@@ -249,5 +249,5 @@ class Theme:
             return
         self.dark = dark
         self._client.gui.configure_theme(dark_mode=dark, show_share_button=False, show_logo=False)
-        for tell in self.followers:
-            tell(dark)
+        for follower in self.followers:
+            follower(dark)

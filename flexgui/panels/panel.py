@@ -21,8 +21,8 @@ class Panel(ABC):
     topics: ClassVar[frozenset[Topic]] = frozenset()
     """What makes it draw itself anew."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self.desk = desk
+    def __init__(self, context: PageContext) -> None:
+        self.context = context
 
     @abstractmethod
     def build_controls(self) -> None:

@@ -21,23 +21,23 @@ BOARD = "Compare"
 class ErrorsInScene:
     """Drawn on whatever stage there is; anew where its nodes are new."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
         self._painted: object = None
         self._board: ErrorBoard | None = None
         self._made_of: tuple[object, str] = (None, "")
 
     def draw(self, stage: Stage) -> None:
         """Shows the error at the cursor."""
-        session = self._desk.session
+        session = self._context.session
         found = session.failing if session.stage in COLOURED else None
         self._paint(stage, found)
         self._show_board(stage, found if session.stage == BOARD else None)
 
     def _paint(self, stage: Stage, found: WhereItFails | None) -> None:
-        cursor, joints = self._desk.session.cursor, stage.body.arm.joints
+        cursor, joints = self._context.session.cursor, stage.body.arm.joints
         along = None if found is None else found.now.get(cursor.recording)
-        worst = 1.0 if found is None else self._desk.session.worst_error
+        worst = 1.0 if found is None else self._context.session.worst_error
         colours = error_paint({} if along is None else along.at(cursor.time), joints, worst)
         key = (colours, stage.anchor("base"))
         if key != self._painted:
@@ -52,17 +52,17 @@ class ErrorsInScene:
             self._board = None
             stage.detach(NAME)
             if board is not None:
-                pick = None if self._desk.read_only else self._picked
-                owner = self._desk.client
+                pick = None if self._context.read_only else self._picked
+                owner = self._context.client
                 self._board = ErrorBoard(stage, owner, board.ratio, _short(board.recordings), pick)
-        cursor = self._desk.session.cursor
+        cursor = self._context.session.cursor
         if board is not None and self._board is not None and cursor.recording in board.recordings:
             row = board.recordings.index(cursor.recording)
             self._board.mark(row, cursor.time / float(board.edges[-1]))
 
     def _picked(self, row: int, column: int) -> None:
         """Arm, time-line and plots go to the cell."""
-        session = self._desk.session
+        session = self._context.session
         board = None if session.failing is None else session.failing.board
         if board is None or row >= len(board.recordings) or column + 1 >= len(board.edges):
             return

@@ -56,14 +56,14 @@ DRAWN = frozenset(
 class Scene:
     """Made with the first live model; only moved after that."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
         self._stage: Stage | None = None
         self._shown: object = None
         self._written: object = None
         self._apart = 0.0
         """How many times too far from the model the measured arm's path is drawn."""
-        self._errors = ErrorsInScene(desk)
+        self._errors = ErrorsInScene(context)
         self._reach = 1.0
         self._window, self._side = Window(), HOME
         self._aimed = 0.0
@@ -74,12 +74,12 @@ class Scene:
         self._lock = threading.RLock()
         self._closed = threading.Event()
         self._swings = False
-        desk.theme.followers.append(self.set_dark)
-        help_hands(desk.client)
+        context.theme.followers.append(self.set_dark)
+        help_hands(context.client)
 
     def draw(self, topics: frozenset[Topic]) -> None:
         """Shows what the session says now."""
-        session = self._desk.session
+        session = self._context.session
         view, motion = session.view, session.playback
         if view is None or not topics & DRAWN:
             return
@@ -101,17 +101,17 @@ class Scene:
 
     def _show_effects(self, stage: Stage) -> None:
         """What was added to the model, where it acts; anew where the arm's nodes were."""
-        key = (places(self._desk.session.scenario), stage.anchor("base"))
+        key = (places(self._context.session.scenario), stage.anchor("base"))
         if key != self._written:
             self._written = key
-            show_effects(stage, self._desk.client, [Drawn(*each) for each in key[0]])
+            show_effects(stage, self._context.client, [Drawn(*each) for each in key[0]])
 
     def _made(self, view: LiveModel) -> Stage:
         if self._stage is None:
             self._stage = Stage(
-                self._desk.client, view.model.arm, view.numbers.p, view.q, self._window.gpu
+                self._context.client, view.model.arm, view.numbers.p, view.q, self._window.gpu
             )
-            self._stage.set_dark(self._desk.theme.dark)
+            self._stage.set_dark(self._context.theme.dark)
             self._aim(self._stage)
         return self._stage
 
@@ -133,13 +133,13 @@ class Scene:
 
     def _is_aimed(self) -> bool:
         """Whether nobody has turned the view since."""
-        moved = self._desk.client.camera.position - self._eye
+        moved = self._context.client.camera.position - self._eye
         return bool(np.linalg.norm(moved) < TURNED * self._reach)
 
     def _aim(self, stage: Stage) -> None:
         """Looks at the whole arm; what a person turns stays so until another arm comes."""
         self._reach, self._aimed = stage.body.reach, time.monotonic()
-        camera, phone = self._desk.client.camera, self._window.phone
+        camera, phone = self._context.client.camera, self._window.phone
         eye = stage.view(min(aspect(self._window), ASPECT), self._side)
         # Panels cover the lower part: the arm goes up, the aim down.
         if phone:
@@ -165,7 +165,7 @@ class Scene:
         self._rebuild(stage, view.model.arm, view.numbers.p, view.q)
 
     def _show_recording(self, stage: Stage, motion: Playback) -> None:
-        cursor = self._desk.session.cursor
+        cursor = self._context.session.cursor
         fresh = self._shown is not motion
         if fresh:
             self._was_aimed = self._is_aimed()
@@ -187,7 +187,7 @@ class Scene:
 
     def _swing(self) -> None:
         """Swings the chosen mode while the first stage is shown; nobody waits where none is."""
-        session = self._desk.session
+        session = self._context.session
         while not self._closed.wait(1.0 / FRAMES_PER_SECOND):
             with self._lock:
                 mode, view, stage = session.live.mode, self._shown, self._stage

@@ -20,25 +20,25 @@ BAR = Markup("<span class='fx-bar'></span>")
 class StageBar:
     """Stands on top of the main panel."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
-        Words(desk.gui, FOLLOWS if desk.read_only else PURPOSE_LINE)
-        self._mark = Words(desk.gui, self._style())
-        self._buttons = desk.gui.add_button_group("Stage", STAGES)
-        if not desk.read_only:
-            self._buttons.on_click(lambda _: desk.session.show(str(self._buttons.value)))
-        self._message = Words(desk.gui)
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        Words(context.gui, FOLLOWS if context.read_only else PURPOSE_LINE)
+        self._mark = Words(context.gui, self._style())
+        self._buttons = context.gui.add_button_group("Stage", STAGES)
+        if not context.read_only:
+            self._buttons.on_click(lambda _: context.session.show(str(self._buttons.value)))
+        self._message = Words(context.gui)
 
     def refresh(self) -> None:
         """Shows which stage is active and the newest message."""
         self._mark.show(self._style())
-        message = self._desk.session.message
+        message = self._context.session.message
         kind = "bad" if message.bad else "good"
         self._message.show(paragraph(message.text, kind) if message.text else "")
 
     def _style(self) -> Markup:
-        follows = FOLLOWER if self._desk.read_only else Markup("")
-        return joined(STYLE, follows, bar_style(STAGES.index(self._desk.session.stage)), BAR)
+        follows = FOLLOWER if self._context.read_only else Markup("")
+        return joined(STYLE, follows, bar_style(STAGES.index(self._context.session.stage)), BAR)
 
 
 STYLE = Markup("""<style>

@@ -55,49 +55,49 @@ class StudyPanel(Panel):
     topics: ClassVar[frozenset[Topic]] = frozenset({Topic.STUDY, Topic.SCENARIO, Topic.RUN})
 
     def build_controls(self) -> None:
-        desk, session = self.desk, self.desk.session
-        self._results = StudyResults(desk)
-        self._state = Words(desk.gui)
-        self._bar: Any = desk.gui.add_progress_bar(0.0, visible=False, animated=True)
+        context, session = self.context, self.context.session
+        self._results = StudyResults(context)
+        self._state = Words(context.gui)
+        self._bar: Any = context.gui.add_progress_bar(0.0, visible=False, animated=True)
         self._start = widgets.button(
-            desk, START, lambda: session.start_study(desk.services), prominent=True
+            context, START, lambda: session.start_study(context.services), prominent=True
         )
-        self._stop = widgets.button(desk, "Stop", session.stop_study)
+        self._stop = widgets.button(context, "Stop", session.stop_study)
         self._open = Confirm(
-            desk, OPEN, REPLACES, lambda: session.choose(DEMO, desk.services), self._has_work,
+            context, OPEN, REPLACES, lambda: session.choose(DEMO, context.services), self._has_work,
             "Replace my work", "Keep my work",
         )  # fmt: skip
         self._results.build_choice()
         self._save = widgets.button(
-            desk, "Save the results (zip)", self._export,
+            context, "Save the results (zip)", self._export,
             hint="A page with all figures, tables as CSV, result.json, and what "
             "`flexgui study` needs to continue from here.",
         )  # fmt: skip
         self._settings()
-        self._said = Words(desk.gui)
+        self._lead = Words(context.gui)
 
     def _settings(self) -> None:
-        desk, session = self.desk, self.desk.session
-        self._choices = desk.gui.add_folder("Extent")
+        context, session = self.context, self.context.session
+        self._choices = context.gui.add_folder("Extent")
         with self._choices:
             widgets.number(
-                desk, "Runs", lambda: session.study_choice.runs,
+                context, "Runs", lambda: session.study_choice.runs,
                 lambda v: session.choose_study(runs=int(v)), 1, MOST_RUNS, 1,
                 "Each with fresh noise and a fresh first population; the paper has 20.",
             )  # fmt: skip
             for part in parts().values():
                 self._switch(part)
             widgets.number(
-                desk, "Parallel cases", lambda: session.study_choice.at_once,
+                context, "Parallel cases", lambda: session.study_choice.at_once,
                 lambda v: session.choose_study(at_once=int(v)), 1, MOST_AT_ONCE, 1,
                 "Cases that run at the same time; other users of this server run in between.",
             )  # fmt: skip
-            self._whole = widgets.button(desk, "All of it, as in the paper", self._choose_whole)
+            self._whole = widgets.button(context, "All of it, as in the paper", self._choose_whole)
 
     def _switch(self, part: Part) -> None:
-        session, kind = self.desk.session, part.kind
+        session, kind = self.context.session, part.kind
         widgets.switch(
-            self.desk, part.title, lambda: kind in session.study_choice.parts,
+            self.context, part.title, lambda: kind in session.study_choice.parts,
             lambda on: self._choose_part(kind, on), inspect.getdoc(type(part)) or "",
         )  # fmt: skip
 
@@ -105,9 +105,9 @@ class StudyPanel(Panel):
         self._results.build_plots()
 
     def refresh(self) -> None:
-        session, state = self.desk.session, self.desk.session.study
+        session, state = self.context.session, self.context.session.study
         refusal = "" if state.busy else session.study_refusal
-        open_to_choose, follows = not (refusal or state.busy), self.desk.read_only
+        open_to_choose, follows = not (refusal or state.busy), self.context.read_only
         self._open.show(bool(refusal))
         self._start.visible = open_to_choose and not self._finished(state)
         self._start.disabled = follows
@@ -122,23 +122,23 @@ class StudyPanel(Panel):
         self._save.color = "blue" if state.phase == DONE else "gray"
         lead = paragraph(self._sentence(state), "lead")
         self._state.show(paragraph(refusal) if refusal else lead)
-        self._said.show(self._about(state, open_to_choose))
+        self._lead.show(self._about(state, open_to_choose))
         self._results.refresh()
 
     def _has_work(self) -> bool:
         """Whether opening another scenario would lose something that a person made."""
-        session = self.desk.session
+        session = self.context.session
         brought = any(spec.file is not None for spec in session.scenario.recordings)
         return brought or session.outcome is not None or bool(session.looks)
 
     def _begun(self, state: StudyState) -> bool:
         """Whether it is the scenario's own study, whatever has been chosen of it since."""
         settings = state.settings
-        return settings is not None and settings.scenario == self.desk.session.scenario
+        return settings is not None and settings.scenario == self.context.session.scenario
 
     def _finished(self, state: StudyState) -> bool:
         """Whether nothing of what is chosen is left to do."""
-        choice = self.desk.session.study_choice
+        choice = self.context.session.study_choice
         asked_for = None if state.settings is None else state.settings.runs
         same = (asked_for, state.parts) == (choice.runs, choice.parts)
         return state.phase == DONE and self._begun(state) and same
@@ -158,7 +158,7 @@ class StudyPanel(Panel):
         return "How far do estimates scatter, and which method is best?"
 
     def _about(self, state: StudyState, open_to_choose: bool) -> Markup:
-        session = self.desk.session
+        session = self.context.session
         texts = []
         if state.settings is not None and state.settings.scenario != session.scenario:
             texts.append("The scenario has changed since; these results belong to the earlier one.")
@@ -169,25 +169,25 @@ class StudyPanel(Panel):
         return joined(*(paragraph(text, "soft") for text in texts))
 
     def _choose_part(self, kind: str, on: bool) -> bool:
-        session = self.desk.session
+        session = self.context.session
         before = session.study_choice.parts
         chosen = tuple(k for k in parts() if (on if k == kind else k in before))
         return session.choose_study(parts=chosen)
 
     def _choose_whole(self) -> None:
         everything = whole()
-        self.desk.session.choose_study(runs=everything.runs, parts=everything.parts)
+        self.context.session.choose_study(runs=everything.runs, parts=everything.parts)
 
     def _export(self) -> None:
         def written(folder: Path) -> None:
-            settings = self.desk.session.study.settings
+            settings = self.context.session.study.settings
             title = settings.scenario.title if settings is not None else ""
             name = f"{safe_name(title).replace(' ', '_') or 'scenario'}_study.zip"
             content = zipped_folder(folder)
-            self.desk.client.send_file_download(name, content, save_immediately=True)
-            self.desk.session.show_message(f"{name} was sent to your browser.")
+            self.context.client.send_file_download(name, content, save_immediately=True)
+            self.context.session.show_message(f"{name} was sent to your browser.")
 
-        self.desk.session.export_study(self.desk.services, written)
+        self.context.session.export_study(self.context.services, written)
 
 
 def _duration(seconds: float) -> str:
@@ -209,14 +209,14 @@ class Confirm:
     """A button that acts at once where there is nothing to lose, and else asks first."""
 
     def __init__(
-        self, desk: PageContext, label: str, question: str, action: Callable[[], object],
+        self, context: PageContext, label: str, question: str, action: Callable[[], object],
         loses: Callable[[], bool], yes: str, no: str,
     ) -> None:  # fmt: skip
         self._action, self._loses, self._question = action, loses, question
-        self._words = Words(desk.gui)
-        self._begin: Any = widgets.button(desk, label, self._pressed, prominent=True)
-        self._yes: Any = widgets.button(desk, yes, self._confirmed, prominent=True)
-        self._no: Any = widgets.button(desk, no, self._left)
+        self._words = Words(context.gui)
+        self._begin: Any = widgets.button(context, label, self._pressed, prominent=True)
+        self._yes: Any = widgets.button(context, yes, self._confirmed, prominent=True)
+        self._no: Any = widgets.button(context, no, self._left)
         self._asking, self._shown = False, True
         self.show(True)
 
@@ -259,27 +259,27 @@ EMPTY = (
 class StudyResults:
     """A choice on the right; on the left what was chosen, which grows while the study runs."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
         self._chosen = ""
         self._drawn: ShownSection | None = None
 
     def build_choice(self) -> None:
         """Add the choice of a section."""
         self._choice = widgets.choice(
-            self._desk, "Show", (NONE,), lambda: self._chosen or NONE, self._choose
+            self._context, "Show", (NONE,), lambda: self._chosen or NONE, self._choose
         )
 
     def build_plots(self) -> None:
         """Add the figures and tables of a section."""
-        gui = self._desk.gui
+        gui = self._context.gui
         self._title = Words(gui)
         self._figures = [(Plot(gui, 0.6), Words(gui)) for _ in range(MOST_FIGURES)]
         self._words = Words(gui)
 
     def refresh(self) -> None:
         """Draws the chosen section where it has changed."""
-        sections = {s.title: s for s in self._desk.session.study.sections}
+        sections = {s.title: s for s in self._context.session.study.sections}
         options = tuple(sections) or (NONE,)
         if self._chosen not in options:
             self._chosen = options[0]

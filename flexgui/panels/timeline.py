@@ -27,30 +27,30 @@ STEP = 0.02
 class TimeLine:
     """Play, pause, step, seek, speed."""
 
-    def __init__(self, desk: PageContext, look_from: Callable[[str], None]) -> None:
+    def __init__(self, context: PageContext, look_from: Callable[[str], None]) -> None:
         """`look_from` turns the view of the arm to one of DIRECTIONS."""
-        self._desk, session = desk, desk.session
-        gui = desk.gui
+        self._context, session = context, context.session
+        gui = context.gui
         self._panel = gui.add_panel()
         with self._panel.add_tab("Time-line"):
             self._about = Words(gui, ROW)
             self._seek = widgets.slider(
-                desk, "Time [s]", (0.0, 10.0, 0.01), lambda: session.cursor.time, self._to
+                context, "Time [s]", (0.0, 10.0, 0.01), lambda: session.cursor.time, self._to
             )
             self._buttons = gui.add_button_group("Move", ("◀ step", "Play", "Pause", "step ▶"))
             widgets.choice(
-                desk, "Speed", tuple(SPEEDS), lambda: _named(SPEEDS, session.cursor.speed),
+                context, "Speed", tuple(SPEEDS), lambda: _named(SPEEDS, session.cursor.speed),
                 lambda v: session.set_cursor(speed=SPEEDS[v]),
             )  # fmt: skip
             widgets.choice(
-                desk, "Error drawn", tuple(ERRORS), lambda: _named(ERRORS, session.cursor.error),
+                context, "Error drawn", tuple(ERRORS), lambda: _named(ERRORS, session.cursor.error),
                 lambda v: session.set_cursor(error=ERRORS[v]),
                 "Draws the measured arm farther from the model.",
             )  # fmt: skip
             views = gui.add_button_group("View", tuple(DIRECTIONS))
             views.on_click(lambda _: look_from(str(views.value)))
         self._size = (0.0, 0.0)
-        if not desk.read_only:
+        if not context.read_only:
             self._buttons.on_click(lambda _: self._pressed(str(self._buttons.value)))
 
     def fit(self, window: Window, shares: Widths) -> None:
@@ -65,7 +65,7 @@ class TimeLine:
 
     def refresh(self) -> None:
         """Shows the cursor."""
-        session = self._desk.session
+        session = self._context.session
         motion, cursor = session.playback, session.cursor
         if motion is not None and not plays(session):
             words = "Here the sliders set the posture; recordings play from Data on."
@@ -89,7 +89,7 @@ class TimeLine:
 
     def _error(self) -> str:
         """What the arm's colours say, in words."""
-        session = self._desk.session
+        session = self._context.session
         found = session.failing if session.stage in COLOURED else None
         along = None if found is None else found.now.get(session.cursor.recording)
         if along is None:
@@ -97,10 +97,10 @@ class TimeLine:
         return f"; {error_words(along.at(session.cursor.time), along.units)}"
 
     def _to(self, time: float) -> None:
-        self._desk.session.set_cursor(time=time, playing=False)
+        self._context.session.set_cursor(time=time, playing=False)
 
     def _pressed(self, what: str) -> None:
-        session = self._desk.session
+        session = self._context.session
         actions = {
             "Play": lambda: session.set_cursor(playing=True),
             "Pause": lambda: session.set_cursor(playing=False),
@@ -110,7 +110,7 @@ class TimeLine:
         actions[what]()
 
     def _step(self, by: float) -> None:
-        session = self._desk.session
+        session = self._context.session
         session.set_cursor(playing=False)
         session.advance(by)
 

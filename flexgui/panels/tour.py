@@ -50,29 +50,29 @@ AGAIN, LEAVE, REFUSE = "Tour", "Leave the tour", "Skip tour"
 class Tour:
     """A card below the stages; who dismissed it can have it back."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
-        self._card = Words(desk.gui)
-        self._go: Any = widgets.button(desk, BEGIN, self._pressed, prominent=True)
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        self._card = Words(context.gui)
+        self._go: Any = widgets.button(context, BEGIN, self._pressed, prominent=True)
         self._mine: Any = None
-        self._place = desk.gui.add_folder(None)
-        self._mark = Words(desk.gui, QUIET)
-        self._quiet: Any = widgets.button(desk, AGAIN, self._left_or_back)
+        self._place = context.gui.add_folder(None)
+        self._mark = Words(context.gui, QUIET)
+        self._quiet: Any = widgets.button(context, AGAIN, self._left_or_back)
 
     def _shown(self) -> Card | None:
-        return None if self._desk.read_only else card(self._desk.session)
+        return None if self._context.read_only else card(self._context.session)
 
     def _pressed(self) -> None:
         """The card's own button: begins the tour, or ends it."""
-        session = self._desk.session
+        session = self._context.session
         if session.tour != OFFERED:
             session.go_on_tour(None)
-        elif session.choose(HIDDEN, self._desk.services):
+        elif session.choose(HIDDEN, self._context.services):
             session.go_on_tour(BEGUN)
             session.show("Data")
 
     def _left_or_back(self) -> None:
-        session = self._desk.session
+        session = self._context.session
         if self._shown() is not None:
             session.go_on_tour(None)
         elif is_of_tour(session.scenario):
@@ -85,21 +85,21 @@ class Tour:
 
     def _offer_own(self, offers: bool) -> None:
         """viser shows an upload button whatever is said of its visibility: it comes and goes."""
-        desk = self._desk
+        context = self._context
         if not offers and self._mine is not None:
             self._mine.remove()
             self._mine = None
         elif offers and self._mine is None:
             with self._place:
-                self._mine = desk.gui.add_upload_button(
-                    OPEN_MINE, hint=upload_hint(desk.services), color="gray"
+                self._mine = context.gui.add_upload_button(
+                    OPEN_MINE, hint=upload_hint(context.services), color="gray"
                 )
             self._mine.on_upload(self._brought)
 
     def _brought(self, event: Any) -> None:
-        file, session = event.target.value, self._desk.session
+        file, session = event.target.value, self._context.session
         session.show("Data")
-        session.upload(file.name, file.content, self._desk.services)
+        session.upload(file.name, file.content, self._context.services)
 
     def refresh(self) -> None:
         """Shows the card of the moment."""
@@ -108,7 +108,7 @@ class Tour:
         self._offer_own(offers)
         self._go.visible = shown is not None and bool(shown.button)
         ends = shown is not None and shown.button == END
-        self._quiet.visible = not (self._desk.read_only or ends)
+        self._quiet.visible = not (self._context.read_only or ends)
         self._mark.show(QUIET if self._quiet.visible else "")
         if shown is None:
             self._card.show("")
@@ -117,7 +117,7 @@ class Tour:
         self._card.show(CARD.format("pair" if offers else "", shown.title, shown.text))
         self._go.label = shown.button or BEGIN
         # Where earlier work is offered, to restore it is the next thing to do.
-        self._go.color = "gray" if self._desk.session.earlier is not None else "blue"
+        self._go.color = "gray" if self._context.session.earlier is not None else "blue"
         self._quiet.label = REFUSE if offers else LEAVE
 
 
@@ -128,36 +128,36 @@ ON_TOP = -1e8
 class Offer:
     """A question with two buttons; gone once it is answered."""
 
-    def __init__(self, desk: PageContext) -> None:
-        self._desk = desk
-        earlier = desk.session.earlier
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        earlier = context.session.earlier
         self._folder = None
-        if earlier is None or desk.read_only:
+        if earlier is None or context.read_only:
             return
-        self._folder = desk.gui.add_folder(None, order=ON_TOP)
+        self._folder = context.gui.add_folder(None, order=ON_TOP)
         with self._folder:
             question = f"Restore your work of {earlier.words}?"
-            Words(desk.gui).show(paragraph(question, "lead"))
-            widgets.button(desk, "Restore it", lambda: desk.session.restore(), prominent=True)
-            widgets.button(desk, "Not now", lambda: desk.session.decline())
+            Words(context.gui).show(paragraph(question, "lead"))
+            widgets.button(context, "Restore it", lambda: context.session.restore(), prominent=True)
+            widgets.button(context, "Not now", lambda: context.session.decline())
 
     def refresh(self) -> None:
         """Takes the question away once it is answered."""
         if self._folder is not None:
-            self._folder.visible = self._desk.session.earlier is not None
+            self._folder.visible = self._context.session.earlier is not None
 
 
-def to_identification(desk: PageContext) -> None:
+def to_identification(context: PageContext) -> None:
     """Shows *Identify*; on the tour the fit starts as it stands."""
-    session = desk.session
+    session = context.session
     session.show("Identify")
     if is_on_tour(session) and is_to_be_fitted(session):
-        session.identify(desk.services)
+        session.identify(context.services)
 
 
-def to_diagnosis(desk: PageContext) -> None:
+def to_diagnosis(context: PageContext) -> None:
     """Shows *Diagnose*; on the tour the search for what is missing starts."""
-    session = desk.session
+    session = context.session
     session.show("Diagnose")
     if is_on_tour(session) and is_to_be_searched(session):
-        session.diagnose(desk.services)
+        session.diagnose(context.services)

@@ -18,10 +18,10 @@ HANDS_OFF = 0.6
 
 
 def bind(
-    desk: PageContext, handle: Any, get: Callable[[], Any], put: Callable[[Any], object]
+    context: PageContext, handle: Any, get: Callable[[], Any], put: Callable[[Any], object]
 ) -> Any:
     """Calls `put` with what a person enters; shows what `get` says when the session changes."""
-    if desk.read_only:
+    if context.read_only:
         handle.disabled = True
     else:
 
@@ -34,12 +34,12 @@ def bind(
                 handle.value = before
 
     def sync() -> None:
-        held = desk.read_only or time.time() - handle.update_timestamp > HANDS_OFF
+        held = context.read_only or time.time() - handle.update_timestamp > HANDS_OFF
         value = get()
         if held and value is not None and handle.value != value:
             handle.value = value
 
-    desk.syncs.append(sync)
+    context.syncs.append(sync)
     return handle
 
 
@@ -52,7 +52,7 @@ def grey(gui: viser.GuiApi, but: set[str]) -> None:
 
 
 def slider(
-    desk: PageContext,
+    context: PageContext,
     label: str,
     limits: tuple[float, float, float],
     get: Callable[[], float],
@@ -71,12 +71,12 @@ def slider(
         return put(inside(value))
 
     start = inside(get())
-    handle = desk.gui.add_slider(label, low, high, step, start, hint=hint or None)
-    return bind(desk, handle, lambda: inside(get()), checked)
+    handle = context.gui.add_slider(label, low, high, step, start, hint=hint or None)
+    return bind(context, handle, lambda: inside(get()), checked)
 
 
 def number(
-    desk: PageContext,
+    context: PageContext,
     label: str,
     get: Callable[[], float],
     put: Callable[[float], object],
@@ -94,12 +94,12 @@ def number(
             return False
         return put(value)
 
-    handle = desk.gui.add_number(label, get(), min=least, max=most, step=step, hint=hint or None)
-    return bind(desk, handle, get, checked)
+    handle = context.gui.add_number(label, get(), min=least, max=most, step=step, hint=hint or None)
+    return bind(context, handle, get, checked)
 
 
 def choice(
-    desk: PageContext,
+    context: PageContext,
     label: str,
     options: tuple[str, ...],
     get: Callable[[], str],
@@ -116,24 +116,24 @@ def choice(
         return value if value in handle.options else None
 
     start = get() if get() in options else options[0]
-    handle = desk.gui.add_dropdown(label, options, initial_value=start, hint=hint or None)
-    return bind(desk, handle, known, checked)
+    handle = context.gui.add_dropdown(label, options, initial_value=start, hint=hint or None)
+    return bind(context, handle, known, checked)
 
 
 def switch(
-    desk: PageContext,
+    context: PageContext,
     label: str,
     get: Callable[[], bool],
     put: Callable[[bool], object],
     hint: str = "",
 ) -> Any:
     """Yes or no."""
-    handle = desk.gui.add_checkbox(label, get(), hint=hint or None)
-    return bind(desk, handle, get, lambda value: put(bool(value)))
+    handle = context.gui.add_checkbox(label, get(), hint=hint or None)
+    return bind(context, handle, get, lambda value: put(bool(value)))
 
 
 def button(
-    desk: PageContext,
+    context: PageContext,
     label: str,
     action: Callable[[], object],
     prominent: bool = False,
@@ -141,10 +141,10 @@ def button(
     hint: str = "",
 ) -> Any:
     """`prominent` is the next sensible thing to do."""
-    handle = desk.gui.add_button(
+    handle = context.gui.add_button(
         label, color="blue" if prominent else "gray", icon=icon, hint=hint or None
     )
-    if desk.read_only:
+    if context.read_only:
         handle.disabled = True
     else:
 
@@ -158,8 +158,8 @@ def button(
 class Rebuilt:
     """Holds inputs and their links to the session."""
 
-    def __init__(self, desk: PageContext, folder: Any) -> None:
-        self._desk, self._folder = desk, folder
+    def __init__(self, context: PageContext, folder: Any) -> None:
+        self._context, self._folder = context, folder
         self._shape: object = None
         self._syncs: list[Callable[[], None]] = []
 
@@ -169,13 +169,13 @@ class Rebuilt:
             return
         self._shape = shape
         for sync in self._syncs:
-            self._desk.syncs.remove(sync)
+            self._context.syncs.remove(sync)
         for child in tuple(self._folder._children.values()):
             child.remove()
-        before = len(self._desk.syncs)
+        before = len(self._context.syncs)
         with self._folder:
             build()
-        self._syncs = self._desk.syncs[before:]
+        self._syncs = self._context.syncs[before:]
 
 
 class Words:

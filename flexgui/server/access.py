@@ -114,15 +114,15 @@ class AccessHandler:
 
     def _page(self, connection: ServerConnection, request: Request) -> Response:
         address = urlsplit(request.path)
-        said = parse_qs(address.query, keep_blank_values=True)
+        query = parse_qs(address.query, keep_blank_values=True)
         if address.path == ALIVE:
             asks = CODE in self._tickets and not self._may_enter(request)
             return _text(http.HTTPStatus.UNAUTHORIZED if asks else http.HTTPStatus.OK, "")
         if address.path not in ("/", "/index.html"):
             return _text(http.HTTPStatus.NOT_FOUND, "There is one page only: /")
-        if self._words.keys() & said.keys():
+        if self._words.keys() & query.keys():
             return self._word_in_address(connection, request)
-        if not said.keys() <= HARMLESS:
+        if not query.keys() <= HARMLESS:
             return _redirect(Headers())
         if CODE in self._tickets and not self._may_enter(request):
             return self._not_in(connection, request)
@@ -138,11 +138,11 @@ class AccessHandler:
 
     def _right_words(self, request: Request) -> list[str]:
         """The names of the words in the address that are right."""
-        said = parse_qs(urlsplit(request.path).query)
+        query = parse_qs(urlsplit(request.path).query)
         return [
             name
             for name, word in self._words.items()
-            if word is not None and len(given := said.get(name, [])) == 1 and word.fits(given[0])
+            if word is not None and len(given := query.get(name, [])) == 1 and word.fits(given[0])
         ]
 
     def _word_in_address(self, connection: ServerConnection, request: Request) -> Response:

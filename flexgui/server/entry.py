@@ -54,9 +54,9 @@ class Word:
         self.word = word
         self._plain = _plain(word).encode()
 
-    def fits(self, said: str) -> bool:
+    def fits(self, given: str) -> bool:
         """Compared in the same time however much of it is right."""
-        return hmac.compare_digest(_plain(said).encode("utf-8", "replace"), self._plain)
+        return hmac.compare_digest(_plain(given).encode("utf-8", "replace"), self._plain)
 
     def ticket(self, key: bytes) -> str:
         """What a browser gets for the word. Nobody who guesses words can compute it: the server's

@@ -131,7 +131,7 @@ class Guard:
         if isinstance(refusal, OverrunError):
             drop_upload(client, refusal.transfer)
         elif kind == "FileTransferStartUpload":
-            sentence = str(refusal) if refusal.tell else "This page takes no files now."
+            sentence = str(refusal) if refusal.shown else "This page takes no files now."
             refuse_upload(client, message, sentence)
         elif isinstance(refusal, NoRightError):
             correct(client, message.get("uuid", ""))

@@ -64,10 +64,10 @@ class KeptWork:
                 shutil.rmtree(folder, ignore_errors=True)
         unused = [p for p in self.root.iterdir() if p.is_dir() and not _used(p)]
         whole = sorted((p for p in unused if is_kept(p)), key=kept_at, reverse=True)
-        room, now = MOST_BYTES, time.time()
+        free, now = MOST_BYTES, time.time()
         for number, folder in enumerate(whole):
-            room -= sum(p.lstat().st_size for p in folder.rglob("*"))
-            if room < 0 or number >= MOST or now - kept_at(folder) > LONGEST:
+            free -= sum(p.lstat().st_size for p in folder.rglob("*"))
+            if free < 0 or number >= MOST or now - kept_at(folder) > LONGEST:
                 log.info("Work of %s is too old or too much and goes", time.ctime(kept_at(folder)))
                 shutil.rmtree(folder, ignore_errors=True)
         for folder in set(unused) - set(whole):

@@ -35,7 +35,7 @@ class Limits:
     as in a new one."""
     grace: float = 20.0
     """That its jobs go on: a reload takes a second, a laptop that changes its network ten."""
-    make_room_after: float = 120.0
+    give_up_after: float = 120.0
     """After which a session that nobody uses may be given up early for a newcomer."""
     key_wait: float = 6.0
     """For a browser to say which session is its own."""

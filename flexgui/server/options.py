@@ -146,7 +146,7 @@ def qr_text(address: str) -> str:
     return out.getvalue().rstrip("\n")
 
 
-Say = Callable[[str], None]
+PrintLine = Callable[[str], None]
 
 
 def teacher_address(home: str, join: Word | None, teacher: Word | None) -> str:
@@ -156,25 +156,25 @@ def teacher_address(home: str, join: Word | None, teacher: Word | None) -> str:
     return home if join is None else f"{home}?{CODE}={quote(join.word)}"
 
 
-def greet_alone(home: str, say: Say) -> None:
+def greet_alone(home: str, print_line: PrintLine) -> None:
     """The page stays on this machine."""
-    say(f"FlexGUI: {home}   (Ctrl-C ends it)")
+    print_line(f"FlexGUI: {home}   (Ctrl-C ends it)")
 
 
 def greet_class(
     home: str, more: tuple[str, ...], origins: tuple[str, ...], words: tuple[Word, Word | None],
-    say: Say,
+    print_line: PrintLine,
 ) -> None:  # fmt: skip
     """What is open, to whom, and how to come in."""
     join, teacher = words
     for_class = f"{more[0]}/?{CODE}={quote(join.word)}" if more else ""
     if for_class:
-        say(f"FlexGUI for the class: {for_class}   (Ctrl-C ends it)")
+        print_line(f"FlexGUI for the class: {for_class}   (Ctrl-C ends it)")
         if sys.stdout.isatty():
-            say(qr_text(for_class))
+            print_line(qr_text(for_class))
     else:
-        say("No network was found: the page can be reached from this machine only.")
-    say(f"Join code: {join.word}")
-    say("Open: to everybody in this network who has the code, without encryption (http).")
-    say("Pages that may connect: " + ", ".join(origins))
-    say(f"Your own: {teacher_address(home, join, teacher)}")
+        print_line("No network was found: the page can be reached from this machine only.")
+    print_line(f"Join code: {join.word}")
+    print_line("Open: to everybody in this network who has the code, without encryption (http).")
+    print_line("Pages that may connect: " + ", ".join(origins))
+    print_line(f"Your own: {teacher_address(home, join, teacher)}")

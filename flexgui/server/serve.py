@@ -29,7 +29,7 @@ from flexgui.server.front import send_plotly, watch_connection
 from flexgui.server.kept import KeptWork, server_key, state_folder
 from flexgui.server.limits import Limits
 from flexgui.server.options import (
-    Say,
+    PrintLine,
     ServeOptions,
     bind,
     greet_alone,
@@ -71,22 +71,22 @@ Each page is sent megabytes. By default, glibc takes ever more threads' heaps an
 for them and gives nothing back: 100 pages that came and went left 130 MB, with these 3 MB."""
 
 
-def serve(options: ServeOptions, say: Say) -> None:
+def serve(options: ServeOptions, print_line: PrintLine) -> None:
     """Blocks until Ctrl-C; InputError where it cannot begin."""
     options.check()
     sys.setswitchinterval(SWITCH)
     _return_memory()
     log = _quiet_log()
-    make_session = _session_maker(options.scenario, options.data, say)
+    make_session = _session_maker(options.scenario, options.data, print_line)
     limits = Limits()
     listener = bind(options.address, options.port, limits.ports)
     port = port_of(listener)
     if options.port not in (0, port):
-        say(f"Port {options.port} is busy; FlexGUI takes {port}.")
+        print_line(f"Port {options.port} is busy; FlexGUI takes {port}.")
     join, teacher = options.join_word(), options.teacher_word()
     more = options.more_origins(port)
     pool = JobPool(options.workers)
-    warming = Warming(pool, log, say)
+    warming = Warming(pool, log, print_line)
     settings = Settings(
         make_session=make_session,
         build_page=_page_builder(warming),
@@ -105,14 +105,14 @@ def serve(options: ServeOptions, say: Say) -> None:
         server = PageServer(listener, settings)
         try:
             warming.start()
-            _greet(server, more, (join, teacher), say)
+            _greet(server, more, (join, teacher), print_line)
             if options.browser and can_open():
                 open_soon(teacher_address(server.address, join, teacher))
             wait(asked)
         finally:
             end_in_any_case()
             _close(server, pool)
-    say("FlexGUI has ended.")
+    print_line("FlexGUI has ended.")
 
 
 def _welcome(warming: Warming) -> Callable[[viser.ClientHandle], None]:
@@ -154,21 +154,24 @@ def _close(server: PageServer[Any], pool: JobPool) -> None:
 
 
 def _greet(
-    server: PageServer[Any], more: tuple[str, ...], words: tuple[Word | None, Word | None], say: Say
+    server: PageServer[Any],
+    more: tuple[str, ...],
+    words: tuple[Word | None, Word | None],
+    print_line: PrintLine,
 ) -> None:
     join, teacher = words
     if join is None:
-        greet_alone(server.address, say)
+        greet_alone(server.address, print_line)
     else:
-        greet_class(server.address, more, server.origins, (join, teacher), say)
+        greet_class(server.address, more, server.origins, (join, teacher), print_line)
 
 
 def _return_memory() -> None:
     """Memory of pages that left goes back to the system, where its C library can be told to."""
     with contextlib.suppress(OSError, AttributeError):
-        tell = ctypes.CDLL(None).mallopt
+        set_option = ctypes.CDLL(None).mallopt
         for parameter in (ARENAS, MAPPED, TRIMMED):
-            tell(*parameter)
+            set_option(*parameter)
 
 
 def _leave_alone(session: Session) -> None:
@@ -180,7 +183,7 @@ def _leave_alone(session: Session) -> None:
 
 
 def _session_maker(
-    scenario: Path | None, data: Path | None, say: Say
+    scenario: Path | None, data: Path | None, print_line: PrintLine
 ) -> Callable[[str, Path], Session]:
     """The scenario is read before anything is opened, so that its errors end the command."""
     if scenario is None:
@@ -192,7 +195,7 @@ def _session_maker(
 
     given, beside = read_scenario(scenario), scenario.resolve().parent
     if far := outside(given, beside, data):
-        say(far)
+        print_line(far)
 
     def make(key: str, folder: Path) -> Session:
         session = Session(key, folder)

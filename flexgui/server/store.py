@@ -165,7 +165,7 @@ class SessionStore(Generic[S]):
 
     def _give_up(self, among: list[_Entry[S]], why: str) -> S:
         """One that nobody uses: untouched, or left long ago; InputError where there is none."""
-        now, patience = self._clock(), self._limits.make_room_after
+        now, patience = self._clock(), self._limits.give_up_after
         unused = [e for e in self._unused() if any(e is one for one in among)]
         free = [e for e in unused if not e.touched or now - e.left_at >= patience]
         if not free:

@@ -108,11 +108,11 @@ def items(value: object, n: int) -> Sequence[object]:
 
 
 class RefusedError(Exception):
-    """A message that changes nothing; the text is for the log, or for the person if `tell`."""
+    """A message that changes nothing; the text is for the log, or for the person if `shown`."""
 
-    def __init__(self, why: str, *, tell: bool = False) -> None:
+    def __init__(self, why: str, *, shown: bool = False) -> None:
         super().__init__(why)
-        self.tell = tell
+        self.shown = shown
 
 
 SMALLEST_PART = 64 * 1024
@@ -133,19 +133,19 @@ class Transfers:
             raise RefusedError(
                 f"{name} has {megabytes(size)}; a file may have "
                 f"{megabytes(self._limits.upload_bytes)}.",
-                tell=True,
+                shown=True,
             )
         under_way = sum(self._left.values())
         if self._kept_bytes() + under_way + size > self._limits.session_bytes:
             raise RefusedError(
                 f"With {name} the files of this session would exceed "
                 f"{megabytes(self._limits.session_bytes)}, which is its limit.",
-                tell=True,
+                shown=True,
             )
         if len(self._left) >= self._limits.transfers:
             raise RefusedError(
                 f"{self._limits.transfers} files are on their way already; wait for them.",
-                tell=True,
+                shown=True,
             )
         if message["transfer_uuid"] in self._left or message["part_count"] > 1 + size // (
             SMALLEST_PART

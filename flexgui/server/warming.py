@@ -12,7 +12,7 @@ import viser
 from core.errors import InputError
 from flexgui.jobs import JobPool
 from flexgui.panels.in_browser import BUILDING, show_progress
-from flexgui.server.options import Say
+from flexgui.server.options import PrintLine
 
 PREPARING = "Preparing for this machine, once: up to a minute."
 READY = "Ready."
@@ -26,8 +26,8 @@ class Warming:
     On a machine where nothing was compiled yet, who comes meanwhile reads what is waited for.
     """
 
-    def __init__(self, pool: JobPool, log: logging.Logger, say: Say) -> None:
-        self._pool, self._log, self._show = pool, log, say
+    def __init__(self, pool: JobPool, log: logging.Logger, print_line: PrintLine) -> None:
+        self._pool, self._log, self._show = pool, log, print_line
         self._compiled = threading.Event()
         self._compiled.set()
 

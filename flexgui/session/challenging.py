@@ -60,7 +60,7 @@ class ToolAnswer:
 
 @dataclass(frozen=True)
 class Challenge:
-    """What a person was given; the truth stays sealed and never leaves the server before."""
+    """What a person was given; the truth stays obfuscated and never leaves the server before."""
 
     seed: int
     level: str
@@ -203,7 +203,7 @@ class Challenging(Uploading, ABC):
         return any(look.ranking for look in self.shown_looks)
 
     def reveal(self, services: Services) -> bool:
-        """Opens the seal, after a guess; a tool that was not asked yet is asked now."""
+        """Reads the truth, after a guess; a tool that was not asked yet is asked now."""
         known = self.challenge
         if known is None or not known.guesses or known.changing:
             self.show_message("Guess first: the truth cannot be hidden again.", bad=True)

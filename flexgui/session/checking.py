@@ -167,8 +167,8 @@ class Checking(Demonstrating, ABC):
         if not self.change(_laid_over(names.index(one.recording), line)):
             return False
         with self._lock:
-            said = self.mended.get(one.recording, ())
-            self.mended = {**self.mended, one.recording: (*said, one.mend)}
+            mends = self.mended.get(one.recording, ())
+            self.mended = {**self.mended, one.recording: (*mends, one.mend)}
         self.check_recordings()
         return True
 

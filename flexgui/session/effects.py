@@ -179,7 +179,9 @@ def own_place(before: Look, after: Look) -> str:
         f"Your formula is number {place} of {len(ranking)}: it explains "
         f"{own.refit_drop_percent:.1f} % of the error above the noise floor"
     )
-    rival = next((r for r in ranking if r.effect != own.effect), None)
-    if rival is None or rival.refit_drop_percent is None:
+    competitor = next((r for r in ranking if r.effect != own.effect), None)
+    if competitor is None or competitor.refit_drop_percent is None:
         return f"{text}."
-    return f"{text}; the best listed one, {rival.title}, {rival.refit_drop_percent:.1f} %."
+    return (
+        f"{text}; the best listed one, {competitor.title}, {competitor.refit_drop_percent:.1f} %."
+    )

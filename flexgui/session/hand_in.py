@@ -1,5 +1,5 @@
-"""A guess at a challenge as one sealed file, and a folder of them as a table for whoever grades a
-class."""
+"""A guess at a challenge as one obfuscated file, and a folder of them as a table for whoever grades
+a class."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ LARGEST = 100_000
 
 @dataclass(frozen=True)
 class HandIn:
-    """What somebody committed to, with the challenge's own seal."""
+    """What somebody committed to, with the challenge's own obfuscated truth."""
 
     name: str
     guesses: tuple[Guess, ...]
-    sealed: str
+    obfuscated: str
     """Of the challenge: holds the truth."""
     asked: bool | None = None
     """Whether the tool had been used before the guess; None: made without the page."""
@@ -38,11 +38,11 @@ class HandIn:
     """Whether another guess was committed to before."""
 
     def text(self) -> str:
-        """The sealed file; the same hand-in gives the same bytes."""
+        """The obfuscated file; the same hand-in gives the same bytes."""
         content = {
             "name": plain_name(self.name),
             "guesses": [[guess.kind, guess.size] for guess in self.guesses],
-            "sealed": self.sealed,
+            "sealed": self.obfuscated,
             "asked": self.asked,
             "changed": self.changed,
         }
@@ -52,13 +52,13 @@ class HandIn:
     @property
     def filename(self) -> str:
         """'Ada_challenge_6.handin', without what a file system might refuse."""
-        truth = json.loads(opened(self.sealed, "The challenge"))
+        truth = json.loads(opened(self.obfuscated, "The challenge"))
         letters = "".join(c if c.isalnum() else "_" for c in plain_name(self.name)) or "somebody"
         return f"{letters}_challenge_{truth['seed']}{ENDING}"
 
 
 def read_hand_in(path: Path) -> HandIn:
-    """A hand-in from its file; InputError where it is none or its seal is broken."""
+    """A hand-in from its file; InputError where it is none or its checksum is wrong."""
     try:
         if path.stat().st_size > LARGEST:
             raise InputError(f"{path.name} is too large for a hand-in.")
@@ -76,7 +76,7 @@ def _stated(content: dict[str, Any]) -> HandIn:
     return HandIn(
         name=plain_name(str(content["name"])),
         guesses=tuple(Guess(str(kind), str(size)) for kind, size in content["guesses"]),
-        sealed=str(content["sealed"]),
+        obfuscated=str(content["sealed"]),
         asked=content["asked"],
         changed=bool(content["changed"]),
     )
@@ -91,9 +91,9 @@ def stated_guess(text: str) -> Guess:
     return Guess(kind, size)
 
 
-def most_guesses(sealed: str) -> int:
-    """How many effects are hidden at the level of a sealed challenge."""
-    level = json.loads(opened(sealed, "The challenge"))["level"]
+def most_guesses(obfuscated: str) -> int:
+    """How many effects are hidden at the level of an obfuscated challenge."""
+    level = json.loads(opened(obfuscated, "The challenge"))["level"]
     return LEVELS[level][0]
 
 
@@ -139,7 +139,7 @@ def grades(folder: Path) -> tuple[Grade, ...]:
 def _graded(path: Path, name: str) -> Grade:
     try:
         given = read_hand_in(path)
-        return _judged(given, opened(given.sealed, name), name)
+        return _judged(given, opened(given.obfuscated, name), name)
     except InputError as error:
         return Grade(name, fault=str(error))
 

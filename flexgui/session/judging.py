@@ -108,7 +108,7 @@ class Judgement:
 
 
 def judged(guesses: Sequence[Guess], truth: Mapping[str, Any]) -> Judgement:
-    """`truth` as the seal held it."""
+    """`truth` as it was obfuscated."""
     hidden = tuple(truth["effects"])
     quantities = _parameters(hidden)
     each = tuple(_one(guess, hidden, quantities, truth["values"]) for guess in guesses)

@@ -22,7 +22,7 @@ from flexgui.session.studying import Studying
 DURABLE = frozenset(
     {Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE}
 )
-SAID = "Your work of {} is restored; start interrupted computations again."
+RESTORED = "Your work of {} is restored; start interrupted computations again."
 NOT_KEPT = "Your work cannot be written to the disk, so it ends with this server: export it."
 
 log = logging.getLogger(__name__)
@@ -101,7 +101,7 @@ class Keeping(Studying, ABC):
         self.notify(*Topic)
         self.refresh_live()
         self.refresh_playback()
-        self.show_message(SAID.format(earlier.words))
+        self.show_message(RESTORED.format(earlier.words))
         return True
 
     def _take_up(self, earlier: Earlier, stated: dict[str, Any], found: dict[str, Any]) -> None:

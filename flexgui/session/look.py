@@ -83,34 +83,34 @@ def _square(errors: Sequence[ChannelError]) -> float:
 
 def story(looks: Sequence[Look]) -> Diagnosis | None:
     """The whole way as one diagnosis, for the report; None without a complete look."""
-    told = [look for look in looks if look.diagnosis is not None]
-    if not told:
+    complete = [look for look in looks if look.diagnosis is not None]
+    if not complete:
         return None
-    first, last = told[0].diagnosis, told[-1].diagnosis
+    first, last = complete[0].diagnosis, complete[-1].diagnosis
     assert first is not None and last is not None
-    whole = len(told) > 1
+    whole = len(complete) > 1
     return replace(
         first,
         verdict=MISSING if whole else first.verdict,
         final_verdict=last.verdict if whole else None,
-        rounds=_rounds(told),
-        steps=ladder_steps(told),
-        words=(*first.words, *(_after(told[-1], last) if whole else ())),
-        effects=tuple(e.model_dump() for e in told[-1].scenario.model.effects),
+        rounds=_rounds(complete),
+        steps=ladder_steps(complete),
+        words=(*first.words, *(_after(complete[-1], last) if whole else ())),
+        effects=tuple(e.model_dump() for e in complete[-1].scenario.model.effects),
         notes=(*first.notes, *(last.notes if whole else ())),
-        given=told[0].comparisons,
-        left=told[-1].comparisons if whole else (),
+        given=complete[0].comparisons,
+        left=complete[-1].comparisons if whole else (),
         parameters=last.parameters,
         origins=last.origins,
         values=last.values,
     )
 
 
-def _rounds(told: Sequence[Look]) -> tuple[DiagnosisRound, ...]:
+def _rounds(complete: Sequence[Look]) -> tuple[DiagnosisRound, ...]:
     """Each look's ranking, with what was added after it."""
-    following = [*[look.added for look in told[1:]], None]
+    following = [*[look.added for look in complete[1:]], None]
     found = []
-    for look, added in zip(told, following, strict=True):
+    for look, added in zip(complete, following, strict=True):
         assert look.diagnosis is not None
         # The look's own list also holds the formulas that were tried on its model.
         found += [

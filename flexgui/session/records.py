@@ -82,10 +82,10 @@ class _Packing:
         tree = json.dumps(self.value(value)).encode()
         if not self._arrays:  # as a slider's every move: an archive takes ten times as long
             return _summed(tree)
-        room = io.BytesIO()
+        buffer = io.BytesIO()
         everything: dict[str, Any] = {TREE: np.frombuffer(tree, dtype=np.uint8), **self._arrays}
-        np.savez(room, **everything)
-        return room.getvalue()
+        np.savez(buffer, **everything)
+        return buffer.getvalue()
 
     def value(self, value: Any) -> Any:
         if value is None or isinstance(value, bool | int | float | str):

@@ -70,8 +70,8 @@ class Run:
 
 def _generation(run: Run, event: Any) -> Run:
     """Of the populations only the newest is drawn; thousands of them would stay in memory."""
-    told = run.history.get(event.label, ())
-    before = (*told[:-1], *(replace(last, population=None) for last in told[-1:]))
+    generations = run.history.get(event.label, ())
+    before = (*generations[:-1], *(replace(last, population=None) for last in generations[-1:]))
     return replace(run, history={**run.history, event.label: (*before, event.generation)})
 
 

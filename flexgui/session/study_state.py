@@ -154,8 +154,8 @@ def shown(summary: Summary) -> tuple[ShownSection, ...]:
         words = Markup("").join(_table(title, table) for title, table in (*tables, *own))
         found.append(ShownSection(section.title, figures, words))
     if summary.findings:
-        said = (_paragraph(heading, text) for heading, text in summary.findings)
-        found.append(ShownSection(FINDINGS, (), Markup("").join(said)))
+        paragraphs = (_paragraph(heading, text) for heading, text in summary.findings)
+        found.append(ShownSection(FINDINGS, (), Markup("").join(paragraphs)))
     return tuple(found)
 
 

@@ -195,7 +195,7 @@ LONGEST_WAIT = 15.0
 
 
 class StudyRun:
-    """Thread-safe. Calls `told` after each case and at the end, on its own thread."""
+    """Thread-safe. Calls `on_change` after each case and at the end, on its own thread."""
 
     def __init__(
         self,
@@ -203,11 +203,11 @@ class StudyRun:
         parts: tuple[str, ...],
         executor: Executor,
         folder: Path,
-        told: Callable[[StudyRun], None],
+        on_change: Callable[[StudyRun], None],
     ) -> None:
         self.settings, self.folder, self.phase, self.sentence = settings, folder, RUNNING, ""
         self.done = self.before = 0
-        self.parts, self._executor, self._told = parts, executor, told
+        self.parts, self._executor, self._on_change = parts, executor, on_change
         self._cases: list[Case] = study_cases(settings, parts)
         self._records: dict[str, Record] = {}
         self._new: list[str] = []
@@ -262,7 +262,7 @@ class StudyRun:
             log.exception("A study failed")
             kind = type(error).__name__
             self._end(FAILED, f"The study failed unexpectedly ({kind}); details are in the log.")
-        self._told(self)
+        self._on_change(self)
 
     def _go_through(self) -> None:
         if self._after is not None:
@@ -288,7 +288,7 @@ class StudyRun:
             else:
                 self._new.append(key)
         if not step.before or step.done == step.total:
-            self._told(self)
+            self._on_change(self)
 
     def _end(self, phase: str, sentence: str = "") -> None:
         with self._lock:

@@ -161,7 +161,9 @@ class Uploading(Checking, ABC):
         if waiting.missing:
             self.show_message(_still(waiting), bad=True)
             return False
-        failed = [said for k in range(len(waiting.files)) if (said := self._why_not(waiting, k))]
+        failed = [
+            reason for k in range(len(waiting.files)) if (reason := self._why_not(waiting, k))
+        ]
         if failed:
             rest = len(waiting.files) - len(failed)
             self.show_message(f"{failed[0]}{REST.format(rest) if rest else ''}", bad=True)
@@ -298,8 +300,8 @@ class Uploading(Checking, ABC):
         missing = waiting.missing
         done = MORE if waiting.questions else GUESSED
         file = waiting.file
-        said = ASKED.format(file, _named(missing[0])) if missing else done.format(file)
-        self.show_message(said, bad=bool(missing))
+        message = ASKED.format(file, _named(missing[0])) if missing else done.format(file)
+        self.show_message(message, bad=bool(missing))
 
     def choose_gaps(self, how: str) -> None:
         """Says what happens to empty cells and missing rows, as in `gaps` of a scenario."""
@@ -357,7 +359,7 @@ class Uploading(Checking, ABC):
         """
         check_plain(file)  # it is the title of the task too
         task = Task.of(function, file, folder=str(self.folder), file=file, **arguments)
-        found = ask(self.key, task, tell=lambda text: self.show_message(f"{text} …"))
+        found = ask(self.key, task, on_text=lambda text: self.show_message(f"{text} …"))
         if self.message.text.endswith("…"):
             self.show_message("")
         return found

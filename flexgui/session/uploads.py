@@ -101,12 +101,12 @@ def _copied(source: Path, folder: Path) -> str:
 
 def unpacked(path: Path, folder: Path, limit: int) -> Path:
     """Puts the files of a zip into the folder; the scenario file in it. InputError else."""
-    room = unpacking_folder(path)
+    unpacking = unpacking_folder(path)
     try:
-        room.mkdir()
+        unpacking.mkdir()
         with zipfile.ZipFile(path) as archive:
-            _extract_all(archive, room, path.name, ZIP_GROWTH * limit)
-        names = sorted(each.name for each in room.iterdir())
+            _extract_all(archive, unpacking, path.name, ZIP_GROWTH * limit)
+        names = sorted(each.name for each in unpacking.iterdir())
         scenarios = [name for name in names if name.lower().endswith(".toml")]
         if len(scenarios) != 1:
             raise InputError(
@@ -114,14 +114,14 @@ def unpacked(path: Path, folder: Path, limit: int) -> Path:
             )
         for name in names:
             with replacing(folder / name) as temporary:
-                (room / name).replace(temporary)
+                (unpacking / name).replace(temporary)
     except InputError:
         raise
     except BROKEN as error:
         sentence = f"{path.name} is not a zip that can be read; make it again."
         raise InputError(sentence) from error
     finally:
-        shutil.rmtree(room, ignore_errors=True)
+        shutil.rmtree(unpacking, ignore_errors=True)
     return folder / scenarios[0]
 
 
@@ -133,17 +133,20 @@ def unpacking_folder(path: Path) -> Path:
 
 def unpack(folder: str, file: str, limit: int, *, progress: Progress) -> str:
     """`unpacked` as a task of a worker; the name of the scenario file in the folder."""
-    room = Path(folder)
-    return unpacked(Within(room).find(file), room, limit).name
+    place = Path(folder)
+    return unpacked(Within(place).find(file), place, limit).name
 
 
-def _extract_all(archive: zipfile.ZipFile, room: Path, name: str, limit: int) -> None:
+def _extract_all(archive: zipfile.ZipFile, folder: Path, name: str, limit: int) -> None:
     """Counts what comes: what a zip says of its sizes may be a lie."""
     left = limit
     for member in archive.infolist():
         if member.is_dir():
             continue
-        with archive.open(member) as packed, (room / safe_name(member.filename)).open("wb") as file:
+        with (
+            archive.open(member) as packed,
+            (folder / safe_name(member.filename)).open("wb") as file,
+        ):
             while piece := packed.read(PIECE):
                 left -= len(piece)
                 if left < 0:

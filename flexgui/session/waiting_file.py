@@ -102,7 +102,7 @@ class Waiting:
         glance = self.glance
         if glance is None or self.columns.get(channel) != self._as_guessed(channel):
             return None
-        return glance.said.get(channel)
+        return glance.findings.get(channel)
 
     def _as_guessed(self, channel: str) -> dict[str, Any] | None:
         entry = None if self.glance is None else self.glance.columns.get(channel)
@@ -168,7 +168,7 @@ class Waiting:
     def begun_again(self) -> Waiting:
         """Without all answers; the working point that a recording had is none."""
         theta2 = self.theta2 if self.recording else None
-        glance = self.glance and replace(self.glance, said={}, taken_in={})
+        glance = self.glance and replace(self.glance, findings={}, taken_in={})
         return replace(
             self, columns={}, headers_of={}, absent=frozenset(), theta2=theta2, glance=glance
         )
@@ -206,13 +206,13 @@ def wanted_channels(arm: Arm, references: Iterable[str]) -> tuple[str, ...]:
     """What a file of that rig may hold and a first look may guess: not what follows from others."""
     found = _waiting("", (), arm, tuple(references))
     derived = ("y", "ydot")
-    told = {*found.needed, *found.useful}
+    asked = {*found.needed, *found.useful}
     bends = [f"deflection{k + 1}" for k, modes in enumerate(arm.modes) if modes]
     turns = any(segment.joint == "revolute" for segment in arm.segments)
     camera = ("z1", "z2") if turns else ()  # a slide's encoder says all that a camera could
     links = [c for c in found.offered if c.startswith("link_theta")]
     more = (*bends, *links, *camera)
-    return tuple(c for c in found.offered if (c in told or c in more) and c[:-1] not in derived)
+    return tuple(c for c in found.offered if (c in asked or c in more) and c[:-1] not in derived)
 
 
 def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[str, ...]) -> Waiting:

@@ -11,9 +11,9 @@ from flexgui.views import colours
 from flexgui.views.layout import FONT, Figure
 
 TICKS, LABELS = f"11px {FONT}", f"12px {FONT}"
-ROOM = {"x": 28, "y": 44}
+AXIS_SIZE = {"x": 28, "y": 44}
 """px for the numbers of an axis."""
-LABEL_ROOM = 17
+LABEL_SIZE = 17
 DASHES = {"solid": [], "dash": [8, 5], "dot": [2, 4]}
 STROKES = {"solid": "━", "dash": "╍", "dot": "┉"}
 """Beside the name: the mark of uPlot's legend tells the colour only."""
@@ -95,9 +95,9 @@ def _scale(axis: Figure) -> dict[str, Any]:
 def _axis(key: str, axis: Figure, dark: bool) -> dict[str, Any]:
     return {
         "label": axis["title"]["text"],
-        "labelSize": LABEL_ROOM,
+        "labelSize": LABEL_SIZE,
         "labelFont": LABELS,
-        "size": ROOM[key],
+        "size": AXIS_SIZE[key],
         "font": TICKS,
         "stroke": colours.TEXT_ON_DARK if dark else colours.TEXT,
         "grid": {"stroke": FAINT if axis.get("type") == "log" else colours.GRID, "width": 1},

@@ -56,10 +56,10 @@ def comparison(
 def _domains(k: int, count: int) -> tuple[list[float], list[float]]:
     """Heights, as shares of the figure, of an output's signal and residual; the first is on top."""
     gap = 0.10 / (2 * count)
-    room = (1.0 - gap * (2 * count - 1)) / count
-    top = 1.0 - k * (room + 2.0 * gap)
-    middle = top - SIGNAL_SHARE * room
-    return [middle, top], [max(middle - gap - RESIDUAL_SHARE * room, 0.0), middle - gap]
+    height = (1.0 - gap * (2 * count - 1)) / count
+    top = 1.0 - k * (height + 2.0 * gap)
+    middle = top - SIGNAL_SHARE * height
+    return [middle, top], [max(middle - gap - RESIDUAL_SHARE * height, 0.0), middle - gap]
 
 
 def _placing(number: int, legend: bool) -> dict[str, Any]:
@@ -144,11 +144,11 @@ def _small_rows(channel: ChannelComparison, k: int, count: int, layout: Figure) 
     signal = shown_unit(np.concatenate([channel.measured, channel.model]), channel.unit)
     left = np.where(channel.counted, channel.residual, np.nan)
     small = shown_unit(left, channel.unit)
-    room, gap = 1.0 / count, 0.035
-    top = 1.0 - k * room
-    middle = top - SIGNAL * (room - gap)
+    height, gap = 1.0 / count, 0.035
+    top = 1.0 - k * height
+    middle = top - SIGNAL * (height - gap)
     places = (([middle, top], signal.label(symbol)),
-              ([top - room + gap, middle - gap], small.label(f"{symbol} error")))  # fmt: skip
+              ([top - height + gap, middle - gap], small.label(f"{symbol} error")))  # fmt: skip
     for row, (domain, label) in enumerate(places):
         number = 2 * k + row + 1
         layout[f"yaxis{number if number > 1 else ''}"] = axis(label) | {

@@ -94,18 +94,23 @@ def live_convergence(history: History) -> Figure:
     """Best cost of each fit, and the spread from best to worst, on a logarithmic axis."""
     traces: list[Figure] = []
     several = len(history) > 1
-    for k, (label, told) in enumerate(history.items()):
+    for k, (label, generations) in enumerate(history.items()):
         colour = colours.series(k) if several else colours.MODEL
-        numbers = np.array([g.number for g in told], dtype=float)
-        best = np.array([g.best for g in told])
+        numbers = np.array([g.number for g in generations], dtype=float)
+        best = np.array([g.best for g in generations])
         if len(history) <= BANDS:
-            traces += _small_band(numbers, best, np.array([g.worst for g in told]), colour)
+            traces += _small_band(numbers, best, np.array([g.worst for g in generations]), colour)
         traces.append(line(numbers, best, label if several else "best", colour, width=2))
         if not several:
-            mean = np.array([g.mean for g in told])
+            mean = np.array([g.mean for g in generations])
             traces.append(line(numbers, mean, "mean", colour, dash="dot", width=1.2))
     few = len(history) <= BANDS
-    shown = [c for told in history.values() for g in told for c in (g.best, g.worst)[: 1 + few]]
+    shown = [
+        c
+        for generations in history.values()
+        for g in generations
+        for c in (g.best, g.worst)[: 1 + few]
+    ]
     costs = [c for c in shown if c > 0.0]
     wide = bool(costs) and max(costs) > TWO_DECADES * min(costs)
     narrow = bool(costs) and max(costs) < TWO_OCTAVES * min(costs)
@@ -136,7 +141,7 @@ def live_plane(history: History, searched: Sequence[Searched]) -> Figure | None:
     units = [shown_unit(s.upper if np.isfinite(s.upper) else 1.0, s.unit) for s in chosen]
     factors = np.array([unit.factor for unit in units])
     traces: list[Figure] = []
-    newest = [told[-1] for told in history.values() if told]
+    newest = [generations[-1] for generations in history.values() if generations]
     best = np.array([g.best_vector[pair] for g in newest if len(g.best_vector) > max(pair)])
     if len(best) and chosen[0].name == "epsilon" and chosen[1].name == "d":
         traces.append(_valley(chosen, best.mean(axis=0), factors))
@@ -186,8 +191,8 @@ def live_parameters(history: History, searched: Sequence[Searched]) -> Table | N
     """Of the newest fit; None before its first generation."""
     if not history:
         return None
-    label, told = list(history.items())[-1]
-    newest = told[-1]
+    label, generations = list(history.items())[-1]
+    newest = generations[-1]
     rows = []
     for k, s in enumerate(searched[: len(newest.best_vector)]):
         value = float(newest.best_vector[k])

@@ -177,12 +177,12 @@ def picture(seen: Glimpse) -> Markup:
         "preserveAspectRatio='none' role='img' aria-label='predicted over actual residual'>"
         "<line x1='0' x2='{0}' y1='{2}' y2='{2}' stroke='{3}'/>{4}</svg>"
     )
-    told = Markup(
+    legend = Markup(
         "<p class='soft'><span class='key' style='background:{}'></span>residual"
         "<span class='key' style='background:{}'></span>"
         "prediction of the effect: {} in recording {}, {:.2g}\N{NO-BREAK SPACE}s</p>"
     )
-    return frame.format(WIDTH, HEIGHT, middle, colours.GRID, lines) + told.format(
+    return frame.format(WIDTH, HEIGHT, middle, colours.GRID, lines) + legend.format(
         colours.RESIDUAL, colours.ADDED, channel_symbol(seen.channel), seen.recording, seen.seconds
     )
 

@@ -219,7 +219,7 @@ def bar_label(recording: RecordingComparison, among: Sequence[RecordingCompariso
     return f"{recording.recording} ({recording.fit_label})"
 
 
-ROOM = 118.0
+AXIS_END = 118.0
 """%, of the axis: above a bar that is full its output is written."""
 
 
@@ -232,7 +232,7 @@ def live_fit(comparisons: Sequence[RecordingComparison]) -> Figure | None:
     traces = [_bars(name, comparisons) for name in names]
     return figure(
         traces, ax("", type="category", tickangle=0 if len(comparisons) < 10 else 45),
-        ax("FIT [%]", range=[0.0, ROOM], tickvals=[0, 50, 100]), "FIT (hatched: validation)",
+        ax("FIT [%]", range=[0.0, AXIS_END], tickvals=[0, 50, 100]), "FIT (hatched: validation)",
         barmode="group", bargap=0.25,
     )  # fmt: skip
 

@@ -27,13 +27,13 @@ SOURCES = {
 }
 """Where a floor's noise comes from, in words."""
 
-ROOM = 1.6
+MARGIN = 1.6
 """Times the highest bar: the axis ends there, with room for the bar's number."""
 
 BAND = 0.5
 """Times the floor, where the band of the floor ends on the axis."""
 
-FALL = 1.1
+LEAST_REDUCTION = 1.1
 """An error that falls by less than this factor gets no arrow: the bars say it."""
 
 LEAVES, ARRIVES = 0.32, 0.72
@@ -58,8 +58,8 @@ def ladder(steps: Sequence[LadderStep]) -> go.Figure | None:
     _add_reductions(figure, estimation)
     highest = max([v for v in (*estimation, *validation) if np.isfinite(v)], default=1.0)
     figure.update_yaxes(
-        type="log", title_text="error [× noise floor]", **_ticks(ROOM * highest),
-        range=[np.log10(BAND), np.log10(ROOM * max(highest, 1.5))],
+        type="log", title_text="error [× noise floor]", **_ticks(MARGIN * highest),
+        range=[np.log10(BAND), np.log10(MARGIN * max(highest, 1.5))],
     )  # fmt: skip
     figure.update_xaxes(type="category", automargin=True, range=[-0.5, len(labels) - 0.5])
     text = (
@@ -84,7 +84,7 @@ def _add_band(figure: go.Figure) -> None:
 def _add_reductions(figure: go.Figure, errors: Sequence[float]) -> None:
     """An arrow from each step to the next where the error falls, with the factor."""
     for k, (before, after) in enumerate(zip(errors[:-1], errors[1:], strict=True)):
-        if not (np.isfinite(before) and np.isfinite(after) and after * FALL < before):
+        if not (np.isfinite(before) and np.isfinite(after) and after * LEAST_REDUCTION < before):
             continue
         times = format_number(before / after, 2, keep_zeros=True)
         end = float(np.log10(max(after, 1.0)))

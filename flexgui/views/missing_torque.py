@@ -146,7 +146,7 @@ def _direction(
 
 
 SMALL_POINTS = 600
-ROOM = 0.06
+MARGIN = 0.06
 """Of the span of a cloud, above and below it."""
 
 
@@ -222,8 +222,8 @@ def _span(one: MissingTorque, unit: ShownUnit) -> list[float]:
     if not seen.size:
         return [-1.0, 1.0]
     low, high = float(seen.min()), float(seen.max())
-    room = ROOM * (high - low) or 1.0
-    return [low - room, high + room]
+    margin = MARGIN * (high - low) or 1.0
+    return [low - margin, high + margin]
 
 
 def _law(law: OverSpeed, unit: ShownUnit, speed: ShownUnit, k: int, effect: str) -> Figure:
@@ -246,10 +246,10 @@ def _law(law: OverSpeed, unit: ShownUnit, speed: ShownUnit, k: int, effect: str)
 def _frame(torques: Sequence[MissingTorque], gap: float = 0.05) -> Figure:
     layout: Figure = frame(400, "") | {"hovermode": "closest"}
     layout["font"] = {**layout["font"], "size": 11}
-    room = 1.0 / len(torques)
+    height = 1.0 / len(torques)
     for k in range(len(torques)):
-        top = 1.0 - k * room
-        layout[f"yaxis{_number(k)}"] = {"anchor": "x", "domain": [top - room + gap, top]}
+        top = 1.0 - k * height
+        layout[f"yaxis{_number(k)}"] = {"anchor": "x", "domain": [top - height + gap, top]}
     return layout
 
 

@@ -14,7 +14,7 @@ from flexgui.views.missing_torque import missing_cloud
 from flexgui.views.names import channel_symbol, output_title
 
 MORPH = {"morph": True}
-ROOM = 0.08
+MARGIN = 0.08
 """Of the span of a residual, above and below it."""
 BESIDE, GAP, TICKS = 2, 0.17, 5
 """Joints that stand beside one another, the share of the width between them, and how many numbers
@@ -59,7 +59,7 @@ def moment_residual(
     layout = figure["layout"]
     layout.pop("title")
     layout["meta"] = MORPH
-    most = max(float(np.nanmax(np.abs(first), initial=0.0)), LEAST_SPAN) * (1.0 + ROOM)
+    most = max(float(np.nanmax(np.abs(first), initial=0.0)), LEAST_SPAN) * (1.0 + MARGIN)
     layout["yaxis"] |= {"range": [-most, most]}
     layout["yaxis"]["title"] = {
         "text": f"Δ{channel_symbol(channel, unit)} [× noise floor]",

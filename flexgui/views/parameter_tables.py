@@ -88,8 +88,8 @@ def given_parameters(outcome: Outcome) -> Table | None:
     if outcome.as_given:
         rows = tuple(Row(_cells(e, False)) for e in outcome.as_given)
         table = Table(COLUMNS, rows, _caption_of(False, 1))
-    said = f"{BIASED[0].upper()}{BIASED[1:]}. " if given_biased(outcome) else ""
-    return replace(table, caption=f"{said}{table.caption}")
+    prefix = f"{BIASED[0].upper()}{BIASED[1:]}. " if given_biased(outcome) else ""
+    return replace(table, caption=f"{prefix}{table.caption}")
 
 
 def _all(fit: Fit) -> tuple[Estimate, ...]:
@@ -255,8 +255,8 @@ def paper_table(fits: Sequence[Fit], points: Sequence[float], noisy: bool) -> Ta
     else:
         for fit, point in zip(fits, points, strict=False):
             ours[int(np.argmin(np.abs(np.array(WORKING_POINTS) - point)))] = _named(fit)
-    told = SNR_20 if noisy else SNR_NONE
-    rows = [_printed_row(k, numbers, _ours(k, ours)) for k, numbers in enumerate(told)]
+    published = SNR_20 if noisy else SNR_NONE
+    rows = [_printed_row(k, numbers, _ours(k, ours)) for k, numbers in enumerate(published)]
     text = (
         "Paper: mean ± deviation of 20 runs; its EI follows from the means. Ours: this one run. "
         "Alone ε and d are not determined, so they may differ along the valley; EI must not."
@@ -276,8 +276,10 @@ def _ours(k: int, ours: dict[int, dict[str, Estimate]]) -> dict[str, float]:
     return {name: e.value for name, e in ours.get(k, {}).items()}
 
 
-def _printed_row(k: int, told: tuple[float, float, float, float], ours: dict[str, float]) -> Row:
-    eps, eps_std, d, d_std = told
+def _printed_row(
+    k: int, published: tuple[float, float, float, float], ours: dict[str, float]
+) -> Row:
+    eps, eps_std, d, d_std = published
     stiffness = eps * 1e9 * (d * 1e-3) ** 4 / 12.0
     nan = float("nan")
     cells = (

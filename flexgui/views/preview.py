@@ -39,7 +39,7 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
     layout = frame(700, "") | {"xaxis": axis("time [s]") | {"anchor": f"y{len(kinds)}"}}
     layout["font"] = {**layout["font"], "size": 11}
     layout["hovermode"] = "x unified"
-    room, gap = 1.0 / max(len(kinds), 1), 0.05
+    height, gap = 1.0 / max(len(kinds), 1), 0.05
     data: list[Figure] = []
     for row, names in enumerate(kinds):
         starts = _starts(recording, names)
@@ -47,11 +47,11 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
         si = _unit(names[0], slides)
         unit = shown_unit(values, si)
         number = "" if row == 0 else str(row + 1)
-        top = 1.0 - row * room
+        top = 1.0 - row * height
         change = "Δ" if any(starts) else ""
         label = unit.label(", ".join(change + _symbol(name, si) for name in names))
         layout[f"yaxis{number}"] = axis(label) | {
-            "anchor": "x", "domain": [max(top - room + gap, 0.0), top],
+            "anchor": "x", "domain": [max(top - height + gap, 0.0), top],
         }  # fmt: skip
         data += [
             _line(recording, n, start, unit, number, _symbol(n, si))
@@ -107,12 +107,12 @@ def _line(
     look = colours.joint(number_of)
     if joint_of(name) is None:
         look["color"] = colours.MEASURED
-    said = f"{'Δ' if start else ''}{symbol}"
+    label = f"{'Δ' if start else ''}{symbol}"
     return {
         "type": "scatter", "mode": "lines", "x": short(x), "y": short(y),
         "name": _group(name, symbol), "legendgroup": _group(name, symbol), "xaxis": "x",
         "yaxis": f"y{number}", "line": {"width": 1.3, **look},
-        "hovertemplate": f"{said} %{{y:.4g}} {unit.name}<extra></extra>",
+        "hovertemplate": f"{label} %{{y:.4g}} {unit.name}<extra></extra>",
     }  # fmt: skip
 
 
@@ -310,7 +310,7 @@ def lines_applied(lines: Sequence[str]) -> Markup:
     """What stands in the scenario since a button mended something."""
     if not lines:
         return Markup("")
-    said = Markup("").join(Markup("<li>{}</li>").format(line) for line in lines)
+    items = Markup("").join(Markup("<li>{}</li>").format(line) for line in lines)
     return Markup("<p class='soft'>In the scenario by now:</p><ul class='soft'>{}</ul>").format(
-        said
+        items
     )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import plotly.graph_objects as go
 from markupsafe import Markup
 
-from core.diagnose.kin import kinship
+from core.diagnose.nested import nesting
 from core.diagnose.phrases import worth_listing
 from core.results import Estimate, RankedEffect
 from core.written import format_number, format_value, shown_unit
@@ -110,7 +110,7 @@ def _beside(ranked: RankedEffect, titles: dict[str, str], best: str) -> str:
     others = ", ".join(titles.get(kind, kind) for kind in ranked.confused_with)
     parts = (
         f"cannot be distinguished from {others}" if others else "",
-        kinship(ranked.effect, best),
+        nesting(ranked.effect, best),
     )
     return "; ".join(p for p in parts if p)
 

@@ -45,13 +45,13 @@ def parameter_table(tables: Sequence[EstimateTable]) -> Table:
 
 
 def _parameter_columns(table: EstimateTable) -> Iterator[Filled]:
-    told = comparable(table)
+    published = comparable(table)
     for name in table.rows[0].values:
         symbol, unit, factor = shown(name)
         title = f"{symbol} [{unit}] {snr(table.snr_db)}"
-        if told is not None:
+        if published is not None:
             at = 0 if name == "epsilon" else 2
-            yield f"{title} paper", [_bracketed(n[at], n[at + 1], name) for n in told]
+            yield f"{title} paper", [_bracketed(n[at], n[at + 1], name) for n in published]
         means = [row.values[name].mean * factor for row in table.rows]
         stds = [_printed_deviation(table, row, name) * factor for row in table.rows]
         pairs = zip(means, stds, strict=True)
@@ -86,13 +86,13 @@ def stiffness_table(tables: Sequence[EstimateTable], true: Sequence[float]) -> T
 
 
 def _stiffness_columns(table: EstimateTable, true: Sequence[float]) -> Iterator[Filled]:
-    said, told, rows = snr(table.snr_db), comparable(table), table.rows
-    if told is not None:
-        implied = [stiffness(n[0], n[2]) for n in told]
-        yield f"{said}: paper's means imply [N m²]", [f"{EI:.1f}" for EI in implied]
-        yield "bias", [signed(implied_bias(n, true[0])) for n in told]
-        yield "scatter at least", [percent(least_scatter(n), 2) for n in told]
-    yield f"{said}: EI here [N m²]", [_each(f"{EI.mean:.3f}" for EI in row.EI) for row in rows]
+    noise, published, rows = snr(table.snr_db), comparable(table), table.rows
+    if published is not None:
+        implied = [stiffness(n[0], n[2]) for n in published]
+        yield f"{noise}: paper's means imply [N m²]", [f"{EI:.1f}" for EI in implied]
+        yield "bias", [signed(implied_bias(n, true[0])) for n in published]
+        yield "scatter at least", [percent(least_scatter(n), 2) for n in published]
+    yield f"{noise}: EI here [N m²]", [_each(f"{EI.mean:.3f}" for EI in row.EI) for row in rows]
     yield "bias", [_each(_biases(row.EI, true)) for row in rows]
     yield "deviation", [_each(map(_relative, row.EI)) for row in rows]
     means = [format_number(row.EI_of_means, 5, keep_zeros=True) for row in rows]
@@ -158,12 +158,12 @@ def deviation_table(tables: Sequence[EstimateTable]) -> Table:
     )  # fmt: skip
     rows = []
     for table in tables:
-        told = comparable(table)
+        published = comparable(table)
         for d in table.deviations:
             symbol, unit, factor = shown(d.name) if d.name != "EI" else ("EI", "N m²", 1.0)
             printed = "–"
-            if told is not None and d.name != "EI":
-                printed = format_number(told[7][1 if d.name == "epsilon" else 3], 3)
+            if published is not None and d.name != "EI":
+                printed = format_number(published[7][1 if d.name == "epsilon" else 3], 3)
             cells = [format_number(v * factor, 3) for v in (d.of_mean, d.caption, d.found)]
             rows.append(Row((snr(table.snr_db), f"{symbol} [{unit}]", *cells, printed)))
     return Table(columns, tuple(rows), "Of this study's local estimates; δ is their number.")
@@ -234,12 +234,12 @@ def _add_ours(figure: go.Figure, table: EstimateTable) -> None:
 
 
 def _add_paper(figure: go.Figure, table: EstimateTable) -> None:
-    told = comparable(table)
-    if told is None:
+    published = comparable(table)
+    if published is None:
         return
     figure.add_scatter(
-        x=[n[0] for n in told],
-        y=[n[2] for n in told],
+        x=[n[0] for n in published],
+        y=[n[2] for n in published],
         mode="markers",
         name=f"paper, {snr(table.snr_db)}",
         marker={

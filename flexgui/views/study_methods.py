@@ -187,9 +187,9 @@ def bias_figure(
     for k, source in enumerate(s for s in sources if s.rates != "encoders"):
         _add_band(figure, source, names, colours.series(k + 2))
     for table in tables:
-        told = comparable(table)
-        if told is not None:
-            implied = [100.0 * implied_bias(told[k], true_EI) for k in LOCALS]
+        published = comparable(table)
+        if published is not None:
+            implied = [100.0 * implied_bias(published[k], true_EI) for k in LOCALS]
             _add_line(
                 figure, names, implied, f"paper, {snr(table.snr_db)}", colours.RESIDUAL, table
             )

@@ -59,8 +59,8 @@ def _what(outcome: Outcome) -> str:
         return f"Nothing was estimated: {level} is compared as given."
     count = f"{len(names)} recording{'s' if len(names) != 1 else ''}"
     how = METHODS.get(outcome.method, outcome.method) if len(names) > 1 else "in one fit"
-    told = [e for e in standing(outcome) if e.recording is None]
-    sure = [e for e in told if e.identifiable]
+    estimates = [e for e in standing(outcome) if e.recording is None]
+    sure = [e for e in estimates if e.identifiable]
     text = f"From {count}, {how}, with {level}"
     if grown(outcome):
         text = f"From {count}, with the full equations and {_with(outcome)} in the model"
@@ -82,10 +82,10 @@ def _with(outcome: Outcome) -> str:
 
 def _before(outcome: Outcome) -> Markup | str:
     """The first fit, for comparison, with what it is worth."""
-    told = [e for e in given(outcome) if e.recording is None and e.identifiable]
-    if outcome.diagnosis is None or not (given_biased(outcome) and told):
+    estimates = [e for e in given(outcome) if e.recording is None and e.identifiable]
+    if outcome.diagnosis is None or not (given_biased(outcome) and estimates):
         return ""
-    return Markup("The first fit gave {} ({}).").format(_listed(told), BIASED)
+    return Markup("The first fit gave {} ({}).").format(_listed(estimates), BIASED)
 
 
 def _listed(estimates: Sequence[Estimate]) -> Markup:

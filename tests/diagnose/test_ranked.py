@@ -19,13 +19,15 @@ LARGE, SMALLER = 5000.0, 4000.0
 """Of evidence: far more than a tie apart."""
 
 
-def weighed(kind: str, fall: float, bic: float, parameters: int, p_value: float = 0.0) -> Weighed:
+def weighed(
+    kind: str, reduction: float, bic: float, parameters: int, p_value: float = 0.0
+) -> Weighed:
     return Weighed(
         screened=cast(Any, SimpleNamespace(effect=effect(kind))),
         refit=cast(Any, None),
         parameters=parameters,
-        fall=fall,
-        explained=30.0 * fall,
+        reduction=reduction,
+        explained=30.0 * reduction,
         white_drop=bic,
         delta_bic=bic,
         p_value=p_value,

@@ -24,8 +24,8 @@ from tests.diagnose.test_run import scenario
 KINDS = sorted(catalogue())[:6]
 
 
-def tried(kind: str, knob: str) -> Trial:
-    return Trial(effect(kind), knob, {}, {}, False, True, ())
+def tried(kind: str, parameter: str) -> Trial:
+    return Trial(effect(kind), parameter, {}, {}, False, True, ())
 
 
 @st.composite
@@ -33,9 +33,9 @@ def plans(draw: st.DrawFn) -> list[Trial]:
     """Sizes as `trials` lists them: effect by effect, shape by shape, knob by knob."""
     plan = []
     for kind in draw(st.lists(st.sampled_from(KINDS), unique=True)):
-        knobs = draw(st.integers(1, 3))
+        parameters = draw(st.integers(1, 3))
         for _ in range(draw(st.integers(1, 4))):
-            plan += [tried(kind, f"k{k}") for k in range(knobs)]
+            plan += [tried(kind, f"k{k}") for k in range(parameters)]
     return plan
 
 
@@ -43,13 +43,17 @@ def plans(draw: st.DrawFn) -> list[Trial]:
 def test_every_size_is_tried_once_and_every_knob_in_the_first_round(plan: list[Trial]) -> None:
     rounds = in_rounds(plan)
     assert sorted(i for which in rounds for i in which) == list(range(len(plan)))
-    knobs = {(t.effect.kind, t.knob) for t in plan}
+    parameters = {(t.effect.kind, t.parameter) for t in plan}
     if rounds:
-        assert [(plan[i].effect.kind, plan[i].knob) for i in rounds[0]] == list(
-            dict.fromkeys((t.effect.kind, t.knob) for t in plan)
+        assert [(plan[i].effect.kind, plan[i].parameter) for i in rounds[0]] == list(
+            dict.fromkeys((t.effect.kind, t.parameter) for t in plan)
         )
     for which in rounds:
-        assert len({(plan[i].effect.kind, plan[i].knob) for i in which}) == len(which) <= len(knobs)
+        assert (
+            len({(plan[i].effect.kind, plan[i].parameter) for i in which})
+            == len(which)
+            <= len(parameters)
+        )
 
 
 @given(plans(), st.sets(st.integers(0, 20)))
@@ -61,7 +65,7 @@ def test_what_is_late_comes_in_no_first_round_but_where_there_is_nothing_else(
     early = set(range(len(plan))) - late
     if early:
         assert not late & set(rounds[0])
-        assert {plan[i].knob for i in rounds[0]} == {plan[i].knob for i in early}
+        assert {plan[i].parameter for i in rounds[0]} == {plan[i].parameter for i in early}
 
 
 @cache
@@ -116,7 +120,7 @@ def test_who_follows_changes_no_figure() -> None:
 
 def _figures(seen: Screen) -> Sequence[object]:
     scores = [(s.effect.kind, s.score, s.drop, dict(s.values)) for s in seen.candidates]
-    return (*scores, [(c.knob, float(np.sum(c.blocks[0]))) for c in seen.columns])
+    return (*scores, [(c.parameter, float(np.sum(c.blocks[0]))) for c in seen.columns])
 
 
 def test_a_screen_stops_after_any_size_and_ranks_what_it_has() -> None:

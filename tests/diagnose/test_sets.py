@@ -69,13 +69,13 @@ def test_noise_alone_makes_no_set(seed: int) -> None:
     assert best_set(seen(noise, blocks), 4, SAMPLES).members == ()
 
 
-def weighed(fall: float) -> Weighed:
-    return Weighed(None, None, 1, fall, 1.0, 500.0, 490.0, 1e-20)  # type: ignore[arg-type]
+def weighed(reduction: float) -> Weighed:
+    return Weighed(None, None, 1, reduction, 1.0, 500.0, 490.0, 1e-20)  # type: ignore[arg-type]
 
 
 def test_a_quarter_of_the_error_is_accepted_as_part_of_a_set_that_explains_it() -> None:
     quarter = weighed(0.25)
-    assert quarter.fall < BAR
+    assert quarter.reduction < BAR
     assert not acceptable(quarter)
     assert acceptable(quarter, part=True)
 

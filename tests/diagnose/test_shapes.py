@@ -29,11 +29,11 @@ def columns() -> list[Column]:
     for order in ORDERS:
         shape = (("nr1", order), ("nr2", order))
         for joint in (1, 2):
-            knob = f"ra{joint}"
+            parameter = f"ra{joint}"
             found.append(
                 Column(
-                    effect("torque_ripple"), knob, {knob: 1.0, **dict(shape)}, {knob: 1.0}, False,
-                    False, shape, (wave(joint, order),),
+                    effect("torque_ripple"), parameter, {parameter: 1.0, **dict(shape)},
+                    {parameter: 1.0}, False, False, shape, (wave(joint, order),),
                 )
             )  # fmt: skip
     return found

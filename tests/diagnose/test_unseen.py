@@ -35,4 +35,4 @@ def test_only_compared_channels_are_unknown_and_tried(kind, letter, outputs, own
     every = effect(kind).parameters(PAPER, BARE.drive, typical(PAPER))
     assert len(others) == len(every) - len(names) and not any(others.values())
     base = hypothesis(seen, [], {})
-    assert [t.knob for t in trials(base, effect(kind), seen)] == names
+    assert [t.parameter for t in trials(base, effect(kind), seen)] == names

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from core.diagnose.facts import titles_in_catalogue
 from core.diagnose.phrases import chance, linear_line, percent, strength, worth_listing
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
-from core.diagnose.words import say
+from core.diagnose.words import verdict_paragraphs
 from core.results import DiagnosisRound, Estimate
-from tests.diagnose.told import (
+from tests.diagnose.findings import (
     AFTER,
     FOUND,
     FRICTION,
@@ -34,7 +34,7 @@ from tests.helpers import PAPER, looped
 
 def test_a_found_effect_is_named_with_what_it_is() -> None:
     said = text(FOUND)
-    assert "first missing effect is Coulomb friction" in say(FOUND)[0]
+    assert "first missing effect is Coulomb friction" in verdict_paragraphs(FOUND)[0]
     assert "Two dry surfaces rub: the friction has the same level at every speed" in said
 
 
@@ -108,7 +108,7 @@ def test_two_found_effects_have_a_paragraph_each() -> None:
         FOUND, rounds=(FOUND.rounds[0], second), kept=(FRICTION, PAYLOAD),
         steps=(GIVEN, replace(AFTER, cost_per_sample=9.0), step(PAYLOAD, 1.0, None)),
     )  # fmt: skip
-    said = say(told)
+    said = verdict_paragraphs(told)
     assert "first missing effect is Coulomb friction, then Tip payload." in said[0]
     assert any(
         p.startswith("Tip payload. ") and "from 3.0 times the noise floor to 1.0" in p for p in said
@@ -122,7 +122,7 @@ def test_what_became_needless_is_told_and_not_claimed() -> None:
         FOUND, rounds=(FOUND.rounds[0], second), steps=steps, kept=(PAYLOAD,),
         passed=("Coulomb friction",),
     )  # fmt: skip
-    said = say(told)
+    said = verdict_paragraphs(told)
     assert "first missing effect is Tip payload" in said[0]
     assert any("Coulomb friction seemed to be missing at first" in p for p in said)
 
@@ -181,7 +181,7 @@ def test_a_stopped_ranking_names_no_effect_as_missing() -> None:
 
 @pytest.mark.parametrize("verdict", [MISSING, NOTHING, UNLISTED])
 def test_the_floor_is_explained_where_it_is_first_named(verdict: str) -> None:
-    said = say(replace(RANKED_ONLY, verdict=verdict))[0]
+    said = verdict_paragraphs(replace(RANKED_ONLY, verdict=verdict))[0]
     assert "times the noise floor. The noise floor is what even a complete model would not" in said
     assert "fidelity" not in said
 
@@ -201,7 +201,9 @@ def test_a_size_at_its_bound_is_told() -> None:
 
 
 def test_a_stopped_search_says_that_it_was_stopped() -> None:
-    assert "was stopped before it was complete" in say(replace(FOUND, stopped=True))[-1]
+    assert (
+        "was stopped before it was complete" in verdict_paragraphs(replace(FOUND, stopped=True))[-1]
+    )
 
 
 def test_a_search_stopped_early_does_not_claim_that_nothing_in_the_list_fits() -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import flexgui as fg
 from core.results import Diagnosis, Estimate, LadderStep
-from core.study.challenge import SEALED, make_challenge, opened, truth_in_words
+from core.study.challenge import TRUTH_FILE, make_challenge, opened, truth_in_words
 from core.written import format_number
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -53,7 +53,9 @@ def _load(scenario: str) -> fg.Project:
 
 
 def _truth(seed: int, level: str) -> str:
-    said = truth_in_words(opened(make_challenge(seed, level).sealed, SEALED)).splitlines()[1:]
+    said = truth_in_words(opened(make_challenge(seed, level).obfuscated, TRUTH_FILE)).splitlines()[
+        1:
+    ]
     return "\n".join(line if line.startswith(("-", " ")) else f"- {line}" for line in said)
 
 

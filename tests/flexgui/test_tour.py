@@ -286,14 +286,14 @@ def test_on_the_tour_the_way_on_begins_what_is_done_there(
     monkeypatch.setattr(session, "identify", lambda _: begun.append("fit"))
     monkeypatch.setattr(session, "diagnose", lambda _: begun.append("search"))
     session.tour = BEGUN if tours else None
-    desk = cast(PageContext, SimpleNamespace(session=session, services=None))
-    to_identification(desk)
+    context = cast(PageContext, SimpleNamespace(session=session, services=None))
+    to_identification(context)
     assert session.stage == "Identify"
-    to_diagnosis(desk)
+    to_diagnosis(context)
     assert session.stage == "Diagnose"
     assert begun == (["fit", "search"] if tours else [])
     session.outcome, session.outcome_of = outcome(), session.scenario
     go(session, LACKING)
-    to_identification(desk)
-    to_diagnosis(desk)
+    to_identification(context)
+    to_diagnosis(context)
     assert len(begun) == (2 if tours else 0)

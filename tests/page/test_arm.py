@@ -63,11 +63,11 @@ def test_exaggeration_bends_the_drawn_arm_only(page: Any, desktop: Desktop) -> N
 
 def test_an_arrow_key_moves_the_slider_and_not_the_view(page: Any, desktop: Desktop) -> None:
     label = page.get_by_text("θ2 [deg]", exact=True).first.get_attribute("for")
-    before, camera = still(page), desktop.pages[-1].desk.client.camera.position.copy()
+    before, camera = still(page), desktop.pages[-1].context.client.camera.position.copy()
     page.locator(f'[id="{label}"]').get_by_role("slider").focus()
     page.keyboard.press("ArrowRight", delay=200)
     until(lambda: plots(page) != before)
-    assert np.array_equal(desktop.pages[-1].desk.client.camera.position, camera)
+    assert np.array_equal(desktop.pages[-1].context.client.camera.position, camera)
 
 
 def test_equations_and_matrices_are_rendered(page: Any) -> None:

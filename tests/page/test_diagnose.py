@@ -136,7 +136,7 @@ def test_a_click_on_the_map_in_the_scene_goes_there(
 
     def clicked() -> bool:
         """The browser may not have drawn the map yet, or still turn the view."""
-        page.mouse.click(*on_screen(page, desktop.pages[-1].desk.client.camera, place))
+        page.mouse.click(*on_screen(page, desktop.pages[-1].context.client.camera, place))
         page.wait_for_timeout(500)
         return session.cursor.recording == board.recordings[1]
 

@@ -34,12 +34,12 @@ def test_the_systems_theme_is_followed_and_a_choice_is_kept(
     shown.goto(desktop.address)
     shown.wait_for_function(FIRST)
     shown.wait_for_function(SCHEME.format("dark"))
-    desktop.pages[-1].desk.theme.choose("light")
+    desktop.pages[-1].context.theme.choose("light")
     shown.wait_for_function(SCHEME.format("light"))
     shown.reload()
     shown.wait_for_function(FIRST)
     shown.wait_for_function(SCHEME.format("light"))
-    assert desktop.pages[-1].desk.theme.chosen == "light" != DARK
+    assert desktop.pages[-1].context.theme.chosen == "light" != DARK
     context.close()
 
 

@@ -276,9 +276,9 @@ def test_the_page_has_sliders_for_a_new_drive(add: Add, monkeypatch: pytest.Monk
     drive = {"kind": "damped", "stiffness": [900.0, 400.0], "damping": [60.0, 30.0]}
     session = SimpleNamespace(scenario=fg.project("paper", drive).scenario)
     shown: list[str] = []
-    monkeypatch.setattr(widgets, "slider", lambda desk, label, *rest: shown.append(label))
+    monkeypatch.setattr(widgets, "slider", lambda context, label, *rest: shown.append(label))
     panel = ArmSliders.__new__(ArmSliders)
-    panel._desk = cast(Any, SimpleNamespace(session=session))
+    panel._context = cast(Any, SimpleNamespace(session=session))
     panel._scenario, panel._built = session.scenario, fg.presets()["paper"]
     panel._build_more()
     assert {"k1 [N m/rad]", "k2 [N m/rad]"} <= set(shown)
@@ -326,16 +326,16 @@ def test_a_view_is_one_file(add: Add, monkeypatch: pytest.MonkeyPatch, tmp_path:
 
     offered: list[tuple[str, ...]] = []
     monkeypatch.setattr(
-        widgets, "choice", lambda desk, label, options, *rest: offered.append(options)
+        widgets, "choice", lambda context, label, options, *rest: offered.append(options)
     )
     monkeypatch.setattr(widgets, "button", lambda *rest: None)
     monkeypatch.setattr(failing_panel, "Words", lambda *rest: None)
-    failing_panel.Failing(cast(Any, _Desk()))
+    failing_panel.Failing(cast(Any, _Context()))
     assert "histogram of the error" in offered[0]
     assert offered[0][0] == failing_panel.SIGNALS
 
 
-class _Desk:
+class _Context:
     """Takes a folder of widgets and nothing else."""
 
     gui = cast(Any, SimpleNamespace())

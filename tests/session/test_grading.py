@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from core.errors import InputError
 from core.study.challenge import HEAD as CHALLENGE
-from core.study.challenge import SEALED, obfuscate
+from core.study.challenge import TRUTH_FILE, obfuscate
 from flexgui.cli import app
 from flexgui.session.hand_in import (
     HEAD,
@@ -132,7 +132,7 @@ def test_a_guess_is_stated_by_id_and_size() -> None:
 
 
 def test_from_the_command_line(tmp_path: Path) -> None:
-    (tmp_path / SEALED).write_text(TRUTH_SEALED, encoding="utf-8")
+    (tmp_path / TRUTH_FILE).write_text(TRUTH_SEALED, encoding="utf-8")
     target = tmp_path / "in" / "ada.handin"
     run = CliRunner()
     order = ["hand-in", str(tmp_path), "--name", "Ada", "--out", str(target)]

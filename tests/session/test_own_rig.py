@@ -77,7 +77,7 @@ def test_experiments_at_working_points_are_offered_only_where_a_second_joint_fol
 @needs_data
 def test_nothing_is_asked_about_the_recorded_slide() -> None:
     waiting = first_look(chosen("single_axis", "Slide, force recorded"), "emps.csv")
-    assert not waiting.questions and not waiting.glance.said
+    assert not waiting.questions and not waiting.glance.findings
     assert {c: e["name"] for c, e in waiting.columns.items()} == {"theta1": "q", "u1": "force"}
 
 
@@ -89,4 +89,4 @@ def test_nothing_contradicts_the_bench_once_its_arm_is_chosen(file: str) -> None
     put(("drive", "torque_constants"), [8.925, 0.87])(document)
     waiting = first_look(Scenario.model_validate(document), file)
     assert not waiting.questions
-    assert not {fault for fault, _ in waiting.glance.said.values()} & set(CONTRADICT)
+    assert not {fault for fault, _ in waiting.glance.findings.values()} & set(CONTRADICT)

@@ -16,5 +16,5 @@ def test_how_far_a_file_is_read_stands_in_the_sentence() -> None:
     panel = IdentifyPanel.__new__(IdentifyPanel)
     run = run if run.busy else run.after(Started())
     session = SimpleNamespace(run=run, remaining_seconds=None)
-    panel.desk = SimpleNamespace(session=session)  # type: ignore[assignment]
+    panel.context = SimpleNamespace(session=session)  # type: ignore[assignment]
     assert panel._sentence() == "Reading the recordings 0 of 1: th1.csv, 40% read."

@@ -23,7 +23,7 @@ import numpy as np
 from core.diagnose.columns import Column, Zeros, simulated, trials
 from core.diagnose.data import Anchor, Data, Hypothesis, hypothesis
 from core.diagnose.gram import gram
-from core.diagnose.kin import akin, contains
+from core.diagnose.nested import contains, is_nested
 from core.diagnose.refit import fit
 from core.diagnose.shapes import Shaped, best_shape
 from core.diagnose.start import nuisance_of, outputs_of
@@ -173,9 +173,9 @@ def hide(
     kinds: list[str] = []
     why = "too few effects apply"
     for attempt in range(ATTEMPTS if len(able) >= count else 0):
-        others = [k for k in able if not any(k == a or akin(k, a) for a in kinds)]
+        others = [k for k in able if not any(k == a or is_nested(k, a) for a in kinds)]
         kinds += [str(k) for k in rng.permutation(others)[: count - len(kinds)]]
-        if len(kinds) < count or any(akin(a, b) for a in kinds for b in kinds):
+        if len(kinds) < count or any(is_nested(a, b) for a in kinds for b in kinds):
             kinds = []
             continue
         bad, why, truth = _tried(sight, kinds, rng, bool(only), prefix)

@@ -14,7 +14,7 @@ from core.errors import InputError
 from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.read import read_scenario
-from core.study.challenge import SCENARIO, SEALED, make_challenge, reveal, write_challenge
+from core.study.challenge import SCENARIO, TRUTH_FILE, make_challenge, reveal, write_challenge
 from core.workbench import base_model
 from flexgui.cli import app
 
@@ -67,7 +67,7 @@ def test_reveal_says_what_and_how_large(folder: Path) -> None:
     named = [kind for kind in catalogue() if f"({kind})" in said]
     assert len(named) == 2
     assert "times the noise" in said and "EI = " in said
-    assert said == reveal(folder / SEALED)
+    assert said == reveal(folder / TRUTH_FILE)
 
 
 def test_a_zip_holds_the_same_files(folder: Path, tmp_path: Path) -> None:
@@ -81,8 +81,10 @@ def test_a_zip_holds_the_same_files(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_broken_seal_is_refused_in_one_sentence(folder: Path, tmp_path: Path) -> None:
-    sealed = (folder / SEALED).read_text()
-    (tmp_path / SEALED).write_text(sealed.replace(sealed[80], "A" if sealed[80] != "A" else "B", 1))
+    sealed = (folder / TRUTH_FILE).read_text()
+    (tmp_path / TRUTH_FILE).write_text(
+        sealed.replace(sealed[80], "A" if sealed[80] != "A" else "B", 1)
+    )
     result = CliRunner().invoke(app, ["reveal", str(tmp_path)])
     assert result.exit_code == 2
     assert result.output.count("\n") == 1 and "seal is broken" in result.output

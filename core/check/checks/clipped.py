@@ -22,5 +22,5 @@ class Clipped(Check):
             limit = limit_of(found.counted(name))
             if limit is not None:
                 level, share = limit
-                said = f"{name} stops at {level:.6g} in {share:.1%} of its samples"
-                yield case.finding(self.kind, name, level, "SI", said)
+                sentence = f"{name} stops at {level:.6g} in {share:.1%} of its samples"
+                yield case.finding(self.kind, name, level, "SI", sentence)

@@ -17,7 +17,9 @@ class ClockDrift(Check):
         for one in case.suspects:
             if one.drift == 0.0:
                 continue
-            said = (
+            sentence = (
                 f"{one.channel} falls behind {one.against} by {1e3 * one.drift:.3g} ms per second"
             )
-            yield case.finding(self.kind, one.channel, one.drift, "s/s", said, None, one.expected)
+            yield case.finding(
+                self.kind, one.channel, one.drift, "s/s", sentence, None, one.expected
+            )

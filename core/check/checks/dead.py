@@ -31,8 +31,8 @@ class Dead(Check):
             x = values[good]
             if np.ptp(x) == 0.0:
                 span = float(found.time[good[-1]] - found.time[good[0]])
-                said = f"{name} is {x[0]:g} all the time"
-                yield case.finding(self.kind, name, span, "s", said)
+                sentence = f"{name} is {x[0]:g} all the time"
+                yield case.finding(self.kind, name, span, "s", sentence)
             elif not name.endswith("_ref"):  # a reference may stand still
                 yield from self._frozen(case, name, good, x)
 
@@ -49,9 +49,9 @@ class Dead(Check):
         time = case.recording.time[good]
         begin = time[starts[order[0]]]
         span = longest * case.recording.step
-        said = f"{name} stays at {x[starts[order[0]]]:.6g} for {span:.4g} s from {begin:.4g} s"
+        sentence = f"{name} stays at {x[starts[order[0]]]:.6g} for {span:.4g} s from {begin:.4g} s"
         mask = f"mask = {{ {name} = [[{begin:.9g}, {begin + span:.9g}]] }}"
-        yield case.finding(self.kind, name, span, "s", said, mask)
+        yield case.finding(self.kind, name, span, "s", sentence, mask)
 
 
 def _let_go(x: np.ndarray, after: int) -> bool:

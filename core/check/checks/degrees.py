@@ -22,6 +22,10 @@ class Degrees(Check):
         for one in blamed(case):
             if one.channel.startswith(("theta", "dtheta")) and one.near(DEGREES, NEAR):
                 unit = "deg/s" if one.channel.startswith("d") else "deg"
-                said = f"{one.channel} fits {one.against} if divided by 57.3, so it is in {unit}"
+                sentence = (
+                    f"{one.channel} fits {one.against} if divided by 57.3, so it is in {unit}"
+                )
                 mend = case.column(one.channel, unit=unit)
-                yield case.finding(self.kind, one.channel, one.factor, "", said, mend, one.expected)
+                yield case.finding(
+                    self.kind, one.channel, one.factor, "", sentence, mend, one.expected
+                )

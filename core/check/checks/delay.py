@@ -17,8 +17,8 @@ class Delay(Check):
         for one in case.suspects:
             if one.delay == 0.0:
                 continue
-            said = f"{one.channel} is {1e3 * one.delay:.3g} ms late against {one.against}"
+            sentence = f"{one.channel} is {1e3 * one.delay:.3g} ms late against {one.against}"
             # Camera columns alone have a clock of their own that a scenario can move.
             camera = one.channel.startswith(("z", "y"))
             mend = f"time_shift = {one.delay:.6g}" if camera else None
-            yield case.finding(self.kind, one.channel, one.delay, "s", said, mend, one.expected)
+            yield case.finding(self.kind, one.channel, one.delay, "s", sentence, mend, one.expected)

@@ -39,5 +39,5 @@ class DifferentRig(Check):
         if len(apart) >= FEWEST:
             size = max(np.exp(abs(c)) for c in apart.values())
             names = ", ".join(sorted(apart))
-            said = f"{names} respond up to {size:.3g} times as strongly as for estimation"
-            yield case.finding(self.kind, names.split(",")[0], size, "", said)
+            sentence = f"{names} respond up to {size:.3g} times as strongly as for estimation"
+            yield case.finding(self.kind, names.split(",")[0], size, "", sentence)

@@ -26,10 +26,10 @@ class DriveSaturated(Check):
             limit = limit_of(found.counted(name))
             if limit is not None and not _steps(found.counted(name), limit[0]):
                 level, share = limit
-                said = (
+                sentence = (
                     f"{name} stays at {level:.6g} in {share:.1%} of its samples: the drive's limit"
                 )
-                yield case.finding(self.kind, name, abs(level), "SI", said)
+                yield case.finding(self.kind, name, abs(level), "SI", sentence)
 
 
 def _steps(values: np.ndarray, level: float) -> bool:

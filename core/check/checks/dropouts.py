@@ -25,16 +25,16 @@ class Dropouts(Check):
         gaps = steps[(steps > GAP * found.step) & ~stuck]
         if gaps.size and gaps.size < 0.1 * len(steps):
             lost = int(np.sum(np.round(gaps / found.step) - 1))
-            said = (
+            sentence = (
                 f"{lost} rows are missing in {gaps.size} gaps of t, the longest {gaps.max():.4g} s"
             )
             mend = _masked(float(gaps.max()))
-            yield case.finding(self.kind, "t", lost, "samples", said, mend)
+            yield case.finding(self.kind, "t", lost, "samples", sentence, mend)
         for name, values in found.channels.items():
             lost = _missing(found.counted(name), name in found.masks) + _zeros(values)
             if lost:
-                said = f"{name} has no sample in {lost} rows between others"
-                yield case.finding(self.kind, name, lost, "samples", said)
+                sentence = f"{name} has no sample in {lost} rows between others"
+                yield case.finding(self.kind, name, lost, "samples", sentence)
 
 
 def _masked(longest: float) -> str:

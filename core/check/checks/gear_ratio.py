@@ -24,7 +24,7 @@ class GearRatio(Check):
             ratio = round(one.factor)
             geared = one.channel in ("theta1", "theta2", "theta3") and not other_units(one)
             if geared and SMALLEST <= ratio <= LARGEST and one.near(ratio, max(WHOLE, 0.3 / ratio)):
-                said = f"{one.channel} turns {ratio} times as far as {one.against} say: a gear"
+                sentence = f"{one.channel} turns {ratio} times as far as {one.against} say: a gear"
                 mend = case.column(one.channel, gain=f"{1.0 / one.factor:.9g}")
                 found = self.kind, one.channel, ratio
-                yield case.finding(*found, "", said, mend, one.expected)
+                yield case.finding(*found, "", sentence, mend, one.expected)

@@ -30,5 +30,7 @@ class Jitter(Check):
         spread = float(np.std(plain)) / np.sqrt(2.0)
         many = float(np.mean(np.abs(plain - np.median(plain)) > SHARE * found.step))
         if spread > SHARE * found.step and many > 0.2:
-            said = f"t scatters by {1e3 * spread:.3g} ms around an even clock of {found.step:.4g} s"
-            yield case.finding(self.kind, "t", spread, "s", said, EVEN)
+            sentence = (
+                f"t scatters by {1e3 * spread:.3g} ms around an even clock of {found.step:.4g} s"
+            )
+            yield case.finding(self.kind, "t", spread, "s", sentence, EVEN)

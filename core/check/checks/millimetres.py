@@ -21,6 +21,8 @@ class Millimetres(Check):
     def look(self, case: Case) -> Iterable[Finding]:
         for one in blamed(case):
             if one.near(MILLI, NEAR) and not one.channel.startswith(("y", "i")):
-                said = f"{one.channel} fits {one.against} if divided by 1000, so it is in mm"
+                sentence = f"{one.channel} fits {one.against} if divided by 1000, so it is in mm"
                 mend = case.column(one.channel, unit="mm")
-                yield case.finding(self.kind, one.channel, one.factor, "", said, mend, one.expected)
+                yield case.finding(
+                    self.kind, one.channel, one.factor, "", sentence, mend, one.expected
+                )

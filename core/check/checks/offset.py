@@ -23,8 +23,8 @@ class Offset(Check):
         for one in case.misfits:
             if one.shift:
                 name = one.channels[0]
-                said = f"{name} fits the other sensors if it is {one.shift:.4g} smaller"
-                yield case.finding(self.kind, name, one.shift, "SI", said)
+                sentence = f"{name} fits the other sensors if it is {one.shift:.4g} smaller"
+                yield case.finding(self.kind, name, one.shift, "SI", sentence)
         found = case.recording
         wrong = {one.channel for one in blamed(case)}
         for name in found.names("i#", "theta#"):
@@ -34,8 +34,8 @@ class Offset(Check):
             a, b = found.even(given), found.even(name)
             shift = float(np.median(b) - np.median(a)) if name.startswith("i") else _at_rest(a, b)
             if abs(shift) > SHARE * float(np.std(b)) and abs(float(np.corrcoef(a, b)[0, 1])) > 0.5:
-                said = f"{name} is {shift:.4g} above {given} on average"
-                yield case.finding(self.kind, name, shift, "SI", said)
+                sentence = f"{name} is {shift:.4g} above {given} on average"
+                yield case.finding(self.kind, name, shift, "SI", sentence)
 
 
 def _at_rest(a: np.ndarray, b: np.ndarray) -> float:

@@ -36,11 +36,11 @@ class Outliers(Check):
                 times = found.time[good][bad]
                 count = int(bad.sum())
                 first = ", ".join(f"{t:.4g}" for t in times[:3])
-                said = f"{name} has {count} samples far from their neighbours, at {first} s"
+                sentence = f"{name} has {count} samples far from their neighbours, at {first} s"
                 h = found.step / 2
                 spans = ", ".join(f"[{t - h:.9g}, {t + h:.9g}]" for t in times)
                 mend = f"mask = {{ {name} = [{spans}] }}" if count <= 20 else None
-                yield case.finding(self.kind, name, count, "samples", said, mend)
+                yield case.finding(self.kind, name, count, "samples", sentence, mend)
 
 
 def far_out(x: np.ndarray) -> np.ndarray:

@@ -29,5 +29,5 @@ class Quantised(Check):
             step = lattice_step(x)
             if step > COARSE * float(np.std(x)):
                 share = step / float(np.std(x))
-                said = f"{name} has steps of {step:.4g}, {share:.0%} of its standard deviation"
-                yield case.finding(self.kind, name, step, "SI", said)
+                sentence = f"{name} has steps of {step:.4g}, {share:.0%} of its standard deviation"
+                yield case.finding(self.kind, name, step, "SI", sentence)

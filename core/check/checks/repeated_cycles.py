@@ -35,10 +35,10 @@ class RepeatedCycles(Check):
         period = _period(signals)
         if period:
             span, count = period * found.step, len(signals) // period
-            said = (
+            sentence = (
                 f"the references repeat every {span:.4g} s, {count} times: their scatter is noise"
             )
-            yield case.finding(self.kind, names[0], span, "s", said)
+            yield case.finding(self.kind, names[0], span, "s", sentence)
 
 
 def _period(x: np.ndarray) -> int:
@@ -48,9 +48,9 @@ def _period(x: np.ndarray) -> int:
         return 0
     spread = np.std(x, axis=0)
     apart = _apart(x)[: len(x) // FEWEST + 1] / spread
-    room = np.array([_tolerance(each) for each in x.T]) / spread
+    tolerance = np.array([_tolerance(each) for each in x.T]) / spread
     left = np.flatnonzero(np.any(apart > APART, axis=1))
-    back = np.flatnonzero(np.all(apart <= room, axis=1))
+    back = np.flatnonzero(np.all(apart <= tolerance, axis=1))
     back = back[back > left[0]] if left.size else left
     if not back.size:
         return 0

@@ -21,5 +21,5 @@ class RepeatedTimes(Check):
         count = int(np.sum(steps <= 0))
         if count:
             back = int(np.sum(steps < 0))
-            said = f"t repeats in {count - back} rows and falls back in {back}"
-            yield case.finding(self.kind, "t", count, "samples", said, EVEN)
+            sentence = f"t repeats in {count - back} rows and falls back in {back}"
+            yield case.finding(self.kind, "t", count, "samples", sentence, EVEN)

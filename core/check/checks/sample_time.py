@@ -95,9 +95,9 @@ class SampleTime(Check):
             return
         factor, explained, before = found
         step = case.recording.step / factor
-        said = (
+        sentence = (
             f"the motion fits the references with {step:.4g} s per row ({explained:.1%} explained) "
             f"instead of {case.recording.step:.4g} s ({max(before, 0.0):.1%})"
         )
         mend = case.column("t", gain=f"{1.0 / factor:.6g}")
-        yield case.finding(self.kind, "t", factor, "", said, mend)
+        yield case.finding(self.kind, "t", factor, "", sentence, mend)

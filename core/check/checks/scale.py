@@ -20,6 +20,6 @@ class Scale(Check):
         for one in blamed(case):
             if one.factor <= 0 or one.factor == 1.0 or other_units(one) or one.channel in geared:
                 continue
-            said = f"{one.channel} is {one.factor:.4g} times what {one.against} imply"
+            sentence = f"{one.channel} is {one.factor:.4g} times what {one.against} imply"
             mend = case.column(one.channel, gain=f"{1.0 / one.factor:.6g}")
-            yield case.finding(self.kind, one.channel, one.factor, "", said, mend, one.expected)
+            yield case.finding(self.kind, one.channel, one.factor, "", sentence, mend, one.expected)

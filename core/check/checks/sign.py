@@ -17,6 +17,6 @@ class Sign(Check):
     def look(self, case: Case) -> Iterable[Finding]:
         for one in blamed(case):
             if one.factor < 0:
-                said = f"{one.channel} moves against {one.against} and fits with the other sign"
+                sentence = f"{one.channel} moves against {one.against} and fits with the other sign"
                 mend = case.column(one.channel, sign=-1)
-                yield case.finding(self.kind, one.channel, -1.0, "", said, mend, one.expected)
+                yield case.finding(self.kind, one.channel, -1.0, "", sentence, mend, one.expected)

@@ -61,8 +61,8 @@ class StartsMoving(Check):
             # A model with too few modes asks for up to half the speed (plain one-mode scenarios).
             before = abs(beyond) > max(clear, abs(asked))
             if usual > 0 and (before or (unsettled and abs(speed) > clear)):
-                said = f"{name} moves at {speed:.4g}/s when the recording begins"
-                yield case.finding(self.kind, name, speed, "SI/s", said)
+                sentence = f"{name} moves at {speed:.4g}/s when the recording begins"
+                yield case.finding(self.kind, name, speed, "SI/s", sentence)
 
 
 def _first_speed(q: np.ndarray, step: float, count: int) -> tuple[float, float]:

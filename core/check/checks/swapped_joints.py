@@ -29,11 +29,11 @@ class SwappedJoints(Check):
         yield from self._followers(case, known)
 
     def _findings(self, case: Case, first: str, second: str) -> Iterable[Finding]:
-        said = f"{first} and {second} fit the other channels if they are swapped"
+        sentence = f"{first} and {second} fit the other channels if they are swapped"
         a, b = case.recording.headers.get(first), case.recording.headers.get(second)
         mend = f'columns = {{ {first} = "{b}", {second} = "{a}" }}' if a and b else None
         for name in (first, second):
-            yield case.finding(self.kind, name, 1.0, "", said, mend)
+            yield case.finding(self.kind, name, 1.0, "", sentence, mend)
 
     def _commands(self, case: Case, known: set[str]) -> Iterable[Finding]:
         """References that explain the encoders better the other way round."""

@@ -22,5 +22,5 @@ class TimeUnit(Check):
         if step <= SLOWEST:
             return
         factor, unit = next((u for u in UNITS if step / u[0] <= SLOWEST), UNITS[-1])
-        said = f"t steps by {step:g}; as seconds that is {1 / step:.3g} Hz, so it is in {unit}"
-        yield case.finding(self.kind, "t", factor, "", said, case.column("t", unit=unit))
+        sentence = f"t steps by {step:g}; as seconds that is {1 / step:.3g} Hz, so it is in {unit}"
+        yield case.finding(self.kind, "t", factor, "", sentence, case.column("t", unit=unit))

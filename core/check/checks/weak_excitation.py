@@ -32,8 +32,8 @@ class WeakExcitation(Check):
             noise = quiet_noise(q)
             moved = float(np.std(q))
             if noise > 0 and moved < FEWEST * noise:
-                said = f"{name} moves by {moved:.3g} rms, {moved / noise:.2g} times its noise"
-                yield case.finding(self.kind, name, moved / noise, "", said)
+                sentence = f"{name} moves by {moved:.3g} rms, {moved / noise:.2g} times its noise"
+                yield case.finding(self.kind, name, moved / noise, "", sentence)
 
 
 def quiet_noise(x: np.ndarray) -> float:

@@ -69,11 +69,11 @@ def _info(path: Path) -> Info | None:
 
 
 def _batches(path: Path, file: ParquetFile, reading: Reading) -> Iterator[dict[str, np.ndarray]]:
-    rows, told = 0, max(file.metadata.num_rows, 1)
+    rows, stated = 0, max(file.metadata.num_rows, 1)
     for batch in file.iter_batches(batch_size=BATCH, use_threads=False):
         rows += batch.num_rows
         reading.grew(batch.nbytes)
-        reading.took(int(path.stat().st_size * rows / told))
+        reading.took(int(path.stat().st_size * rows / stated))
         made = {name: _array(batch.column(name)) for name in batch.schema.names}
         reading.holds(rows, sum(1 if v.ndim == 1 else v.shape[1] for v in made.values()))
         yield made
@@ -118,8 +118,8 @@ def _exact_time(columns: dict[str, np.ndarray], fps: Any) -> None:
     if frames is None or time is None or not isinstance(fps, int | float) or not fps > 0:
         return
     exact = frames.astype(float) / float(fps)
-    room = 4.0 * np.finfo(np.float32).eps * max(float(np.max(np.abs(exact), initial=0.0)), 1.0)
-    if np.max(np.abs(exact - time), initial=0.0) <= room:
+    tolerance = 4.0 * np.finfo(np.float32).eps * max(float(np.max(np.abs(exact), initial=0.0)), 1.0)
+    if np.max(np.abs(exact - time), initial=0.0) <= tolerance:
         columns["timestamp"] = exact
 
 

@@ -64,12 +64,12 @@ def _parts(
     path: Path, file: ParquetFile, names: list[str], reading: Reading
 ) -> Iterator[dict[str, np.ndarray]]:
     """The table in pieces of a few thousand rows, so that what unpacks without end is noticed."""
-    rows, told = 0, max(file.metadata.num_rows, 1)
+    rows, stated = 0, max(file.metadata.num_rows, 1)
     for batch in file.iter_batches(batch_size=BATCH, columns=names, use_threads=False):
         rows += batch.num_rows
         reading.holds(rows, len(names))
         reading.grew(batch.nbytes)
-        reading.took(int(path.stat().st_size * rows / told))
+        reading.took(int(path.stat().st_size * rows / stated))
         yield {name: _array(batch.column(name)) for name in names}
 
 

@@ -118,4 +118,4 @@ def _peer(begun: Begun, candidates: Sequence[Effect]) -> tuple[float, float]:
 def _free(begun: Begun, candidate: Effect) -> int:
     """Parameters that a refit frees."""
     tried = trials(begun.base.hypothesis, candidate, begun.data)
-    return len({t.knob for t in tried})
+    return len({t.parameter for t in tried})

@@ -148,13 +148,13 @@ def _compiled(sources: tuple[tuple[str, str], ...]) -> bytes | None:
     path = compiler()
     if path is None:
         return None
-    with tempfile.TemporaryDirectory() as room:
+    with tempfile.TemporaryDirectory() as folder:
         for name, text in sources:
-            (Path(room) / name).write_text(text, encoding="utf-8")
+            (Path(folder) / name).write_text(text, encoding="utf-8")
         files = [name for name, _ in sources if name.endswith(".c")]
         order = [path, *FLAGS, "-o", "library", *files, "-lm"]
         try:
-            subprocess.run(order, cwd=room, check=True, capture_output=True, timeout=PATIENCE)
-            return (Path(room) / "library").read_bytes()
+            subprocess.run(order, cwd=folder, check=True, capture_output=True, timeout=PATIENCE)
+            return (Path(folder) / "library").read_bytes()
         except (OSError, subprocess.SubprocessError):
             return None

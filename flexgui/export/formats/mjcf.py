@@ -138,10 +138,10 @@ def _motion(link: Link) -> dict[str, str]:
     return {"type": "slide", "axis": axis}
 
 
-def _joint(body: ElementTree.Element, said: dict[str, str], **values: float) -> None:
+def _joint(body: ElementTree.Element, attributes: dict[str, str], **values: float) -> None:
     """A joint with those values that are not zero."""
     numbers = {key: repr(float(value)) for key, value in values.items() if value}
-    ElementTree.SubElement(body, "joint", {**said, **numbers})
+    ElementTree.SubElement(body, "joint", {**attributes, **numbers})
 
 
 def _hinge(body: ElementTree.Element, **values: float) -> None:

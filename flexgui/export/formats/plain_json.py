@@ -17,8 +17,8 @@ class JsonFile(ModelFormat):
     label = "Model (.json)"
 
     def files(self, outcome: Outcome) -> dict[str, bytes]:
-        said = {"about": linear_header(outcome, "the linear model")}
-        return {"model.json": dumps(as_json(outcome.model) | said).encode()}
+        header = {"about": linear_header(outcome, "the linear model")}
+        return {"model.json": dumps(as_json(outcome.model) | header).encode()}
 
 
 def as_json(model: DescriptorModel) -> dict[str, Any]:

@@ -82,7 +82,7 @@ def play(
 
 
 def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[str, str]:
-    """(scenario as TOML, sealed truth); the recordings lie in `folder` afterwards."""
+    """(scenario as TOML, obfuscated truth); the recordings lie in `folder` afterwards."""
     from core.recording.save import save_recording
     from core.scenario.read import scenario_toml
     from core.study.challenge import make_challenge
@@ -91,7 +91,7 @@ def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[str
     made = make_challenge(seed, level)
     for r in made.recordings:
         save_recording(r, Path(folder) / f"{r.name}.csv")
-    return scenario_toml(made.scenario), made.sealed
+    return scenario_toml(made.scenario), made.obfuscated
 
 
 def study_case(work: str, order: str, *, progress: Progress) -> str:

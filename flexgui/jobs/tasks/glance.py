@@ -37,7 +37,7 @@ class Glance:
     """Channel -> the scenario's entry under `columns`, as guessed."""
     pictures: Mapping[str, tuple[np.ndarray, np.ndarray]]
     """Header -> rows and values (K,), as they stand in the file."""
-    said: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    findings: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """Channel -> fault and evidence, of what the check finds in the file as guessed."""
     taken_in: Mapping[str, str] = field(default_factory=dict)
     """Channel -> evidence that changed the guess."""
@@ -92,10 +92,10 @@ def glance(
     columns = _guessed(numbers, wanted)
     found = rows(numbers, headers_of(tuple(table.columns), columns), columns)
     one = _File(Path(folder), file, scenario, progress, settings(found))
-    columns, said, taken_in = _checked(one, columns, numbers)
+    columns, findings, taken_in = _checked(one, columns, numbers)
     found = rows(numbers, headers_of(tuple(table.columns), columns), columns)
     return Glance(
-        tuple(table.columns), columns, {h: _picture(x) for h, x in numbers.items()}, said,
+        tuple(table.columns), columns, {h: _picture(x) for h, x in numbers.items()}, findings,
         taken_in, found,
     )  # fmt: skip
 
@@ -166,7 +166,7 @@ def _in_plausible_units(
     reach = sum(segment.length for segment in arm.segments)
     turning = [f"theta{k + 1}" for k, s in enumerate(arm.segments) if s.joint == "revolute"]
     headers = _headers_of(tuple(numbers), columns, (*turning, "z1", "z2"))
-    changed, said = dict(columns), {}
+    changed, findings = dict(columns), {}
     for kind, most, unit in ((turning, TURNS * 2.0 * np.pi, "deg"),
                              (["z1", "z2"], BEYOND * reach, "mm")):  # fmt: skip
         bare = [c for c in kind if c in headers and not _unit_of(columns, headers, c)]
@@ -176,8 +176,8 @@ def _in_plausible_units(
         for c in bare:
             name = parse_header(headers[c])[0]
             changed[c] = {**columns.get(c, {}), "name": f"{name} [{unit}]"}
-            said[c] = f"Taken as {unit}: up to {max(sizes):.3g}."
-    return changed, said
+            findings[c] = f"Taken as {unit}: up to {max(sizes):.3g}."
+    return changed, findings
 
 
 def _unit_of(columns: Mapping[str, Any], headers: Mapping[str, str], channel: str) -> str:

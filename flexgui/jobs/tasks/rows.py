@@ -60,10 +60,10 @@ def rows(
     empty = {h: np.isnan(numbers[h]) for h in needed if h in numbers}
     most = max((b - a for mask in empty.values() for a, b in runs(mask)), default=0)
     time = _seconds(numbers, headers, columns)
-    usual, said, missing = _clock(time)
+    usual, sentence, missing = _clock(time)
     return Rows(
         {h: int(mask.sum()) for h, mask in empty.items() if mask.any()},
-        max(most * usual, missing), said, 1.0 / usual if usual > 0 else 0.0,
+        max(most * usual, missing), sentence, 1.0 / usual if usual > 0 else 0.0,
     )  # fmt: skip
 
 
@@ -136,13 +136,13 @@ def _clock(time: np.ndarray) -> tuple[float, str, float]:
     if not off and not lost:
         return usual, "", 0.0
     wide = np.sort(good)[1:] - np.sort(good)[:-1]
-    said = [f"{off} of {len(steps)} steps differ from {1e3 * usual:.4g} ms"]
-    said += [f"{repeated} rows repeat a time or fall back"] if repeated else []
-    said += [f"{lost} rows have none"] if lost else []
+    irregularities = [f"{off} of {len(steps)} steps differ from {1e3 * usual:.4g} ms"]
+    irregularities += [f"{repeated} rows repeat a time or fall back"] if repeated else []
+    irregularities += [f"{lost} rows have none"] if lost else []
     longest = float(wide.max())
     missing = longest > GAP * usual and np.mean(wide > GAP * usual) < 0.5 / GAP
-    said += [f"the longest takes {longest:.3g} s"] if missing else []
-    return usual, f"The time is uneven: {', '.join(said)}.", longest if missing else 0.0
+    irregularities += [f"the longest takes {longest:.3g} s"] if missing else []
+    return usual, f"The time is uneven: {', '.join(irregularities)}.", longest if missing else 0.0
 
 
 def headers(folder: str, file: str, *, progress: Progress) -> tuple[str, ...]:

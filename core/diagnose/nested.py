@@ -1,4 +1,4 @@
-"""Effects that contain one another: no rivals, the larger one is the smaller one and more."""
+"""Effects that contain one another: no competitors, the larger one has the smaller in it."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ def contains(kind: str, other: str) -> bool:
     return one is not None and other in one.includes
 
 
-def akin(kind: str, other: str) -> bool:
+def is_nested(kind: str, other: str) -> bool:
     """Whether one of them contains the other."""
     return contains(kind, other) or contains(other, kind)
 
 
-def kinship(kind: str, best: str) -> str:
+def nesting(kind: str, best: str) -> str:
     """'contains Coulomb friction', 'part of Stribeck friction', said of `kind`; empty where the
     two are different explanations."""
     known = catalogue()

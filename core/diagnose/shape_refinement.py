@@ -32,13 +32,15 @@ ITERATIONS = 6
 """Of each descent: enough to know which leaves less."""
 
 
-def reshaped(data: Data, found: Refit, effect: Effect, stopped: Stopped) -> Refit:
+def refine_shape(data: Data, found: Refit, effect: Effect, stopped: Stopped) -> Refit:
     """The same model from the best shape at each joint, where that leaves less."""
     model, best = found.hypothesis.model, found
-    knobs = effect.parameters(model.arm, model.drive, data.sizes)
-    for shape in [k for k in knobs if k.secondary and k.finely and place(k.parameter.name)]:
+    effect_parameters = effect.parameters(model.arm, model.drive, data.sizes)
+    for shape in [
+        k for k in effect_parameters if k.secondary and k.finely and place(k.parameter.name)
+    ]:
         at = place(shape.parameter.name)
-        sizes = [k for k in knobs if not k.secondary and place(k.parameter.name) == at]
+        sizes = [k for k in effect_parameters if not k.secondary and place(k.parameter.name) == at]
         for start in _starts(data, best.hypothesis, effect, sizes, shape):
             if not stopped():
                 tried = fit(start, None, stopped, most=ITERATIONS)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from core.diagnose.kin import akin, contains, named
+from core.diagnose.nested import contains, is_nested, named
 from core.diagnose.phrases import evidence, percent, worth_listing
 from core.results import DiagnosisRound, LadderStep, RankedEffect
 from core.sentences import listed
 
 CLOSE_SECOND = 0.9
-"""Share of the best effect's explained error from which on a rival deserves a reason."""
+"""Share of the best effect's explained error from which on another effect deserves a reason."""
 
 NO_MORE = 0.5
 """Per cent of the error: by less an effect that contains another explains no more than it."""
@@ -29,7 +29,7 @@ class Finding:
 
 def what_else(f: Finding) -> str:
     """What else could explain it, and which experiment would decide."""
-    parts = (_larger(f), _smaller(f), _rivals(f) if f.ranked.confused_with else _next_best(f))
+    parts = (_larger(f), _smaller(f), _competing(f) if f.ranked.confused_with else _next_best(f))
     return " ".join(p for p in parts if p)
 
 
@@ -76,11 +76,11 @@ def _smaller(f: Finding) -> str:
     return f"{verbs} part of {f.ranked.title}; {weaker[len(parts) > 1]}."
 
 
-def _rivals(f: Finding) -> str:
+def _competing(f: Finding) -> str:
     titles = {r.effect: r.title for r in f.found_in.ranking}
-    rivals = listed([titles.get(kind, kind) for kind in f.ranked.confused_with], "or")
+    titled = listed([titles.get(kind, kind) for kind in f.ranked.confused_with], "or")
     text = (
-        f"These recordings cannot distinguish {f.ranked.title} from {rivals}: refitted, each "
+        f"These recordings cannot distinguish {f.ranked.title} from {titled}: refitted, each "
         "explains the same within the noise."
     )
     return f"{text} {f.found_in.sentence}".strip()
@@ -88,7 +88,7 @@ def _rivals(f: Finding) -> str:
 
 def _next_best(f: Finding) -> str:
     """The most that a different effect explains; no higher figure of the list goes unsaid."""
-    different = [(s, r) for s, r in _refitted(f) if not akin(r.effect, f.ranked.effect)]
+    different = [(s, r) for s, r in _refitted(f) if not is_nested(r.effect, f.ranked.effect)]
     if not different:
         return ""
     share, second = max(different, key=lambda one: one[0])

@@ -11,7 +11,7 @@ import pytest
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.missing_torque import SLOW, Pushed
 from core.diagnose.refit import Refit, fit
-from core.diagnose.reshape import reshaped
+from core.diagnose.shape_refinement import refine_shape
 from core.diagnose.start import begin
 from core.diagnose.torque_shape import Sized, best_shapes
 from core.effects import effect
@@ -61,10 +61,14 @@ def sizes() -> Sizes:
 
 def tried(kind: str = "torque_ripple", names: tuple[str, str] = ("r", "nr2")) -> Sized:
     model, one = bare_model(), effect(kind)
-    knobs = one.parameters(model.arm, model.drive, sizes())
-    shape = next(k for k in knobs if k.parameter.name == names[1])
-    mine = [k for k in knobs if k.parameter.name[0] == names[0] and k.parameter.name[-1] == "2"]
-    values = {k.parameter.name: k.neutral for k in knobs}
+    effect_parameters = one.parameters(model.arm, model.drive, sizes())
+    shape = next(k for k in effect_parameters if k.parameter.name == names[1])
+    mine = [
+        k
+        for k in effect_parameters
+        if k.parameter.name[0] == names[0] and k.parameter.name[-1] == "2"
+    ]
+    values = {k.parameter.name: k.neutral for k in effect_parameters}
     return Sized(one, model, values, tuple(mine), shape)
 
 
@@ -133,7 +137,7 @@ ORDER = 0.01
 
 def test_the_orders_are_found_though_what_is_compared_is_filtered() -> None:
     data, stuck = with_a_filter()
-    found = reshaped(data, stuck, effect("torque_ripple"), lambda: False)
+    found = refine_shape(data, stuck, effect("torque_ripple"), lambda: False)
     assert found.cost < 0.1 * stuck.cost
     at = found.hypothesis.values()
     assert [at["nr1"], at["nr2"]] == pytest.approx([RIPPLE["nr1"], RIPPLE["nr2"]], rel=ORDER)

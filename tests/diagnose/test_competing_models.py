@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from core.results import DiagnosisRound
-from tests.diagnose.told import AFTER, FOUND, FRICTION, GIVEN, RIVALS, VISCOUS, ranked, text
+from tests.diagnose.findings import AFTER, FOUND, FRICTION, GIVEN, RIVALS, VISCOUS, ranked, text
 
 
 def test_a_confusable_effect_is_named_with_the_experiment_that_decides() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from core.diagnose.verdict import MISSING, NOTHING, Remains
-from core.diagnose.words import Told, say
+from core.diagnose.words import VerdictFacts, verdict_paragraphs
 from core.effects import catalogue
 from core.results import ChannelError, DiagnosisRound, Estimate, LadderStep, RankedEffect
 
@@ -38,7 +38,7 @@ def left(rms: float, line: tuple[str, float] | None = None) -> Remains:
 GIVEN, AFTER = step(None, 361.0, 1.96e-4), step(FRICTION, 1.0, 4.29e-5)
 RIVALS = (ranked(FRICTION, 99.4, 5000.0), ranked(VISCOUS, 46.0, 900.0), ranked(PAYLOAD, None, None))
 
-FOUND = Told(
+FOUND = VerdictFacts(
     MISSING, NOTHING,
     rounds=(DiagnosisRound(RIVALS, FRICTION), DiagnosisRound(RIVALS[1:], None)),
     steps=(GIVEN, AFTER), given=left(19.0), left=left(1.0), kept=(FRICTION,), limit=2,
@@ -46,5 +46,5 @@ FOUND = Told(
 )  # fmt: skip
 
 
-def text(told: Told) -> str:
-    return " ".join(say(told)).replace(SPACE, " ")
+def text(facts: VerdictFacts) -> str:
+    return " ".join(verdict_paragraphs(facts)).replace(SPACE, " ")
