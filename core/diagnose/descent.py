@@ -96,7 +96,7 @@ def normal_equations(blocks: Blocks, slopes: Slopes) -> tuple[np.ndarray, np.nda
     P = slopes[0].shape[2]
     A, b = np.zeros((P, P)), np.zeros(P)
     for r, S in zip(blocks, slopes, strict=True):
-        flat = S.reshape(-1, P)
+        flat = S.reshape(r.size, P)  # a model may have no unknown but one, and that is held
         A += flat.T @ flat
         b += flat.T @ r.ravel()
     return A, b

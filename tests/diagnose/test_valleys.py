@@ -115,3 +115,11 @@ def test_while_something_else_is_missing_the_valley_is_not_left(data: Data) -> N
     assert better_valley(anchored, stands.hypothesis, never) is not None
     _, found = in_the_right_valley(anchored, stands, never)
     assert found is stands
+
+
+def test_a_single_unknown_needs_no_other_to_follow(data: Data) -> None:
+    alone = replace(data, nuisance=data.nuisance[1:])
+    anchored, stands = converged(alone, hypothesis(alone, (), {}), None, never)
+    assert stands.hypothesis.unknowns.labels == ("EI2",)
+    _, found = in_the_right_valley(anchored, stands, never)
+    assert abs(found.hypothesis.values()["EI2"] / TRUTH["EI2"] - 1.0) < EXACT
