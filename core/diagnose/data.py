@@ -9,6 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
+from core.arm.arm import Arm
+from core.arm.symbols import Structure
 from core.diagnose.descent import Limits, limits_of, whole
 from core.effects import with_included
 from core.effects.effect import Effect, Rig
@@ -33,6 +35,11 @@ class Anchor:
         self._fine = tuple(fine)
         self._found: dict[int, tuple[np.ndarray, ...]] = {}
         self._lock = threading.Lock()
+
+    @property
+    def arm(self) -> Arm:
+        """Of the model that it was taken from."""
+        return self._at.model.arm
 
     def correction(self, steps: int) -> tuple[np.ndarray, ...]:
         """(M, k) per recording, in floors: to be added to errors simulated with that many steps."""
@@ -81,6 +88,8 @@ class Data:
     sizes: Sizes
     steps: int | None
     """Steps per sample of the search; None: not known yet."""
+    few: int | None = None
+    """The same for models of the arm whose steps' error the anchor takes off; None: as many."""
     fine: int | None = None
     """Steps per sample from which on more of them change nothing: for what is stated."""
     per_recording: tuple[str, ...] = ()
@@ -227,7 +236,8 @@ def _fewest(data: Data, model: Model) -> int:
     """Steps per sample of the search, on the arm of a model."""
     assert data.steps is not None
     if data.needed is None or model.arm.modes == data.bare.arm.modes:
-        return data.steps
+        anchored = data.anchor and Structure.of(data.anchor.arm) == Structure.of(model.arm)
+        return data.few if anchored and data.few else data.steps
     # Whoever asks first, the answer is that of the nominal values and the modes alone.
     shapes = [one for one in model.effects if one.resolution]
     alone = replace(data, needed=None, anchor=None)
@@ -239,18 +249,25 @@ CLOSE = 0.6
 """In floors, rms: what few steps may miss in the search. `Anchor` takes it off and leaves about a
 tenth of it (measured with friction, elastic joints, lag and damping)."""
 
+ANCHORED = 2.4
+"""The same where the anchor is of the same arm. What is compared is simulated with twice as many
+steps (core.diagnose.refit.EXACT), which miss a quarter, so that as little is left of it. An arm
+with other vibrations has an error of its own that no anchor knows."""
+
 MOST_STEPS = 64
 
 
-def enough_steps(data: Data, effects: Sequence[Effect], values: Mapping[str, float]) -> int:
-    """Steps per sample such that twice as many move the outputs by less than CLOSE."""
+def enough_steps(
+    data: Data, effects: Sequence[Effect], values: Mapping[str, float], close: float = CLOSE
+) -> int:
+    """Steps per sample such that twice as many move the outputs by less than `close` floors."""
     steps = 1
     coarse = _errors_with(replace(data, steps=steps), effects, values)
     while steps < MOST_STEPS:
         fine = _errors_with(replace(data, steps=2 * steps), effects, values)
         apart = [a - b for a, b in zip(coarse, fine, strict=True)]
         change = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in apart]) ** 2)))
-        if change < CLOSE:
+        if change < close:
             break
         steps, coarse = 2 * steps, fine
     return steps

@@ -9,7 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis, NeededSteps, enough_steps, hypothesis
+from core.diagnose.data import (
+    ANCHORED,
+    Data,
+    Hypothesis,
+    NeededSteps,
+    enough_steps,
+    hypothesis,
+)
 from core.diagnose.descent import MOST_ITERATIONS
 from core.diagnose.floor import channel_floors
 from core.diagnose.minimum import converged
@@ -130,7 +137,9 @@ def begin(
     sizes = sizes_of([m for m, _, _ in motions])
     data = replace(data, weights=weights, floors=floors, floor_sources=sources, sizes=sizes)
     values = {**model.effect_values, **rough.hypothesis.values()}
-    data = replace(data, steps=enough_steps(data, effects, values), needed=NeededSteps())
+    few = enough_steps(data, effects, values, ANCHORED)
+    steps = enough_steps(data, effects, values)
+    data = replace(data, steps=steps, few=few, needed=NeededSteps())
     data, base = converged(data, hypothesis(data, effects, values), None, stopped)
     return Begun(*in_the_right_valley(data, base, stopped))
 

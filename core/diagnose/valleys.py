@@ -119,12 +119,12 @@ def _followed(
     make up for it best, and the vector (P,) there.
 
     The others' slopes are those of one place: beside a valley they hide it (a first beam bent by
-    2 % hid that of the second), and in it they are right enough to show it.
+    2 % hid that of the second), and in it they are right enough to show it. So are few steps.
     """
     others, limits = np.arange(len(h.vector)) != k, h.limits
     theirs = [S[:, :, others] for S in slopes]
     found = []
-    for x, errors in zip(vectors, h.errors_of(vectors), strict=True):
+    for x, errors in zip(vectors, h.coarse.errors_of(vectors), strict=True):
         A, b = normal_equations([whole(e) for e in errors], theirs)
         size = np.sqrt(np.maximum(np.diag(A), 1e-300))
         inverse = np.linalg.pinv(A / np.outer(size, size), rcond=TIED, hermitian=True)

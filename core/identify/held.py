@@ -192,10 +192,11 @@ def digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> bytes:
         found.update(repr((hash(e.law), e.values, e.at_tip, e.loaded_by)).encode())
         for direction in e.directions:
             found.update(direction.tobytes())
-    if task is not plain:
-        before = task.start[:0] if task.before is None else task.before
-        for array in (task.references, task.start, task.schedule, before):
-            found.update(np.ascontiguousarray(array).tobytes())
+    for name in ("references", "start", "schedule", "before"):
+        array = getattr(task, name)
+        if array is not getattr(plain, name):  # most tasks share their long arrays with it
+            found.update(name.encode())
+            found.update(b"" if array is None else np.ascontiguousarray(array).tobytes())
     return found.digest()
 
 

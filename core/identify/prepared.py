@@ -97,10 +97,12 @@ class Prepared:
         task = self._followed_at(values)
         if not moved and not np.any(shifted) and task is self.task:
             return self.task
-        start, schedule = task.start.copy(), task.schedule.copy()
+        start, schedule = task.start.copy(), task.schedule
         if task is self.task:
             start[:joints] += shifted
-        schedule[:, :joints] += shifted
+        if np.any(shifted):
+            schedule = schedule.copy()
+            schedule[:, :joints] += shifted
         names = self.model.arm.coordinate_names
         for i, name in enumerate(names):
             start[i] += values.get(START + name, 0.0)
