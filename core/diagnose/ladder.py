@@ -392,12 +392,15 @@ AT_BOUND_SHARE = 1e-6
 
 
 def promising(seen: Screen, count: int) -> list[Screened]:
-    """Half of the best by whitened score, the rest by the reduction within their reach."""
-    by_score = sorted(seen.candidates, key=lambda s: -s.score)
-    by_drop = sorted(seen.candidates, key=lambda s: -s.reach)
+    """Half of the best by whitened score, the rest by the reduction within their reach; and a finer
+    model of the same arm, which straight lines hardly show once a stiffness imitates it."""
+    within = [s for s in seen.candidates if s.reach > WORTH * count]
+    by_score = sorted(within, key=lambda s: -s.score)
+    by_drop = sorted(within, key=lambda s: -s.reach)
     chosen: dict[str, Screened] = {}
     for pair in zip(by_score, by_drop, strict=True):
         for s in pair:
-            if len(chosen) < REFITTED and s.reach > WORTH * count:
+            if len(chosen) < REFITTED:
                 chosen.setdefault(s.effect.kind, s)
-    return list(chosen.values())
+    finer = {s.effect.kind: s for s in within if s.effect.resolution}
+    return list((chosen | finer).values())

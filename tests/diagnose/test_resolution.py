@@ -5,16 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
 from core.diagnose.data import enough_steps, hypothesis
 from core.diagnose.diagnose import begin_on
+from core.diagnose.ladder import REFITTED, promising
 from core.diagnose.resolution import within_resolution
+from core.diagnose.screen import Screen, Screened
 from core.diagnose.start import Begun
 from core.diagnose.state import Options
 from core.diagnose.verdict import Remains
-from core.effects import effect
+from core.effects import catalogue, effect
 from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
@@ -86,6 +90,22 @@ def test_a_missing_shape_is_named_though_a_soft_joint_imitates_it() -> None:
     assert found.final_verdict == "nothing_missing"
     (named,) = (r for r in found.rounds[0].ranking if r.effect == MODE)
     assert named.refit_drop_percent == pytest.approx(100.0, abs=ALL)
+
+
+def screened(kind: str, explained: float) -> Screened:
+    """What straight lines say of an effect; `explained` squared floors."""
+    nothing = ((), (), (), ())
+    return Screened(effect(kind), explained, 1, 1.0, 0.0, explained, explained, {}, *nothing)
+
+
+def test_a_finer_model_is_refitted_however_little_straight_lines_show_of_it() -> None:
+    """In one recording of a beam with one shape an elastic joint, its rotor at a bound, was named:
+    the stiffness imitated the missing shapes so well that five effects seemed to explain more."""
+    others = sorted(set(catalogue()) - {MODE})[: REFITTED + 2]
+    found = [screened(kind, 1000.0 - k) for k, kind in enumerate(others)] + [screened(MODE, 10.0)]
+    seen = cast(Screen, SimpleNamespace(candidates=found))
+    assert [s.effect.kind for s in promising(seen, 100)] == [*others[:REFITTED], MODE]
+    assert MODE not in [s.effect.kind for s in promising(seen, 100_000)]
 
 
 def test_a_soft_joint_is_named_where_the_shapes_suffice() -> None:

@@ -19,7 +19,7 @@ from flexgui.export.export_files import export_scenario
 from tests.mujoco.test_diagnosis import SCENARIOS, TIP_NOISE, TRUTH, expected
 
 FOLDER = SCENARIOS / "plain"
-ONE_MODE = "-one_mode"
+ONE_MODE, ONE_RECORDING = "-one_mode", "-one_recording"
 ALL = sorted(path.stem for path in FOLDER.glob("*.toml"))
 THREE = [name for name in ALL if not name.endswith(ONE_MODE)]
 ONE = [name for name in ALL if name.endswith(ONE_MODE)]
@@ -46,7 +46,7 @@ PLAIN_KEYS = {"title", "arm", "drive", "identify", "diagnose", "recordings"}
 
 def hidden(name: str) -> dict[str, dict[str, float]]:
     """effect -> its parameters, of a plain scenario."""
-    return TRUTH[name.removesuffix(ONE_MODE)]
+    return TRUTH[name.removesuffix(ONE_MODE).removesuffix(ONE_RECORDING)]
 
 
 Result = Callable[[str], dict[str, Any]]
@@ -131,3 +131,14 @@ def test_with_one_mode_the_missing_modes_are_named_and_the_rest_still_found(
     found = result(name)
     assert named(found) == {MODES, *hidden(name)}
     assert found["final_verdict"] == "nothing_missing"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", [name for name in ONE if ONE_RECORDING in name])
+def test_one_recording_and_one_mode_lead_to_the_true_stiffness_and_sizes(
+    name: str, result: Result
+) -> None:
+    found = {p["name"]: p["value"] for p in result(name)["parameters"]}
+    assert [found["EI1"], found["EI2"]] == pytest.approx([EI, EI], rel=STIFFNESS)
+    for parameter, true in expected(hidden(name)).items():
+        assert found[parameter] == pytest.approx(true, rel=SIZE), parameter
