@@ -103,12 +103,17 @@ def design(begun: Begun, wish: Wish, progress: Progress) -> Design:
         progress: hears what is done.
 
     Raises:
-        InputError: a parameter or an effect that is not known, limits that leave no motion, or a
-            rig whose drive nothing can be played to.
+        InputError: nothing to be known, a parameter or an effect that is not known, limits that
+            leave no motion, or a rig whose drive nothing can be played to.
     """
     fitted = FittedModel(begun)
     _check_drive(fitted.h.model)
     names = _wanted(fitted, wish.parameters)
+    if not names and not wish.between:
+        raise InputError(
+            "No parameter is estimated that experiments could make known better; name some under "
+            "[identify] parameters, or two effects to tell apart."
+        )
     limits = allowed(wish.limits, fitted.motions)
     competing = _pair(fitted, wish.between, progress)
     progress.stage("Simulating the experiments that the limits allow")

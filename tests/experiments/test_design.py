@@ -13,7 +13,7 @@ from core.diagnose.groups import TIE
 from core.diagnose.refit import settled
 from core.errors import InputError
 from core.experiments.allowed import Allowed
-from core.experiments.design import Wish
+from core.experiments.design import Wish, design
 from core.experiments.fitted import FittedModel
 from core.experiments.plan import fitted
 from core.experiments.trial import KEPT
@@ -134,6 +134,14 @@ def test_what_is_not_there_is_not_told_apart_and_it_is_said() -> None:
 def test_a_wish_that_cannot_be_met_is_one_sentence(wish: Wish, sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         planned(wish)
+
+
+def test_where_nothing_is_estimated_nothing_is_planned() -> None:
+    asked = scenario()
+    nothing = asked.identify.model_copy(update={"parameters": (), "start": {}})
+    begun = fitted(asked.model_copy(update={"identify": nothing}), recordings(), Silent())
+    with pytest.raises(InputError, match="name some under"):
+        design(begun, Wish(seconds=3.0), Silent())
 
 
 def test_the_words_say_what_to_play_and_what_it_tells() -> None:
