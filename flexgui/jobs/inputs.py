@@ -33,7 +33,7 @@ SETTINGS = PoolSettings(
     warm_up="flexgui.jobs.worker:warm_inputs",
 )
 
-OnText = Callable[[str], None]
+TextCallback = Callable[[str], None]
 
 
 @cache
@@ -42,7 +42,7 @@ def _pool() -> JobPool:
     return JobPool(WORKERS, SETTINGS)
 
 
-def ask(session: str, task: Task, on_text: OnText | None = None) -> Any:
+def ask(session: str, task: Task, on_text: TextCallback | None = None) -> Any:
     """The task's result, when it is there; InputError where it is refused, too large or too long.
 
     `on_text` gets how far it is, from another thread, and nothing more once the result is there.
@@ -70,7 +70,7 @@ def leave(session: str) -> None:
 class _Heard:
     """Passes on what a job says until it is over."""
 
-    def __init__(self, on_text: OnText | None) -> None:
+    def __init__(self, on_text: TextCallback | None) -> None:
         self._report = on_text
         self._lock = threading.Lock()
 
