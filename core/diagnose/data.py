@@ -258,10 +258,15 @@ MOST_STEPS = 64
 
 
 def enough_steps(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float], close: float = CLOSE
+    data: Data,
+    effects: Sequence[Effect],
+    values: Mapping[str, float],
+    close: float = CLOSE,
+    least: int = 1,
 ) -> int:
-    """Steps per sample such that twice as many move the outputs by less than `close` floors."""
-    steps = 1
+    """Steps per sample, from `least` on, such that twice as many move the outputs by less than
+    `close` floors."""
+    steps = least
     coarse = _errors_with(replace(data, steps=steps), effects, values)
     while steps < MOST_STEPS:
         fine = _errors_with(replace(data, steps=2 * steps), effects, values)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from core.diagnose.acceptance import Round
 from core.diagnose.data import Data
-from core.diagnose.ladder import Round
 from core.diagnose.next_experiment import next_experiments
 from core.diagnose.planned import possible
 from core.progress import Progress

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from core.diagnose.acceptance import Round
 from core.diagnose.data import Data, names_of
 from core.diagnose.evidence import RELEVANT, Weighed
 from core.diagnose.groups import confused_with
-from core.diagnose.ladder import Round
 from core.diagnose.screen import Screened
 from core.diagnose.steps import estimates
 from core.results import RankedEffect

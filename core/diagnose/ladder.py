@@ -1,74 +1,40 @@
-"""One round of diagnosis after the other: screen, refit, accept, polish, try to remove."""
+"""One round of diagnosis: candidates screened, the promising refitted, one or a set accepted."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from core.diagnose.acceptance import (
+    WHOLE,
+    Acceptance,
+    Gate,
+    Round,
+)
 from core.diagnose.data import Data, sharing_motions
 from core.diagnose.evidence import (
-    AT_BOUND,
-    BAR,
-    RELEVANT,
     Weighed,
     acceptable,
-    degenerate,
     ranked,
     weigh,
 )
-from core.diagnose.minimum import converged
 from core.diagnose.race import Runner, ended, in_the_race, started
-from core.diagnose.refit import Refit, refit_with, whitened
+from core.diagnose.refit import Refit, whitened
 from core.diagnose.screen import Screen, Screened, screen
-from core.diagnose.sets import FoundSet, best_set
-from core.diagnose.shape_refinement import refine_shape
-from core.diagnose.verdict import ABOVE, within_noise
+from core.diagnose.sets import FoundSet
+from core.diagnose.verdict import within_noise
 from core.effects import catalogue
 from core.effects.effect import Effect, Rig
-from core.effects.sizes import typical
 from core.identify import predictor
-from core.parameters import Parameter
-from core.written import format_number
 
 REFITTED = 5
 """Candidates of a round that are refitted fully: the best by score and by expected reduction."""
 
 WORTH = 1e-3
 """Expected reduction per sample, in floors squared, below which no refit is worth its time."""
-
-
-@dataclass(frozen=True)
-class Added:
-    """One effect that a round puts into the model."""
-
-    weighed: Weighed
-    fit: Refit
-    """The model with it and those that the round added before it."""
-
-
-@dataclass(frozen=True)
-class Round:
-    """What one round found."""
-
-    screen: Screen
-    weighed: tuple[Weighed, ...]
-    """Best first."""
-    accepted: Weighed | None
-    before: Refit
-    after: Refit
-    data: Data
-    """Anchored at `after`."""
-    added: tuple[Added, ...] = ()
-    """What leads from `before` to `after`, in the order of what each explains."""
-    refused: str = ""
-    """Why the best was not accepted, a sentence; empty where it was, or explains too little."""
-
-
-Gate = Callable[[Data, Refit], str]
-"""Why a polished model is not accepted; empty where it is."""
 
 
 OnProgress = Callable[[str], bool]
@@ -134,7 +100,7 @@ def one_round(
     still = Round(seen, tuple(found), None, before, before, data)
     if on_progress("") or not found:
         return still
-    work = _Work(data, before, present, seen, len(candidates), lambda: on_progress(""), gate)
+    work = Acceptance(data, before, present, seen, len(candidates), lambda: on_progress(""), gate)
     finer = finer_model(found, data)
     if finer is not None:
         alone = work.alone([finer], FoundSet((), 0.0), most)
@@ -158,17 +124,6 @@ def finer_model(found: Sequence[Weighed], data: Data) -> Weighed | None:
     if any(not w.screened.effect.resolution for w in whole):
         return None
     return next((w for w in found if w.screened.effect.resolution and acceptable(w)), None)
-
-
-WHOLE = 0.9
-"""Share of the error above the floor that a set must explain to be added as a whole; where one
-effect alone explains as much, no set is tried. Effects hide each other, and the true ones show
-themselves together only; but they leave nothing. A set that leaves an error is a way to bend what
-is unknown, and the more parameters it has the further."""
-
-PROMISING = 0.5
-"""The same as expected from straight lines, below which no joint refit is tried; refits were seen
-to reach whole explanations from two thirds on."""
 
 
 def _refitted(
@@ -200,195 +155,6 @@ def _refitted(
             refit = done.result()
             if np.isfinite(refit.cost):  # else no simulation of it held together
                 yield weigh(waiting[done], before, refit, data.count, tried)
-
-
-@dataclass(frozen=True)
-class _Work:
-    """What is needed to accept the outcome of a round."""
-
-    data: Data
-    before: Refit
-    present: Sequence[Effect]
-    seen: Screen
-    tried: int
-    stopped: Callable[[], bool]
-    gate: Gate
-
-    def sets(self, found: list[Weighed], most: int, tried: bool) -> tuple[Round | None, FoundSet]:
-        """A round that adds a set of effects as a whole, or the best set that was not refuted;
-        `tried`: whether one may be added."""
-        without: set[str] = set()
-        while True:
-            together = best_set(self.seen, max(most, 1), self.data.count, without)
-            share = together.plain_drop / max(self.before.cost - self.data.count, 1.0)
-            if not tried or len(together.members) < 2 or share < PROMISING:
-                return None, together
-            joint, refuted = self.jointly(together, found)
-            if joint is not None or not refuted:
-                return joint, together
-            without |= refuted  # to be a part of it is no merit any more
-
-    def alone(self, found: list[Weighed], together: FoundSet, most: int) -> Round:
-        """The best effect that may be accepted, on its own."""
-        still = Round(self.seen, tuple(found), None, self.before, self.before, self.data)
-        share = together.plain_drop / max(self.before.cost - self.data.count, 1.0)
-        members = {s.effect.kind for s in together.members}
-        refused = ""
-        for best in found[:MOST_TRIED]:
-            part = best.screened.effect.kind in members and share >= BAR
-            if not acceptable(best, part) or self.stopped():
-                continue
-            if not most:
-                return replace(still, accepted=best)
-            weighed, data, after = self._polished(best)
-            reason = ended_at_bound(after, data) or self._unsettled(after) or self.gate(data, after)
-            if not reason:
-                order = [weighed, *[w for w in found if w.screened is not weighed.screened]]
-                kept = (Added(weighed, after),)
-                return Round(self.seen, tuple(order), weighed, self.before, after, data, kept)
-            refused = refused or f"{weighed.screened.effect.title} was not added: {reason}"
-        return replace(still, refused=refused)
-
-    def _unsettled(self, after: Refit) -> str:
-        """A sentence where a model with more in it leaves more: it contains the one before."""
-        if after.cost <= self.before.cost:
-            return ""
-        return "simulated with finer steps, the model is worse with it than without it."
-
-    def _polished(self, best: Weighed) -> tuple[Weighed, Data, Refit]:
-        """Converged, in its best shape; or the simpler effect to which it was fitted down."""
-        data, after = converged(self.data, best.refit.hypothesis, self.seen.whitener, self.stopped)
-        other = refine_shape(data, after, best.screened.effect, self.stopped)
-        if other is not after:
-            data, after = converged(data, other.hypothesis, self.seen.whitener, self.stopped)
-        simple = self._simpler(best, after) if degenerate(best, after) else None
-        if simple is not None:
-            h = simple.refit.hypothesis
-            return simple, *converged(self.data, h, self.seen.whitener, self.stopped)
-        return best, data, after
-
-    def _simpler(self, best: Weighed, after: Refit) -> Weighed | None:
-        """What a degenerate winner includes, fitted from where the winner ended."""
-        have = {e.kind for e in self.present}
-        kinds = [k for k in best.screened.effect.includes if k not in have]
-        for s in self.seen.candidates:
-            if s.effect.kind in kinds:
-                refit = self._refit([s], {**s.values, **after.hypothesis.values()}, ())
-                weighed = weigh(s, self.before, refit, self.data.count, self.tried)
-                return weighed if np.isfinite(refit.cost) and acceptable(weighed) else None
-        return None
-
-    def _refit(
-        self, members: Sequence[Screened], values: Mapping[str, float], scanned: Sequence[str]
-    ) -> Refit:
-        effects = [*self.present, *[s.effect for s in members]]
-        return refit_with(
-            self.data, self.before.hypothesis, effects, values, self.seen.whitener,
-            self.seen.slopes, scanned, self.stopped,
-        )  # fmt: skip
-
-    def jointly(self, together: FoundSet, found: list[Weighed]) -> tuple[Round | None, set[str]]:
-        """The set, where together it explains everything and passes the gate; and the members that
-        were refuted, by a size at its bound, or all of them by the gate."""
-        members = together.members
-        refitted = {w.screened.effect.kind: w.refit.hypothesis.values() for w in found}
-        values: dict[str, float] = {}
-        for s in members:
-            own = dict(s.values)
-            values |= own | {k: refitted.get(s.effect.kind, own).get(k, v) for k, v in own.items()}
-        whole = self._refit(members, values, [name for s in members for name in s.scanned])
-        if not np.isfinite(whole.cost) or self.stopped():
-            return None, set()
-        alone = min((w.refit.cost for w in found), default=self.before.cost)
-        share = (self.before.cost - whole.cost) / max(self.before.cost - self.data.count, 1.0)
-        if alone - whole.cost < RELEVANT * self.data.count or share < WHOLE:
-            return None, {kind for kind, _ in at_bounds(whole, self.data)}
-        data, after = converged(self.data, whole.hypothesis, self.seen.whitener, self.stopped)
-        there = {e.kind for e in after.hypothesis.model.effects}
-        members = tuple(s for s in members if s.effect.kind in there)
-        ended = {kind for kind, _ in at_bounds(after, data)}
-        if ended or self._unsettled(after) or self.gate(data, after):
-            return None, ended or {s.effect.kind for s in members}
-        added = self._in_order(members, after, found) if len(members) > 1 else []
-        if not added or self._stuck(added):
-            return None, set()
-        order = [a.weighed for a in added]
-        order += [w for w in found if w.screened not in [a.screened for a in order]]
-        kept = tuple(added)
-        return Round(self.seen, tuple(order), order[0], self.before, after, data, kept), set()
-
-    def _stuck(self, added: Sequence[Added]) -> bool:
-        """Whether a part of the set leaves less than all of it: a larger model that contains a
-        smaller one is never truly worse, so its fit did not find its minimum."""
-        worse = RELEVANT * self.data.count
-        return any(a.fit.cost + worse < added[-1].fit.cost for a in added[:-1])
-
-    def _in_order(
-        self, members: Sequence[Screened], after: Refit, found: list[Weighed]
-    ) -> list[Added]:
-        """The fits that lead to the whole set, one effect more each."""
-        known = {w.screened.effect.kind: w for w in found}
-        values, added, base = after.hypothesis.values(), list[Added](), self.before
-        for count, s in enumerate(members, start=1):
-            last = count == len(members)
-            fit_now = after if last else self._refit(members[:count], {**s.values, **values}, ())
-            alone = known.get(s.effect.kind)
-            weighed = alone or weigh(s, base, fit_now, self.data.count, self.tried)
-            added.append(Added(weighed, fit_now))
-            base = fit_now
-        return added
-
-
-MOST_TRIED = 3
-"""Of a ranking: what is refused gives way to the next, but a fourth would be a guess."""
-
-
-def ended_at_bound(after: Refit, data: Data) -> str:
-    """A sentence where a size ended at the bound far from neutral and an error is left."""
-    return next((sentence for _, sentence in at_bounds(after, data)), "")
-
-
-def at_bounds(after: Refit, data: Data) -> list[tuple[str, str]]:
-    """(effect, sentence) of each size at the bound far from neutral, where an error is left.
-
-    What brings the error down to the floor within its bounds is not refuted by standing at one.
-    """
-    if after.cost <= ABOVE**2 * data.count:
-        return []
-    h = after.hypothesis
-    effect_parameters = {
-        k.parameter.name: (one.kind, k.neutral)
-        for one in h.model.effects
-        for k in one.parameters(h.model.arm, h.model.drive, typical(h.model.arm))
-        if not k.secondary
-    }
-    at = dict(zip(h.unknowns.labels, h.vector, strict=True))
-    return [
-        (effect_parameters[u.parameter.name][0], sentence)
-        for u in h.unknowns.items
-        if u.parameter.name in effect_parameters and u.recording is None
-        if (sentence := _ends(u.parameter, at[u.label], effect_parameters[u.parameter.name][1]))
-    ]
-
-
-def _ends(p: Parameter, value: float, neutral: float) -> str:
-    """A sentence where the value stands at a bound, and not at the one next to neutral."""
-    near, beside = AT_BOUND_SHARE * (p.upper - p.lower), AT_BOUND * p.scale
-    ends = (
-        (p.lower, value - p.lower, neutral <= p.lower + beside),
-        (p.upper, p.upper - value, neutral >= p.upper - beside),
-    )
-    for bound, gap, vanishes in ends:
-        if gap <= near and not vanishes:
-            return (
-                f"{p.title or p.name} ended at {format_number(bound, 3)} {p.unit}, the bound "
-                f"of what is plausible."
-            )
-    return ""
-
-
-AT_BOUND_SHARE = 1e-6
-"""Of the distance between the bounds."""
 
 
 def promising(seen: Screen, count: int) -> list[Screened]:

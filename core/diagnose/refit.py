@@ -19,7 +19,7 @@ from core.diagnose.first_swings import from_first_swings, has_moved, nominal_val
 from core.diagnose.narrow import narrowed
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
-from core.identify.uncertainty import covariance
+from core.identify.uncertainty import NOTHING, covariance
 
 ROUGH_ITERATIONS = 10
 """Enough to rank; the accepted one is polished afterwards."""
@@ -210,7 +210,7 @@ def settled(found: Refit) -> Refit:
     return replace(found, covariance=robust_covariance(found))
 
 
-def robust_covariance(found: Refit, relative: float = 1e-12) -> np.ndarray:
+def robust_covariance(found: Refit, relative: float = NOTHING) -> np.ndarray:
     """(P, P) of a least-squares minimum under coloured noise; NaN for what sits at a bound.
 
     The estimate is the plain minimum, so its covariance is the sandwich of the noise's own

@@ -10,10 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from core.diagnose.acceptance import Round
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import weigh
-from core.diagnose.ladder import Round
 from core.diagnose.minimum import converged
 from core.diagnose.prune import ITERATIONS
 from core.diagnose.refit import Refit, fit, whitened

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+from core.diagnose.acceptance import Gate, Round
 from core.diagnose.announce import Steps, round_title
 from core.diagnose.columns import trials
 from core.diagnose.data import Data, hypothesis, names_of, sharing_motions
@@ -15,13 +16,7 @@ from core.diagnose.descent import cost_of
 from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import RELEVANT, weigh
 from core.diagnose.exchange import best_exchange
-from core.diagnose.ladder import (
-    REFITTED,
-    Gate,
-    Round,
-    applicable,
-    one_round,
-)
+from core.diagnose.ladder import REFITTED, applicable, one_round
 from core.diagnose.minimum import converged, precise
 from core.diagnose.phrases import times
 from core.diagnose.prune import ITERATIONS, without_needless

@@ -138,7 +138,7 @@ def begin(
     data = replace(data, weights=weights, floors=floors, floor_sources=sources, sizes=sizes)
     values = {**model.effect_values, **rough.hypothesis.values()}
     few = enough_steps(data, effects, values, ANCHORED)
-    steps = enough_steps(data, effects, values)
+    steps = enough_steps(data, effects, values, least=few)
     data = replace(data, steps=steps, few=few, needed=NeededSteps())
     data, base = converged(data, hypothesis(data, effects, values), None, stopped)
     return Begun(*in_the_right_valley(data, base, stopped))

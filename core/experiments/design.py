@@ -111,8 +111,8 @@ def design(begun: Begun, wish: Wish, progress: Progress) -> Design:
     names = _wanted(fitted, wish.parameters)
     if not names and not wish.between:
         raise InputError(
-            "No parameter is estimated that experiments could make known better; name some under "
-            "[identify] parameters, or two effects to tell apart."
+            "No parameter is estimated that experiments could make known better; choose some to "
+            "identify ([identify] parameters), or two effects to tell apart."
         )
     limits = allowed(wish.limits, fitted.motions)
     competing = _pair(fitted, wish.between, progress)

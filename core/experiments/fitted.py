@@ -138,13 +138,13 @@ class FittedModel:
         )
 
 
-def _missed(place: np.ndarray, stated: np.ndarray, speed: np.ndarray, dt: float) -> float:
-    """Share of its peaks, of position and speed, by which a joint (N,) was not as stated."""
+def _missed(place: np.ndarray, modelled: np.ndarray, speed: np.ndarray, dt: float) -> float:
+    """Share of its peaks, of position and speed, by which a joint (N,) was off the model."""
     rate = savgol_filter(place, SMOOTHED, 2, deriv=1, delta=dt)
-    moved, fast = np.abs(stated - stated[0]).max(), np.abs(speed).max()
+    moved, fast = np.abs(modelled - modelled[0]).max(), np.abs(speed).max()
     if not moved > 0.0 or not fast > 0.0:
         return 0.0
-    apart = np.abs((place - place[0]) - (stated - stated[0])).max()
+    apart = np.abs((place - place[0]) - (modelled - modelled[0])).max()
     faster = max(float(np.abs(rate).max() - fast), 0.0)
     return float(max(apart / moved, faster / fast))
 

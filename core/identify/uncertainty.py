@@ -21,12 +21,21 @@ QUIET_LAGS = 5
 LONGEST_SHARE = 0.2
 """No lag beyond this share of a recording is used: there are too few products to average."""
 
+NOTHING = 1e-12
+"""Relative eigenvalue of the normal equations below which nothing shows a direction: the square of
+core.identify.identifiability.RANK_TOLERANCE."""
+
+BY_DIFFERENCES = 1e-10
+"""The same for sensitivities by one-sided differences, which are wrong by a hundred-thousandth.
+Where only a product of two parameters is shown, theirs are so large along what is not that the
+deviation of the product drowns in their rounding."""
+
 
 def covariance(
     sensitivities: Sequence[np.ndarray],
     residuals: Sequence[np.ndarray],
     free: int,
-    relative: float = 1e-12,
+    relative: float = NOTHING,
 ) -> np.ndarray:
     """(P, P) from S_i (M, k, P) and residuals (M, k) per recording, both weighted and zero where
     a sample does not count. `free` is the number of independent directions estimated; zero along
@@ -46,12 +55,7 @@ def covariance(
     return np.asarray(0.5 * (total + total.T))
 
 
-BY_DIFFERENCES = 1e-10
-"""The same for one-sided differences, which are wrong by a hundred-thousandth: where only a product
-of two parameters is shown, the deviation of the product drowns in the rounding of theirs."""
-
-
-def pseudo_inverse(information: np.ndarray, relative: float = 1e-12) -> np.ndarray:
+def pseudo_inverse(information: np.ndarray, relative: float = NOTHING) -> np.ndarray:
     """Inverse on the directions that the data show; the scaling is by the diagonal."""
     diagonal = np.diag(information)
     d = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))  # what nothing shows stays zero

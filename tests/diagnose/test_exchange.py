@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from core.diagnose.acceptance import Acceptance, Added
 from core.diagnose.data import Data, again, hypothesis
 from core.diagnose.descent import cost_of
 from core.diagnose.exchange import best_exchange
-from core.diagnose.ladder import Added, _Work
 from core.diagnose.minimum import _off_bounds, _with_steps, anchored, converged, precise
 from core.diagnose.screen import screen
 from core.effects import effect
@@ -53,7 +53,7 @@ def test_a_set_that_leaves_more_than_a_part_of_it_was_not_fitted(
     costs: tuple[float, ...], stuck: bool
 ) -> None:
     work: Any = SimpleNamespace(data=SimpleNamespace(count=100))
-    assert _Work._stuck(work, added(*costs)) is stuck
+    assert Acceptance._stuck(work, added(*costs)) is stuck
 
 
 def test_the_last_descent_ends_at_the_minimum() -> None:

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from core.diagnose import ladder
+from core.diagnose import acceptance, ladder
 from core.diagnose.data import Data, Hypothesis
 from core.diagnose.refit import Refit
 from core.effects import effect
 from tests.diagnose.test_stated import bare
 
-converged = ladder.converged
+converged = acceptance.converged
 
 
 def leaving(times: float) -> Callable[..., tuple[Data, Refit]]:
@@ -32,7 +32,7 @@ def leaving(times: float) -> Callable[..., tuple[Data, Refit]]:
 def test_a_larger_model_that_leaves_more_is_refused_with_a_reason(
     times: float, accepted: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ladder, "converged", leaving(times))
+    monkeypatch.setattr(acceptance, "converged", leaving(times))
     begun = bare()
     candidates = [effect("viscous_friction")]
     found = ladder.one_round(begun.data, begun.base, (), candidates, lambda _: False)

@@ -140,7 +140,7 @@ def test_where_nothing_is_estimated_nothing_is_planned() -> None:
     asked = scenario()
     nothing = asked.identify.model_copy(update={"parameters": (), "start": {}})
     begun = fitted(asked.model_copy(update={"identify": nothing}), recordings(), Silent())
-    with pytest.raises(InputError, match="name some under"):
+    with pytest.raises(InputError, match="choose some to identify"):
         design(begun, Wish(seconds=3.0), Silent())
 
 

@@ -10,9 +10,10 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from core.arm.presets import presets
+from core.diagnose.acceptance import Round
 from core.diagnose.columns import trials
 from core.diagnose.data import hypothesis
-from core.diagnose.ladder import Round, applicable, one_round
+from core.diagnose.ladder import applicable, one_round
 from core.diagnose.start import Begun, begin
 from core.drives import build_drive
 from core.effects import catalogue
