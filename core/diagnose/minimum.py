@@ -198,7 +198,7 @@ def _extrapolated(data: Data, refit: Refit) -> Hypothesis:
         more = min(left, 2 if missed > 4.0 * UNMOVED else 1)
         finer = _with_each(bare, h, [4 * steps * 2**k for k in range(1, more + 1)])
         runs, steps, left = [*runs[more:], *finer], steps * 2**more, left - more
-    h = again(replace(bare, steps=max(steps // 2, data.fine or 1)), h, finer=1)
+    h = again(replace(bare, steps=steps), h, finer=1)
     return replace(h, anchor=Anchor(h, better))
 
 
