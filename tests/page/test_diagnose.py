@@ -281,11 +281,12 @@ def answer(page: Any, kind: str) -> None:
     sees(page, "Who found what")
 
 
-def hidden_in(session: Session) -> Challenge:
-    """The challenge, once it is made; where it is not, what the session says instead."""
+def hidden_in(session: Session, page: Any, desktop: Desktop) -> Challenge:
+    """The challenge, once it is made; where it is not, what session and browser say instead."""
     end = time.monotonic() + FOUND / 1000.0
     while session.challenge is None:
-        assert time.monotonic() < end, (session.message, session.run)
+        seen = (session.stage, session.message, session.run, len(desktop.pages))
+        assert time.monotonic() < end, (*seen, page.locator("body").inner_text())
         time.sleep(0.05)
     return session.challenge
 
@@ -299,7 +300,7 @@ def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desk
     press(page, "Diagnose")
     page.get_by_text("Challenge", exact=True).first.click()
     press(page, "Hide an effect")
-    known = hidden_in(session)
+    known = hidden_in(session, page, desktop)
     sees(page, "something is hidden in these recordings")
     hidden = json.loads(opened(known.sealed, "-"))["effects"]
     answer(page, hidden[0])
