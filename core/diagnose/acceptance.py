@@ -14,7 +14,6 @@ import numpy as np
 from core.diagnose.data import Data
 from core.diagnose.evidence import (
     AT_BOUND,
-    BAR,
     RELEVANT,
     Weighed,
     acceptable,
@@ -71,8 +70,8 @@ themselves together only; but they leave nothing. A set that leaves an error is 
 is unknown, and the more parameters it has the further."""
 
 PROMISING = 0.5
-"""The same as expected from straight lines, below which no joint refit is tried; refits were seen
-to reach whole explanations from two thirds on."""
+"""The same as expected from straight lines, below which no joint refit is tried, and to be a part
+of the set is no merit; refits were seen to reach whole explanations from two thirds on."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +107,7 @@ class Acceptance:
         members = {s.effect.kind for s in together.members}
         refused = ""
         for best in found[:MOST_TRIED]:
-            part = best.screened.effect.kind in members and share >= BAR
+            part = best.screened.effect.kind in members and share >= PROMISING
             if not acceptable(best, part) or self.stopped():
                 continue
             if not most:

@@ -15,7 +15,8 @@ SURE = 0.01
 
 BAR = 0.3
 """Share of the error above the floor that must be explained for an effect to be accepted: by it,
-or by the set of effects that it belongs to. Four equal effects explain a quarter each."""
+or, where a set of effects explains most of it, by that set. Four equal effects explain a quarter
+each."""
 
 RELEVANT = 0.04
 """Least explained squared error per sample, in floors squared: 0.2 of the floor's rms. With

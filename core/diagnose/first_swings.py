@@ -9,14 +9,16 @@ sizes that the screen tried and from both sets of nominal values meet there.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from core.arm.symbols import Structure
 from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
 from core.diagnose.descent import descend
+from core.diagnose.narrow import CLOSER, TOGETHER, batched, costs
 from core.effects.effect import Effect
 from core.identify.growing import FEWEST, SHARES, beginnings
 
@@ -64,10 +66,10 @@ def from_first_swings(
     share = _shown_within(data, base, len(hypothesis(data, effects, values).vector))
     if share is None:
         return None
-    starts = _starts(data, base, effects, values, scanned)
+    first = _begun(data, share)
+    starts = _starts(first, base, effects, values, scanned)
     # Sizes that are known already stay at first: a limit that no beginning reaches runs away.
     held = set(base.model.effect_parameters)
-    first = _begun(data, share)
     looks = [_descended(first, effects, one, LOOK, stopped, held) for one in starts]
     looks = sorted(looks, key=lambda one: one[0])[:BEST]
     ended = [_descended(first, effects, one, ITERATIONS, stopped, held) for _, one in looks]
@@ -165,24 +167,54 @@ def _starts(
     scanned: Sequence[str],
 ) -> list[Start]:
     """Where the base ended and the nominal values, each with the sizes that the screen found best
-    and those of each place in its grids."""
+    and those that are the best of their neighbours over `data`, a beginning of the recordings."""
+    sizes = list(_closely(_places(data, effects, scanned)))
+    standing = base.values()
+    others = [{}, nominal_values(data)] if has_moved(data, standing) else [{}]
+    found: list[Start] = []
+    for arm_values in others:
+        at = {**standing, **arm_values, **values}
+        tried = [{**at, **size} for size in sizes]
+        batches = [costs(data, effects, some) for some in batched(tried, TOGETHER)]
+        chosen = [tried[k] for k in _valleys([x for some in batches for x in some])]
+        found += [at, *chosen]
+    return [one for k, one in enumerate(found) if one not in found[:k]]
+
+
+def _places(
+    data: Data, effects: Sequence[Effect], scanned: Sequence[str]
+) -> list[dict[str, float]]:
+    """The sizes that the screen tries, those of all `scanned` parameters by place in their grids."""
     arm = data.bare.with_effects(effects).arm
     effect_parameters = [
         k for one in effects for k in one.parameters(arm, data.bare.drive, data.sizes)
     ]
     grids = {
-        k.parameter.name: sorted(k.grid) for k in effect_parameters if k.parameter.name in scanned
+        k.parameter.name: sorted(k.grid)
+        for k in effect_parameters
+        if k.parameter.name in scanned and k.grid
     }
     places = range(max((len(grid) for grid in grids.values()), default=0))
-    sizes = [{n: g[min(i, len(g) - 1)] for n, g in grids.items() if g} for i in places]
-    standing = base.values()
-    others = [{}, nominal_values(data)] if has_moved(data, standing) else [{}]
-    found = [
-        {**standing, **arm_values, **values, **size}
-        for arm_values in others
-        for size in ({}, *sizes)
-    ]
-    return [one for k, one in enumerate(found) if one not in found[:k]]
+    return [{n: g[min(i, len(g) - 1)] for n, g in grids.items()} for i in places]
+
+
+def _closely(places: Sequence[Mapping[str, float]]) -> Iterator[dict[str, float]]:
+    """The places, and between two of them so many that neighbours differ by CLOSER at most."""
+    for a, b in pairwise(places):
+        ratios = [b[n] / a[n] for n in a if a[n] * b[n] > 0.0]
+        count = max((int(np.ceil(abs(np.log(x)) / np.log(CLOSER))) for x in ratios), default=1)
+        for share in np.arange(count) / count:
+            yield {
+                n: float(a[n] * (b[n] / a[n]) ** share if a[n] * b[n] > 0.0 else a[n]) for n in a
+            }
+    yield from (dict(last) for last in places[-1:])
+
+
+def _valleys(found: Sequence[float]) -> list[int]:
+    """The places whose cost is below that of their neighbours, the best BEST of them."""
+    edged = [np.inf, *found, np.inf]
+    lowest = [k for k, x in enumerate(found) if edged[k] > x <= edged[k + 2]]
+    return sorted(lowest, key=lambda k: found[k])[:BEST]
 
 
 def _descended(

@@ -49,7 +49,7 @@ def narrowed(
     the screen tried, of those at which the arm would swing as the error of `base` does, and of
     those between the best's neighbours."""
     best = dict(values)
-    cost = _costs(data, effects, [best])[0] if scanned else np.inf
+    cost = costs(data, effects, [best])[0] if scanned else np.inf
     grids = _grids(data, effects)
     for name in scanned:
         for sizes in (_others, _swinging, _between):
@@ -58,7 +58,7 @@ def narrowed(
                 if stopped():
                     return best
                 tried = [{**best, name: size} for size in some]
-                found = _costs(data, effects, tried)
+                found = costs(data, effects, tried)
                 least = int(np.argmin(found))
                 if found[least] < cost:
                     best, cost = tried[least], found[least]
@@ -111,7 +111,7 @@ def _between(scan: Scan) -> list[float]:
     return [float(np.sign(scan.size) * x) for x in np.geomspace(low, high, count)[1:-1]]
 
 
-def _costs(
+def costs(
     data: Data, effects: Sequence[Effect], tried: Sequence[Mapping[str, float]]
 ) -> list[float]:
     """Weighted squared error at each of some sets of values; those that differ in unknowns only

@@ -9,7 +9,7 @@ import pytest
 
 from core.diagnose.data import hypothesis
 from core.diagnose.descent import cost_of
-from core.diagnose.narrow import TOGETHER, _costs, batched, narrowed
+from core.diagnose.narrow import TOGETHER, batched, costs, narrowed
 from core.effects import effect
 from core.effects.effect import Effect
 from tests.diagnose.test_rounds import begun
@@ -34,13 +34,13 @@ def alone(one: Effect, values: Mapping[str, float]) -> float:
 
 
 @pytest.mark.parametrize("kind", SIZES)
-def test_what_is_tried_together_costs_what_it_costs_alone(kind: str) -> None:
+def test_what_is_tried_togethercosts_what_itcosts_alone(kind: str) -> None:
     one, all_of_them = effect(kind), tried(effect(kind), SIZES[kind])
-    found = _costs(begun().data, [one], all_of_them)
+    found = costs(begun().data, [one], all_of_them)
     np.testing.assert_allclose(found, [alone(one, v) for v in all_of_them], rtol=SAME)
 
 
-def test_a_size_is_moved_to_where_it_costs_less_and_never_to_where_it_costs_more() -> None:
+def test_a_size_is_moved_to_where_itcosts_less_and_never_to_where_itcosts_more() -> None:
     one = effect("joint_elasticity")
     for values in tried(one, "c1"):
         found = narrowed(begun().data, begun().base.hypothesis, [one], values, ["c1"])
