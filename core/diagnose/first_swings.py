@@ -184,7 +184,7 @@ def _starts(
 def _places(
     data: Data, effects: Sequence[Effect], scanned: Sequence[str]
 ) -> list[dict[str, float]]:
-    """The sizes that the screen tries, those of all `scanned` parameters by place in their grids."""
+    """The sizes that the screen tries: of all `scanned` parameters, by place in their grids."""
     arm = data.bare.with_effects(effects).arm
     effect_parameters = [
         k for one in effects for k in one.parameters(arm, data.bare.drive, data.sizes)

@@ -17,6 +17,8 @@ from core.diagnose.sensor_noise import (
     estimated,
     is_command,
     noise_of,
+    quieter,
+    quietest,
     with_colour,
 )
 from core.diagnose.servo_noise import MissingTorque, levels
@@ -39,6 +41,9 @@ DRAWS = 8
 SERVO_DRAWS = 6
 """The same where a servo leads the joints, and each draw is a simulation: the encoders' noise
 shakes lightly damped links, and what one draw says of them scatters by a quarter."""
+
+TRIES = 20
+"""Until a draw begins as the recording does; most do at once."""
 
 SERVO_STEPS = 2
 """Per sample: both passes are alike, and only what the noise changes counts."""
@@ -115,8 +120,9 @@ def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str,
         able = [r for r in routes if r.recording.has(name)]
         limit = min((r.logged_to(name) for r in able), default=np.pi)
         narrow = limit < NARROW
-        pieces = [piece for r in able for piece in r.beyond_the_model(name, undo=not narrow)]
         step = common_step([r.recording[name] for r in able])
+        pieces = [piece for r in able for piece in r.beyond_the_model(name, undo=not narrow)]
+        pieces = quietest(pieces, step)
         if any(r.commanded(name) for r in able):
             found[name] = ColumnNoise(0.0, source=ESTIMATED)
             continue
@@ -178,10 +184,18 @@ def _of_missing_torque(
     units = {n: able[0].unit(n, steps[n]) for n in names}
     missing = [MissingTorque(r.experiment, r.numbers, r.values) for r in able]
     return {
-        n: _beside_steps(ColumnNoise(level, source=ESTIMATED), steps[n])
+        n: _beside_steps(
+            ColumnNoise(min(level, _itself(able, n, steps[n])), source=ESTIMATED), steps[n]
+        )
         for n, level in levels(missing, names, known, units).items()
         if n in able[0].places
     }
+
+
+def _itself(routes: Sequence[_Route], name: str, step: float) -> float:
+    """Standard deviation of a column's noise at most, by the column alone."""
+    seen = estimated(quietest([r.recording[name] for r in routes], step))
+    return np.inf if seen is None else seen.std
 
 
 @dataclass(frozen=True)
@@ -324,7 +338,8 @@ class _Route:
         return float((w[gain > LOGGED_OUT] * self.recording.sample_time).max(initial=1e-3))
 
     def beyond_the_model(self, name: str, undo: bool = True) -> list[np.ndarray]:
-        """Even stretches of what the column says beyond the model; `undo`: a logger's filter."""
+        """Even stretches of what the column says beyond the model, or by itself where the model
+        only adds to the high band; `undo`: a logger's filter."""
         column = self.recording[name]
         model = self.smooth(name)
         rest = column if model is None else column - model
@@ -334,9 +349,8 @@ class _Route:
         distance = np.diff(sampled)
         stride = int(np.median(distance)) if distance.size else 1
         runs = np.split(sampled, np.flatnonzero(distance != stride) + 1)
-        if not undo:
-            return [rest[run] for run in runs]
-        return [self._unlogged(name, rest[run]) for run in runs]
+        found = [quieter(rest[run], column[run]) for run in runs]
+        return [self._unlogged(name, x) for x in found] if undo else found
 
     def _unlogged(self, name: str, x: np.ndarray) -> np.ndarray:
         """Divided by the gain of the logger's filter, where that leaves something."""
@@ -358,10 +372,27 @@ class _Route:
         plain = self._compared(self.recording)
         drawn: list[list[np.ndarray]] = [[] for _ in e.channels]
         for _ in range(SERVO_DRAWS if self.driven else DRAWS):
-            apart = self._compared(self._noisy(known, smooth, rng)) - plain
+            apart = self._compared(self._begun_alike(known, smooth, rng)) - plain
             for column, counted, found in zip(apart.T, e.counted.T, drawn, strict=True):
                 found.append(column[counted & np.isfinite(column)])
         return drawn
+
+    def _begun_alike(
+        self,
+        known: Mapping[str, ColumnNoise],
+        smooth: Mapping[str, np.ndarray | None],
+        rng: np.random.Generator,
+    ) -> Recording:
+        """A draw that is seen to begin at rest where the recording is, and to move where it does:
+        a speed at the start that was read out of the noise would shake the arm all the time."""
+        for _ in range(TRIES):
+            drawn = self._noisy(known, smooth, rng)
+            if not self.driven or self._at_rest(drawn) == self._at_rest(self.recording):
+                break
+        return drawn
+
+    def _at_rest(self, recording: Recording) -> bool:
+        return self._steering.places(recording, self.arm)[1] is not None
 
     def _noisy(
         self,

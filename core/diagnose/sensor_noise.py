@@ -183,6 +183,31 @@ STEP_DOWN = 2.0**-0.5
 
 FEWEST_ORDINATES = 8
 
+QUIET = 4.0
+"""Times the power of the quietest recording's high band, up to which another shows the sensor too:
+twice the noise may come from the conditions. Beyond it stands motion that the model lacks."""
+
+
+def quietest(pieces: Sequence[np.ndarray], step: float = 0.0) -> list[np.ndarray]:
+    """Those of some stretches (M,) of one sensor's column that show it best: what a model misses
+    only adds to the noise, and may do so in some recordings alone. `step`: of its counts."""
+    levels = [_high_power(x) for x in pieces]
+    known = [x for x in levels if np.isfinite(x) and x > 0.0]
+    least = max(min(known, default=np.inf), step**2 / 12.0)
+    return [x for x, level in zip(pieces, levels, strict=True) if not level > QUIET * least]
+
+
+def quieter(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """That of two series (M,) of one sensor which holds less of what is none of it."""
+    return b if _high_power(b) < _high_power(a) else a
+
+
+def _high_power(x: np.ndarray) -> float:
+    """Mean power of a stretch (M,) in the high band; NaN where it is too short."""
+    s = without_lines(spectrum([x]))
+    chosen = (s.angle > HIGH[0]) & (s.angle < HIGH[1])
+    return float(np.mean(s.power[chosen])) if chosen.sum() >= FEWEST_ORDINATES else np.nan
+
 
 def estimated(pieces: Sequence[np.ndarray], angle_limit: float = np.pi) -> ColumnNoise | None:
     """Level and colour from what a column says beyond a model; None where too little is there.

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from core.diagnose.sensor_noise import HIGH, ColumnNoise, spectrum, without_lines
+from core.drives.servo import AT_ONCE
 from core.identify.held import points_led
 from core.identify.predictor import motion_of
 from core.identify.prepared import TORQUE, Prepared, Processing, prepare
@@ -109,8 +110,10 @@ def _variance(noise: ColumnNoise) -> float:
 
 
 def _shaken(r: Recording, name: str, unit: float, rng: np.random.Generator) -> Recording:
-    """The recording with white noise of level `unit` on one column."""
+    """The recording with white noise of level `unit` on one column; without any where it is seen
+    whether the motion begins at rest."""
     noise = unit * rng.standard_normal(len(r.time))
+    noise[:AT_ONCE] = 0.0
     return replace(r, channels={**r.channels, name: r[name] + noise})
 
 

@@ -64,8 +64,10 @@ def _response(hz: float, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 AT_ONCE = 8
 """Samples over which it is seen whether a motion begins at rest."""
 
-SURE = 3.0
-"""Deviations by which a first step must exceed the noise to be a motion."""
+SURE = 6.9
+"""Deviations by which the first speed must exceed the noise to be a motion: of noise alone, with
+AT_ONCE - 3 degrees of freedom, Student's t exceeds it once in a thousand. A campaign has some
+dozens of recorded joints, and one that is wrongly thought to move gets a speed out of noise."""
 
 SLOW_START = 0.5
 """Of the largest step within AT_ONCE samples: from rest the first step is a third of the second,
@@ -74,16 +76,17 @@ whatever the acceleration; a joint that moves already goes on as it went."""
 
 def begins_at_rest(place: np.ndarray) -> bool:
     """Whether places (N, k) begin at rest: each joint's first step is small beside the largest of
-    the first samples, or within the noise that a parabola leaves in them."""
+    the first samples, or its speed there within the noise that a parabola through them leaves."""
     if len(place) <= AT_ONCE or not np.isfinite(place[:AT_ONCE]).all():
         return False
     first = place[:AT_ONCE]
     A = np.vander(np.arange(AT_ONCE), 3)
-    left = first - A @ np.linalg.lstsq(A, first, rcond=None)[0]
-    noise = np.sqrt(np.sum(left**2, axis=0) / (AT_ONCE - 3))
+    parabola = np.linalg.lstsq(A, first, rcond=None)[0]
+    noise = np.sqrt(np.sum((first - A @ parabola) ** 2, axis=0) / (AT_ONCE - 3))
+    deviation = noise * np.sqrt(np.linalg.inv(A.T @ A)[1, 1])
     steps = np.abs(np.diff(first, axis=0))
-    small = np.maximum(SLOW_START * steps.max(axis=0), SURE * np.sqrt(2.0) * noise)
-    return bool(np.all(steps[0] <= small))
+    slow = steps[0] <= SLOW_START * steps.max(axis=0)
+    return bool(np.all(slow | (np.abs(parabola[1]) <= SURE * deviation)))
 
 
 LEAD = 2
