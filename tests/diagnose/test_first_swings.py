@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,12 +12,19 @@ import pytest
 from core.arm.arm import Arm
 from core.arm.segment import Segment
 from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.first_swings import from_first_swings, from_nominal_values
+from core.diagnose.first_swings import (
+    _closely,
+    _starts,
+    from_first_swings,
+    from_nominal_values,
+)
+from core.diagnose.narrow import CLOSER
 from core.diagnose.refit import fit
 from core.drives.velocity_loop import VelocityLoop
 from core.effects import effect
 from core.effects.base_compliance import compliance
 from core.effects.sizes import typical
+from core.identify.growing import beginnings
 from core.identify.prepared import Processing, prepare
 from core.identify.unknowns import Unknown
 from core.model import Model
@@ -36,6 +44,8 @@ DRIVE, BASE = VelocityLoop(gains=(4.9, 1.7)), effect("base_compliance")
 SOFT_HZ = 46.0
 """Of the arm's mass on its base, beside the second beam's own vibration."""
 
+ROUNDING = 1e-9
+
 STEP, SAMPLES, HOLD = 1e-3, 1000, 14
 """s; the base swings 46 times."""
 
@@ -51,10 +61,10 @@ FOUND = 0.1
 TRUTH = {"EI1": 268.0, "EI2": 194.0, "cb": compliance(ARM, SOFT_HZ)}
 
 
-def recorded() -> Recording:
+def recorded(cb: float = TRUTH["cb"]) -> Recording:
     rng = np.random.default_rng(7)
     speeds = 0.3 * np.repeat(rng.choice([-1.0, 1.0], (-(-SAMPLES // HOLD), 2)), HOLD, axis=0)
-    machine = Model(ARM, DRIVE, "nonlinear").with_effects([BASE], {"cb": TRUTH["cb"]})
+    machine = Model(ARM, DRIVE, "nonlinear").with_effects([BASE], {"cb": cb})
     n, joints = machine.arm.coordinates, np.array([0.2, 1.1])
     start = at_rest(joints, n)
     task = Task(np.arange(SAMPLES) * STEP, speeds[:SAMPLES], start, start[None, :n])
@@ -67,11 +77,20 @@ def recorded() -> Recording:
 
 @pytest.fixture(scope="module")
 def data() -> Data:
-    bare = Model(ARM, DRIVE, "nonlinear")
-    one = prepare(bare, recorded(), [sensor("encoder")], Processing())
-    nuisance = tuple(
-        Unknown(Parameter(name, TRUTH[name] * x, "N m²", 1.0, 1e5)) for name, x in BENT.items()
+    return data_of(TRUTH["cb"])
+
+
+def stiffnesses(shares: Mapping[str, float]) -> tuple[Unknown, ...]:
+    """Of the true ones."""
+    return tuple(
+        Unknown(Parameter(name, TRUTH[name] * x, "N m²", 1.0, 1e5)) for name, x in shares.items()
     )
+
+
+def data_of(cb: float) -> Data:
+    bare = Model(ARM, DRIVE, "nonlinear")
+    one = prepare(bare, recorded(cb), [sensor("encoder")], Processing())
+    nuisance = stiffnesses(BENT)
     floors = {"theta1": NOISE, "theta2": NOISE}
     weights = (np.full(2, 1.0 / NOISE),)
     return Data(bare, (one,), nuisance, weights, floors, {}, typical(ARM), 2)
@@ -93,6 +112,24 @@ def test_the_first_swings_tell_the_base_from_the_beam(data: Data) -> None:
     there = fit(hypothesis(data, [BASE], found), None, lambda: False, 10)
     plain = fit(hypothesis(data, [BASE], begun), None, lambda: False, 10)
     assert there.cost < 0.1 * plain.cost  # or there was nothing to escape from
+
+
+@pytest.mark.parametrize("hz", [11.0, 21.0, 43.0, 85.0])
+def test_a_base_between_two_sizes_of_the_grid_is_among_the_starts(hz: float) -> None:
+    """The sizes that the screen tries are a factor of four apart; the valley is a tenth wide."""
+    size = compliance(ARM, hz)
+    recording = replace(data_of(size), nuisance=stiffnesses({"EI1": 1.0, "EI2": 1.0}))
+    first = replace(recording, experiments=tuple(beginnings(recording.experiments, 1 / 4)))
+    base = hypothesis(first, [], {})
+    starts = _starts(first, base, [BASE], {"cb": compliance(ARM, 15.0)}, ["cb"])
+    assert min(abs(np.log(one["cb"] / size)) for one in starts) < np.log(CLOSER)
+
+
+def test_close_sizes_hold_the_grid_and_leave_no_wide_gap() -> None:
+    grid = sorted(k for one in BASE.parameters(ARM, DRIVE, typical(ARM)) for k in one.grid)
+    close = [one["cb"] for one in _closely([{"cb": x} for x in grid])]
+    assert set(grid) <= set(close) and close == sorted(close)
+    assert max(b / a for a, b in pairwise(close)) < CLOSER * (1.0 + ROUNDING)
 
 
 def test_what_does_not_swing_has_no_such_start(data: Data) -> None:
