@@ -168,5 +168,5 @@ def promising(seen: Screen, count: int) -> list[Screened]:
         for s in pair:
             if len(chosen) < REFITTED:
                 chosen.setdefault(s.effect.kind, s)
-    finer = {s.effect.kind: s for s in within if s.effect.resolution}
+    finer = {s.effect.kind: s for s in seen.candidates if s.effect.resolution}
     return list((chosen | finer).values())
