@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sys
+import threading
+import traceback
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -66,6 +69,31 @@ class Desktop:
     @property
     def address(self) -> str:
         return f"http://127.0.0.1:{self.server.get_port()}"
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: Any) -> Iterator[Any]:
+    """A failure shows what session and threads were at: a page that waits says nothing itself."""
+    report = yield
+    known = getattr(item, "funcargs", {})
+    if report.failed and report.when == "call" and "session" in known:
+        session: Session = known["session"]
+        state = f"{session.stage}\n{session.message}\n{session.run}\nbusy: {session.busy}"
+        report.sections.append(("session", state))
+        report.sections.append(("threads", "\n".join(_threads())))
+    return report
+
+
+def _threads() -> Iterator[str]:
+    """Where each of them is."""
+    names = {one.ident: one.name for one in threading.enumerate()}
+    for ident, frame in sys._current_frames().items():
+        where = "".join(traceback.format_stack(frame)[-INNERMOST:])
+        yield f"{names.get(ident, ident)}\n{where}"
+
+
+INNERMOST = 4
+"""Of a thread's calls: there are dozens of threads."""
 
 
 @pytest.fixture(scope="session")

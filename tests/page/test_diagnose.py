@@ -19,7 +19,7 @@ from flexgui.session.edit import Document, put
 from flexgui.session.effects import present, titled
 from flexgui.session.look import ladder_steps
 from tests.page.conftest import Desktop
-from tests.page.helpers import field, plots, press, sees
+from tests.page.helpers import LOOK, field, plots, press, sees
 from tests.page.scene import on_screen
 from tests.session.helpers import until
 
@@ -282,12 +282,12 @@ def answer(page: Any, kind: str) -> None:
 
 
 def hidden_in(session: Session, page: Any, desktop: Desktop) -> Challenge:
-    """The challenge, once it is made; where it is not, what session and browser say instead."""
+    """The challenge, once it is made; where it is not, what the browser says instead."""
     end = time.monotonic() + FOUND / 1000.0
     while session.challenge is None:
-        seen = (session.stage, session.message, session.run, len(desktop.pages))
-        assert time.monotonic() < end, (*seen, page.locator("body").inner_text())
-        time.sleep(0.05)
+        shown = f"{len(desktop.pages)} pages: {page.locator('body').inner_text()}"
+        assert time.monotonic() < end, shown
+        page.wait_for_timeout(LOOK)
     return session.challenge
 
 
