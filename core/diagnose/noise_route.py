@@ -3,56 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from core.arm.arm import Arm
 from core.diagnose.foreseen import unforeseen
+from core.diagnose.route import Route
 from core.diagnose.sensor_noise import (
     ESTIMATED,
     STATED,
     ColumnNoise,
     common_step,
     estimated,
-    is_command,
-    noise_of,
-    quieter,
     quietest,
     with_colour,
 )
 from core.diagnose.servo_noise import MissingTorque, levels
-from core.drives.servo import FollowingServo
-from core.identify.held import points_led
-from core.identify.predictor import Motion, motion_of
-from core.identify.prepared import TORQUE, Prepared, make_task, measured_outputs
-from core.model import Numbers
-from core.recording.logger_filter import apply_logger_filter
-from core.recording.recording import Recording
-from core.recording.velocity import ZeroPhaseLowPass
-from core.sensors import Sensor, sensor, sensors
-from core.trajectory import Trajectory
-
-ENCODER = "encoder"
-
-DRAWS = 8
-"""Of the noise per recording: with a filter of 10 Hz and one second the rms is good to a tenth."""
-
-SERVO_DRAWS = 6
-"""The same where a servo leads the joints, and each draw is a simulation: the encoders' noise
-shakes lightly damped links, and what one draw says of them scatters by a quarter."""
-
-TRIES = 20
-"""Until a draw begins as the recording does; most do at once."""
-
-SERVO_STEPS = 2
-"""Per sample: both passes are alike, and only what the noise changes counts."""
-
-WIDE_SERVO = 4.0
-"""Times the servo's frequency: above it the torque that it makes is noise of the encoders."""
-
-SEED = 20
-"""Of the draws; a floor must not change from one look to the next."""
+from core.identify.predictor import Motion
+from core.identify.prepared import Prepared
 
 NARROW = 0.25 * np.pi
 """rad per sample: a logger that lets less through leaves nothing but the motion's own band."""
@@ -60,9 +28,6 @@ NARROW = 0.25 * np.pi
 COUNTED = 5.0
 """Times the noise of counting alone, up to which a column counts: beyond it the steps are the last
 digits of a file, and its noise may be coloured, which its own past foretells."""
-
-LOGGED_OUT = 0.1
-"""Gain of a logger's filter below which nothing of the sensor's own is left."""
 
 
 def noise_in_outputs(
@@ -72,7 +37,7 @@ def noise_in_outputs(
     without: Collection[str] = (),
 ) -> dict[str, tuple[float, str]]:
     """channel -> rms of its noise over all recordings, and its source; `without` some channels."""
-    routes = [_Route(e, *m) for e, m in zip(experiments, motions, strict=True)]
+    routes = [Route(e, *m) for e, m in zip(experiments, motions, strict=True)]
     known = _columns(routes, stated)
     drawn: dict[str, list[list[np.ndarray]]] = {}
     sources: dict[str, set[str]] = {}
@@ -110,7 +75,7 @@ def _source(found: Collection[str]) -> str:
     return STATED if set(found) == {STATED} else ESTIMATED
 
 
-def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str, ColumnNoise]:
+def _columns(routes: Sequence[Route], stated: Mapping[str, float]) -> dict[str, ColumnNoise]:
     """column -> its noise, for all columns that any output comes from."""
     wanted = dict.fromkeys(c for r in routes for s in r.experiment.outputs for c in r.feeding(s))
     found = _of_missing_torque(routes, wanted, stated)
@@ -136,7 +101,7 @@ def _columns(routes: Sequence[_Route], stated: Mapping[str, float]) -> dict[str,
     return {name: _counted(routes, name, noise) for name, noise in found.items()}
 
 
-def _counted(routes: Sequence[_Route], name: str, noise: ColumnNoise) -> ColumnNoise:
+def _counted(routes: Sequence[Route], name: str, noise: ColumnNoise) -> ColumnNoise:
     """The noise of a column, of an encoder's counts at most what nothing else foretells.
 
     Both are bounds from above. What a model lacks of friction and ripples stands in the high band
@@ -159,12 +124,12 @@ def _beside_steps(seen: ColumnNoise, step: float) -> ColumnNoise:
     return replace(seen, std=float(np.sqrt(rest)), step=step)
 
 
-def _level(routes: Sequence[_Route], name: str, stated: Mapping[str, float]) -> float | None:
+def _level(routes: Sequence[Route], name: str, stated: Mapping[str, float]) -> float | None:
     return next((x for r in routes if (x := r.stated(name, stated)) is not None), None)
 
 
 def _of_missing_torque(
-    routes: Sequence[_Route], wanted: Collection[str], stated: Mapping[str, float]
+    routes: Sequence[Route], wanted: Collection[str], stated: Mapping[str, float]
 ) -> dict[str, ColumnNoise]:
     """column -> its noise, of the encoders that a virtual servo follows.
 
@@ -192,230 +157,8 @@ def _of_missing_torque(
     }
 
 
-def _itself(routes: Sequence[_Route], name: str, step: float) -> float:
+def _itself(routes: Sequence[Route], name: str, step: float) -> float:
     """Standard deviation of a column's noise at most, by the column alone."""
-    seen = estimated(quietest([r.recording[name] for r in routes], step))
+    columns = [r.recording[name] for r in routes]
+    seen = estimated(quietest([x[np.isfinite(x)] for x in columns], step))
     return np.inf if seen is None else seen.std
-
-
-@dataclass(frozen=True)
-class _Route:
-    """From a recording's columns to the outputs of an experiment."""
-
-    experiment: Prepared
-    trajectory: Trajectory
-    numbers: Numbers
-    values: Mapping[str, float]
-
-    @property
-    def recording(self) -> Recording:
-        return self.experiment.recording
-
-    @property
-    def arm(self) -> Arm:
-        return self.experiment.model.arm
-
-    @property
-    def outputs(self) -> tuple[Sensor, ...]:
-        return self.experiment.outputs
-
-    @property
-    def driven(self) -> bool:
-        """Whether a virtual servo leads the joints along the encoders."""
-        return isinstance(self.experiment.model.steering, FollowingServo)
-
-    @property
-    def _steering(self) -> FollowingServo:
-        steering = self.experiment.model.steering
-        assert isinstance(steering, FollowingServo)
-        return steering
-
-    def leading(self) -> list[str]:
-        """The noisy columns of which the torque of a virtual servo is made."""
-        own = [n for n in self.references if n[0] in "ui" and not self.commanded(n)]
-        return [*own, *self.places]
-
-    @property
-    def references(self) -> tuple[str, ...]:
-        """The columns that drive the arm."""
-        model = self.experiment.model
-        return model.drive.reference_channels(model.arm)
-
-    @property
-    def places(self) -> list[str]:
-        """The columns of the encoders."""
-        return [f"theta{k + 1}" for k in range(self.experiment.model.arm.joints)]
-
-    def unit(self, name: str, step: float) -> float:
-        """A level of noise of a column that a model answers linearly; the column's own at most."""
-        if step:
-            return step / np.sqrt(12.0)
-        column = self.recording[name]
-        return noise_of(column) or 1e-9 * float(np.ptp(column)) or 1e-9
-
-    def followed(self, s: Sensor) -> bool:
-        """Whether the output is the torque of a virtual servo."""
-        return s.kind == TORQUE and self.driven
-
-    def feeding(self, s: Sensor) -> tuple[str, ...]:
-        """The noisy columns that an output comes from; under a servo the encoders always."""
-        model = self.experiment.model
-        joints = self.places if self.driven else []
-        if self.followed(s):
-            own = [n for n in model.drive.reference_channels(model.arm) if n[0] in "ui"]
-        elif s.direct(self.recording, model.arm):
-            own = [c.name for c in s.channels(model.arm)]
-        else:  # angles and velocities of the rigid arm come from the camera
-            own = ["z1", "z2"]
-        return tuple(dict.fromkeys([*own, *joints]))
-
-    def commanded(self, name: str) -> bool:
-        """Whether a column of the drive is what it was told, which has no noise."""
-        model = self.experiment.model
-        known = name in model.drive.reference_channels(model.arm)
-        return known and is_command(self.recording[name])
-
-    def stated(self, name: str, stated: Mapping[str, float]) -> float | None:
-        """What is stated of a column; of a current by its torque."""
-        if name in stated:
-            return stated[name]
-        torque = stated.get(f"u{name[1:]}") if name[0] == "i" else None
-        return None if torque is None else torque / self._constant(name)
-
-    def _constant(self, name: str) -> float:
-        """N m per unit of a column that drives the arm."""
-        model = self.experiment.model
-        place = model.drive.reference_channels(model.arm).index(name)
-        law = model.drive.law(model.arm, self.trajectory.p, self.values)
-        return float(np.abs(law.R[:, place]).max()) or 1.0
-
-    def smooth(self, name: str) -> np.ndarray | None:
-        """(N,) the column as the model has it; None where it has none."""
-        e, arm = self.experiment, self.experiment.model.arm
-        if self.driven and name in e.model.drive.reference_channels(arm):
-            return self._needed(name)
-        for kind, s in sensors().items():
-            names = [c.name for c in s.channels(arm)]
-            if name not in names or (kind in ("y", "ydot") and not arm.two_revolute):
-                continue
-            y = np.array(s.measure(self.trajectory))
-            # Under a servo the model's joints are the encoders', noise and all.
-            if self.driven and kind == ENCODER:
-                y = self._steering.response(y, self.recording.sample_time)
-            y = e.model.sensed(kind, y, self.recording.sample_time, self.values)
-            return self._logged(name, y[:, names.index(name)])
-        return None
-
-    def _needed(self, name: str) -> np.ndarray:
-        """(N,) of the torque that the measured motion needs, without the encoders' noise."""
-        e, dt = self.experiment, self.recording.sample_time
-        place = e.model.drive.reference_channels(e.model.arm).index(name)
-        read = e.sensed(sensor(TORQUE), self.trajectory, self.numbers, self.values)
-        # A drive may have no column for a joint whose motion alone is known.
-        law = e.model.drive.law(e.model.arm, self.trajectory.p, self.values)
-        torque = read[:, int(np.argmax(np.abs(law.R[:, place])))]
-        wide = min(WIDE_SERVO * self._steering.hz, 0.4 / dt)
-        return ZeroPhaseLowPass(cutoff_hz=wide).apply(torque, dt) / self._constant(name)
-
-    def _logged(self, name: str, x: np.ndarray) -> np.ndarray:
-        logger = self.recording.logger_filters.get(name)
-        complete = np.isfinite(x).all()
-        return (
-            x
-            if logger is None or not complete
-            else apply_logger_filter(x, self.recording.sample_time, logger)
-        )
-
-    def logged_to(self, name: str) -> float:
-        """rad per sample up to which a logger's filter lets the sensor's own noise through."""
-        logger = self.recording.logger_filters.get(name)
-        if logger is None:
-            return np.pi
-        w = np.linspace(1e-3, np.pi, 512) / self.recording.sample_time
-        gain = logger.frequency**2 / np.abs(
-            logger.frequency**2 - w**2 + 2j * logger.damping * logger.frequency * w
-        )
-        return float((w[gain > LOGGED_OUT] * self.recording.sample_time).max(initial=1e-3))
-
-    def beyond_the_model(self, name: str, undo: bool = True) -> list[np.ndarray]:
-        """Even stretches of what the column says beyond the model, or by itself where the model
-        only adds to the high band; `undo`: a logger's filter."""
-        column = self.recording[name]
-        model = self.smooth(name)
-        rest = column if model is None else column - model
-        sampled = np.flatnonzero(np.isfinite(rest) & self.recording.mask(name))
-        if not sampled.size:
-            return []
-        distance = np.diff(sampled)
-        stride = int(np.median(distance)) if distance.size else 1
-        runs = np.split(sampled, np.flatnonzero(distance != stride) + 1)
-        found = [quieter(rest[run], column[run]) for run in runs]
-        return [self._unlogged(name, x) for x in found] if undo else found
-
-    def _unlogged(self, name: str, x: np.ndarray) -> np.ndarray:
-        """Divided by the gain of the logger's filter, where that leaves something."""
-        logger = self.recording.logger_filters.get(name)
-        if logger is None:
-            return x
-        impulse = np.zeros(len(x))
-        impulse[len(x) // 2] = 1.0
-        answer = apply_logger_filter(impulse, self.recording.sample_time, logger)
-        gain = np.maximum(np.abs(np.fft.rfft(answer)), LOGGED_OUT)
-        window = np.fft.rfft(x - x.mean())
-        return np.fft.irfft(window / gain, len(x))
-
-    def noise(self, known: Mapping[str, ColumnNoise], number: int) -> list[list[np.ndarray]]:
-        """Per channel the draws of its noise, of the samples that count."""
-        e = self.experiment
-        rng = np.random.default_rng([SEED, number])
-        smooth = {n: self.smooth(n) for s in e.outputs for n in self.feeding(s)}
-        plain = self._compared(self.recording)
-        drawn: list[list[np.ndarray]] = [[] for _ in e.channels]
-        for _ in range(SERVO_DRAWS if self.driven else DRAWS):
-            apart = self._compared(self._begun_alike(known, smooth, rng)) - plain
-            for column, counted, found in zip(apart.T, e.counted.T, drawn, strict=True):
-                found.append(column[counted & np.isfinite(column)])
-        return drawn
-
-    def _begun_alike(
-        self,
-        known: Mapping[str, ColumnNoise],
-        smooth: Mapping[str, np.ndarray | None],
-        rng: np.random.Generator,
-    ) -> Recording:
-        """A draw that is seen to begin at rest where the recording is, and to move where it does:
-        a speed at the start that was read out of the noise would shake the arm all the time."""
-        for _ in range(TRIES):
-            drawn = self._noisy(known, smooth, rng)
-            if not self.driven or self._at_rest(drawn) == self._at_rest(self.recording):
-                break
-        return drawn
-
-    def _at_rest(self, recording: Recording) -> bool:
-        return self._steering.places(recording, self.arm)[1] is not None
-
-    def _noisy(
-        self,
-        known: Mapping[str, ColumnNoise],
-        smooth: Mapping[str, np.ndarray | None],
-        rng: np.random.Generator,
-    ) -> Recording:
-        channels = dict(self.recording.channels)
-        for name, model in smooth.items():
-            if name in known and name in channels:
-                noise = known[name].drawn(rng, channels[name], model)
-                own = noise if known[name].after_logger else self._logged(name, noise)
-                channels[name] = channels[name] + own
-        return replace(self.recording, channels=channels)
-
-    def _compared(self, recording: Recording) -> np.ndarray:
-        """(M, k): what is measured, less what the model answers where a servo leads it along."""
-        e = self.experiment
-        columns = [measured_outputs(e.model, recording, s)[0] for s in e.outputs]
-        measured = e.processing.apply(np.hstack(columns), recording.sample_time)
-        if not self.driven:
-            return measured
-        again = replace(e, recording=recording, task=make_task(e.model, recording))
-        steps = max(SERVO_STEPS // points_led(e.model, recording.sample_time), 1)
-        motion = motion_of(again, self.numbers, self.values, steps)
-        return measured - again.predicted(motion, self.numbers, self.values)
