@@ -25,7 +25,7 @@ from core.diagnose.refit import Refit, refit_with
 from core.diagnose.screen import Screen, Screened
 from core.diagnose.sets import FoundSet, best_set
 from core.diagnose.shape_refinement import refine_shape
-from core.diagnose.verdict import ABOVE
+from core.diagnose.verdict import ABOVE, within_noise
 from core.effects.effect import Effect
 from core.effects.sizes import typical
 from core.parameters import Parameter
@@ -130,14 +130,23 @@ class Acceptance:
     def _polished(self, best: Weighed) -> tuple[Weighed, Data, Refit]:
         """Converged, in its best shape; or the simpler effect to which it was fitted down."""
         data, after = converged(self.data, best.refit.hypothesis, self.seen.whitener, self.stopped)
-        other = refine_shape(data, after, best.screened.effect, self.stopped)
-        if other is not after:
-            data, after = converged(data, other.hypothesis, self.seen.whitener, self.stopped)
+        data, after = self._shaped(data, after, [best.screened.effect, *self.present])
         simple = self._simpler(best, after) if degenerate(best, after) else None
         if simple is not None:
             h = simple.refit.hypothesis
             return simple, *converged(self.data, h, self.seen.whitener, self.stopped)
         return best, data, after
+
+    def _shaped(self, data: Data, after: Refit, effects: Sequence[Effect]) -> tuple[Data, Refit]:
+        """Converged anew with each of the effects in its best shape, as long as an error is left:
+        what came later uncovers the shape of what was there before."""
+        for one in effects:
+            if within_noise(data, after.errors):
+                break
+            other = refine_shape(data, after, one, self.stopped)
+            if other is not after:
+                data, after = converged(data, other.hypothesis, self.seen.whitener, self.stopped)
+        return data, after
 
     def _simpler(self, best: Weighed, after: Refit) -> Weighed | None:
         """What a degenerate winner includes, fitted from where the winner ended."""
@@ -176,6 +185,7 @@ class Acceptance:
         if alone - whole.cost < RELEVANT * self.data.count or share < WHOLE:
             return None, {kind for kind, _ in at_bounds(whole, self.data)}
         data, after = converged(self.data, whole.hypothesis, self.seen.whitener, self.stopped)
+        data, after = self._shaped(data, after, [s.effect for s in members])
         there = {e.kind for e in after.hypothesis.model.effects}
         members = tuple(s for s in members if s.effect.kind in there)
         ended = {kind for kind, _ in at_bounds(after, data)}

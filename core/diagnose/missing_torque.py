@@ -17,6 +17,11 @@ from core.simulate.posture import Posture, posture
 MOST_ROWS = 20_000
 """Longer recordings would take seconds each."""
 
+NEAR = 0.25
+"""rad (m) beside its mean that a joint beyond the first may move: the coupling of two links goes
+with the cosine of the angle between them, and changes by a quarter at most. The first turns the
+whole arm, which changes nothing."""
+
 SLOW = 3
 """Frequencies of a recording that hold what is constant or drifts: much may cause that."""
 
@@ -55,7 +60,7 @@ def _calm(h: Hypothesis, experiment: Prepared) -> Posture:
     values = h.residuals.predictor.values(experiment, h.vector)
     smooth = [one for one in h.model.effects if one.linear]
     model = h.model.with_effects(smooth, {**h.model.effect_values, **values})
-    joints = experiment.task.schedule[0, : model.arm.joints]
+    joints = np.mean(experiment.task.schedule[:, : model.arm.joints], axis=0)
     return posture(model, joints, model.numbers(values))
 
 
@@ -97,8 +102,9 @@ def pushed(
 
 def _plain(h: Hypothesis, experiment: Prepared) -> bool:
     """Whether one linear model tells how the outputs answer a torque."""
-    still = len(experiment.task.schedule) == 1
-    return experiment.processing.nothing and h.model.steering is None and still
+    places = experiment.task.schedule[:, 1 : h.model.arm.joints]
+    still = np.all(np.abs(places - places.mean(axis=0)) <= NEAR)
+    return experiment.processing.nothing and h.model.steering is None and bool(still)
 
 
 def _one(

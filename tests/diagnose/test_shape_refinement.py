@@ -98,8 +98,9 @@ def test_orders_lie_close_enough_over_all_positions() -> None:
     assert np.all(steps * 0.8 <= 0.5 * np.pi * 1.01)
 
 
-def with_a_filter() -> tuple[Data, Refit]:
-    """Short recordings with a ripple at three working points, fitted from wrong orders."""
+def with_a_filter(stated: bool = True) -> tuple[Data, Refit]:
+    """Short recordings with a ripple at three working points, fitted from wrong orders; `stated`:
+    whether they say at which."""
     hidden = {"torque_ripple": dict(RIPPLE)}
     scenario = Scenario.model_validate({
         "title": "filtered",
@@ -114,6 +115,8 @@ def with_a_filter() -> tuple[Data, Refit]:
     })  # fmt: skip
     model = base_model(scenario)
     recordings = load_recordings(scenario, model, Path(), None, Silent())
+    if not stated:
+        recordings = [replace(r, theta2=None) for r in recordings]
     setup = make_setup(model, scenario.identify, recordings)
     found = begin(
         model, setup.outputs, setup.processing, scenario.identify, recordings,
@@ -135,8 +138,9 @@ ORDER = 0.01
 """Relative, of an order from three recordings of 0.6 s."""
 
 
-def test_the_orders_are_found_though_what_is_compared_is_filtered() -> None:
-    data, stuck = with_a_filter()
+@pytest.mark.parametrize("stated", [True, False], ids=["stated", "unstated"])
+def test_the_orders_are_found_though_what_is_compared_is_filtered(stated: bool) -> None:
+    data, stuck = with_a_filter(stated)
     found = refine_shape(data, stuck, effect("torque_ripple"), lambda: False)
     assert found.cost < 0.1 * stuck.cost
     at = found.hypothesis.values()
