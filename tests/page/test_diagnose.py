@@ -281,6 +281,17 @@ def answer(page: Any, kind: str) -> None:
     sees(page, "Who found what")
 
 
+def stands(page: Any, name: str) -> None:
+    """Waits until a button keeps its place: pressed here and let go there it is not clicked, and on
+    a busy machine a stage's words come one after the other."""
+    button = page.get_by_role("button", name=name, exact=True).first
+    button.wait_for()
+    before = None
+    while (place := button.bounding_box()) != before:
+        before = place
+        page.wait_for_timeout(LOOK)
+
+
 def hidden_in(session: Session, page: Any, desktop: Desktop) -> Challenge:
     """The challenge, once it is made; where it is not, what the browser says instead."""
     end = time.monotonic() + FOUND / 1000.0
@@ -299,6 +310,7 @@ def test_a_challenge_with_real_clicks(page: Any, session: Session, desktop: Desk
     until(lambda: pool.workers_free == 1, DEFAULT.grace + DEFAULT.start_limit)
     press(page, "Diagnose")
     page.get_by_text("Challenge", exact=True).first.click()
+    stands(page, "Hide an effect")
     press(page, "Hide an effect")
     known = hidden_in(session, page, desktop)
     sees(page, "something is hidden in these recordings")
