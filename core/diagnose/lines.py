@@ -35,6 +35,10 @@ WINDOW = 25
 LOWEST = 3
 """Periods within a recording: below, a drift is no line."""
 
+FEWEST_PERIODS = 8
+"""The same of a machine nearby: below, an octave around holds little beside the line itself, and
+what a model misses is largest at low frequencies anyhow."""
+
 SPREAD = 2
 """Frequencies of a Hann window's main lobe on each side of a line."""
 
@@ -74,6 +78,7 @@ def lines_of(x: np.ndarray, dt: float) -> list[Line]:
     power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2 * 2.0 / (N * np.sum(window**2))
     padded = np.pad(power, WINDOW, mode="reflect")
     around = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * WINDOW + 1), axis=1)
+    around = np.maximum(around, _within_an_octave(power))
     background = np.maximum(around / np.log(2.0), 1e-300)  # the mean that a median stands for
     ratio = np.minimum(power / background, 700.0)
     chances = np.minimum((len(power) - LOWEST) * np.exp(-ratio), 1.0)
@@ -84,6 +89,16 @@ def lines_of(x: np.ndarray, dt: float) -> list[Line]:
             above = float(np.sum(power[near] - background[near]))
             found.append(Line(float(chances[k]), k / (N * dt), max(above, 0.0) / variance))
     return found
+
+
+def _within_an_octave(power: np.ndarray) -> np.ndarray:
+    """(F,) median of the ordinates from half to twice a frequency, without its own main lobe: an
+    error that falls with the frequency stands out of a window of even width at its lower end."""
+    out = np.zeros(len(power))
+    for k in range(LOWEST, min(len(power), 2 * WINDOW)):  # further up that window is the wider one
+        below, beyond = power[k // 2 : k - SPREAD], power[k + SPREAD + 1 : 2 * k + 1]
+        out[k] = np.median(np.concatenate([below, beyond]))
+    return out
 
 
 def unexplained_line(
@@ -109,7 +124,9 @@ def unexplained_line(
             left = float(np.sum((x - x.mean()) ** 2)) / max(size, 1e-300)
             for line in lines_of(x, dt):
                 line = line._replace(share=line.share * left)
-                credible = line.chance < CHANCE and line.share > SHARE and not known.explains(line)
+                lasts = line.hz * len(x) * dt >= FEWEST_PERIODS
+                stands_out = lasts and line.chance < CHANCE and line.share > SHARE
+                credible = stands_out and not known.explains(line)
                 if credible and (best is None or line.share > best.line.share):
                     best = Vibration(name, line)
     return best

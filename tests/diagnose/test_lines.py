@@ -89,6 +89,27 @@ def test_a_machine_nearby_is_told_with_its_frequency():
     assert found(e, errors_with(e, (MACHINE, 3.0)), model) == pytest.approx(MACHINE, abs=NEAR)
 
 
+def red(seed: int, e: Prepared) -> np.ndarray:
+    """(M, 4) what a model misses slowly: noise that wanders, as after a friction that sticks."""
+    steps = np.random.default_rng(seed).standard_normal((len(TIME), 4))
+    wandering = np.cumsum(steps, axis=0)
+    return e.processing.apply(3.0 * (wandering - wandering.mean(axis=0)) / wandering.std(), DT)
+
+
+def test_an_error_that_wanders_is_no_machine():
+    e = prepared(still=True)
+    told = [unexplained_line([e], [red(seed, e)], None, ABOVE) for seed in range(SEEDS)]
+    assert sum(one is not None for one in told) <= FALSE_ALARMS
+
+
+def test_a_few_swings_are_no_machine():
+    e = prepared(still=True)
+    assert found(e, errors_with(e, (1.5, 3.0))) is None
+
+
+SEEDS = 100
+
+
 @pytest.mark.parametrize("decimate", [2, 5])
 def test_decimation_does_not_move_it(decimate):
     e = prepared(decimate=decimate)
