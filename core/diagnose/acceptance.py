@@ -92,8 +92,8 @@ class Acceptance:
         without: set[str] = set()
         while True:
             together = best_set(self.seen, max(most, 1), self.data.count, without)
-            share = together.plain_drop / max(self.before.cost - self.data.count, 1.0)
-            if not tried or len(together.members) < 2 or share < PROMISING:
+            promised = self._share(together.plain_drop)
+            if not tried or len(together.members) < 2 or promised < PROMISING:
                 return None, together
             joint, refuted = self.jointly(together, found)
             if joint is not None or not refuted:
@@ -103,11 +103,11 @@ class Acceptance:
     def alone(self, found: list[Weighed], together: FoundSet, most: int) -> Round:
         """The best effect that may be accepted, on its own."""
         still = Round(self.seen, tuple(found), None, self.before, self.before, self.data)
-        share = together.plain_drop / max(self.before.cost - self.data.count, 1.0)
-        members = {s.effect.kind for s in together.members}
+        promising = self._share(together.plain_drop) >= PROMISING
+        members = {s.effect.kind for s in together.members if promising}
         refused = ""
         for best in found[:MOST_TRIED]:
-            part = best.screened.effect.kind in members and share >= PROMISING
+            part = best.screened.effect.kind in members
             if not acceptable(best, part) or self.stopped():
                 continue
             if not most:
@@ -120,6 +120,10 @@ class Acceptance:
                 return Round(self.seen, tuple(order), weighed, self.before, after, data, kept)
             refused = refused or f"{weighed.screened.effect.title} was not added: {reason}"
         return replace(still, refused=refused)
+
+    def _share(self, drop: float) -> float:
+        """Of the squared error above the floor, by which the cost falls."""
+        return drop / max(self.before.cost - self.data.count, 1.0)
 
     def _unsettled(self, after: Refit) -> str:
         """A sentence where a model with more in it leaves more: it contains the one before."""
@@ -181,7 +185,7 @@ class Acceptance:
         if not np.isfinite(whole.cost) or self.stopped():
             return None, set()
         alone = min((w.refit.cost for w in found), default=self.before.cost)
-        share = (self.before.cost - whole.cost) / max(self.before.cost - self.data.count, 1.0)
+        share = self._share(self.before.cost - whole.cost)
         if alone - whole.cost < RELEVANT * self.data.count or share < WHOLE:
             return None, {kind for kind, _ in at_bounds(whole, self.data)}
         data, after = converged(self.data, whole.hypothesis, self.seen.whitener, self.stopped)

@@ -20,7 +20,7 @@ MOST_ROWS = 20_000
 NEAR = 0.25
 """rad (m) beside its mean that a joint beyond the first may move: the coupling of two links goes
 with the cosine of the angle between them, and changes by a quarter at most. The first turns the
-whole arm, which changes nothing."""
+whole arm, whose inertia stays."""
 
 SLOW = 3
 """Frequencies of a recording that hold what is constant or drifts: much may cause that."""

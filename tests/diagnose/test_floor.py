@@ -11,8 +11,9 @@ from core.arm.arm import Arm
 from core.arm.presets import presets
 from core.arm.segment import Segment
 from core.diagnose.floor import Floor
-from core.diagnose.sensor_noise import is_command, noise_of, quieter, quietest
-from core.drives.servo import FollowingServo
+from core.diagnose.route import Route
+from core.diagnose.sensor_noise import ColumnNoise, is_command, noise_of, quieter, quietest
+from core.drives.servo import FollowingServo, begins_at_rest
 from core.drives.torque import Torque
 from core.effects import effect
 from core.identify.predictor import motion_of
@@ -264,8 +265,7 @@ def pushed(seed: int, draw: int) -> Recording:
 
 
 def test_of_a_flexible_arm_that_is_led_along_coarse_encoders_from_rest():
-    """Noise that looks like a motion at the start shook the arm in some draws, and a single one
-    made the floor of all recordings ten times too large."""
+    """The noise shakes links that are hardly damped, in the draws as in the recordings."""
     plain = Model(FLEXIBLE, Torque(), "nonlinear")
     posture = at_rest(np.array([0.0, 1.2]), FLEXIBLE.coordinates)[: FLEXIBLE.coordinates]
     inertia = np.diag(plain.compiled.mass_matrix(posture, plain.numbers().p))[:2]
@@ -282,6 +282,25 @@ def test_of_a_flexible_arm_that_is_led_along_coarse_encoders_from_rest():
     found = floors.floors(model, [pushed(s, 1) for s in seeds], OUTPUTS, processing)
     for floor, expected in zip(found.values(), true, strict=True):
         assert expected / FACTOR < floor.noise < expected * FACTOR
+
+
+def test_a_draw_of_the_noise_begins_as_its_recording_does():
+    """Of plain draws some are seen to move at once, whose speed the noise alone would make."""
+    model = Model(SLIDE, Torque()).steered_by(FollowingServo(Torque(), 60.0, (MASS,)))
+    slow = np.cumsum(np.r_[np.zeros(2), np.full(1998, 4.0 * COUNT)])
+    e = prepare(model, replace(driven(1), channels={"u1": np.ones(2000), "theta1": slow}), [
+        sensor("torque")], Processing())  # fmt: skip
+    numbers = model.numbers()
+    route = Route(e, motion_of(e, numbers, {}, 1), numbers, {})
+    known, rng = {"theta1": ColumnNoise(1.5 * COUNT)}, np.random.default_rng(5)
+    smooth = {"theta1": slow}
+
+    def rests(recording: Recording) -> bool:
+        return begins_at_rest(recording["theta1"][:, None])
+
+    assert rests(e.recording)
+    assert not all(rests(route._noisy(known, smooth, rng)) for _ in range(300))
+    assert all(rests(route._begun_alike(known, smooth, rng)) for _ in range(300))
 
 
 def test_a_recording_that_a_model_misses_says_nothing_of_the_sensor():

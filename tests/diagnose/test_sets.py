@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from core.diagnose.acceptance import Acceptance
 from core.diagnose.columns import Column
 from core.diagnose.descent import Limits, descend
 from core.diagnose.evidence import BAR, Weighed, acceptable
 from core.diagnose.screen import Screen, _scored
-from core.diagnose.sets import best_set
+from core.diagnose.sets import FoundSet, best_set
 from core.effects import effect
 from core.effects.effect import Effect
 
@@ -78,6 +82,17 @@ def test_a_quarter_of_the_error_is_accepted_as_part_of_a_set_that_explains_it() 
     assert quarter.reduction < BAR
     assert not acceptable(quarter)
     assert acceptable(quarter, part=True)
+
+
+@pytest.mark.parametrize(("promised", "accepted"), [(0.9, True), (0.6, True), (0.4, False)])
+def test_a_part_of_a_set_that_promises_little_is_not_accepted_for_it(promised, accepted) -> None:
+    """A set that leaves most of the error may be made of what stands in for the unknown."""
+    one = replace(weighed(0.1), screened=SimpleNamespace(effect=effect(STAND_IN)))
+    before = SimpleNamespace(cost=3.0 * SAMPLES)
+    together = FoundSet((one.screened,), promised * (before.cost - SAMPLES))
+    data = SimpleNamespace(count=SAMPLES)
+    work = Acceptance(data, before, (), None, 1, lambda: False, lambda *_: "")
+    assert (work.alone([one], together, most=0).accepted is one) == accepted
 
 
 def test_a_stated_prior_pulls_the_fit_as_much_as_its_deviation_says() -> None:

@@ -286,18 +286,23 @@ def stands(page: Any, name: str) -> None:
     a busy machine a stage's words come one after the other."""
     button = page.get_by_role("button", name=name, exact=True).first
     button.wait_for()
-    before = None
-    while (place := button.bounding_box()) != before:
-        before = place
+    places = [None]
+
+    def kept() -> bool:
+        places.append(button.bounding_box())
         page.wait_for_timeout(LOOK)
+        return bool(places[-1] == places[-2])
+
+    until(kept)
 
 
 def hidden_in(session: Session, page: Any, desktop: Desktop) -> Challenge:
     """The challenge, once it is made; where it is not, what the browser says instead."""
     end = time.monotonic() + FOUND / 1000.0
     while session.challenge is None:
-        shown = f"{len(desktop.pages)} pages: {page.locator('body').inner_text()}"
-        assert time.monotonic() < end, shown
+        if time.monotonic() > end:
+            shown = page.locator("body").inner_text()
+            pytest.fail(f"{len(desktop.pages)} pages: {shown}")
         page.wait_for_timeout(LOOK)
     return session.challenge
 
