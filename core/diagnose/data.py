@@ -159,6 +159,10 @@ class Hypothesis:
         as exact as the error that it lowers."""
         return self.coarse.residuals.sensitivities(vector, central=False)
 
+    def exact_slopes(self, vector: np.ndarray) -> list[np.ndarray]:
+        """The same with all steps."""
+        return self.residuals.sensitivities(vector, central=False)
+
     def slopes_with(
         self, vector: np.ndarray, known: Mapping[str, tuple[np.ndarray, ...]]
     ) -> list[np.ndarray]:

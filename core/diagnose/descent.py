@@ -112,8 +112,12 @@ def descend(
     good_enough: float = GOOD_ENOUGH,
     keep: bool = False,
     damping: float = FIRST_DAMPING,
+    exact: Callable[[np.ndarray], Slopes] | None = None,
 ) -> Descended:
     """The minimum reached from `start` (P,) within the bounds; `damping` of a descent that goes on.
+
+    Where rough `slopes` lead nowhere downhill, the descent goes on with the `exact` ones: of a fast
+    vibration with half the steps they pointed uphill, and left a tenth of the error.
 
     `keep` is for a start near its minimum: slopes, which hardly change there and are the dear part,
     are taken anew only where a step with those at hand fell by less than KEPT or more than FLAT of
@@ -128,7 +132,7 @@ def descend(
     cost, gradient, done, ended = cost_of(blocks), np.nan, 0, False
     cost += limits.surprise(x)
     S: Slopes = ()
-    at = None
+    at, shorter = None, enough if keep else 0.0
     while done < most and len(x) and np.isfinite(cost) and not (S and stopped()):
         if at is None:
             S, at = [whole(s) for s in slopes(x)], x
@@ -139,7 +143,7 @@ def descend(
         free = _free(x, b, limits)
         gradient = _cosine(A, b * free, cost)
         x_new, blocks_new, cost_new, damping = _step(
-            errors, x, blocks, cost, A, b, free, limits, damping, enough if keep else 0.0
+            errors, x, blocks, cost, A, b, free, limits, damping, shorter
         )
         promise = _predicted_reduction(A, b, x_new - x)
         bent = keep and cost - cost_new > FLAT * promise + enough
@@ -148,6 +152,10 @@ def descend(
         reduction = cost - cost_new
         stuck = np.array_equal(x, x_new)
         poor = stuck or bent or reduction < KEPT * promise
+        if stuck and exact is not None and np.any(free):
+            slopes, exact, at, damping = exact, None, None, FIRST_DAMPING
+            shorter = enough
+            continue
         resting = stuck or (reduction < enough and damping < SHORT)
         ended = resting and (at is x or not poor)
         if not keep or poor:

@@ -125,7 +125,8 @@ def _descended(
 ) -> tuple[Data, Refit]:
     data, before = anchored(data, h)
     for _ in range(MOST_DESCENTS):
-        found = fit(again(data, h, finer=1), whitener, stopped, MOST_ITERATIONS)
+        start = again(data, h, finer=1)
+        found = fit(start, whitener, stopped, MOST_ITERATIONS, exactly_downhill=True)
         data, errors = anchored(data, found.hypothesis)
         h = found.hypothesis
         gained = cost_of(before) - cost_of(errors)
@@ -159,9 +160,8 @@ def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data
     what the steps themselves miss, which is extrapolated here.
     """
     h = _extrapolated(data, refit)
-    exact = lambda x: h.residuals.sensitivities(x, central=False)  # noqa: E731
     found = descend(
-        h.errors, exact, h.vector, h.limits, stopped, most=LAST_ITERATIONS,
+        h.errors, h.exact_slopes, h.vector, h.limits, stopped, most=LAST_ITERATIONS,
         good_enough=LAST_REDUCTION * refit.cost / data.count**2, keep=True,
     )  # fmt: skip
     if not np.isfinite(found.cost) or found.cost > refit.cost + RELEVANT_REDUCTION * data.count:

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.diagnose.data import Data, hypothesis
-from core.diagnose.evidence import RELEVANT
-from core.diagnose.refit import Refit, fit, settled
+from core.diagnose.evidence import RELEVANT, TIE
+from core.diagnose.refit import Refit, fit, settled, whitened
 from core.diagnose.verdict import within_noise
+from core.diagnose.whitening import fit_whitener, rows_apart
 from core.effects import effect
 from core.effects.effect import Effect
 from core.identify import predictor
@@ -81,12 +82,26 @@ def _needless(
     enough = [
         (found.cost + len(found.hypothesis.unknowns) * np.log(data.count), n)
         for n, found in enumerate(fits)
-        if found.cost - whole.cost < RELEVANT * data.count or within_noise(data, found.errors)
+        if (found.cost - whole.cost < RELEVANT * data.count or within_noise(data, found.errors))
+        and not _coarser_and_less_likely(data, found, refit)
     ]
     if stopped() or not enough:
         return None
     _, n = min(enough)
     return fits[n], *options[n]
+
+
+def _coarser_and_less_likely(data: Data, found: Refit, refit: Refit) -> bool:
+    """Whether a model has fewer bending shapes than another and the recordings are far less likely
+    under it: shapes cost no parameter, so the evidence alone decides on them."""
+    shapes, before = (
+        sum(e.resolution for e in one.hypothesis.model.effects) for one in (found, refit)
+    )
+    if shapes == before:
+        return False
+    whitener = fit_whitener(refit.errors, rows_apart(data.experiments))
+    without, with_them = (whitened(r.hypothesis, r.descended, whitener)[0] for r in (found, refit))
+    return without - with_them > TIE
 
 
 def _flat(places: Sequence[tuple[Effect, ...]]) -> tuple[Effect, ...]:

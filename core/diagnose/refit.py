@@ -59,11 +59,13 @@ def fit(
     most: int,
     known: Known | None = None,
     damping: float = FIRST_DAMPING,
+    exactly_downhill: bool = False,
 ) -> Refit:
     """Descends from where the hypothesis stands; then the whitened minimum by one linear step.
 
     Slopes that are `known` are not taken again: nuisance columns hardly change with an effect,
-    and a descent needs only their direction.
+    and a descent needs only their direction. `exactly_downhill`: where such directions lead
+    nowhere, exact ones are taken.
     """
     found = descend(
         start.errors,
@@ -73,6 +75,7 @@ def fit(
         stopped,
         most=most,
         damping=damping,
+        exact=start.exact_slopes if exactly_downhill else None,
     )
     at = start.at(found.vector)
     if whitener is None or not len(found.vector):

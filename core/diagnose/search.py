@@ -16,6 +16,7 @@ from core.diagnose.descent import cost_of
 from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import RELEVANT, weigh
 from core.diagnose.exchange import best_exchange
+from core.diagnose.finer import finer_round
 from core.diagnose.ladder import REFITTED, applicable, one_round
 from core.diagnose.minimum import converged, precise
 from core.diagnose.phrases import times
@@ -55,6 +56,16 @@ def search(
     """Climbs, takes out what is needless and exchanges what stands in for something better; begins
     anew where that made room and an error is left. Whether another effect is known to be missing.
     """
+    more = _settled(state, options, progress, on_ranking)
+    _refine(state, options, progress)
+    return more
+
+
+def _settled(
+    state: State, options: Options, progress: Progress, on_ranking: RankingCallback | None
+) -> bool:
+    """The effects of the list as they belong together; whether another one is known to be
+    missing."""
     for returns in range(MOST_RETURNS + 1):
         more, before = _climb(state, options, progress, on_ranking), len(state.passed)
         _prune(state, progress)
@@ -79,15 +90,42 @@ def _climb(
         seen = _look(state, options, most, progress, on_ranking)
         if not seen.added:
             return seen.accepted is not None
-        for one in seen.added:
-            added, state.refit = one.weighed.screened.effect, one.fit
-            state.present.append(added)
-            state.steps.append(_step(state, added, added.title))
+        _add(state, seen)
         above = remains(state.data.experiments, state.refit.errors).above
         full = len(state.found) >= options.max_effects
         within = within_noise(state.data, state.refit.errors)
         if progress.stopped() or within or (full and not above):
             return False
+
+
+def _refine(state: State, options: Options, progress: Progress) -> None:
+    """Adds bending shapes to a model that leaves no more than noise, where the recordings are far
+    more likely with them; what they make needless is taken out."""
+    while len(state.found) < options.max_effects and not progress.stopped():
+        known = applicable(state.data, state.present, options.candidates)
+        finer = next((e for e in known if e.resolution), None)
+        if finer is None or not within_noise(state.data, state.refit.errors):
+            return
+        progress.stage("Trying more bending shapes")
+        found = finer_round(
+            state.data, state.refit, state.present, finer, _gate(state), progress.stopped
+        )
+        if found is None:
+            return
+        if state.rounds and state.rounds[-1].accepted is None:
+            state.rounds.pop()
+        state.rounds.append(DiagnosisRound(ranking_of(found, state.data), finer.kind))
+        _add(state, found)
+        state.data = found.data
+        _prune(state, progress)
+
+
+def _add(state: State, seen: Round) -> None:
+    """What a round adds, each as a step of the ladder."""
+    for one in seen.added:
+        added, state.refit = one.weighed.screened.effect, one.fit
+        state.present.append(added)
+        state.steps.append(_step(state, added, added.title))
 
 
 def _look(

@@ -53,6 +53,15 @@ def rates(place: np.ndarray, dt: float) -> np.ndarray:
     return np.column_stack([central_difference(x, dt) for x in place.T])
 
 
+def rates_along(place: np.ndarray, dt: float, at_rest: bool) -> np.ndarray:
+    """The same along a motion; `at_rest`: it begins so. What the first samples' noise says of a
+    speed there would shake the arm to the end."""
+    speed = rates(place, dt)
+    if at_rest:
+        speed[0] = 0.0
+    return speed
+
+
 @lru_cache
 def _response(hz: float, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Coefficients for straight lines between samples, and the states of a constant input."""
@@ -180,8 +189,7 @@ class FollowingServo:
     def motion(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray]:
         """Measured joint positions and velocities (N, joints)."""
         place, before = self.places(recording, arm)
-        whole = place if before is None else np.vstack([before, place])
-        return place, rates(whole, recording.sample_time)[-len(place) :]
+        return place, rates_along(place, recording.sample_time, at_rest=before is not None)
 
     def places(self, recording: Recording, arm: Arm) -> tuple[np.ndarray, np.ndarray | None]:
         """Measured joint positions (N, joints), and those of LEAD samples before where the motion

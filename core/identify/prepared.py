@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from core.drives.law import DriveLaw
-from core.drives.servo import AT_ONCE, FollowingServo, Recorded, rates
+from core.drives.servo import AT_ONCE, FollowingServo, Recorded, rates_along
 from core.errors import InputError
 from core.identify.held import simulated_part
 from core.identify.prescribed import is_prescribed
@@ -118,7 +118,8 @@ class Prepared:
             return self.task
         joints, n = self.model.arm.joints, self.model.arm.coordinates
         N = len(self.task.time)
-        place, speed = whole[-N:], rates(whole, self.recording.sample_time)[-N:]
+        place, at_rest = whole[-N:], self.task.before is not None
+        speed = rates_along(place, self.recording.sample_time, at_rest)
         references, start = self.task.references.copy(), self.task.start.copy()
         references[:, -2 * joints :] = np.hstack([place, speed])
         start[:joints], start[n : n + joints] = place[0], speed[0]

@@ -174,10 +174,11 @@ def _led(whole: np.ndarray, at_once: np.ndarray, lead: int, finer: int, sample_t
     at_once, mean = _between(at_once, mean, finer)
     dt = sample_time / finer
     jumping, speed = _integrated(at_once, mean, dt)
-    # At rest there is no acceleration; what it is at the other ends nobody knows.
+    # At rest there is neither speed nor acceleration; what they are at other ends nobody knows.
     flat = (mean[0] - at_once[0], (mean[1] - mean[0]) / dt) if lead else None
     smooth = _finely(whole - jumping[::finer], finer, dt, flat)
-    begin = "not-a-knot" if flat is None else (2, flat[0])
+    # A speed at the start, read out of the first samples' noise, would shake the arm to the end.
+    begin = "not-a-knot" if flat is None else (1, np.zeros_like(flat[0]))
     spline = CubicSpline(np.arange(len(smooth)) * dt, smooth, bc_type=(begin, "not-a-knot"))
     straight = spline(spline.x, 2) - mean
     led = smooth + jumping
