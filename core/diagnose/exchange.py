@@ -3,7 +3,8 @@
 What comes first has the largest share of an error to which several effects contribute, and the
 ones after it are fitted around it; within the floor nobody asks again. So in the end every accepted
 effect is compared with what could stand in its place, the others staying: all candidates linearly
-(from the last model's columns, without a simulation each), the best of them by a refit.
+(from the last model's columns, without a simulation each), the best of them by a refit. So is every
+pair of them: a wrong gain and a wrong mass together are a motor's inertia.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +30,10 @@ from core.identify import predictor
 TRIED = 2
 """Rivals of one effect that are refitted: the best by what they leave of it."""
 
+PAIRS_TRIED = 2
+"""Of all pairs of effects with one in their place, that are refitted: the best by the share that
+straight lines explain."""
+
 SHARE = 0.5
 """Of what an effect explains, that a competitor must explain by straight lines to be refitted: the
 refit moves the others too, and straight lines are right within a factor of two at most sizes."""
@@ -41,7 +47,8 @@ def best_exchange(
     seen: Screen,
     stopped: Callable[[], bool],
 ) -> tuple[Refit, tuple[Effect, ...]] | None:
-    """The model with one accepted effect replaced, where that is better by more than a tie of BIC.
+    """The model with one accepted effect replaced, where that is better by more than a tie of BIC,
+    or with one in the place of two, where that is better at all.
 
     Args:
         data: anchored at `refit`.
@@ -68,10 +75,14 @@ def best_exchange(
         refits = list(pool.map(refitted, tried))
     if stopped():
         return None
-    before, best, least = _bic(refit, data), None, TIE
+    before, best, least = _bic(refit, data), None, 0.0
     for one, found in zip(tried, refits, strict=True):
-        if found is not None and np.isfinite(found.cost) and before - _bic(found, data) > least:
-            best, least = (found, one.effects), before - _bic(found, data)
+        if found is None or not np.isfinite(found.cost):
+            continue
+        gained = before - _bic(found, data)
+        enough = 0.0 if len(one.effects) < len(present) else TIE
+        if gained > max(enough, least):
+            best, least = (found, one.effects), gained
     return best
 
 
@@ -81,20 +92,33 @@ class _Exchange(NamedTuple):
     effects: tuple[Effect, ...]
     values: dict[str, float]
     scanned: tuple[str, ...]
+    share: float
+    """Of what the replaced effects explain, that straight lines say it explains."""
 
 
 def _exchanges(
     data: Data, refit: Refit, present: Sequence[Effect], given: int, seen: Screen
 ) -> list[_Exchange]:
-    found = []
-    for place in range(given, len(present)):
-        rest = [*present[:place], *present[place + 1 :]]
-        if any(present[place].kind in e.includes for e in rest):
-            continue
-        for competitor, values, scanned in _competitors(data, refit, present[place], rest, seen):
-            effects = (*present[:place], competitor, *present[place + 1 :])
-            found.append(_Exchange(effects, values, scanned))
-    return found
+    singles = [(place,) for place in range(given, len(present))]
+    pairs = list(combinations(range(given, len(present)), 2))
+    ones = [x for places in singles for x in _instead(data, refit, present, places, seen)[:TRIED]]
+    twos = [x for places in pairs for x in _instead(data, refit, present, places, seen)]
+    return [*ones, *sorted(twos, key=lambda x: -x.share)[:PAIRS_TRIED]]
+
+
+def _instead(
+    data: Data, refit: Refit, present: Sequence[Effect], places: Sequence[int], seen: Screen
+) -> list[_Exchange]:
+    """What could stand in some places of the model together, the most likely first."""
+    gone = [present[k] for k in places]
+    rest = [e for k, e in enumerate(present) if k not in places]
+    if any(one.kind in e.includes for one in gone for e in rest):
+        return []
+    at = min(places)
+    return [
+        _Exchange((*rest[:at], competitor, *rest[at:]), values, scanned, share)
+        for share, competitor, values, scanned in _competitors(data, refit, gone, rest, seen)
+    ]
 
 
 def _bic(refit: Refit, data: Data) -> float:
@@ -102,15 +126,16 @@ def _bic(refit: Refit, data: Data) -> float:
 
 
 def _competitors(
-    data: Data, refit: Refit, one: Effect, rest: Sequence[Effect], seen: Screen
-) -> list[tuple[Effect, dict[str, float], tuple[str, ...]]]:
-    """What explains most of the error without `one`, where to begin, and what was scanned."""
+    data: Data, refit: Refit, gone: Sequence[Effect], rest: Sequence[Effect], seen: Screen
+) -> list[tuple[float, Effect, dict[str, float], tuple[str, ...]]]:
+    """What explains most of the error without the effects `gone`: the share that is explained, the
+    effect, where to begin, and what was scanned."""
     h = refit.hypothesis
     without = hypothesis(data, rest, h.values())
     errors = [np.asarray(e) for e in without.errors(without.vector)]
     if not all(np.all(np.isfinite(e)) for e in errors):
         return []
-    own = set(names_of(one, h.model, data.sizes)) - {
+    own = {n for e in gone for n in names_of(e, h.model, data.sizes)} - {
         n for e in rest for n in names_of(e, h.model, data.sizes)
     }
     kept = [j for j, label in enumerate(h.unknowns.labels) if label not in own]
@@ -120,7 +145,7 @@ def _competitors(
     explained = products[-1, -1] - refit.white_cost
     found = []
     for s in seen.candidates:
-        if one.kind in s.effect.includes or s.effect.kind in one.includes:
+        if any(e.kind in s.effect.includes or s.effect.kind in e.includes for e in gone):
             continue
         mine = [i for i, c in enumerate(seen.columns) if c.effect is s.effect]
         shaped = best_shape(mine, seen.columns, products)
@@ -128,9 +153,9 @@ def _competitors(
             chosen = [seen.columns[i] for i in shaped.chosen]
             values = _start(chosen, shaped.explained.coefficients)
             scanned = tuple(c.parameter for c in chosen if c.scanned and c.parameter)
-            found.append((shaped.explained.drop, s.effect, values, scanned))
-    found.sort(key=lambda f: -f[0])
-    return [f[1:] for f in found[:TRIED]]
+            share = shaped.explained.drop / max(explained, 1e-300)
+            found.append((share, s.effect, values, scanned))
+    return sorted(found, key=lambda f: -f[0])
 
 
 def _start(chosen: Sequence[Column], coefficients: np.ndarray) -> dict[str, float]:

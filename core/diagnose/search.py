@@ -206,8 +206,8 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
 def _replace(
     state: State, seen: Screen, data: Data, refit: Refit, effects: Sequence[Effect]
 ) -> None:
-    """Puts one effect in the place of another, told as a round against the model with neither."""
-    gone = next(e for e in state.present if e not in effects)
+    """Puts one effect in the place of others, told as a round against the model without any."""
+    gone = [e for e in state.present if e not in effects]
     came = next(e for e in effects if e not in state.present)
     rest = [e for e in effects if e is not came]
     start = hypothesis(state.data, rest, state.refit.hypothesis.values())
@@ -218,10 +218,11 @@ def _replace(
     refused = bool(state.rounds) and state.rounds[-1].accepted is None  # the last word is kept
     state.rounds.insert(len(state.rounds) - refused, DiagnosisRound(ranking[:1], came.kind))
     state.refit, state.present = lacking, rest
-    state.steps.append(_step(state, None, f"Without: {gone.title}"))
+    titles = [e.title for e in gone]
+    state.steps.append(_step(state, None, f"Without: {', '.join(titles)}"))
     state.data, state.refit, state.present = data, refit, list(effects)
     state.steps.append(_step(state, came, came.title))
-    state.passed.append(gone.title)
+    state.passed += titles
 
 
 def retrace(state: State, base: Refit, progress: Progress) -> None:

@@ -38,6 +38,12 @@ def test_a_stand_in_gives_way_to_what_is_true() -> None:
     assert found == ("viscous_friction", "camera_delay")
 
 
+def test_one_effect_takes_the_place_of_two_that_imitated_it() -> None:
+    """On a single link a wrong loop gain and a wrong mass together were a motor's inertia."""
+    found = exchanged(["coulomb_friction", "structural_damping"], ["viscous_friction"])
+    assert found == ("viscous_friction",)
+
+
 def test_what_is_true_stays() -> None:
     assert (
         exchanged(["viscous_friction"], ["drive_gain", "torque_offset", "coulomb_friction"]) is None
