@@ -43,7 +43,7 @@ NOISE = 2e-4
 EXACT = 1e-3
 """Relative, of a stiffness without noise in the recording."""
 
-LACKING = 5e-3
+LACKING = 2e-3
 """m, of something that no stiffness explains."""
 
 NOT_THERE = 0.3

@@ -1,0 +1,139 @@
+"""Noise floors read anew beyond a better model.
+
+Where no noise is stated and no motion repeats, it is read from what the recordings say beyond the
+model, and what the model as given lacks counts as noise: the encoders of an arm whose torque was
+limited and rippled seemed twenty times as noisy as they were, and the ripple stayed below. A model
+that leaves no more than such a floor is therefore held against the floor that it shows itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from core.diagnose.data import ANCHORED, Data, NeededSteps, enough_steps, hypothesis
+from core.diagnose.descent import cost_of
+from core.diagnose.floor import Floor, channel_floors
+from core.diagnose.minimum import converged
+from core.diagnose.refit import Refit
+from core.diagnose.screen import Screen
+from core.diagnose.start import Begun, motions_of
+from core.diagnose.state import Options, State
+from core.diagnose.verdict import within_noise
+from core.identify.predictor import KnownMotions
+from core.results import DiagnosisRound, LadderStep
+
+LOWER = 1.25
+"""Times a new floor, that the old one must be for anything to be weighed anew: draws of the noise
+scatter by a tenth."""
+
+
+def sharpened(
+    state: State, begun: Begun, options: Options, stopped: Callable[[], bool]
+) -> Begun | None:
+    """The model as given against the floors that the last model shows, where these are lower and
+    that model leaves more than them; `state` then stands in the new floors too. None otherwise."""
+    if not state.found or not within_noise(state.data, state.refit.errors):
+        return None
+    floors = _floors(state.data, state.refit, options)
+    shares = {name: state.data.floors[name] / floor.value for name, floor in floors.items()}
+    if max(shares.values()) < LOWER:
+        return None
+    scaled = [_scales(names, shares) for names in _channels(state.data)]
+    blocks = [b * s for b, s in zip(state.refit.errors, scaled, strict=True)]
+    if within_noise(state.data, blocks) or stopped():
+        return None
+    _restate(state, floors, shares, stopped)
+    data = _against(begun.data, floors)
+    base = _rescaled(begun.base, scaled)
+    h = hypothesis(data, base.hypothesis.model.effects, base.hypothesis.values())
+    base = replace(base, hypothesis=h.at(base.hypothesis.vector))
+    return replace(begun, data=data, base=base, validation=state.validation, known=None)
+
+
+def _floors(data: Data, refit: Refit, options: Options) -> dict[str, Floor]:
+    """channel -> its floor by what the recordings say beyond a model, at most the one before."""
+    h = refit.hypothesis
+    apart = [b / w for b, w in zip(refit.errors, data.weights, strict=True)]
+    found = channel_floors(
+        h.residuals.experiments, apart, motions_of(h), options.stated_noise, options.fidelity
+    )
+    return {n: replace(f, value=min(f.value, data.floors[n])) for n, f in found.items()}
+
+
+def _restate(
+    state: State, floors: Mapping[str, Floor], shares: Mapping[str, float],
+    stopped: Callable[[], bool],
+) -> None:  # fmt: skip
+    """All that a search has so far, in the new floors; the last model at its minimum in them."""
+    values = {**state.refit.hypothesis.model.effect_values, **state.refit.hypothesis.values()}
+    data = _against(state.data, floors)
+    few = enough_steps(data, state.present, values, ANCHORED)
+    steps = enough_steps(data, state.present, values, least=few)
+    data = replace(data, steps=steps, few=few, needed=NeededSteps())
+    scales = [_scales(names, shares) for names in _channels(state.data)]
+    counts = dict.fromkeys(floors, 0)
+    for e in data.experiments:
+        for (name, _), mask in zip(e.channels, e.counted.T, strict=True):
+            counts[name] += int(mask.sum())
+    state.rounds[:] = [_round(one, scales) for one in state.rounds]
+    state.steps[:] = [_step(one, floors, counts) for one in state.steps]
+    if state.first is not None:
+        state.first = _screen(state.first, scales[0])
+    if state.validation is not None:
+        state.validation = _against(state.validation, floors)
+    state.unseen.clear()
+    start = hypothesis(data, state.present, values)
+    state.data, state.refit = converged(data, start, None, stopped)
+
+
+def _against(data: Data, floors: Mapping[str, Floor]) -> Data:
+    weights = tuple(np.array([1.0 / floors[n].value for n in names]) for names in _channels(data))
+    return replace(
+        data, weights=weights, floors={n: f.value for n, f in floors.items()},
+        floor_sources={n: f.source for n, f in floors.items()}, anchor=None, known=KnownMotions(),
+    )  # fmt: skip
+
+
+def _channels(data: Data) -> list[list[str]]:
+    return [[name for name, _ in e.channels] for e in data.experiments]
+
+
+def _scales(names: Sequence[str], shares: Mapping[str, float]) -> np.ndarray:
+    """(k,) by which what is stated in floors grows."""
+    return np.array([shares[n] for n in names])
+
+
+def _rescaled(refit: Refit, scales: Sequence[np.ndarray]) -> Refit:
+    """What is known of a fit, in other floors; where it stands stays."""
+    found = refit.descended
+    blocks = tuple(b * s for b, s in zip(found.blocks, scales, strict=True))
+    slopes = tuple(S * s[:, None] for S, s in zip(found.slopes, scales, strict=True))
+    cost = cost_of(blocks)
+    there = replace(found, blocks=blocks, slopes=slopes, cost=cost)
+    return replace(refit, descended=there, white_cost=cost)
+
+
+def _round(told: DiagnosisRound, scales: Sequence[np.ndarray]) -> DiagnosisRound:
+    ranking = tuple(
+        replace(r, predicted=tuple(b * s for b, s in zip(r.predicted, scales, strict=False)))
+        for r in told.ranking
+    )
+    return replace(told, ranking=ranking)
+
+
+def _step(told: LadderStep, floors: Mapping[str, Floor], counts: Mapping[str, int]) -> LadderStep:
+    """`counts`: channel -> samples that count."""
+    errors = tuple(
+        replace(e, floor=floors[e.channel].value, floor_source=floors[e.channel].source)
+        for e in told.errors
+    )
+    cost = sum(counts[e.channel] * (e.rms / e.floor) ** 2 for e in errors)
+    return replace(told, errors=errors, cost_per_sample=cost / sum(counts.values()))
+
+
+def _screen(seen: Screen, scale: np.ndarray) -> Screen:
+    whitener = replace(seen.whitener, deviations=seen.whitener.deviations * scale)
+    return replace(seen, whitener=whitener)
