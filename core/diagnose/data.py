@@ -245,7 +245,7 @@ def _fewest(data: Data, model: Model) -> int:
     # Whoever asks first, the answer is that of the nominal values and the modes alone.
     shapes = [one for one in model.effects if one.resolution]
     alone = replace(data, needed=None, anchor=None)
-    found = data.needed.of(model.arm.modes, lambda: enough_steps(alone, shapes, {}))
+    found = data.needed.of(model.arm.modes, lambda: enough_steps(alone, shapes, {}, UNKNOWN))
     return max(found, data.steps)
 
 
@@ -257,6 +257,11 @@ ANCHORED = 2.4
 """The same where the anchor is of the same arm. What is compared is simulated with twice as many
 steps (core.diagnose.refit.EXACT), which miss a quarter, so that as little is left of it. An arm
 with other vibrations has an error of its own that no anchor knows."""
+
+UNKNOWN = 0.2
+"""The same of arms with other bending shapes, of whose steps no anchor knows the error: squared it
+is no relevant part of the noise. With three times as much a further shape, near the noise, lost by
+its steps all that it explained."""
 
 MOST_STEPS = 64
 

@@ -21,7 +21,7 @@ from core.diagnose.evidence import (
     ranked,
     weigh,
 )
-from core.diagnose.race import Runner, ended, in_the_race, started
+from core.diagnose.race import Runner, ended, in_its_best_valley, in_the_race, started
 from core.diagnose.refit import Refit, whitened
 from core.diagnose.screen import Screen, Screened, screen
 from core.diagnose.sets import FoundSet
@@ -138,8 +138,9 @@ def _refitted(
     stopped = lambda: on_progress("")  # noqa: E731
 
     def look(s: Screened) -> Runner:
-        effects = [*present, s.effect]
-        return started(data, before.hypothesis, effects, s.values, seen.slopes, s.scanned, stopped)
+        effects, base = [*present, s.effect], before.hypothesis
+        begun = started(data, base, effects, s.values, seen.slopes, s.scanned, stopped)
+        return in_its_best_valley(data, begun, stopped) if s.effect.resolution else begun
 
     if within_noise(data, before.errors):
         return  # nothing can be missing, whatever is explained below the floor

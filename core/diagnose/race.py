@@ -7,7 +7,7 @@ that it has: where it stopped it was told from the best by more than its next st
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from core.diagnose.data import Data, Hypothesis
 from core.diagnose.descent import promised
 from core.diagnose.evidence import CLOSE, merit
 from core.diagnose.refit import ROUGH_ITERATIONS, Known, Refit, ahead, columns_of, exactly, fit
+from core.diagnose.valleys import better_valley
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
 
@@ -59,6 +60,15 @@ def started(
     start, spent = ahead(data, base, effects, values, slopes, scanned, stopped)
     left = ROUGH_ITERATIONS - spent
     return Runner(fit(start, None, stopped, FIRST, known), left - FIRST, known)
+
+
+def in_its_best_valley(data: Data, runner: Runner, stopped: Callable[[], bool]) -> Runner:
+    """The same from where another minimum of the cost is lower. A finer model of the arm is softer:
+    with the stiffness of the coarse one it swings too slowly, and descents lead elsewhere."""
+    start = better_valley(data, runner.refit.hypothesis, stopped)
+    if start is None or stopped():
+        return runner
+    return replace(runner, refit=fit(start, None, stopped, FIRST, runner.known))
 
 
 def ended(
