@@ -1,0 +1,75 @@
+"""Noise that was read beyond a model that lacked something is read anew beyond a better one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.diagnose.data import hypothesis
+from core.diagnose.floor import Floor
+from core.diagnose.minimum import converged
+from core.diagnose.sharpened import _against, sharpened
+from core.diagnose.start import Begun
+from core.diagnose.state import Options, State, given_step
+from core.diagnose.verdict import remains, within_noise
+from core.effects import effect
+from tests.diagnose.test_stated import bare
+
+HIDDEN = 60.0
+"""Times its size, that the noise seemed to be: the friction that is missing stays below."""
+
+READ_ANEW = 2.0
+"""Factor within which floors of the same recording agree, whatever they were before."""
+
+EXACT = 1e-9
+"""Relative: what is known is stated in other units."""
+
+
+def never() -> bool:
+    return False
+
+
+def found_with(floors: float, kind: str = "torque_offset") -> tuple[State, Begun]:
+    """A model with one effect, by default of no use in the place of the friction; floors that many
+    times as large as they are."""
+    begun = bare()
+    large = {n: Floor(f * floors, f * floors, "estimated") for n, f in begun.data.floors.items()}
+    data = _against(begun.data, large)
+    base = converged(data, hypothesis(data, (), begun.base.hypothesis.values()), None, never)
+    added = [effect(kind)]
+    there = converged(base[0], hypothesis(base[0], added, base[1].hypothesis.values()), None, never)
+    given = replace(begun, data=base[0], base=base[1])
+    return State(*there, added, 0, [], [given_step(given)], None), given
+
+
+def test_what_was_within_a_noise_that_is_none_is_above_what_there_is() -> None:
+    state, given = found_with(HIDDEN)
+    assert within_noise(state.data, state.refit.errors)
+    found = sharpened(state, given, Options(), never)
+    assert found is not None
+    assert not within_noise(state.data, state.refit.errors)
+    for name, floor in bare().data.floors.items():
+        assert 1.0 / READ_ANEW < state.data.floors[name] / floor < READ_ANEW
+        assert found.data.floors[name] == state.data.floors[name]
+
+
+def test_all_that_was_found_is_told_in_the_new_floors() -> None:
+    state, given = found_with(HIDDEN)
+    rms = {e.channel: e.rms for e in state.steps[0].errors}
+    found = sharpened(state, given, Options(), never)
+    assert found is not None
+    (step,) = state.steps
+    assert {e.channel: e.rms for e in step.errors} == rms
+    assert {e.channel: e.floor for e in step.errors} == state.data.floors
+    left = remains(found.data.experiments, found.base.errors, found.base.hypothesis)
+    assert np.sqrt(step.cost_per_sample) == pytest.approx(left.rms, rel=EXACT)
+
+
+def test_floors_that_are_right_are_left_alone() -> None:
+    state, given = found_with(1.0, "viscous_friction")
+    assert within_noise(state.data, state.refit.errors)
+    before = dict(state.data.floors)
+    assert sharpened(state, given, Options(), never) is None
+    assert state.data.floors == before
