@@ -14,8 +14,8 @@ from core.diagnose.ladder import (
     not_applicable,
 )
 from core.diagnose.resolution import within_resolution
-from core.diagnose.search import better_given, retrace, search, settle
-from core.diagnose.sharpened import sharpened
+from core.diagnose.search import better_given, retrace, settle
+from core.diagnose.sharpened import search_sharply
 from core.diagnose.start import Begun, begin
 from core.diagnose.state import Options, RankingCallback, State, begun_state, settings
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
@@ -54,12 +54,7 @@ def diagnose(
     begun = begun or begin_on(setup, spec, recordings, options, progress)
     state = begun_state(setup, begun)
     fitted = time.perf_counter()
-    more = search(state, options, progress, on_ranking)
-    for _ in range(SHARPENED):
-        sharper = sharpened(state, begun, options, progress.stopped)
-        if sharper is None:
-            break
-        begun, more = sharper, search(state, options, progress, on_ranking)
+    state, begun, more = search_sharply(state, begun, options, progress, on_ranking)
     begun = better_given(state, begun, options, progress)
     retrace(state, begun.base, progress)
     settle(state, progress)
@@ -104,9 +99,6 @@ def diagnose(
 def _compared_after(state: State, begun: Begun) -> tuple[RecordingComparison, ...]:
     return compared(Begun(state.data, state.refit, known=state.validated(state.refit)))
 
-
-SHARPENED = 2
-"""Times that the noise is read anew: what the model lacked hid most of it the first time."""
 
 STOPPED = "The search was stopped before it was complete."
 

@@ -3,7 +3,9 @@
 Where no noise is stated and no motion repeats, it is read from what the recordings say beyond the
 model, and what the model as given lacks counts as noise: the encoders of an arm whose torque was
 limited and rippled seemed twenty times as noisy as they were, and the ripple stayed below. A model
-that leaves no more than such a floor is therefore held against the floor that it shows itself.
+that leaves no more than such a floor is therefore held against the floor that it shows itself. What
+is above that may still be noise, or what no shape of the arm can follow: an effect is missing where
+one explains it, and else the floor is what is left.
 """
 
 from __future__ import annotations
@@ -19,48 +21,97 @@ from core.diagnose.floor import Floor, channel_floors
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit
 from core.diagnose.screen import Screen
+from core.diagnose.search import search
 from core.diagnose.start import Begun, motions_of
-from core.diagnose.state import Options, State
-from core.diagnose.verdict import within_noise
+from core.diagnose.state import Options, RankingCallback, State
+from core.diagnose.verdict import channel_rms, within_noise
 from core.identify.predictor import KnownMotions
+from core.progress import Progress
 from core.results import DiagnosisRound, LadderStep
 
 LOWER = 1.25
 """Times a new floor, that the old one must be for anything to be weighed anew: draws of the noise
 scatter by a tenth."""
 
+SURELY = 1.5
+"""Times the new floor that the error of a channel must be for an effect to be sought: floors that
+are estimated are known within that factor (tests/diagnose/test_floor.py)."""
 
-def sharpened(
-    state: State, begun: Begun, options: Options, stopped: Callable[[], bool]
-) -> Begun | None:
-    """The model as given against the floors that the last model shows, where these are lower and
-    that model leaves more than them; `state` then stands in the new floors too. None otherwise."""
+MOST = 2
+"""Times that the noise is read anew: what the model lacked hid most of it the first time."""
+
+
+def search_sharply(
+    state: State, begun: Begun, options: Options, progress: Progress,
+    on_ranking: RankingCallback | None,
+) -> tuple[State, Begun, bool]:  # fmt: skip
+    """The whole search, with the noise read anew beyond what it found: where it ended, the model as
+    given in the same floors, and whether another effect is known to be missing."""
+    more = search(state, options, progress, on_ranking)
+    for _ in range(MOST):
+        floors = read_anew(state, options)
+        if floors is None or progress.stopped():
+            break
+        before, given = state.copied(), begun
+        if surely_above(state, floors):
+            begun = restated(state, begun, floors, progress.stopped)
+            further = search(state, options, progress, on_ranking)
+            if state.found != before.found:
+                more = further
+                continue
+        if not progress.stopped():
+            state = before
+            begun = restated(state, given, _at_most_left(state, floors), progress.stopped)
+        break
+    return state, begun, more
+
+
+def read_anew(state: State, options: Options) -> dict[str, Floor] | None:
+    """channel -> the floor that the last model shows, at most the one before; None where none is
+    much lower, where nothing was found, or where that model leaves more than noise already."""
     if not state.found or not within_noise(state.data, state.refit.errors):
         return None
-    floors = _floors(state.data, state.refit, options)
+    h, old = state.refit.hypothesis, state.data.floors
+    apart = [b / w for b, w in zip(state.refit.errors, state.data.weights, strict=True)]
+    found = channel_floors(
+        h.residuals.experiments, apart, motions_of(h), options.stated_noise, options.fidelity
+    )
+    floors = {n: replace(f, value=min(f.value, old[n])) for n, f in found.items()}
+    lower = max(old[n] / f.value for n, f in floors.items()) >= LOWER
+    return floors if lower else None
+
+
+def surely_above(state: State, floors: Mapping[str, Floor]) -> bool:
+    """Whether the last model leaves more than these floors in a channel, however well they are
+    known."""
+    return any(rms > SURELY * floors[name].value for name, rms in _left(state).items())
+
+
+def _at_most_left(state: State, floors: Mapping[str, Floor]) -> dict[str, Floor]:
+    """The floors where no effect explains what is above: that is noise too, or what no model of
+    this kind can follow. As weights of a fit they are nearer to the truth than those before."""
+    left, old = _left(state), state.data.floors
+    return {n: replace(f, value=min(max(f.value, left[n]), old[n])) for n, f in floors.items()}
+
+
+def _left(state: State) -> dict[str, float]:
+    """channel -> rms of the last model's error, SI."""
+    shares = channel_rms(state.data.experiments, state.refit.errors)
+    return {name: share * state.data.floors[name] for name, share in shares.items()}
+
+
+def restated(
+    state: State, begun: Begun, floors: Mapping[str, Floor], stopped: Callable[[], bool]
+) -> Begun:
+    """The model as given against other floors; `state` then stands in them too."""
     shares = {name: state.data.floors[name] / floor.value for name, floor in floors.items()}
-    if max(shares.values()) < LOWER:
-        return None
     scaled = [_scales(names, shares) for names in _channels(state.data)]
-    blocks = [b * s for b, s in zip(state.refit.errors, scaled, strict=True)]
-    if within_noise(state.data, blocks) or stopped():
-        return None
     _restate(state, floors, shares, stopped)
     data = _against(begun.data, floors)
     base = _rescaled(begun.base, scaled)
     h = hypothesis(data, base.hypothesis.model.effects, base.hypothesis.values())
     base = replace(base, hypothesis=h.at(base.hypothesis.vector))
     return replace(begun, data=data, base=base, validation=state.validation, known=None)
-
-
-def _floors(data: Data, refit: Refit, options: Options) -> dict[str, Floor]:
-    """channel -> its floor by what the recordings say beyond a model, at most the one before."""
-    h = refit.hypothesis
-    apart = [b / w for b, w in zip(refit.errors, data.weights, strict=True)]
-    found = channel_floors(
-        h.residuals.experiments, apart, motions_of(h), options.stated_noise, options.fidelity
-    )
-    return {n: replace(f, value=min(f.value, data.floors[n])) for n, f in found.items()}
 
 
 def _restate(

@@ -86,6 +86,13 @@ class State:
             self.unseen[key] = refit, found  # the refit is held, so that its id stays its own
         return self.unseen[key][1]
 
+    def copied(self) -> State:
+        """The same, which stays as it is while this one goes on."""
+        return replace(
+            self, present=list(self.present), rounds=list(self.rounds), steps=list(self.steps),
+            passed=list(self.passed), unseen=dict(self.unseen),
+        )  # fmt: skip
+
     @property
     def found(self) -> list[Effect]:
         """What was added."""

@@ -10,15 +10,25 @@ import pytest
 from core.diagnose.data import hypothesis
 from core.diagnose.floor import Floor
 from core.diagnose.minimum import converged
-from core.diagnose.sharpened import _against, sharpened
+from core.diagnose.sharpened import (
+    _against,
+    read_anew,
+    restated,
+    search_sharply,
+    surely_above,
+)
 from core.diagnose.start import Begun
 from core.diagnose.state import Options, State, given_step
 from core.diagnose.verdict import remains, within_noise
 from core.effects import effect
+from core.progress import Silent
 from tests.diagnose.test_stated import bare
 
 HIDDEN = 60.0
 """Times its size, that the noise seemed to be: the friction that is missing stays below."""
+
+LARGER = 4.0
+"""The same where the friction shows."""
 
 READ_ANEW = 2.0
 """Factor within which floors of the same recording agree, whatever they were before."""
@@ -47,8 +57,9 @@ def found_with(floors: float, kind: str = "torque_offset") -> tuple[State, Begun
 def test_what_was_within_a_noise_that_is_none_is_above_what_there_is() -> None:
     state, given = found_with(HIDDEN)
     assert within_noise(state.data, state.refit.errors)
-    found = sharpened(state, given, Options(), never)
-    assert found is not None
+    floors = read_anew(state, Options())
+    assert floors is not None and surely_above(state, floors)
+    found = restated(state, given, floors, never)
     assert not within_noise(state.data, state.refit.errors)
     for name, floor in bare().data.floors.items():
         assert 1.0 / READ_ANEW < state.data.floors[name] / floor < READ_ANEW
@@ -58,8 +69,9 @@ def test_what_was_within_a_noise_that_is_none_is_above_what_there_is() -> None:
 def test_all_that_was_found_is_told_in_the_new_floors() -> None:
     state, given = found_with(HIDDEN)
     rms = {e.channel: e.rms for e in state.steps[0].errors}
-    found = sharpened(state, given, Options(), never)
-    assert found is not None
+    floors = read_anew(state, Options())
+    assert floors is not None
+    found = restated(state, given, floors, never)
     (step,) = state.steps
     assert {e.channel: e.rms for e in step.errors} == rms
     assert {e.channel: e.floor for e in step.errors} == state.data.floors
@@ -68,8 +80,18 @@ def test_all_that_was_found_is_told_in_the_new_floors() -> None:
 
 
 def test_floors_that_are_right_are_left_alone() -> None:
-    state, given = found_with(1.0, "viscous_friction")
+    state, _ = found_with(1.0, "viscous_friction")
     assert within_noise(state.data, state.refit.errors)
-    before = dict(state.data.floors)
-    assert sharpened(state, given, Options(), never) is None
-    assert state.data.floors == before
+    assert read_anew(state, Options()) is None
+
+
+def test_what_no_effect_explains_is_noise_too() -> None:
+    """With a floor in which nothing is missing the search ends where it ended; the floor is what is
+    left, and the fit weighs the channels by it."""
+    state, given = found_with(LARGER, "viscous_friction")
+    options = Options(max_effects=2, candidates=("gravity_tilt",))
+    ended, begun, more = search_sharply(state, given, options, Silent(), None)
+    assert not more and [e.kind for e in ended.found] == ["viscous_friction"]
+    assert within_noise(ended.data, ended.refit.errors)
+    assert max(ended.data.floors[n] / f for n, f in given.data.floors.items()) < 1.0
+    assert begun.data.floors == ended.data.floors
