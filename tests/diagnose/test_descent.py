@@ -129,3 +129,13 @@ def test_a_descent_in_two_parts_ends_where_it_would_in_one() -> None:
     )
     assert np.array_equal(rest.vector, whole.vector)
     assert first.iterations + rest.iterations == whole.iterations
+
+
+def test_where_rough_slopes_lead_uphill_exact_ones_are_taken() -> None:
+    """Half the steps point the wrong way where a vibration is fast for them."""
+    curve, at = Curve(), np.zeros(2)
+    uphill = lambda x: [-S for S in curve.slopes(x)]  # noqa: E731
+    stuck = descend(curve.errors, uphill, at, LIMITS, good_enough=1e-9)
+    assert stuck.vector == pytest.approx(at)
+    found = descend(curve.errors, uphill, at, LIMITS, good_enough=1e-9, exact=curve.slopes)
+    assert found.vector == pytest.approx(descended(Curve()).vector, abs=1e-6)
