@@ -120,6 +120,6 @@ def _one(
         velocity=seen.motion.velocity[:, k] + behind.speed[:, k],
         velocity_unit=f"{kind.coordinate_unit}/s",
         missing=-behind.torque[:, k],
-        recorded=applied,
+        applied=applied,
         counted=np.ones(len(time), dtype=bool),
     )

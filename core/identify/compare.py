@@ -130,7 +130,7 @@ def _missing(
                 velocity=speed[:, k],
                 velocity_unit=f"{kind.coordinate_unit}/s",
                 missing=c.residual,
-                recorded=c.measured,
+                applied=c.measured,
                 counted=c.counted,
             )
         )

@@ -71,8 +71,9 @@ class MissingTorque:
     """Joint velocity, rad/s or m/s."""
     velocity_unit: str
     missing: np.ndarray
-    """Recorded minus modelled, in `unit`."""
-    recorded: np.ndarray
+    """Applied minus what the model needs for the motion, in `unit`."""
+    applied: np.ndarray
+    """By the drive: as recorded, else by its law along the motion."""
     counted: np.ndarray
 
 

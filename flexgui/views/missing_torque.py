@@ -21,12 +21,12 @@ HEIGHT_PER_JOINT = 260
 
 
 def missing_over_time(torques: Sequence[MissingTorque]) -> go.Figure:
-    """A row per joint: recorded and missing torque over time in s."""
+    """A row per joint: applied and missing torque over time in s."""
     figure = make_subplots(rows=len(torques), cols=1, shared_xaxes=True, vertical_spacing=0.06)
     for row, torque in enumerate(torques, start=1):
-        unit = shown_unit(torque.recorded, torque.unit)
+        unit = shown_unit(torque.applied, torque.unit)
         for name, values, line in (
-            ("recorded", torque.recorded, {"color": colours.START, "width": 1.0, "dash": "dot"}),
+            ("applied", torque.applied, {"color": colours.START, "width": 1.0, "dash": "dot"}),
             ("missing", torque.missing, {"color": colours.MISSING, "width": 1.4}),
         ):
             x, y = trace(torque.time, np.where(torque.counted, values, np.nan) * unit.factor)
@@ -44,7 +44,10 @@ def missing_over_time(torques: Sequence[MissingTorque]) -> go.Figure:
             )
         title(figure, row, unit.label(_what(torque)))
     figure.update_xaxes(title_text="time [s]", row=len(torques), col=1)
-    text = "Missing: recorded torque minus the torque that the model needs for the same motion."
+    text = (
+        "Missing: the torque that the drive applies minus the torque that the model needs for the "
+        "same motion."
+    )
     return styled(figure, _height(torques), text, hovermode="x unified")
 
 

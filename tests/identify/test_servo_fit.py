@@ -108,7 +108,7 @@ def test_a_torque_constant_is_recovered_from_the_current(recording):
 def test_a_perfect_model_lacks_hardly_any_force(recording):
     found = missing(recording)
     part = inner(found)
-    assert found.missing[part].std() < IDLE * found.recorded[part].std()
+    assert found.missing[part].std() < IDLE * found.applied[part].std()
     assert (found.joint, found.unit, found.velocity_unit) == (1, "N", "m/s")
 
 
