@@ -57,7 +57,7 @@ def diagnose(
     state, begun, more = search_sharply(state, begun, options, progress, on_ranking)
     begun = better_given(state, begun, options, progress)
     retrace(state, begun.base, progress)
-    settle(state, progress)
+    settle(state, options, progress)
     left = remains(state.data.experiments, state.refit.errors, state.refit.hypothesis)
     given = remains(begun.data.experiments, begun.base.errors, begun.base.hypothesis)
     stopped = progress.stopped()

@@ -55,6 +55,18 @@ def noise_in_outputs(
     }
 
 
+def noise_drawn(
+    experiments: Sequence[Prepared], motions: Sequence[Motion], stated: Mapping[str, float]
+) -> list[list[np.ndarray]]:
+    """Per recording some draws (M, k) of the noise in its outputs, zero where nothing counts."""
+    routes = [Route(e, *m) for e, m in zip(experiments, motions, strict=True)]
+    known = _columns(routes, stated)
+    return [
+        [np.where(e.counted & np.isfinite(x), x, 0.0) for x in route.draws(known, i)]
+        for i, (e, route) in enumerate(zip(experiments, routes, strict=True))
+    ]
+
+
 def _level_of(parts: Sequence[Sequence[np.ndarray]], scatters: bool) -> float:
     """rms over all recordings of the draws of each; where it scatters from draw to draw, what a
     draw exceeds in one of six cases.

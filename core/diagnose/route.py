@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -217,15 +217,19 @@ class Route:
     def noise(self, known: Mapping[str, ColumnNoise], number: int) -> list[list[np.ndarray]]:
         """Per channel the draws of its noise, of the samples that count."""
         e = self.experiment
-        rng = np.random.default_rng([SEED, number])
-        smooth = {n: self.smooth(n) for s in e.outputs for n in self.feeding(s)}
-        plain = self._compared(self.recording)
         drawn: list[list[np.ndarray]] = [[] for _ in e.channels]
-        for _ in range(SERVO_DRAWS if self.driven else DRAWS):
-            apart = self._compared(self._begun_alike(known, smooth, rng)) - plain
+        for apart in self.draws(known, number):
             for column, counted, found in zip(apart.T, e.counted.T, drawn, strict=True):
                 found.append(column[counted & np.isfinite(column)])
         return drawn
+
+    def draws(self, known: Mapping[str, ColumnNoise], number: int) -> Iterator[np.ndarray]:
+        """Draws (M, k) of what the columns' noise becomes; `number` of the recording."""
+        rng = np.random.default_rng([SEED, number])
+        smooth = {n: self.smooth(n) for s in self.experiment.outputs for n in self.feeding(s)}
+        plain = self._compared(self.recording)
+        for _ in range(SERVO_DRAWS if self.driven else DRAWS):
+            yield self._compared(self._begun_alike(known, smooth, rng)) - plain
 
     def _begun_alike(
         self,

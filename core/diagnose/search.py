@@ -24,6 +24,7 @@ from core.diagnose.prune import ITERATIONS, without_needless
 from core.diagnose.refit import Refit, fit, settled
 from core.diagnose.retraced import retraced
 from core.diagnose.screen import Screen, screen
+from core.diagnose.shaken import widened
 from core.diagnose.start import Begun
 from core.diagnose.state import Options, RankingCallback, State, ToCome, given_step
 from core.diagnose.steps import ladder_step
@@ -259,13 +260,15 @@ def better_given(state: State, begun: Begun, options: Options, progress: Progres
     return found
 
 
-def settle(state: State, progress: Progress) -> None:
+def settle(state: State, options: Options, progress: Progress) -> None:
     """States the last model at its minimum; what led there needs no such digits."""
     if progress.stopped():
         return
     if state.found:
         state.data, state.refit = in_the_right_valley(state.data, state.refit, progress.stopped)
     state.data, state.refit = precise(state.data, state.refit, progress.stopped)
+    if state.data.rig.servo:
+        state.refit = widened(state.data, state.refit, options.stated_noise)
     last = state.steps[-1]
     added = next((e for e in state.present if e.kind == last.added), None)
     state.steps[-1] = _step(state, added, last.title)

@@ -1,0 +1,53 @@
+"""Deviations of estimates where the encoders' noise shakes the arm.
+
+Where a servo leads the joints, their noise sets lightly damped links swinging, and they swing for
+the whole recording at the frequency by which a stiffness shows. A fit takes most of that up, so the
+residual does not tell: three deviations off were no rarity. What the noise does to the estimates is
+therefore drawn, with the model's own equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from core.diagnose.data import Data
+from core.diagnose.noise_route import noise_drawn
+from core.diagnose.refit import Refit
+from core.diagnose.start import motions_of
+from core.identify.uncertainty import pseudo_inverse
+
+
+def widened(data: Data, refit: Refit, stated: Mapping[str, float]) -> Refit:
+    """The fit with deviations that are no smaller than what draws of the noise make of them.
+
+    Args:
+        data: recordings along which a servo leads the joints.
+        refit: a model at its minimum.
+        stated: column -> standard deviation of the sensor's noise, SI, where it is known.
+    """
+    C = refit.covariance
+    known = np.flatnonzero(np.isfinite(np.diag(C)))
+    if not len(known):
+        return refit
+    drawn = _variances(data, refit, known, stated)
+    wider = np.ones(len(C))
+    wider[known] = np.sqrt(np.maximum(drawn / np.maximum(np.diag(C)[known], 1e-300), 1.0))
+    return replace(refit, covariance=C * np.outer(wider, wider))
+
+
+def _variances(
+    data: Data, refit: Refit, known: np.ndarray, stated: Mapping[str, float]
+) -> np.ndarray:
+    """(p,) of the unknowns `known`: of (S'S)^-1 S'e over draws e, which recordings make apart."""
+    h = refit.hypothesis
+    slopes = [S[:, :, known].reshape(-1, len(known)) for S in refit.descended.slopes]
+    inverse = pseudo_inverse(np.asarray(sum(S.T @ S for S in slopes)))
+    meat = np.zeros_like(inverse)
+    drawn = noise_drawn(h.residuals.experiments, motions_of(h), stated)
+    for S, weights, draws in zip(slopes, data.weights, drawn, strict=True):
+        pulls = np.array([S.T @ (e * weights).ravel() for e in draws])
+        meat += pulls.T @ pulls / len(pulls)
+    return np.diag(inverse @ meat @ inverse)
