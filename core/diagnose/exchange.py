@@ -24,6 +24,7 @@ from core.diagnose.gram import gram
 from core.diagnose.refit import Refit, refit_with, whitened
 from core.diagnose.screen import Screen
 from core.diagnose.shapes import best_shape, own_shape
+from core.effects import effect
 from core.effects.effect import Effect
 from core.identify import predictor
 
@@ -99,22 +100,42 @@ class _Exchange(NamedTuple):
 def _exchanges(
     data: Data, refit: Refit, present: Sequence[Effect], given: int, seen: Screen
 ) -> list[_Exchange]:
-    singles = [(place,) for place in range(given, len(present))]
-    pairs = list(combinations(range(given, len(present)), 2))
-    ones = [x for places in singles for x in _instead(data, refit, present, places, seen)[:TRIED]]
-    twos = [x for places in pairs for x in _instead(data, refit, present, places, seen)]
+    ours = range(given, len(present))
+    ones = [
+        x
+        for k in ours
+        for simpler in _simpler(present, k)
+        for x in _instead(data, refit, present, (k,), seen, simpler)[:TRIED]
+    ]
+    twos = [x for ks in combinations(ours, 2) for x in _instead(data, refit, present, ks, seen)]
     return [*ones, *sorted(twos, key=lambda x: -x.share)[:PAIRS_TRIED]]
 
 
+def _simpler(present: Sequence[Effect], place: int) -> list[tuple[Effect, ...]]:
+    """What may be left of an effect beside its competitor: nothing, or the simpler ones that it
+    includes. A soft base beside motors' inertia was an elastic joint, which has such motors."""
+    have = {e.kind for e in present}
+    simpler = tuple(effect(kind) for kind in present[place].includes if kind not in have)
+    return [(), simpler] if simpler else [()]
+
+
 def _instead(
-    data: Data, refit: Refit, present: Sequence[Effect], places: Sequence[int], seen: Screen
+    data: Data,
+    refit: Refit,
+    present: Sequence[Effect],
+    places: Sequence[int],
+    seen: Screen,
+    simpler: Sequence[Effect] = (),
 ) -> list[_Exchange]:
-    """What could stand in some places of the model together, the most likely first."""
+    """What could stand in some places of the model together, the most likely first; beside what is
+    left of them, the `simpler` ones."""
     gone = [present[k] for k in places]
     rest = [e for k, e in enumerate(present) if k not in places]
     if any(one.kind in e.includes for one in gone for e in rest):
         return []
     at = min(places)
+    rest[at:at] = simpler
+    at += len(simpler)
     return [
         _Exchange((*rest[:at], competitor, *rest[at:]), values, scanned, share)
         for share, competitor, values, scanned in _competitors(data, refit, gone, rest, seen)
@@ -146,7 +167,7 @@ def _competitors(
     found = []
     for s in seen.candidates:
         if any(e.kind in s.effect.includes or s.effect.kind in e.includes for e in gone):
-            continue
+            continue  # an effect and its part are weighed by the fit of their sizes
         mine = [i for i, c in enumerate(seen.columns) if c.effect is s.effect]
         shaped = best_shape(mine, seen.columns, products)
         if shaped.explained.drop > SHARE * explained:

@@ -209,7 +209,8 @@ def _replace(
 ) -> None:
     """Puts one effect in the place of others, told as a round against the model without any."""
     gone = [e for e in state.present if e not in effects]
-    came = next(e for e in effects if e not in state.present)
+    parts = {kind for e in gone for kind in e.includes}
+    came = next(e for e in effects if e not in state.present and e.kind not in parts)
     rest = [e for e in effects if e is not came]
     start = hypothesis(state.data, rest, state.refit.hypothesis.values())
     lacking = settled(fit(start, seen.whitener, lambda: False, ITERATIONS))

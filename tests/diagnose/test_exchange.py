@@ -14,7 +14,7 @@ import pytest
 from core.diagnose.acceptance import Acceptance, Added
 from core.diagnose.data import Data, again, hypothesis
 from core.diagnose.descent import cost_of
-from core.diagnose.exchange import best_exchange
+from core.diagnose.exchange import _simpler, best_exchange
 from core.diagnose.minimum import _off_bounds, _with_steps, anchored, converged, precise
 from core.diagnose.screen import screen
 from core.effects import effect
@@ -42,6 +42,14 @@ def test_one_effect_takes_the_place_of_two_that_imitated_it() -> None:
     """On a single link a wrong loop gain and a wrong mass together were a motor's inertia."""
     found = exchanged(["coulomb_friction", "structural_damping"], ["viscous_friction"])
     assert found == ("viscous_friction",)
+
+
+def test_what_an_effect_includes_may_stay_where_its_rest_imitated_another() -> None:
+    """A soft base beside motors' inertia was an elastic joint, which has such motors."""
+    elastic, friction = effect("joint_elasticity"), effect("viscous_friction")
+    assert _simpler([friction, elastic], 0) == [()]
+    assert _simpler([friction, elastic], 1) == [(), (effect("rotor_inertia"),)]
+    assert _simpler([effect("rotor_inertia"), elastic], 1) == [()]
 
 
 def test_what_is_true_stays() -> None:
