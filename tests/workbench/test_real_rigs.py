@@ -146,7 +146,7 @@ def test_both_joints_of_the_bench_lack_a_torque(outcome):
         assert [m.joint for m in missing] == [1, 2]
         for m in missing:
             assert np.isfinite(m.missing[m.counted]).all()
-            assert m.missing[m.counted].std() > 0.1 * m.recorded[m.counted].std()
+            assert m.missing[m.counted].std() > 0.1 * m.applied[m.counted].std()
 
 
 def test_the_other_bench_validates_with_its_own_zeros(outcome):
