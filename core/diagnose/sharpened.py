@@ -167,22 +167,22 @@ def _rescaled(refit: Refit, scales: Sequence[np.ndarray]) -> Refit:
     return replace(refit, descended=there, white_cost=cost)
 
 
-def _round(told: DiagnosisRound, scales: Sequence[np.ndarray]) -> DiagnosisRound:
+def _round(known: DiagnosisRound, scales: Sequence[np.ndarray]) -> DiagnosisRound:
     ranking = tuple(
         replace(r, predicted=tuple(b * s for b, s in zip(r.predicted, scales, strict=False)))
-        for r in told.ranking
+        for r in known.ranking
     )
-    return replace(told, ranking=ranking)
+    return replace(known, ranking=ranking)
 
 
-def _step(told: LadderStep, floors: Mapping[str, Floor], counts: Mapping[str, int]) -> LadderStep:
+def _step(known: LadderStep, floors: Mapping[str, Floor], counts: Mapping[str, int]) -> LadderStep:
     """`counts`: channel -> samples that count."""
     errors = tuple(
         replace(e, floor=floors[e.channel].value, floor_source=floors[e.channel].source)
-        for e in told.errors
+        for e in known.errors
     )
     cost = sum(counts[e.channel] * (e.rms / e.floor) ** 2 for e in errors)
-    return replace(told, errors=errors, cost_per_sample=cost / sum(counts.values()))
+    return replace(known, errors=errors, cost_per_sample=cost / sum(counts.values()))
 
 
 def _screen(seen: Screen, scale: np.ndarray) -> Screen:

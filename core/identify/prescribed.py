@@ -32,7 +32,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, types
 from scipy.interpolate import CubicSpline, make_interp_spline
-from scipy.linalg import eigh
 from scipy.ndimage import convolve1d, uniform_filter1d
 
 from core.arm.signatures import DYNAMICS, OPTIONS, TIP, matrix, vector
@@ -40,6 +39,7 @@ from core.arm.slots import HUB_INERTIA, slot, weighing
 from core.arm.symbols import Structure
 from core.drives.law import static_law
 from core.drives.servo import FollowingServo, acceleration, bend
+from core.identify.led_points import finer_by
 from core.model import Model, Numbers
 from core.recent import Recent
 from core.simulate.elements import ELEMENTS, push, see
@@ -81,52 +81,9 @@ AVERAGE = 32
 beside the places; the mean runs straight between samples and makes no jump."""
 
 
-SWING = 0.5
-"""rad that the arm's fastest vibration may swing on from one point of the finer grid to the next: a
-cubic spline through these misses 1e-4 of its acceleration, and 1 % at 1.5 rad."""
-
-LED_SWING = 1.0
-"""The same of its vibration with the joints led, where the free one is not compared: the joints
-take little part in it, and a cubic spline misses 0.2 % of its acceleration."""
-
-FINEST = 8
-"""Points per sample: what swings on by pi, as fast as samples can show, takes 6 of SWING."""
-
-UNSURE = 2.0
-"""Factor by which a frequency may be wrong at the start, where a stiffness is so four times."""
-
 DEGREE = 7
 """Of the spline from which a finer grid is read; at 1.5 rad per sample it misses less of an
 acceleration than the jumps that no spline follows."""
-
-
-def finer_by(model: Model, sample_time: float) -> int:
-    """Points per sample, which lasts `sample_time` s, along which the joints are led.
-
-    Of the bare model stretched out, at its own values: models that are compared, the two ends of a
-    difference and all recordings are led along the same points. A vibration that no compared
-    output shows needs none; but with its joints led the arm swings more slowly than when they are
-    free, and what it then does shows although the free vibration does not.
-    """
-    bare = model.bare or model
-    n, joints, p = bare.arm.coordinates, bare.arm.joints, bare.numbers().p
-    if n == joints:
-        return 1
-    K, _ = bare.compiled.linear_matrices(np.zeros(n), p)
-    M = bare.compiled.mass_matrix(np.zeros(n), p)
-    K, M = 0.5 * (K + K.T), 0.5 * (M + M.T)
-    servo = model.steering
-    band = servo.band_hz if isinstance(servo, FollowingServo) else np.inf
-    most = min(2.0 * np.pi * band * sample_time, UNSURE * np.pi)
-
-    def fastest(K: np.ndarray, M: np.ndarray) -> float:
-        squared = eigh(K, M, eigvals_only=True)
-        swing = np.sqrt(np.maximum(squared, 0.0)) * sample_time
-        return float(np.max(swing[swing < most], initial=0.0))
-
-    free, led = fastest(K, M), fastest(K[joints:, joints:], M[joints:, joints:])
-    points = max(free / SWING, led / LED_SWING, 1.0)
-    return int(np.clip(2 ** np.ceil(np.log2(points)), 1, FINEST))
 
 
 class Led(NamedTuple):

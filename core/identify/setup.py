@@ -9,6 +9,7 @@ import numpy as np
 
 from core.drives.servo import DEFAULT_HZ, FollowingServo
 from core.errors import InputError
+from core.identify.led_points import sampled_seldom
 from core.identify.prepared import TORQUE, Processing, start_joints
 from core.model import Model
 from core.recording.recording import Recording
@@ -160,6 +161,8 @@ def _notes(
             f"A virtual servo of {servo.hz:g} Hz holds the model's joints on the measured ones; "
             f"{torque if model.drive.torque_known else unknown}."
         )
+        seldom = sampled_seldom(model, max(r.sample_time for r in recordings))
+        sentences += [seldom] if seldom and model.drive.torque_known else []
     for r in recordings:
         for channel, logged in r.logger_filters.items():
             sentences.append(

@@ -12,9 +12,9 @@ from core.arm.segment import Segment
 from core.diagnose.noise_route import noise_in_outputs
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
+from core.identify.led_points import finer_by, sampled_seldom
 from core.identify.predictor import motion_of
 from core.identify.prepared import Prepared, Processing, prepare
-from core.identify.prescribed import finer_by
 from core.model import Model
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass
@@ -111,6 +111,15 @@ def test_what_a_led_arm_swings_by_itself_counts_though_the_free_vibration_does_n
     below = replace(servo, band_hz=0.9 * led_hz)
     assert finer_by(model.steered_by(between), seldom) == 2
     assert finer_by(model.steered_by(below), seldom) == 1
+
+
+def test_a_rig_whose_samples_hardly_show_its_vibration_is_told() -> None:
+    """50 Hz: 1.6 rad from one sample to the next, and 2.6 at five eighths of the rate."""
+    model = prepared(0.0, step=RARELY).model
+    assert sampled_seldom(model, RARELY) == ""
+    said = sampled_seldom(model, 1.6 * RARELY)
+    hz = 1.62769616 / (2.0 * np.pi * RARELY)
+    assert f"about {hz:.0f} Hz" in said and said.endswith("Hz or more.")
 
 
 def test_the_noise_floor_is_what_the_encoder_leaves() -> None:
