@@ -105,7 +105,7 @@ class Acceptance:
         still = Round(self.seen, tuple(found), None, self.before, self.before, self.data)
         promising = self._share(together.plain_drop) >= PROMISING
         members = {s.effect.kind for s in together.members if promising}
-        refused = ""
+        refused, spoiling = "", list[Weighed]()
         for best in found[:MOST_TRIED]:
             part = best.screened.effect.kind in members
             if not acceptable(best, part) or self.stopped():
@@ -113,13 +113,33 @@ class Acceptance:
             if not most:
                 return replace(still, accepted=best)
             weighed, data, after = self._polished(best)
-            reason = ended_at_bound(after, data) or self._unsettled(after) or self.gate(data, after)
+            reason = ended_at_bound(after, data) or self._unsettled(after)
+            if not reason and (reason := self.gate(data, after)):
+                spoiling.append(best)
             if not reason:
                 order = [weighed, *[w for w in found if w.screened is not weighed.screened]]
                 kept = (Added(weighed, after),)
                 return Round(self.seen, tuple(order), weighed, self.before, after, data, kept)
             refused = refused or f"{weighed.screened.effect.title} was not added: {reason}"
-        return replace(still, refused=refused)
+        joint = self._in_company(spoiling[0], found) if spoiling and most > 1 else None
+        return joint or replace(still, refused=refused)
+
+    def _in_company(self, spoiling: Weighed, found: list[Weighed]) -> Round | None:
+        """What made unseen recordings worse by itself, together with one more effect: a true one
+        may do so while another is missing (a soft base while an encoder's scale was)."""
+        one = spoiling.screened
+        others = [
+            s
+            for s in sorted(self.seen.candidates, key=lambda s: -s.score)
+            if s.effect is not one.effect
+            and s.effect.kind not in one.effect.includes
+            and one.effect.kind not in s.effect.includes
+        ]
+        for other in others[:COMPANY]:
+            joint, _ = self.jointly(FoundSet((one, other), 0.0), found)
+            if joint is not None:
+                return joint
+        return None
 
     def _share(self, drop: float) -> float:
         """Of the squared error above the floor, by which the cost falls."""
@@ -227,6 +247,10 @@ class Acceptance:
 
 MOST_TRIED = 3
 """Of a ranking: what is refused gives way to the next, but a fourth would be a guess."""
+
+
+COMPANY = 2
+"""Partners of an effect that unseen recordings refuse, the best by whitened score."""
 
 
 def ended_at_bound(after: Refit, data: Data) -> str:
