@@ -56,13 +56,18 @@ def noise_in_outputs(
 
 
 def noise_drawn(
-    experiments: Sequence[Prepared], motions: Sequence[Motion], stated: Mapping[str, float]
+    experiments: Sequence[Prepared],
+    motions: Sequence[Motion],
+    stated: Mapping[str, float],
+    least: int = 1,
 ) -> list[list[np.ndarray]]:
-    """Per recording some draws (M, k) of the noise in its outputs, zero where nothing counts."""
+    """Per recording draws (M, k) of the noise in its outputs, zero where nothing counts; so many
+    at `least` of all recordings together."""
+    each = -(-least // len(experiments))
     routes = [Route(e, *m) for e, m in zip(experiments, motions, strict=True)]
     known = _columns(routes, stated)
     return [
-        [np.where(e.counted & np.isfinite(x), x, 0.0) for x in route.draws(known, i)]
+        [np.where(e.counted & np.isfinite(x), x, 0.0) for x in route.draws(known, i, each)]
         for i, (e, route) in enumerate(zip(experiments, routes, strict=True))
     ]
 

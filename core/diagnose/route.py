@@ -223,12 +223,15 @@ class Route:
                 found.append(column[counted & np.isfinite(column)])
         return drawn
 
-    def draws(self, known: Mapping[str, ColumnNoise], number: int) -> Iterator[np.ndarray]:
-        """Draws (M, k) of what the columns' noise becomes; `number` of the recording."""
+    def draws(
+        self, known: Mapping[str, ColumnNoise], number: int, least: int = 1
+    ) -> Iterator[np.ndarray]:
+        """Draws (M, k) of what the columns' noise becomes, so many at least; `number` of the
+        recording."""
         rng = np.random.default_rng([SEED, number])
         smooth = {n: self.smooth(n) for s in self.experiment.outputs for n in self.feeding(s)}
         plain = self._compared(self.recording)
-        for _ in range(SERVO_DRAWS if self.driven else DRAWS):
+        for _ in range(max(least, SERVO_DRAWS if self.driven else DRAWS)):
             yield self._compared(self._begun_alike(known, smooth, rng)) - plain
 
     def _begun_alike(

@@ -116,8 +116,8 @@ def _refine(state: State, options: Options, progress: Progress) -> None:
         if state.rounds and state.rounds[-1].accepted is None:
             state.rounds.pop()
         state.rounds.append(DiagnosisRound(ranking_of(found, state.data), finer.kind))
+        _go_on_with(state, found.data)
         _add(state, found)
-        state.data = found.data
         _prune(state, progress)
 
 
@@ -150,10 +150,16 @@ def _look(
     for k, kind in enumerate(kinds):
         left = tuple(r for r in ranking if r.effect not in kinds[:k])
         state.rounds.append(DiagnosisRound(left, kind, sentence, next_ones))
-    state.data, state.first = seen.data, state.first or seen.screen
-    if state.validation is not None:
-        state.validation = replace(state.validation, fine=seen.data.fine)
+    state.first = state.first or seen.screen
+    _go_on_with(state, seen.data)
     return seen
+
+
+def _go_on_with(state: State, data: Data) -> None:
+    """The comparison of a round from now on, and its steps for unseen recordings too."""
+    state.data = data
+    if state.validation is not None:
+        state.validation = replace(state.validation, fine=data.fine)
 
 
 def _prune(state: State, progress: Progress) -> None:

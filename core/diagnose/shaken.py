@@ -19,6 +19,10 @@ from core.diagnose.refit import Refit
 from core.diagnose.start import motions_of
 from core.identify.uncertainty import pseudo_inverse
 
+DRAWN = 24
+"""Of all recordings together: a variance of so many draws is good to a third, and deviations of it
+hold nearly as often as if it were known (2.06 of them for 1.96; of six draws 2.45)."""
+
 
 def widened(data: Data, refit: Refit, stated: Mapping[str, float]) -> Refit:
     """The fit with deviations that are no smaller than what draws of the noise make of them.
@@ -46,7 +50,7 @@ def _variances(
     slopes = [S[:, :, known].reshape(-1, len(known)) for S in refit.descended.slopes]
     inverse = pseudo_inverse(np.asarray(sum(S.T @ S for S in slopes)))
     meat = np.zeros_like(inverse)
-    drawn = noise_drawn(h.residuals.experiments, motions_of(h), stated)
+    drawn = noise_drawn(h.residuals.experiments, motions_of(h), stated, DRAWN)
     for S, weights, draws in zip(slopes, data.weights, drawn, strict=True):
         pulls = np.array([S.T @ (e * weights).ravel() for e in draws])
         meat += pulls.T @ pulls / len(pulls)

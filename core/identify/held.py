@@ -19,8 +19,9 @@ from core.drives.servo import FollowingServo
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law
 from core.forces.element import Element
+from core.identify.led_motion import joint_servo
 from core.identify.led_points import finer_by
-from core.identify.prescribed import is_prescribed, joint_servo
+from core.identify.prescribed import is_prescribed
 from core.model import Model, Numbers
 from core.simulate.elements import call_element
 from core.simulate.motion import Task

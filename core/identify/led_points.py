@@ -7,6 +7,7 @@ from scipy.linalg import eigh
 
 from core.drives.servo import FollowingServo
 from core.model import Model
+from core.recent import Recent
 
 SWING = 0.5
 """rad that the arm's fastest vibration may swing on from one point of the finer grid to the next: a
@@ -35,12 +36,21 @@ def finer_by(model: Model, sample_time: float) -> int:
     output shows needs none; but with its joints led the arm swings more slowly than when they are
     free, and what it then does shows although the free vibration does not.
     """
-    bare = model.bare or model
-    joints = bare.arm.joints
-    if bare.arm.coordinates == joints:
+    bare, servo = model.bare or model, model.steering
+    if bare.arm.coordinates == bare.arm.joints:
         return 1
+    key = id(bare), id(servo), sample_time
+    return _FINER.get(key, lambda: (bare, servo, _finer(bare, servo, sample_time)))[2]
+
+
+_FINER = Recent[tuple[Model, object, int]](64)
+"""Asked for at each simulation of a fit; both objects are kept, so that their identities stay
+theirs."""
+
+
+def _finer(bare: Model, servo: object, sample_time: float) -> int:
+    joints = bare.arm.joints
     K, M = _matrices(bare)
-    servo = model.steering
     band = servo.band_hz if isinstance(servo, FollowingServo) else np.inf
     most = min(2.0 * np.pi * band * sample_time, UNSURE * np.pi)
 

@@ -6,13 +6,7 @@ integrated. The servo's stiffness, which grows as a joint's inertia shrinks, doe
 steps need only resolve what the arm does by itself. Its response is a filter of the missing torque
 (core.identify.prepared).
 
-Between the samples the joints move as the drive makes them: it holds a torque u from one sample to
-the next, so their acceleration jumps at the samples by S^-1 times the jump of u, where
-S = M_jj - M_je M_ee^-1 M_ej is what a joint weighs at once. That part is integrated twice, and what
-the encoders say beyond it is smooth: a spline. Without the jumps, a spline through a motion that
-switches in every third period of a vibration drives that vibration by some per cent. Where few
-samples fall on a vibration, straight accelerations between them miss it (1 % at 1.5 rad a sample),
-so the motion is led on a finer grid (`finer_by`), along a spline of higher degree.
+Where the joints are between the samples is found in core.identify.led_motion.
 
 The torque follows from M q'' - f = u, averaged over the two samples around each with the weight of
 a triangle: a second difference is that average of an acceleration, and the mean of two neighbours
@@ -24,24 +18,19 @@ the joints, e the other coordinates and f averaged over the finer grid by its ow
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit, types
-from scipy.interpolate import CubicSpline, make_interp_spline
-from scipy.ndimage import convolve1d, uniform_filter1d
+from scipy.ndimage import convolve1d
 
 from core.arm.signatures import DYNAMICS, OPTIONS, TIP, matrix, vector
-from core.arm.slots import HUB_INERTIA, slot, weighing
-from core.arm.symbols import Structure
+from core.arm.slots import HUB_INERTIA, slot
 from core.drives.law import static_law
 from core.drives.servo import FollowingServo, acceleration, bend
-from core.identify.led_points import finer_by
+from core.identify.led_motion import Led, joint_motion, joint_servo
 from core.model import Model, Numbers
-from core.recent import Recent
 from core.simulate.elements import ELEMENTS, push, see
 from core.simulate.many import Job
 from core.simulate.motion import Task
@@ -74,146 +63,6 @@ def is_prescribed(model: Model, numbers: Numbers) -> bool:
 def is_given(model: Model, numbers: Numbers) -> bool:
     """Whether nothing is left to simulate: an arm that has no coordinate but its joints."""
     return is_prescribed(model, numbers) and model.arm.coordinates == model.arm.joints
-
-
-AVERAGE = 32
-"""Samples over which a mean is taken off the held acceleration, so that its integral stays small
-beside the places; the mean runs straight between samples and makes no jump."""
-
-
-DEGREE = 7
-"""Of the spline from which a finer grid is read; at 1.5 rad per sample it misses less of an
-acceleration than the jumps that no spline follows."""
-
-
-class Led(NamedTuple):
-    """A prescribed motion of the joints, (finer (L + N - 1) + 1, joints) each, of which the first
-    L = `lead` samples lie before the recording."""
-
-    place: np.ndarray
-    speed: np.ndarray
-    straight: np.ndarray
-    """Part of the acceleration that runs straight between samples."""
-    held: np.ndarray
-    """Part that is held from each sample to the next."""
-    lead: int
-    finer: int
-    """Points per sample."""
-
-
-def joint_motion(model: Model, numbers: Numbers, task: Task) -> Led:
-    """Through what the encoders say; with the time before the recording where it begins at rest and
-    nothing is known of what the arm does at the first sample."""
-    joints, n = model.arm.joints, model.arm.coordinates
-    place, finer = task.references[:, -2 * joints : -joints], finer_by(model, task.sample_time)
-    known = np.any(task.start[joints:n]) or np.any(task.start[n + joints : 2 * n])
-    lead = 0 if task.before is None or known else len(task.before)
-    whole = np.vstack([task.before, place]) if lead and task.before is not None else place
-    if not np.isfinite(whole).all():  # a simulation that goes astray is told as such
-        nothing = np.full((finer * (len(whole) - 1) + 1, joints), np.nan)
-        return Led(nothing, nothing, nothing, nothing, lead, finer)
-    at_once = _held_acceleration(model, numbers, task, whole, lead)
-    dt = task.sample_time
-    key = _digest(whole, at_once), lead, finer, dt
-    return _LED.get(key, lambda: _led(whole, at_once, lead, finer, dt))
-
-
-def _digest(*arrays: np.ndarray) -> bytes:
-    found = hashlib.blake2b(digest_size=16)
-    for array in arrays:
-        found.update(np.ascontiguousarray(array).tobytes())
-    return found.digest()
-
-
-CAPACITY = 64 * 2**20
-"""Bytes: some dozen recordings of ten thousand samples, each at a few values of a parameter. A
-number of motions would be too few for many short recordings, which then push each other out, and
-too many for long ones."""
-
-_LED = Recent[Led](CAPACITY, lambda led: sum(part.nbytes for part in led[:4]))
-"""Most parameters of a fit leave a motion as it is, and splines cost more than simulating an arm of
-few coordinates along them."""
-
-
-def _led(whole: np.ndarray, at_once: np.ndarray, lead: int, finer: int, sample_time: float) -> Led:
-    """The motion through places (L + N, joints); `at_once` (L + N, joints) is the part of its
-    acceleration that is held between samples."""
-    mean = uniform_filter1d(at_once, AVERAGE, axis=0, mode="nearest")
-    at_once, mean = _between(at_once, mean, finer)
-    dt = sample_time / finer
-    jumping, speed = _integrated(at_once, mean, dt)
-    # At rest there is neither speed nor acceleration; what they are at other ends nobody knows.
-    flat = (mean[0] - at_once[0], (mean[1] - mean[0]) / dt) if lead else None
-    smooth = _finely(whole - jumping[::finer], finer, dt, flat)
-    # A speed at the start, read out of the first samples' noise, would shake the arm to the end.
-    begin = "not-a-knot" if flat is None else (1, np.zeros_like(flat[0]))
-    spline = CubicSpline(np.arange(len(smooth)) * dt, smooth, bc_type=(begin, "not-a-knot"))
-    straight = spline(spline.x, 2) - mean
-    led = smooth + jumping
-    led[::finer] = whole
-    return Led(led, spline(spline.x, 1) + speed, straight, at_once, lead, finer)
-
-
-def _between(held: np.ndarray, mean: np.ndarray, finer: int) -> tuple[np.ndarray, np.ndarray]:
-    """Both (N, joints) at `finer` points per sample: what is held stays, a mean runs straight."""
-    at = np.arange(finer * (len(held) - 1) + 1) / finer
-    straight = [np.interp(at, np.arange(len(mean)), column) for column in mean.T]
-    return held[at.astype(int)], np.column_stack(straight)
-
-
-def _finely(
-    x: np.ndarray, finer: int, dt: float, flat: tuple[np.ndarray, np.ndarray] | None
-) -> np.ndarray:
-    """Smooth x (N, k) at `finer` points per sample, dt s apart; `flat`: it begins without a speed,
-    with this second and third derivative."""
-    if finer == 1:
-        return x.copy()
-    t, half = np.arange(len(x)) * (finer * dt), (DEGREE - 1) // 2
-    at = np.arange(finer * (len(x) - 1) + 1) * dt
-    if len(x) <= 2 * DEGREE:
-        return np.asarray(CubicSpline(t, x)(at))
-    begin = None if flat is None else [(1, np.zeros_like(flat[0])), (2, flat[0]), (3, flat[1])]
-    inner = t[1 + (half if begin is None else 0) : -1 - half]
-    knots = np.concatenate([np.repeat(t[0], DEGREE + 1), inner, np.repeat(t[-1], DEGREE + 1)])
-    return np.asarray(make_interp_spline(t, x, DEGREE, knots, (begin, None))(at))
-
-
-def _held_acceleration(
-    model: Model, numbers: Numbers, task: Task, place: np.ndarray, lead: int
-) -> np.ndarray:
-    """(L + N, joints): what the drive's torque does to the joints at once."""
-    joints, n = place.shape[1], model.arm.coordinates
-    torque = joint_servo(model).jumps(numbers.law, task.references)
-    if n == joints or not np.any(np.diff(torque, axis=0)) or not np.isfinite(torque).all():
-        return np.zeros_like(place)
-    q = np.zeros((len(torque), n))
-    q[:, :joints] = place[lead:]
-    key = Structure.of(model.arm), _digest(weighing(numbers.p, joints), torque, place[lead:])
-    found = _WEIGHED.get(
-        key, lambda: _at_once(model.compiled.dynamics, q, numbers.p, np.ascontiguousarray(torque))
-    )
-    if not np.isfinite(found).all():  # sizes so far off that no mass matrix is left
-        return np.zeros_like(place)
-    if not lead:
-        return found
-    # From rest: the first step says how much of the first torque made the joint move.
-    first = 2.0 * (place[lead + 1] - place[lead]) / task.sample_time**2
-    moves = np.clip(first, np.minimum(found[0], 0.0), np.maximum(found[0], 0.0))
-    return np.vstack([np.repeat((found[0] - moves)[None], lead, axis=0), found])
-
-
-_WEIGHED = Recent[np.ndarray](CAPACITY, lambda found: found.nbytes)
-"""Stiffnesses, friction and sensors leave it as it is."""
-
-
-def _integrated(held: np.ndarray, mean: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places and speeds (N, joints) of accelerations `held` (N, joints) minus `mean` (N, joints),
-    which runs straight between samples."""
-    a, b = held[:-1] - mean[:-1], held[:-1] - mean[1:]
-    nothing = np.zeros((1, held.shape[1]))
-    speed = np.vstack([nothing, np.cumsum(0.5 * (a + b) * dt, axis=0)])
-    steps = speed[:-1] * dt + (2.0 * a + b) * dt**2 / 6.0
-    return np.vstack([nothing, np.cumsum(steps, axis=0)]), speed
 
 
 def given_motion(model: Model, numbers: Numbers, task: Task) -> Trajectory:
@@ -277,12 +126,6 @@ def _with_torque(
     return Trajectory(model.arm, compiled, numbers.p, task.time, q, v, torque)
 
 
-def joint_servo(model: Model) -> FollowingServo:
-    """What leads the joints."""
-    assert isinstance(model.steering, FollowingServo)
-    return model.steering
-
-
 cube = types.float64[:, :, ::1]
 
 
@@ -304,24 +147,6 @@ def _equations(dynamics, tip, q, v, p, given):  # type: ignore[no-untyped-def]
             see(tip, elements, q[t], v[t], p, x, xd, z, J)
             push(elements, x, xd, w, out, f[t], dw)
     return M, f
-
-
-@njit(matrix(DYNAMICS, matrix, vector, matrix), **OPTIONS)
-def _at_once(dynamics, q, p, torque):  # type: ignore[no-untyped-def]
-    """(N, nj) accelerations that torques (N, nj) cause at once at places q (N, n)."""
-    N, n = q.shape
-    nj = torque.shape[1]
-    M, f, still = np.empty((n, n)), np.empty(n), np.zeros(n)
-    found = np.empty((N, nj))
-    for t in range(N):
-        dynamics(q[t], still, p, M, f)
-        for i in range(n):
-            f[i] = torque[t, i] if i < nj else 0.0
-        factor_positive(M)
-        substitute_positive(M, f)
-        for i in range(nj):
-            found[t, i] = f[i]
-    return found
 
 
 @njit(matrix(cube, matrix, matrix), **OPTIONS)

@@ -64,33 +64,47 @@ def run_many(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Traje
     threads; the compiled code holds no lock. A motion does not depend on what runs beside
     it; only whether anything does changes its rounding.
     """
-    packed = [job.elements() for job in jobs]
-    groups: dict[tuple[object, ...], list[int]] = {}
-    for i, job in enumerate(jobs):
-        groups.setdefault(_structure(job, packed[i]), []).append(i)
-    passes: list[tuple[int, ...]] = []
-    for members in groups.values():
-        ordered = sorted(members, key=lambda i: -len(jobs[i].task.time))
-        for at in range(0, len(ordered), LANES):
-            chunk = tuple(ordered[at : at + LANES])
-            passes.append(chunk)
-    found: dict[int, Trajectory] = {}
+    (motions,) = _passes(jobs, (substeps,), workers)
+    return [_finished(job, motion) for job, motion in zip(jobs, motions, strict=True)]
 
-    def one(chosen: tuple[int, ...]) -> None:
+
+def _passes(
+    jobs: Sequence[Job], steps: Sequence[int], workers: int
+) -> tuple[list[Trajectory], ...]:
+    """For each number of steps per sample the motions of all jobs, before they are finished."""
+    packed = [job.elements() for job in jobs]
+    chunks = _side_by_side(jobs, packed)
+    passes = [(substeps, chunk) for substeps in steps for chunk in chunks]
+    found: dict[tuple[int, int], Trajectory] = {}
+
+    def one(which: tuple[int, tuple[int, ...]]) -> None:
+        substeps, chosen = which
         if len(chosen) == 1:  # a pass of lanes would take two and a half times as long
             job = jobs[chosen[0]]
-            found[chosen[0]] = run(job.model, job.numbers, job.task, substeps)
-            return
-        motions = _run_pass([jobs[i] for i in chosen], [packed[i] for i in chosen], substeps)
-        found.update(zip(chosen, motions, strict=True))
+            motions = [run(job.model, job.numbers, job.task, substeps)]
+        else:
+            motions = _run_pass([jobs[i] for i in chosen], [packed[i] for i in chosen], substeps)
+        found.update({(substeps, i): x for i, x in zip(chosen, motions, strict=True)})
 
     if workers > 1 and len(passes) > 1:
         with ThreadPoolExecutor(workers, initializer=heed, initargs=(heeded(),)) as pool:
             list(pool.map(one, passes))
     else:
-        for chosen in passes:
-            one(chosen)
-    return [_finished(jobs[i], found[i]) for i in range(len(jobs))]
+        for which in passes:
+            one(which)
+    return tuple([found[substeps, i] for i in range(len(jobs))] for substeps in steps)
+
+
+def _side_by_side(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> list[tuple[int, ...]]:
+    """Indices of up to LANES jobs each that share a structure, the longest ones together."""
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for i, job in enumerate(jobs):
+        groups.setdefault(_structure(job, packed[i]), []).append(i)
+    chunks = []
+    for members in groups.values():
+        ordered = sorted(members, key=lambda i: -len(jobs[i].task.time))
+        chunks += [tuple(ordered[at : at + LANES]) for at in range(0, len(ordered), LANES)]
+    return chunks
 
 
 def _finished(job: Job, motion: Trajectory) -> Trajectory:
@@ -98,11 +112,10 @@ def _finished(job: Job, motion: Trajectory) -> Trajectory:
 
 
 def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
-    """As `simulate_fixed` for each job: two passes and their extrapolation."""
-    coarse = run_many(jobs, max(substeps // 2, 1), workers)
-    fine = run_many(jobs, max(substeps, 2), workers)
+    """As `simulate_fixed` for each job: two passes and their extrapolation, which is finished."""
+    fine, coarse = _passes(jobs, (max(substeps, 2), max(substeps // 2, 1)), workers)
     return [
-        extrapolated(a, b, job.numbers.law.limit)
+        _finished(job, extrapolated(a, b, job.numbers.law.limit))
         for a, b, job in zip(coarse, fine, jobs, strict=True)
     ]
 

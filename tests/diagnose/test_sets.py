@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.diagnose.acceptance import Acceptance
+from core.diagnose import acceptance
+from core.diagnose.acceptance import Acceptance, Round
 from core.diagnose.columns import Column
 from core.diagnose.descent import Limits, descend
 from core.diagnose.evidence import BAR, Weighed, acceptable
@@ -93,6 +94,55 @@ def test_a_part_of_a_set_that_promises_little_is_not_accepted_for_it(promised, a
     data = SimpleNamespace(count=SAMPLES)
     work = Acceptance(data, before, (), None, 1, lambda: False, lambda *_: "")
     assert (work.alone([one], together, most=0).accepted is one) == accepted
+
+
+class Scripted(Acceptance):
+    """Refits are not made: one effect by itself spoils unseen recordings, a pair as scripted."""
+
+    good: tuple[str, ...] = ()
+
+    def _polished(self, best):
+        return best, self.data, SimpleNamespace(cost=SAMPLES, hypothesis=None)
+
+    def jointly(self, together, found):
+        self.seen.asked.append(tuple(s.effect.kind for s in together.members))
+        joint = replace(self._still(found), accepted=found[0])
+        return (joint if self.seen.asked[-1] == self.good else None), set()
+
+    def _still(self, found):
+        return Round(self.seen, tuple(found), None, self.before, self.before, self.data)
+
+
+def in_company(good: tuple[str, ...], sentence: str = "worse", most: int = 2) -> tuple:
+    """What becomes of STAND_IN, which the gate refuses; the screen scores the others by place."""
+    kinds = ("viscous_friction", STAND_IN, "tip_payload", "torque_offset")
+    scored = {k: SimpleNamespace(effect=effect(k), score=-i) for i, k in enumerate(kinds)}
+    screen = SimpleNamespace(candidates=tuple(reversed(scored.values())), asked=[])
+    before, data = SimpleNamespace(cost=3.0 * SAMPLES), SimpleNamespace(count=SAMPLES)
+    one = replace(weighed(0.9), screened=scored[STAND_IN])
+    work = type("One", (Scripted,), {"good": good})(
+        data, before, (), screen, 1, lambda: False, lambda *_: sentence
+    )
+    return work.alone([one], FoundSet((), 0.0), most), screen.asked
+
+
+def test_what_only_unseen_recordings_refuse_is_tried_with_the_next_likely_effects(monkeypatch):
+    monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: "")
+    partner = (STAND_IN, "viscous_friction")
+    joint, asked = in_company(partner)
+    assert joint.accepted is not None and asked == [partner]
+    alone, asked = in_company(())
+    assert alone.accepted is None and "worse" in alone.refused
+    assert asked == [partner, (STAND_IN, "tip_payload")] and len(asked) == acceptance.COMPANY
+
+
+def test_no_company_where_one_effect_may_be_added_or_a_bound_refuses_it(monkeypatch):
+    monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: "")
+    alone, asked = in_company((STAND_IN, "viscous_friction"), most=1)
+    assert alone.accepted is None and not asked
+    monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: "ended at its bound")
+    alone, asked = in_company((STAND_IN, "viscous_friction"))
+    assert "bound" in alone.refused and not asked
 
 
 def test_a_stated_prior_pulls_the_fit_as_much_as_its_deviation_says() -> None:
