@@ -3,7 +3,7 @@
 The noise comes from the best source there is: what does not repeat when a motion is made again,
 else what is stated of the sensors, else their own high band. The last two are noise of the columns
 as they were written, and go the way of the measurement: logger, differentiation, servo, filters,
-decimation.
+decimation. An arm that is led along encoders which hardly show how it vibrates misses some of that.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.diagnose.led_error import led_errors
 from core.diagnose.noise_route import noise_in_outputs
 from core.diagnose.repetition import repeated, scatter
 from core.identify.predictor import Motion
@@ -47,19 +48,38 @@ def channel_floors(
     """
     again = scatter(repeated(experiments), experiments, errors)
     drawn = noise_in_outputs(experiments, motions, stated, without=again)
+    missed = _led_errors(experiments, motions)
     found = {}
     for name, spread in _spreads(experiments).items():
         noise, source = (again[name], REPETITION) if name in again else drawn[name]
-        found[name] = Floor(float(np.hypot(noise, fidelity * spread)) or 1e-12, noise, source)
+        value = float(np.linalg.norm([noise, fidelity * spread, missed.get(name, 0.0)]))
+        found[name] = Floor(value or 1e-12, noise, source)
     return found
 
 
 def _spreads(experiments: Sequence[Prepared]) -> dict[str, float]:
-    """channel -> rms of its measurement about each recording's mean; of what counts."""
+    """channel -> rms of its measurement about each recording's mean."""
+    return _rms(experiments, [e.measured - _mean(e) for e in experiments])
+
+
+def _mean(e: Prepared) -> np.ndarray:
+    """(k,) of the samples that count."""
+    total = np.sum(e.measured, axis=0, where=e.counted)
+    return np.asarray(total / np.maximum(e.counted.sum(axis=0), 1))
+
+
+def _led_errors(experiments: Sequence[Prepared], motions: Sequence[Motion]) -> dict[str, float]:
+    """channel -> rms of what an arm that is led along its encoders misses of itself."""
+    found = led_errors(experiments, motions)
+    known = [(e, x) for e, x in zip(experiments, found, strict=True) if x is not None]
+    return _rms([e for e, _ in known], [x for _, x in known])
+
+
+def _rms(experiments: Sequence[Prepared], blocks: Sequence[np.ndarray]) -> dict[str, float]:
+    """channel -> rms of the blocks (M, k) per recording; of what counts."""
     parts: dict[str, list[np.ndarray]] = {}
-    for e in experiments:
+    for e, block in zip(experiments, blocks, strict=True):
         for k, (name, _) in enumerate(e.channels):
-            y = e.measured[e.counted[:, k], k]
-            if y.size:
-                parts.setdefault(name, []).append(y - y.mean())
+            if e.counted[:, k].any():
+                parts.setdefault(name, []).append(block[e.counted[:, k], k])
     return {name: float(np.sqrt(np.mean(np.concatenate(p) ** 2))) for name, p in parts.items()}

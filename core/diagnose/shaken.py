@@ -3,7 +3,8 @@
 Where a servo leads the joints, their noise sets lightly damped links swinging, and they swing for
 the whole recording at the frequency by which a stiffness shows. A fit takes most of that up, so the
 residual does not tell: three deviations off were no rarity. What the noise does to the estimates is
-therefore drawn, with the model's own equations.
+therefore drawn, with the model's own equations; and where samples hardly show the vibrations, what
+the arm so led misses of itself is counted too.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.diagnose.data import Data
+from core.diagnose.led_error import led_errors
 from core.diagnose.noise_route import noise_drawn
 from core.diagnose.refit import Refit
 from core.diagnose.start import motions_of
@@ -45,13 +47,21 @@ def widened(data: Data, refit: Refit, stated: Mapping[str, float]) -> Refit:
 def _variances(
     data: Data, refit: Refit, known: np.ndarray, stated: Mapping[str, float]
 ) -> np.ndarray:
-    """(p,) of the unknowns `known`: of (S'S)^-1 S'e over draws e, which recordings make apart."""
+    """(p,) of the unknowns `known`: of (S'S)^-1 S'e over draws e, which recordings make apart, and
+    of the error that all make by being led."""
     h = refit.hypothesis
     slopes = [S[:, :, known].reshape(-1, len(known)) for S in refit.descended.slopes]
     inverse = pseudo_inverse(np.asarray(sum(S.T @ S for S in slopes)))
     meat = np.zeros_like(inverse)
-    drawn = noise_drawn(h.residuals.experiments, motions_of(h), stated, DRAWN)
-    for S, weights, draws in zip(slopes, data.weights, drawn, strict=True):
-        pulls = np.array([S.T @ (e * weights).ravel() for e in draws])
+    experiments, motions = h.residuals.experiments, motions_of(h)
+    drawn = noise_drawn(experiments, motions, stated, DRAWN)
+    led = led_errors(experiments, motions)
+    pull = np.zeros(len(known))
+    for S, e, weights, draws, one in zip(
+        slopes, experiments, data.weights, drawn, led, strict=True
+    ):
+        pulls = np.array([S.T @ (x * weights).ravel() for x in draws])
         meat += pulls.T @ pulls / len(pulls)
-    return np.diag(inverse @ meat @ inverse)
+        if one is not None:
+            pull += S.T @ (np.where(e.counted, one, 0.0) * weights).ravel()
+    return np.diag(inverse @ (meat + np.outer(pull, pull)) @ inverse)

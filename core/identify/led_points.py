@@ -75,9 +75,9 @@ def sampled_seldom(model: Model, sample_time: float) -> str:
         return ""
     hz, rate = slowest / (2.0 * np.pi * sample_time), 1.0 / sample_time
     return (
-        f"The arm vibrates at about {hz:.0f} Hz, which {rate:.0f} samples per second hardly show, "
-        f"so its torques are missed by per cents; record at {np.ceil(rate * slowest / SELDOM):.0f} "
-        f"Hz or more."
+        f"The arm vibrates at about {hz:.0f} Hz. {rate:.0f} samples per second hardly show that, "
+        f"so the model's torques are wrong by some per cent; record at "
+        f"{np.ceil(rate * slowest / SELDOM):.0f} Hz or more."
     )
 
 

@@ -1,0 +1,90 @@
+"""What an arm that is led along its encoders misses of itself, where samples hardly show how it
+swings.
+
+Between the samples nobody knows where the joints were; splines go on as they went. Where the arm
+swings by a radian and more from one sample to the next, that is wrong by some per cent of the
+torque: an error of the comparison and of no effect, which repeats and which no noise explains. So
+the model itself is moved by the recorded torques, sampled as the rig was, led along these samples
+and compared with what it did.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from core.drives.law import static_law
+from core.drives.servo import held
+from core.identify.held import points_led, simulated_part
+from core.identify.led_motion import joint_servo
+from core.identify.predictor import Motion, motion_of, on_all_cores, quick_handover
+from core.identify.prepared import Prepared, make_task
+from core.identify.prescribed import is_prescribed
+from core.model import Numbers
+from core.simulate.many import Job, run_many_extrapolated
+from core.trajectory import Trajectory
+
+KEEPING_HZ = 0.2
+"""Of a servo that keeps the moved model near the recorded joints, whatever the model lacks. Its
+torque swings with the arm, which no drive's does: at 0.5 Hz the error of a true model came out a
+third too large, at 0.1 Hz it is right sample by sample, but what lacks a friction drifts away."""
+
+STEP = 2.5e-4
+"""s: a fiftieth of a period at 80 Hz; steps are extrapolated."""
+
+
+def led_errors(
+    experiments: Sequence[Prepared], motions: Sequence[Motion]
+) -> list[np.ndarray | None]:
+    """Per recording what `led_error` finds."""
+    with quick_handover():
+        pairs = list(zip(experiments, motions, strict=True))
+        return list(on_all_cores(lambda pair: led_error(*pair), pairs))
+
+
+def led_error(e: Prepared, motion: Motion) -> np.ndarray | None:
+    """(M, k): what a model that is led along its own samples misses in what is compared.
+
+    Args:
+        motion: of the experiment at a fitted model; its numbers and values count.
+
+    Returns:
+        None where no servo leads the arm, and where nothing of it swings.
+    """
+    _, numbers, values = motion
+    moving, dt = simulated_part(e.model, numbers), e.recording.sample_time
+    n, joints = e.model.arm.coordinates, e.model.arm.joints
+    if n == joints or not is_prescribed(e.model, moving):
+        return None
+    # What sensors and held joints do is the same on both sides; the arm stays as it is.
+    plain = replace(e, model=replace(e.model, effects=()))
+    true = _moved(plain, moving, values)
+    if not np.isfinite(true.q).all():
+        return None
+    places = {f"theta{k + 1}": true.q[:, k] for k in range(joints)}
+    recording = replace(e.recording, channels={**e.recording.channels, **places})
+    again = replace(plain, recording=recording, task=make_task(plain.model, recording))
+    led = motion_of(again, moving, values, max(round(dt / STEP / points_led(e.model, dt)), 1))
+    return again.predicted(led, moving, values) - again.predicted(true, moving, values)
+
+
+def _moved(e: Prepared, numbers: Numbers, values: Mapping[str, float]) -> Trajectory:
+    """The model as the recorded torques move it, with the torque that the joints got."""
+    model, task, servo = e.model, e.task_at(values), joint_servo(e.model)
+    joints, own = model.arm.joints, servo.base.law(model.arm, numbers.p, values)
+    place, speed = np.split(task.references[:, -2 * joints :], 2, axis=1)
+    stepping = servo.jumps(numbers.law, task.references)
+    smooth = -place @ own.P[:, :joints].T - speed @ own.V[:, :joints].T
+    stiff, damping = replace(servo, hz=KEEPING_HZ).gains()
+    P, V = (np.zeros((joints, model.arm.coordinates)) for _ in range(2))
+    P[:, :joints], V[:, :joints] = stiff, damping
+    one = np.eye(joints)
+    law = static_law(np.hstack([stiff, damping, one, one]), P, V, interpolate=True, held=joints)
+    references = np.hstack([place, speed, smooth, stepping])
+    moved = replace(task, references=references, before=None)
+    steps = max(round(task.sample_time / STEP), 2)
+    (true,) = run_many_extrapolated([Job(model, numbers._replace(law=law), moved)], steps)
+    kept = (place - true.q[:, :joints]) @ stiff.T + (speed - true.v[:, :joints]) @ damping.T
+    return replace(true, torque=held(stepping) + smooth + kept)
