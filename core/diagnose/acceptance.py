@@ -10,8 +10,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import chi2
 
-from core.diagnose.data import Data
+from core.diagnose.data import Data, Hypothesis
 from core.diagnose.evidence import (
     AT_BOUND,
     RELEVANT,
@@ -21,7 +22,7 @@ from core.diagnose.evidence import (
     weigh,
 )
 from core.diagnose.minimum import converged
-from core.diagnose.refit import Refit, refit_with
+from core.diagnose.refit import Refit, refit_with, robust_covariance
 from core.diagnose.screen import Screen, Screened
 from core.diagnose.sets import FoundSet, best_set
 from core.diagnose.shape_refinement import refine_shape
@@ -114,6 +115,7 @@ class Acceptance:
                 return replace(still, accepted=best)
             weighed, data, after = self._polished(best)
             reason = ended_at_bound(after, data) or self._unsettled(after)
+            reason = reason or indistinct([weighed.screened], after)
             if not reason and (reason := self.gate(data, after)):
                 spoiling.append(best)
             if not reason:
@@ -215,6 +217,8 @@ class Acceptance:
         ended = {kind for kind, _ in at_bounds(after, data)}
         if ended or self._unsettled(after) or self.gate(data, after):
             return None, ended or {s.effect.kind for s in members}
+        if indistinct(members, after):
+            return None, set()
         added = self._in_order(members, after, found) if len(members) > 1 else []
         if not added or self._stuck(added):
             return None, set()
@@ -251,6 +255,35 @@ MOST_TRIED = 3
 
 COMPANY = 2
 """Partners of an effect that unseen recordings refuse, the best by whitened score."""
+
+
+DISTINCT = 0.05
+"""Probability that the stated deviations give to sizes as far from neutral by noise alone, above
+which an effect is not named: a reader would see 0.24 +- 0.24. Evidence counts samples as a whitener
+leaves them, and where the encoders' noise shakes the arm that was 170 in favour of such a size."""
+
+
+def indistinct(members: Sequence[Screened], after: Refit) -> str:
+    """A sentence where a fit cannot distinguish the sizes of one of the effects from neutral; empty
+    where it distinguishes all. A size at its bound has no deviation, and counts as distinct."""
+    covariance, h = robust_covariance(after), after.hypothesis
+    labels = list(h.unknowns.labels)
+    for s in members:
+        which = [labels.index(name) for name in s.parameters if name in labels]
+        C = covariance[np.ix_(which, which)]
+        if not which or not np.isfinite(C).all():
+            continue
+        apart = h.vector[which] - np.array([_neutral(h, s.effect, labels[j]) for j in which])
+        wald = float(apart @ np.linalg.pinv(C, hermitian=True) @ apart)
+        if chi2.sf(wald, len(which)) > DISTINCT:
+            return f"the size of {s.effect.title} cannot be distinguished from zero."
+    return ""
+
+
+def _neutral(h: Hypothesis, one: Effect, name: str) -> float:
+    model = h.model
+    own = one.parameters(model.arm, model.drive, typical(model.arm))
+    return next((k.neutral for k in own if k.parameter.name == name), 0.0)
 
 
 def ended_at_bound(after: Refit, data: Data) -> str:

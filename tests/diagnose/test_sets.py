@@ -126,8 +126,14 @@ def in_company(good: tuple[str, ...], sentence: str = "worse", most: int = 2) ->
     return work.alone([one], FoundSet((), 0.0), most), screen.asked
 
 
-def test_what_only_unseen_recordings_refuse_is_tried_with_the_next_likely_effects(monkeypatch):
+@pytest.fixture
+def sizes_as_they_are(monkeypatch):
     monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: "")
+    monkeypatch.setattr(acceptance, "indistinct", lambda *_: "")
+
+
+@pytest.mark.usefixtures("sizes_as_they_are")
+def test_what_only_unseen_recordings_refuse_is_tried_with_the_next_likely_effects():
     partner = (STAND_IN, "viscous_friction")
     joint, asked = in_company(partner)
     assert joint.accepted is not None and asked == [partner]
@@ -136,8 +142,8 @@ def test_what_only_unseen_recordings_refuse_is_tried_with_the_next_likely_effect
     assert asked == [partner, (STAND_IN, "tip_payload")] and len(asked) == acceptance.COMPANY
 
 
+@pytest.mark.usefixtures("sizes_as_they_are")
 def test_no_company_where_one_effect_may_be_added_or_a_bound_refuses_it(monkeypatch):
-    monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: "")
     alone, asked = in_company((STAND_IN, "viscous_friction"), most=1)
     assert alone.accepted is None and not asked
     monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: "ended at its bound")

@@ -1,0 +1,52 @@
+"""An effect whose size is no larger than its own deviation is not named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from core.diagnose.acceptance import indistinct
+from core.diagnose.data import hypothesis
+from core.diagnose.minimum import converged
+from core.diagnose.refit import Refit, robust_covariance
+from core.effects import effect
+from tests.diagnose.test_stated import bare
+
+
+@cache
+def fitted(*kinds: str) -> Refit:
+    """The arm with viscous friction, modelled with these effects."""
+    data = bare().data
+    start = hypothesis(data, [effect(k) for k in kinds], bare().base.hypothesis.values())
+    return converged(data, start, None, lambda: False)[1]
+
+
+def sentence(kind: str, *others: str) -> str:
+    after = fitted(kind, *others)
+    labels = after.hypothesis.unknowns.labels
+    own = effect(kind).parameters(bare().data.rig.arm, bare().data.rig.drive, bare().data.sizes)
+    names = tuple(k.parameter.name for k in own if k.parameter.name in labels and not k.secondary)
+    return indistinct([SimpleNamespace(effect=effect(kind), parameters=names)], after)
+
+
+def test_a_friction_that_is_there_is_distinct() -> None:
+    assert sentence("viscous_friction") == ""
+    assert sentence("viscous_friction", "torque_offset") == ""
+
+
+@pytest.mark.parametrize("kind", ["torque_offset", "air_drag"])
+def test_what_is_not_there_is_not_distinct_from_zero(kind: str) -> None:
+    assert effect(kind).title in sentence(kind, "viscous_friction")
+
+
+def test_a_size_at_its_bound_has_no_deviation_and_is_left_to_other_rules() -> None:
+    there = fitted("viscous_friction")
+    h = there.hypothesis
+    after = replace(there, hypothesis=h.at(np.minimum(h.vector, h.limits.lower)))
+    assert not np.isfinite(np.diag(robust_covariance(after))).any()
+    friction = SimpleNamespace(effect=effect("viscous_friction"), parameters=("fv1", "fv2"))
+    assert indistinct([friction], after) == ""
