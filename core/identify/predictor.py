@@ -240,7 +240,9 @@ class Predictor:
             return [given_motion(*each) for each in zip(models, numbers, tasks, strict=True)]
         jobs = [job_of(*each) for each in zip(models, numbers, tasks, strict=True)]
         if self.steps is not None:
-            smooth = all(map(is_prescribed, models, numbers))
+            # Play has edges, and what is extrapolated across them imitated it on a rigid slide.
+            led = all(map(is_prescribed, models, numbers))
+            smooth = led and not any(n.elements for n in numbers)
             return (run_smooth if smooth else run_many)(jobs, self.steps, WORKERS)
         names = [e.recording.name for e in chosen]
         found = self._find_steps(names, chosen, jobs)
