@@ -262,6 +262,8 @@ DISTINCT = 0.05
 which an effect is not named: a reader would see 0.24 +- 0.24. Evidence counts samples as a whitener
 leaves them, and where the encoders' noise shakes the arm that was 170 in favour of such a size."""
 
+INDISTINCT = "its size cannot be distinguished from no effect at all."
+
 
 def indistinct(members: Sequence[Screened], after: Refit) -> str:
     """A sentence where a fit cannot distinguish the sizes of one of the effects from neutral; empty
@@ -276,7 +278,7 @@ def indistinct(members: Sequence[Screened], after: Refit) -> str:
         apart = h.vector[which] - np.array([_neutral(h, s.effect, labels[j]) for j in which])
         wald = float(apart @ np.linalg.pinv(C, hermitian=True) @ apart)
         if chi2.sf(wald, len(which)) > DISTINCT:
-            return f"the size of {s.effect.title} cannot be distinguished from zero."
+            return INDISTINCT
     return ""
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from core.diagnose.led_error import led_errors
 from core.diagnose.noise_route import noise_in_outputs
 from core.diagnose.repetition import repeated, scatter
+from core.diagnose.verdict import channel_rms
 from core.identify.predictor import Motion
 from core.identify.prepared import Prepared
 
@@ -59,7 +60,7 @@ def channel_floors(
 
 def _spreads(experiments: Sequence[Prepared]) -> dict[str, float]:
     """channel -> rms of its measurement about each recording's mean."""
-    return _rms(experiments, [e.measured - _mean(e) for e in experiments])
+    return channel_rms(experiments, [e.measured - _mean(e) for e in experiments])
 
 
 def _mean(e: Prepared) -> np.ndarray:
@@ -72,14 +73,4 @@ def _led_errors(experiments: Sequence[Prepared], motions: Sequence[Motion]) -> d
     """channel -> rms of what an arm that is led along its encoders misses of itself."""
     found = led_errors(experiments, motions)
     known = [(e, x) for e, x in zip(experiments, found, strict=True) if x is not None]
-    return _rms([e for e, _ in known], [x for _, x in known])
-
-
-def _rms(experiments: Sequence[Prepared], blocks: Sequence[np.ndarray]) -> dict[str, float]:
-    """channel -> rms of the blocks (M, k) per recording; of what counts."""
-    parts: dict[str, list[np.ndarray]] = {}
-    for e, block in zip(experiments, blocks, strict=True):
-        for k, (name, _) in enumerate(e.channels):
-            if e.counted[:, k].any():
-                parts.setdefault(name, []).append(block[e.counted[:, k], k])
-    return {name: float(np.sqrt(np.mean(np.concatenate(p) ** 2))) for name, p in parts.items()}
+    return channel_rms([e for e, _ in known], [x for _, x in known])

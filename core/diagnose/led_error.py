@@ -51,7 +51,8 @@ def led_error(e: Prepared, motion: Motion) -> np.ndarray | None:
         motion: of the experiment at a fitted model; its numbers and values count.
 
     Returns:
-        None where no servo leads the arm, and where nothing of it swings.
+        None where no servo leads the arm, where nothing of it swings, and where the model is so far
+        off that moved by the torques it does not go where the rig went.
     """
     _, numbers, values = motion
     moving, dt = simulated_part(e.model, numbers), e.recording.sample_time
@@ -61,13 +62,23 @@ def led_error(e: Prepared, motion: Motion) -> np.ndarray | None:
     # What sensors and held joints do is the same on both sides; the arm stays as it is.
     plain = replace(e, model=replace(e.model, effects=()))
     true = _moved(plain, moving, values)
-    if not np.isfinite(true.q).all():
+    recorded = plain.task_at(values).references[:, -2 * joints : -joints]
+    if not _goes_along(true.q[:, :joints], recorded):
         return None
     places = {f"theta{k + 1}": true.q[:, k] for k in range(joints)}
     recording = replace(e.recording, channels={**e.recording.channels, **places})
     again = replace(plain, recording=recording, task=make_task(plain.model, recording))
     led = motion_of(again, moving, values, max(round(dt / STEP / points_led(e.model, dt)), 1))
-    return again.predicted(led, moving, values) - again.predicted(true, moving, values)
+    missed = again.predicted(led, moving, values) - again.predicted(true, moving, values)
+    return missed if np.isfinite(missed[e.counted]).all() else None
+
+
+def _goes_along(moved: np.ndarray, recorded: np.ndarray) -> bool:
+    """Whether joints (M, joints) stay nearer to the recorded ones than these travelled: another
+    motion swings by other amounts, and its error says nothing about this one."""
+    if not np.isfinite(moved).all():
+        return False
+    return bool(np.abs(moved - recorded).max() <= np.ptp(recorded, axis=0).max())
 
 
 def _moved(e: Prepared, numbers: Numbers, values: Mapping[str, float]) -> Trajectory:

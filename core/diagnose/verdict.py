@@ -43,7 +43,8 @@ def _by_channel(
     squares: dict[str, list[np.ndarray]] = {}
     for e, r in zip(experiments, errors, strict=True):
         for k, (name, _) in enumerate(e.channels):
-            squares.setdefault(name, []).append(r[e.counted[:, k], k] ** 2)
+            if e.counted[:, k].any():
+                squares.setdefault(name, []).append(r[e.counted[:, k], k] ** 2)
     return {name: np.concatenate(parts) for name, parts in squares.items()}
 
 

@@ -69,8 +69,8 @@ def joint_motion(model: Model, numbers: Numbers, task: Task) -> Led:
     lead = 0 if task.before is None or known else len(task.before)
     finer = finer_by(model, task.sample_time)
     law, weight = numbers.law, weighing(numbers.p, joints).tobytes()
-    decisive = Structure.of(model.arm), weight, law.R.tobytes(), law.references, lead, finer
-    key = id(task.references), id(task.before), decisive
+    along = law.R.tobytes(), law.references, lead, finer, task.sample_time
+    key = id(task.references), id(task.before), Structure.of(model.arm), weight, along
     return _SAME.get(key, lambda: _Same(task, _led_anew(model, numbers, task, lead, finer))).led
 
 

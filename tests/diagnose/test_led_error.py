@@ -11,7 +11,7 @@ from core.diagnose import led_error as module
 from core.diagnose.floor import channel_floors
 from core.diagnose.led_error import led_error
 from core.identify.predictor import Motion, motion_of
-from core.identify.prepared import Prepared
+from core.identify.prepared import Prepared, make_task
 from tests.identify.test_switching_torque import FACTOR, RARELY, STEP, missing, prepared, rms
 
 SELDOM = 1.6 * RARELY
@@ -25,6 +25,9 @@ LOOSELY = 0.01
 
 STIFFER = 1.01
 """Of the true stiffness: where a fit may end that looks through such samples."""
+
+FAR_OFF = 40.0
+"""Times the torque: the joint leaves its way by more than the way is long within half a second."""
 
 NOTHING = 2e-3
 """Of the torque: below it nothing shows on a rig whose samples show the vibration."""
@@ -74,6 +77,22 @@ def test_a_complete_model_stays_within_a_floor_that_counts_it() -> None:
 def missing_block(e: Prepared) -> np.ndarray:
     motion, numbers, values = at(e)
     return e.predicted(motion, numbers, values) - e.measured
+
+
+def test_a_model_that_torques_move_elsewhere_tells_nothing() -> None:
+    e = prepared(0.0, step=SELDOM)
+    torques = {"u1": FAR_OFF * e.recording.channels["u1"]}
+    recording = replace(e.recording, channels={**e.recording.channels, **torques})
+    far = replace(e, recording=recording, task=make_task(e.model, recording))
+    assert led_error(far, at(e)) is None
+
+
+def test_what_is_not_finite_tells_nothing(monkeypatch) -> None:
+    e = prepared(0.0, step=SELDOM)
+    lost = motion_of(e, e.model.numbers(), {}, 4)
+    lost = replace(lost, q=np.full_like(lost.q, np.nan))
+    monkeypatch.setattr(module, "motion_of", lambda *_: lost)
+    assert led_error(e, at(e)) is None
 
 
 def test_an_arm_that_nothing_leads_has_none() -> None:
