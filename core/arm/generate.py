@@ -25,13 +25,10 @@ def _load(symbols: Sequence[sp.Symbol], array: str, used: set[sp.Basic]) -> list
 
 
 def _entries(target: str, matrix: sp.Matrix) -> list[str]:
-    """One statement per non-zero entry of a matrix."""
+    """One statement per entry of a matrix."""
     rows, columns = matrix.shape
     return [
-        f"{target}[{i}, {j}] = {code(matrix[i, j])}"
-        for i in range(rows)
-        for j in range(columns)
-        if matrix[i, j] != 0
+        f"{target}[{i}, {j}] = {code(matrix[i, j])}" for i in range(rows) for j in range(columns)
     ]
 
 
@@ -47,7 +44,8 @@ class ArmCode:
         """The text of the module that is compiled."""
         template = files("core.arm").joinpath("module_template.txt").read_text(encoding="utf-8")
         return (
-            template.replace("@DYNAMICS@", self._block(self.dynamics()))
+            template.replace("@COLUMNS@", str(self.n))
+            .replace("@DYNAMICS@", self._block(self.dynamics()))
             .replace("@TIP@", self._block(self.tip()))
             .replace("@LINEAR@", self._block(self.linear()))
         )
@@ -57,6 +55,7 @@ class ArmCode:
         template = files("core.arm").joinpath("wide_module_template.txt")
         return (
             template.read_text(encoding="utf-8")
+            .replace("@COLUMNS@", str(self.n))
             .replace("@DYNAMICS@", self._block(widened(self.dynamics(), self.n)))
             .replace("@TIP@", self._block(widened(self.tip(), self.n)))
             .replace("@SOLVERS@", solver_functions(self.n))
@@ -94,7 +93,7 @@ class ArmCode:
         lines = _load(s.q, "q", used) + _load(s.p, "p", used) + statements.lines
         lines += [f"z[{i}] = {code(reduced[i])}" for i in range(2)]
         slopes = sp.Matrix(2, self.n, reduced[2:])
-        return [*lines, "J[:, :] = 0.0", *_entries("J", slopes)]
+        return lines + _entries("J", slopes)
 
     def linear(self) -> list[str]:
         """K = -dF/dq and D = -dF/dq' at v = 0, q' = 0."""
@@ -107,6 +106,5 @@ class ArmCode:
         reduced, used = statements.shared(outputs), free_symbols(outputs)
         lines = _load(s.q, "q", used) + _load(s.p, "p", used) + statements.lines
         size = self.n * self.n
-        lines += ["K[:, :] = 0.0", "D[:, :] = 0.0"]
         lines += _entries("K", sp.Matrix(self.n, self.n, reduced[:size]))
         return lines + _entries("D", sp.Matrix(self.n, self.n, reduced[size:]))

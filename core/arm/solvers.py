@@ -12,26 +12,40 @@ MOST_WRITTEN_OUT = 12
 """Coordinates up to which that holds: the text grows with their third power (for 12 coordinates as
 long as the equations of such an arm), and more than a register file holds gains less."""
 
-HEAD = "@cfunc(types.void({arguments}), **OPTIONS)\ndef {name}({names}):"
+COMPILED = """@cfunc(types.void({kinds}), **OPTIONS)
+def {name}({names}):
+{body}"""
+WRITTEN_OUT = """@statements
+def {name}_statements({names}):
+{body}"""
+
+_Body = Callable[[int], list[str]]
+"""The statements for a number of coordinates."""
 
 
 def solver_functions(n: int) -> str:
     """The text of the functions of core.arm.compiled.WideSolvers for n coordinates."""
-    written = n <= MOST_WRITTEN_OUT
-    functions: Sequence[tuple[str, tuple[str, ...], Callable[[int], list[str]]]] = (
-        ("factor", ("A", "growth"), factor if written else _factor_loop),
-        ("substitute", ("A", "b"), substitute if written else _substitute_loop),
-        ("solve_positive", ("A", "b"), solve_positive if written else _solve_positive_loop),
-        ("multiply", ("A", "x", "out"), multiply if written else _multiply_loop),
-        ("subtract", ("A", "x", "out"), subtract if written else _subtract_loop),
+    functions: Sequence[tuple[str, tuple[str, ...], _Body, _Body]] = (
+        ("factor", ("A", "growth"), factor, _factor_loop),
+        ("substitute", ("A", "b"), substitute, _substitute_loop),
+        ("solve_positive", ("A", "b"), solve_positive, _solve_positive_loop),
+        ("multiply", ("A", "x", "out"), multiply, _multiply_loop),
+        ("subtract", ("A", "x", "out"), subtract, _subtract_loop),
     )
-    return "\n\n\n".join(_function(name, names, body(n)) for name, names, body in functions)
+    texts = []
+    for name, names, written, loop in functions:
+        lines = [f"{name}_statements({', '.join(names)})"]
+        if n <= MOST_WRITTEN_OUT:
+            texts.append(_function(WRITTEN_OUT, name, names, written(n)))
+        else:
+            lines = loop(n)
+        texts.append(_function(COMPILED, name, names, lines))
+    return "\n\n\n".join(texts)
 
 
-def _function(name: str, names: tuple[str, ...], lines: Sequence[str]) -> str:
-    arguments = ", ".join(["matrix"] * len(names))
-    head = HEAD.format(arguments=arguments, name=name, names=", ".join(names))
-    return "\n".join([head, *[f"    {line}" for line in lines]])
+def _function(form: str, name: str, names: tuple[str, ...], lines: Sequence[str]) -> str:
+    kinds, body = ", ".join(["matrix"] * len(names)), "\n".join(f"    {line}" for line in lines)
+    return form.format(kinds=kinds, name=name, names=", ".join(names), body=body)
 
 
 def _less(first: str, products: Sequence[tuple[str, str]]) -> str:

@@ -9,13 +9,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-_RULES = (
-    (re.compile(r"^(\s*)(\w+) = (q|v|p)\[(\d+)\]$"), r"\1\2 = get(\3, \4)"),
-    (re.compile(r"^(\s*)([fM](?:_\d+)+) = 0\.0$"), r"\1\2 = spread(0.0)"),
-)
+_READ = re.compile(r"^(\s*)(\w+) = (q|v|p)\[(\d+)\]$")
 _ENTRY = re.compile(r"^(\s*)(\w+)\[(\w+)(?:, (\w+))?\] (\+?)= (.+)$")
-_CLEARED = re.compile(r"^(\s*)(\w+)\[:(, :)?\] = 0\.0$")
-_LOOP = re.compile(r"range\(f\.size\)")
 
 
 def widened(lines: Sequence[str], columns: int) -> list[str]:
@@ -24,15 +19,11 @@ def widened(lines: Sequence[str], columns: int) -> list[str]:
 
 
 def _widened(line: str, columns: int) -> str:
-    for pattern, wide in _RULES:
-        if pattern.match(line):
-            return pattern.sub(wide, line)
-    if found := _CLEARED.match(line):
-        indent, name, _ = found.groups()
-        return f"{indent}for k in range({name}.shape[0]): put({name}, k, 0.0)"
+    if _READ.match(line):
+        return _READ.sub(r"\1\2 = get(\3, \4)", line)
     if found := _ENTRY.match(line):
         indent, name, row, column, plus, value = found.groups()
         at = row if column is None else f"{row} * {columns} + {column}"
         value = re.sub(r"\bM\[(\w+), (\w+)\]", rf"get(M, \1 * {columns} + \2)", value)
         return f"{indent}put({name}, {at}, {f'get({name}, {at}) + ' if plus else ''}{value})"
-    return _LOOP.sub("range(f.shape[0])", line)
+    return line

@@ -29,8 +29,12 @@ SIZES = (1, 3, 8, 13)
 ARMS = {1: (0,), 3: (2,)}
 """Coordinates -> modes of an arm whose own module is tried. The larger ones are tried without the
 equations of an arm, which take most of the time to compile and are not used here."""
-HEAD = files("core.arm").joinpath("wide_module_template.txt").read_text("utf-8").split("@cfunc")[0]
-"""What stands before the functions in the module of every arm."""
+TEMPLATE = files("core.arm").joinpath("wide_module_template.txt").read_text("utf-8")
+
+
+def head(n: int) -> str:
+    """What stands before the functions in the module of every arm of n coordinates."""
+    return TEMPLATE.split("@statements")[0].replace("@COLUMNS@", str(n))
 
 
 @njit
@@ -63,7 +67,7 @@ def solvers(n: int) -> dict[str, Callable[..., Any]]:
 
 def apart(n: int) -> tuple[Any, ...]:
     """As the module of an arm has them, but alone."""
-    text = HEAD + solver_functions(n) + "\n"
+    text = head(n) + solver_functions(n) + "\n"
     key = hashlib.sha256(f"{text}{sources_key()}".encode()).hexdigest()[:20]
     module = kept_module(f"solvers_{key}", lambda: text)
     return tuple(getattr(module, name) for name in CALLS)
@@ -73,7 +77,7 @@ def apart(n: int) -> tuple[Any, ...]:
 def test_the_module_of_an_arm_is_made_of_this_head_and_these_solvers(n: int) -> None:
     compile_wide_arm(structure(n))
     text = module_file(f"wide_{name_of(structure(n))}").read_text("utf-8")
-    assert text.startswith(HEAD) and solver_functions(n) in text
+    assert text.startswith(head(n)) and solver_functions(n) in text
 
 
 def matrices(n: int) -> np.ndarray:
