@@ -62,7 +62,7 @@ def test_what_bends_is_what_an_independent_integrator_finds() -> None:
     e = led()
     arm, p = e.model.arm, e.model.numbers().p
     n, nj = arm.coordinates, arm.joints
-    dynamics, t = e.model.compiled.dynamics, e.task.time
+    t = e.task.time
 
     def joints(at: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         w, c, s = RATES, np.cos(RATES * at), np.sin(RATES * at)
@@ -72,8 +72,7 @@ def test_what_bends_is_what_an_independent_integrator_finds() -> None:
     def rate(at: float, y: np.ndarray) -> np.ndarray:
         place, speed, a = joints(at)
         q, v = np.concatenate([place, y[: n - nj]]), np.concatenate([speed, y[n - nj :]])
-        M, f = np.empty((n, n)), np.empty(n)
-        dynamics(q, v, p, M, f)
+        M, f = e.model.compiled.mass_and_force(q, v, p)
         return np.concatenate([y[n - nj :], np.linalg.solve(M[nj:, nj:], f[nj:] - M[nj:, :nj] @ a)])
 
     exact = solve_ivp(
@@ -86,12 +85,11 @@ def test_what_bends_is_what_an_independent_integrator_finds() -> None:
 def test_the_torque_balances_the_equations_of_motion() -> None:
     """M q'' - f with q'' by differences of the speeds found, at the joints and beyond."""
     e = led()
-    found, n = motion(e), e.model.arm.coordinates
+    found = motion(e)
     a = np.gradient(found.v, STEP, axis=0)
-    M, f = np.empty((n, n)), np.empty(n)
     needed = np.empty((SAMPLES, BENCH.joints))
     for k in range(SAMPLES):
-        e.model.compiled.dynamics(found.q[k], found.v[k], found.p, M, f)
+        M, f = e.model.compiled.mass_and_force(found.q[k], found.v[k], found.p)
         needed[k] = (M @ a[k] - f)[: BENCH.joints]
     inner = slice(50, -50)
     apart = np.abs(found.torque - needed)[inner].max(axis=0)
