@@ -121,6 +121,12 @@ class Residuals:
         return self.vector(self.blocks(vector))
 
     @property
+    def magnitude(self) -> float:
+        """Sum of squares of the weighted outputs."""
+        pairs = zip(self.experiments, self.weights, strict=True)
+        return sum(float(np.sum((e.measured * w)[e.counted] ** 2)) for e, w in pairs)
+
+    @property
     def count(self) -> int:
         """Number of samples that count, all channels together."""
         return int(sum(e.counted.sum() for e in self.experiments))
