@@ -27,13 +27,20 @@ class Recent(Generic[V]):
         self._lock = threading.Lock()
         self._known: OrderedDict[Hashable, V] = OrderedDict()
 
+    def __contains__(self, key: Hashable) -> bool:
+        with self._lock:
+            return key in self._known
+
     def get(self, key: Hashable, make: Callable[[], V]) -> V:
         """What is known, else what `make` gives; of two who make it at once both get one."""
         with self._lock:
             if key in self._known:
                 self._known.move_to_end(key)
                 return self._known[key]
-        made = make()
+        return self.put(key, make())
+
+    def put(self, key: Hashable, made: V) -> V:
+        """Keeps a value; of two for the same key the first, which it gives."""
         with self._lock:
             if key not in self._known:
                 self._known[key] = made

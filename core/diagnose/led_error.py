@@ -15,21 +15,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.drives.law import static_law
 from core.drives.servo import held
+from core.identify.guide import is_guided, keeping, kept, steps_between, torques
 from core.identify.held import points_led, simulated_part
 from core.identify.led_motion import joint_servo
+from core.identify.led_points import finer_by
 from core.identify.predictor import Motion, motion_of, on_all_cores, quick_handover
 from core.identify.prepared import Prepared, make_task
 from core.identify.prescribed import is_prescribed
 from core.model import Numbers
 from core.simulate.many import Job, run_many_extrapolated
 from core.trajectory import Trajectory
-
-KEEPING_HZ = 0.2
-"""Of a servo that keeps the moved model near the recorded joints, whatever the model lacks. Its
-torque swings with the arm, which no drive's does: at 0.5 Hz the error of a true model came out a
-third too large, at 0.1 Hz it is right sample by sample, but what lacks a friction drifts away."""
 
 STEP = 2.5e-4
 """s: a fiftieth of a period at 80 Hz; steps are extrapolated."""
@@ -52,7 +48,7 @@ def led_error(e: Prepared, motion: Motion) -> np.ndarray | None:
 
     Returns:
         None where no servo leads the arm, where nothing of it swings, and where the model is so far
-        off that moved by the torques it does not go where the rig went.
+        off that the torques move it elsewhere.
     """
     _, numbers, values = motion
     moving, dt = simulated_part(e.model, numbers), e.recording.sample_time
@@ -84,18 +80,19 @@ def _goes_along(moved: np.ndarray, recorded: np.ndarray) -> bool:
 def _moved(e: Prepared, numbers: Numbers, values: Mapping[str, float]) -> Trajectory:
     """The model as the recorded torques move it, with the torque that the joints got."""
     model, task, servo = e.model, e.task_at(values), joint_servo(e.model)
-    joints, own = model.arm.joints, servo.base.law(model.arm, numbers.p, values)
-    place, speed = np.split(task.references[:, -2 * joints :], 2, axis=1)
-    stepping = servo.jumps(numbers.law, task.references)
-    smooth = -place @ own.P[:, :joints].T - speed @ own.V[:, :joints].T
-    stiff, damping = replace(servo, hz=KEEPING_HZ).gains()
-    P, V = (np.zeros((joints, model.arm.coordinates)) for _ in range(2))
-    P[:, :joints], V[:, :joints] = stiff, damping
-    one = np.eye(joints)
-    law = static_law(np.hstack([stiff, damping, one, one]), P, V, interpolate=True, held=joints)
-    references = np.hstack([place, speed, smooth, stepping])
-    moved = replace(task, references=references, before=None)
-    steps = max(round(task.sample_time / STEP), 2)
-    (true,) = run_many_extrapolated([Job(model, numbers._replace(law=law), moved)], steps)
-    kept = (place - true.q[:, :joints]) @ stiff.T + (speed - true.v[:, :joints]) @ damping.T
-    return replace(true, torque=held(stepping) + smooth + kept)
+    joints, dt = model.arm.joints, task.sample_time
+    place = task.references[:, -2 * joints : -joints]
+    smooth, stepping = torques(model, numbers, task)
+    moved = replace(task, references=np.hstack([place, smooth, stepping]), before=None)
+    job = Job(model, numbers._replace(law=keeping(servo, model.arm.coordinates)), moved)
+    (true,) = run_many_extrapolated([job], _steps(e, dt))
+    return replace(
+        true, torque=held(stepping) + smooth + kept(servo, place - true.q[:, :joints], dt)
+    )
+
+
+def _steps(e: Prepared, dt: float) -> int:
+    """Per sample."""
+    if is_guided(e.model):
+        return finer_by(e.model, dt) * steps_between(e.model, dt)
+    return max(round(dt / STEP), 2)

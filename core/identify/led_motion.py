@@ -23,6 +23,7 @@ from core.arm.signatures import DYNAMICS, OPTIONS, matrix, vector
 from core.arm.slots import weighing
 from core.arm.symbols import Structure
 from core.drives.servo import FollowingServo
+from core.identify.guide import decisive, guide, is_guided
 from core.identify.led_points import finer_by
 from core.model import Model, Numbers
 from core.recent import Recent
@@ -70,7 +71,8 @@ def joint_motion(model: Model, numbers: Numbers, task: Task) -> Led:
     finer = finer_by(model, task.sample_time)
     law, weight = numbers.law, weighing(numbers.p, joints).tobytes()
     along = law.R.tobytes(), law.references, lead, finer, task.sample_time
-    key = id(task.references), id(task.before), Structure.of(model.arm), weight, along
+    guided = decisive(model, numbers, task) if is_guided(model) else None
+    key = id(task.references), id(task.before), Structure.of(model.arm), weight, along, guided
     return _SAME.get(key, lambda: _Same(task, _led_anew(model, numbers, task, lead, finer))).led
 
 
@@ -79,13 +81,20 @@ def _led_anew(model: Model, numbers: Numbers, task: Task, lead: int, finer: int)
     joints = model.arm.joints
     place = task.references[:, -2 * joints : -joints]
     whole = np.vstack([task.before, place]) if lead and task.before is not None else place
-    if not np.isfinite(whole).all():  # a simulation that goes astray is told as such
-        nothing = np.full((finer * (len(whole) - 1) + 1, joints), np.nan)
-        return Led(nothing, nothing, nothing, nothing, lead, finer)
+    nothing = np.full((finer * (len(whole) - 1) + 1, joints), np.nan)
+    astray = Led(nothing, nothing, nothing, nothing, lead, finer)
+    if not np.isfinite(whole).all():
+        return astray
     at_once = _held_acceleration(model, numbers, task, whole, lead)
     dt = task.sample_time
-    key = _digest(whole, at_once), lead, finer, dt
-    return _LED.get(key, lambda: _led(whole, at_once, lead, finer, dt))
+    if not is_guided(model):
+        key = _digest(whole, at_once), lead, finer, dt
+        return _LED.get(key, lambda: _led(whole, at_once, lead, finer, dt))
+    moved = guide(model, numbers, task)
+    if not np.isfinite(moved).all():
+        return astray
+    moved = np.vstack([np.repeat(moved[:1], lead * finer, axis=0), moved])
+    return _led(whole, at_once, lead, finer, dt, moved)
 
 
 def _digest(*arrays: np.ndarray) -> bytes:
@@ -119,16 +128,28 @@ _SAME = Recent[_Same](
 along them."""
 
 
-def _led(whole: np.ndarray, at_once: np.ndarray, lead: int, finer: int, sample_time: float) -> Led:
+def _led(
+    whole: np.ndarray,
+    at_once: np.ndarray,
+    lead: int,
+    finer: int,
+    sample_time: float,
+    moved: np.ndarray | None = None,
+) -> Led:
     """The motion through places (L + N, joints); `at_once` (L + N, joints) is the part of its
-    acceleration that is held between samples."""
+    acceleration that is held between samples, `moved` (finer (L + N - 1) + 1, joints) a motion that
+    has its vibration, where there is one."""
     mean = uniform_filter1d(at_once, AVERAGE, axis=0, mode="nearest")
     at_once, mean = _between(at_once, mean, finer)
     dt = sample_time / finer
     jumping, speed = _integrated(at_once, mean, dt)
     # At rest there is neither speed nor acceleration; what they are at other ends nobody knows.
     flat = (mean[0] - at_once[0], (mean[1] - mean[0]) / dt) if lead else None
-    smooth = _finely(whole - jumping[::finer], finer, dt, flat)
+    if moved is None:
+        smooth = _finely(whole - jumping[::finer], finer, dt, flat)
+    else:
+        flat = None if flat is None else (np.zeros_like(flat[0]), np.zeros_like(flat[1]))
+        smooth = _finely(whole - moved[::finer], finer, dt, flat) + moved - jumping
     # A speed at the start, read out of the first samples' noise, would shake the arm to the end.
     begin = "not-a-knot" if flat is None else (1, np.zeros_like(flat[0]))
     spline = CubicSpline(np.arange(len(smooth)) * dt, smooth, bc_type=(begin, "not-a-knot"))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from core.drives.servo import DEFAULT_HZ, FollowingServo
 from core.errors import InputError
-from core.identify.led_points import sampled_seldom
+from core.identify.led_points import hidden_between, sampled_seldom
 from core.identify.prepared import TORQUE, Processing, start_joints
 from core.model import Model
 from core.recording.recording import Recording
@@ -120,7 +120,16 @@ def _servo(
     posture = at_rest(start_joints(model, recordings[0]), n)[:n]
     inertia = np.diag(model.compiled.mass_matrix(posture, p))[: model.arm.joints]
     hz = spec.servo_hz or DEFAULT_HZ
-    return FollowingServo(model.drive, hz, tuple(float(x) for x in inertia), band_hz)
+    servo = FollowingServo(model.drive, hz, tuple(float(x) for x in inertia), band_hz)
+    between = max(r.sample_time for r in recordings)
+    known = model.drive.torque_known and hidden_between(model, servo, between)
+    return replace(servo, guided=known)
+
+
+GUIDED = (
+    "The arm may vibrate faster than the samples show; between them its joints are led as the "
+    "model answers to the recorded torque, and fits begin with the first swings."
+)
 
 
 def _notes(
@@ -162,7 +171,10 @@ def _notes(
             f"{torque if model.drive.torque_known else unknown}."
         )
         seldom = sampled_seldom(model, max(r.sample_time for r in recordings))
-        sentences += [seldom] if seldom and model.drive.torque_known else []
+        if servo.guided:
+            sentences.append(GUIDED)
+        elif seldom and model.drive.torque_known:
+            sentences.append(seldom)
     for r in recordings:
         for channel, logged in r.logger_filters.items():
             sentences.append(

@@ -9,6 +9,7 @@ from scipy.stats import qmc
 
 from core.identify.estimates import first_estimate
 from core.identify.evolution import Searched, evolve
+from core.identify.guide import is_guided
 from core.identify.population import PopulationCost
 from core.identify.refinement import Prior, Refined, refine
 from core.identify.residuals import Residuals
@@ -89,7 +90,8 @@ def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) 
     moved = [
         i for i, u in enumerate(items) if u.searched and u.parameter.positive and start[i] > 0.0
     ]
-    if not moved or not spec.refine or spec.generations == 0:
+    guided = any(is_guided(e.model) for e in residuals.experiments)  # then `grown` tries them all
+    if not moved or not spec.refine or spec.generations == 0 or guided:
         return [start]
     points = qmc.LatinHypercube(len(moved), rng=np.random.default_rng(spec.seed)).random(STARTS)
     tried = np.tile(start, (STARTS, 1))

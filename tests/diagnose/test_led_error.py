@@ -20,9 +20,6 @@ SELDOM = 1.6 * RARELY
 AGREE = 0.2
 """Relative, of the error's rms: a floor is known within a factor of 1.5."""
 
-LOOSELY = 0.01
-"""Hz: a servo that hardly keeps the moved model, so that it goes as the recorded arm did."""
-
 STIFFER = 1.01
 """Of the true stiffness: where a fit may end that looks through such samples."""
 
@@ -51,8 +48,7 @@ def test_it_is_as_large_as_what_the_true_model_leaves(step: float) -> None:
     assert rms(found(e)) == pytest.approx(rms(missing(e)), rel=AGREE)
 
 
-def test_moved_as_the_arm_was_it_is_what_the_true_model_leaves(monkeypatch) -> None:
-    monkeypatch.setattr(module, "KEEPING_HZ", LOOSELY)
+def test_sample_by_sample_it_is_what_the_true_model_leaves() -> None:
     e = prepared(0.0, step=SELDOM)
     assert rms(found(e) - missing(e)) < AGREE * rms(missing(e))
 
