@@ -51,7 +51,8 @@ def led_error(e: Prepared, motion: Motion) -> np.ndarray | None:
         off that the torques move it elsewhere.
     """
     _, numbers, values = motion
-    moving, dt = simulated_part(e.model, numbers), e.recording.sample_time
+    moving = simulated_part(e.model, numbers)._replace(beside=())
+    dt = e.recording.sample_time
     n, joints = e.model.arm.coordinates, e.model.arm.joints
     if n == joints or not is_prescribed(e.model, moving):
         return None

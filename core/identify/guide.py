@@ -93,10 +93,15 @@ def steps_between(model: Model, sample_time: float) -> int:
 
 def decisive(model: Model, numbers: Numbers, task: Task) -> Hashable:
     """All that a guide depends on."""
-    forces = tuple((hash(e.law), e.values, e.at_tip) for e in numbers.elements)
+    elements = numbers.elements + numbers.beside
+    forces = tuple((hash(e.law), e.values, e.at_tip, _bytes(e.directions)) for e in elements)
     own = numbers.p.tobytes(), numbers.law.R.tobytes(), forces, task.start.tobytes()
     structure = Structure.of(model.arm), finer_by(model, task.sample_time)
     return id(task.references), *own, structure
+
+
+def _bytes(arrays: Sequence[np.ndarray]) -> tuple[bytes, ...]:
+    return tuple(array.tobytes() for array in arrays)
 
 
 def _job(model: Model, numbers: Numbers, task: Task) -> Job:
@@ -112,7 +117,9 @@ def _job(model: Model, numbers: Numbers, task: Task) -> Job:
     law = keeping(servo, model.arm.coordinates)
     time = np.arange(len(at)) * (task.sample_time / finer)
     moved = Task(time, np.hstack([straight, stepping[at.astype(int)]]), task.start, task.schedule)
-    return Job(model, numbers._replace(law=law), moved)
+    # Friction brakes the arm and shakes it where a joint turns round, so it is part of a guide.
+    whole = numbers._replace(law=law, elements=numbers.elements + numbers.beside, beside=())
+    return Job(model, whole, moved)
 
 
 def keeping(servo: FollowingServo, n: int) -> DriveLaw:

@@ -19,6 +19,7 @@ from core.drives.servo import FollowingServo
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law
 from core.forces.element import Element
+from core.identify.guide import is_guided
 from core.identify.led_motion import joint_servo
 from core.identify.led_points import finer_by
 from core.identify.prescribed import is_prescribed
@@ -57,7 +58,10 @@ def simulated_part(model: Model, numbers: Numbers) -> Numbers:
     if np.any(np.isfinite(numbers.law.limit)):
         return numbers
     moving = tuple(e for e in numbers.elements if not is_held(model, e))
-    return numbers if len(moving) == len(numbers.elements) else numbers._replace(elements=moving)
+    if len(moving) == len(numbers.elements):
+        return numbers
+    beside = tuple(e for e in numbers.elements if is_held(model, e))
+    return numbers._replace(elements=moving, beside=beside)
 
 
 def effects_in_steps(model: Model) -> tuple[Effect, ...]:
@@ -190,7 +194,7 @@ def digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> bytes:
     if not is_prescribed(model, numbers):  # then no drive decides where the joints go
         for array in law_arrays(numbers.law):
             found.update(array.tobytes())
-    for e in numbers.elements:
+    for e in (*numbers.elements, *(numbers.beside if is_guided(model) else ())):
         found.update(repr((hash(e.law), e.values, e.at_tip, e.loaded_by)).encode())
         for direction in e.directions:
             found.update(direction.tobytes())

@@ -167,7 +167,7 @@ Matrices = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 def state_space(case: Case, e: Prepared, vector: np.ndarray) -> Matrices:
     """A, B, C, D of all eight states with the loop closed, from E x' = A x + B r, (11)."""
     model, n = case.model, case.model.arm.coordinates
-    p, law, _ = model.numbers(dict(zip(NAMES, vector.tolist(), strict=True)))
+    p, law, *_ = model.numbers(dict(zip(NAMES, vector.tolist(), strict=True)))
     q = e.task.schedule[0]
     M = model.compiled.mass_matrix(q, p)
     K, D = model.compiled.linear_matrices(q, p)

@@ -11,6 +11,7 @@ import pytest
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.drives.velocity_loop import VelocityLoop
+from core.effects import effect
 from core.identify.growing import grown
 from core.identify.guide import guide, guide_all, is_guided
 from core.identify.led_motion import joint_motion
@@ -40,6 +41,9 @@ FOLLOWS = 0.02
 BETTER = 1e-3
 """Of what splines leave at the true stiffness, which is what a guide may leave."""
 
+ROUGH = 0.05
+"""The same with friction, whose sign turns within a sample."""
+
 FOUND = 2e-3
 """Relative; splines alone end a third off."""
 
@@ -47,12 +51,21 @@ OFF = (0.7, 1.43)
 """Factors of the stiffness: what is stated of a beam may be a third off."""
 
 
+FRICTION = {"fc1": 1.0}
+"""N m, an eighth of the torque."""
+
+
+def arm(friction: bool) -> Model:
+    bare = Model(LINK, Torque(), "nonlinear")
+    return bare.with_effects([effect("coulomb_friction")], FRICTION) if friction else bare
+
+
 @cache
-def true_motion() -> tuple[np.ndarray, np.ndarray]:
+def true_motion(friction: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """Held torque (SAMPLES, 1), and the joint's positions at FINE points per sample."""
     rng = np.random.default_rng(8)
     torque = 8.6 * np.repeat(rng.choice([-1.0, 1.0], SAMPLES // HOLD), HOLD)[:, None]
-    model = Model(LINK, Torque(), "nonlinear")
+    model = arm(friction)
     start = at_rest(np.array([-0.2]), LINK.coordinates)
     time = np.arange(SAMPLES * FINE) * (STEP / FINE)
     task = Task(time, np.repeat(torque, FINE, axis=0), start, np.zeros((1, LINK.coordinates)))
@@ -61,12 +74,12 @@ def true_motion() -> tuple[np.ndarray, np.ndarray]:
 
 
 @cache
-def prepared(guided: bool) -> Prepared:
-    torque, place = true_motion()
+def prepared(guided: bool, friction: bool = False) -> Prepared:
+    torque, place = true_motion(friction)
     channels = {"u1": torque[:, 0], "theta1": place[::FINE]}
     recording = Recording("r", np.arange(SAMPLES) * STEP, channels)
     servo = FollowingServo(Torque(), 60.0, (0.29,), PROCESSING.band_hz, guided)
-    model = Model(LINK, Torque(), "nonlinear").steered_by(servo)
+    model = arm(friction).steered_by(servo)
     return prepare(model, recording, [sensor("torque")], PROCESSING)
 
 
@@ -108,6 +121,10 @@ def test_joints_are_led_through_every_sample() -> None:
 
 def test_at_the_true_stiffness_nothing_is_left_that_splines_left() -> None:
     assert left(prepared(True)) < BETTER * left(prepared(False))
+
+
+def test_friction_brakes_and_shakes_a_guide_as_it_does_the_arm() -> None:
+    assert left(prepared(True, True)) < ROUGH * left(prepared(False, True))
 
 
 @pytest.mark.parametrize("factor", OFF)

@@ -98,7 +98,7 @@ def test_drive_feedback_is_part_of_the_linear_model(name: str, drive: Drive) -> 
 def test_linear_outputs_are_the_slope_of_the_sensors(name: str, kind: str) -> None:
     arm, sensor = loaded(ARMS[name]), sensors()[kind]
     model = looped(arm, LOOP_GAIN)
-    p, law, _ = model.numbers()
+    p, law, *_ = model.numbers()
     rows = sensor.rows(arm, p, law)
     assert rows is not None
     n = arm.coordinates
