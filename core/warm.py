@@ -38,7 +38,7 @@ def warm_up(progress: Progress, arms: Iterable[Structure] = ()) -> None:
     compile_beforehand(arms)
     helper = None
     if not is_warm():
-        progress.stage("Compiling for this machine, once (about fifteen seconds)")
+        progress.stage("Compiling for this machine, once (about half a minute)")
         helper = subprocess.Popen([sys.executable, "-c", _SECOND], stderr=subprocess.DEVNULL)
     import core.simulate.followed
     import core.simulate.linear
