@@ -170,6 +170,7 @@ def _searched(label: str, residuals: Residuals, spec: IdentifySpec, progress: Pr
     else:
         starts = several_starts(residuals, start, spec)
     if predictor.simulation_is_dear and spec.refine and len(unknowns):
+        progress.advance(0, "beginning with the first swings of each recording")
         starts = [grown(residuals, one, lambda _: progress.stopped()) for one in starts]
     stopped = (searched is not None and searched.stopped) or progress.stopped()
     if not len(unknowns) or stopped or not spec.refine:
