@@ -80,7 +80,6 @@ class _Double:
     """Writes statements about doubles at the end of a block of instructions."""
 
     kind: Any = types.float64
-    type: Any = DOUBLE
 
     def __init__(
         self, context: Any, builder: Any, names: dict[str, Any], columns: int,
@@ -112,7 +111,9 @@ class _Double:
                 return self.names[name]
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return self.builder.fneg(self.value(operand))
-            case ast.BinOp(left=left, op=ast.Pow(), right=ast.Constant(value=int(power))):
+            case ast.BinOp(left=left, op=ast.Pow(), right=ast.Constant(value=int(power))) if (
+                power > 1
+            ):
                 return self.power(self.value(left), power)
             case ast.BinOp(left=left, op=op, right=right) if type(op) in ARITHMETIC:
                 instruction = getattr(self.builder, ARITHMETIC[type(op)][0])
@@ -156,7 +157,6 @@ class _Wide(_Double):
     """The same about numbers of LANES doubles."""
 
     kind = wide
-    type = VECTOR
 
     def statement(self, node: ast.stmt) -> None:
         match node:

@@ -3,7 +3,8 @@
 The noise comes from the best source there is: what does not repeat when a motion is made again,
 else what is stated of the sensors, else their own high band. The last two are noise of the columns
 as they were written, and go the way of the measurement: logger, differentiation, servo, filters,
-decimation. An arm that is led along encoders which hardly show how it vibrates misses some of that.
+decimation. To that comes what an arm misses of itself where it is led along encoders that hardly
+show how it vibrates.
 """
 
 from __future__ import annotations

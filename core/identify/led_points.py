@@ -82,11 +82,13 @@ def fastest_swing(model: Model, numbers: Numbers, sample_time: float) -> float:
 
 def hidden_between(model: Model, servo: FollowingServo, sample_time: float) -> bool:
     """Whether splines through samples miss a vibration of the bare arm that they show: one that
-    swings on by more than SELDOM from one to the next."""
+    swings on by more than SELDOM from one to the next. Of the slowest vibrations, one per joint:
+    further bending shapes take little part in a motion, and most samples miss those."""
     bare = model.bare or model
     if bare.arm.coordinates == bare.arm.joints:
         return False
     swings = _swings(*_matrices(bare), sample_time)
+    swings = np.sort(swings[swings > STILL])[: bare.arm.joints]
     shown = _folded(swings) < 2.0 * np.pi * servo.band_hz * sample_time
     return bool(np.any(shown & (swings > SELDOM)))
 

@@ -8,6 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from core.arm.arm import Arm
+from core.arm.segment import Segment
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.drives.velocity_loop import VelocityLoop
@@ -15,7 +17,7 @@ from core.effects import effect
 from core.identify.growing import grown
 from core.identify.guide import guide, guide_all, is_guided
 from core.identify.led_motion import joint_motion
-from core.identify.led_points import finer_by, hidden_between
+from core.identify.led_points import SELDOM, fastest_swing, finer_by, hidden_between
 from core.identify.predictor import Predictor, motion_of
 from core.identify.prepared import Prepared, prepare
 from core.identify.refinement import refine
@@ -100,6 +102,15 @@ def test_samples_hide_this_vibration_and_show_a_slower_one() -> None:
     assert isinstance(servo, FollowingServo)
     assert hidden_between(prepared(True).model, servo, STEP)
     assert not hidden_between(prepared(True).model, servo, STEP / 10)
+
+
+def test_further_bending_shapes_are_no_reason_for_a_guide() -> None:
+    shapes = Arm(segments=(Segment(length=0.46, mass=3.5, EI=545.0, hub_inertia=0.04, modes=3),))
+    servo = FollowingServo(Torque(), 60.0, (0.29,))
+    model = Model(shapes, Torque(), "nonlinear").steered_by(servo)
+    assert fastest_swing(model, model.numbers(), STEP / 10) > SELDOM
+    assert not hidden_between(model, servo, STEP / 10)
+    assert hidden_between(model, servo, STEP)
 
 
 def test_a_guide_of_the_true_arm_goes_between_samples_as_the_arm_went() -> None:
