@@ -15,7 +15,7 @@ from numba import njit, types
 
 from core.arm.signatures import OPTIONS, vector
 from core.arm.symbols import Structure
-from core.drives.servo import FollowingServo
+from core.drives.servo import FollowingServo, averaged
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law
 from core.forces.element import Element
@@ -83,7 +83,7 @@ def with_held(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
     """The motion with the torque that overcomes the forces at held joints as well.
 
     Where the joints are prescribed, friction sees a smooth motion: the encoders' noise would turn
-    its sign at rest.
+    its sign at rest. A guide is smooth itself.
     """
     simulated = simulated_part(model, numbers)
     if simulated is numbers:
@@ -116,7 +116,7 @@ def _seen(model: Model, simulated: Numbers, motion: Trajectory) -> np.ndarray:
 
     def made() -> np.ndarray:
         place, speed = motion.q[:, :joints], motion.v[:, :joints]
-        if is_prescribed(model, simulated):
+        if is_prescribed(model, simulated) and not is_guided(model):
             dt = float(motion.time[1] - motion.time[0])
             place, speed = joint_servo(model).seen_by_friction(place, dt)
         return np.hstack([place, speed])
@@ -134,9 +134,12 @@ def _overcome(
     values = np.array([*e.values, 0.0], dtype=float)
     loaded_at = len(e.values) - 1 if law.loaded else -1
     out = np.zeros(law.size)
-    address = compile_law(law).address
-    _along(address, len(law.states), loaded_at, x, v, dt / FINER, values, scale, torque, out)
-    return torque
+    address, whole = compile_law(law).address, torque.copy()
+    _along(address, len(law.states), loaded_at, x, v, dt / FINER, values, scale, whole, out)
+    if law.loaded or not is_prescribed(model, simulated):
+        return whole
+    # As the rest of this torque is, which a loaded force already sees.
+    return torque + averaged((whole - torque)[:, None])[:, 0]
 
 
 @njit(**OPTIONS)

@@ -47,6 +47,19 @@ DEGREE = 7
 acceleration than the jumps that no spline follows."""
 
 
+VAGUE = 4
+"""Samples at an end of a recording where a spline of that degree misses what vibrates: at 1.7 rad
+per sample all of the torque at the last but one, a sixth of that each sample before."""
+
+
+def vague_ends(model: Model, task: Task) -> tuple[int, int]:
+    """Samples at the beginning and at the end of a recording of which the torque along the led
+    joints is not known: an end has no second difference, and what the drive held before it nobody
+    knows. What begins at rest has a known end; a guide vibrates by itself."""
+    seldom = finer_by(model, task.sample_time) > 1 and not is_guided(model)
+    return VAGUE if seldom and task.before is None else 1, VAGUE if seldom else 1
+
+
 class Led(NamedTuple):
     """A prescribed motion of the joints, (finer (L + N - 1) + 1, joints) each, of which the first
     L = `lead` samples lie before the recording."""

@@ -12,6 +12,7 @@ from core.drives.law import DriveLaw
 from core.drives.servo import AT_ONCE, FollowingServo, Recorded, rates_along
 from core.errors import InputError
 from core.identify.held import simulated_part
+from core.identify.led_motion import vague_ends
 from core.identify.prescribed import is_prescribed
 from core.identify.unknowns import GAIN, OFFSET, START
 from core.model import Model, Numbers
@@ -183,10 +184,11 @@ class Prepared:
         law = steering.base.law(arm, trajectory.p, {**self.model.effect_values, **values})
         as_stated, stated = self._stated
         same = as_stated.same_gains(law)
-        applied = stated if same else steering.recorded_torque(self._recorded, arm, law)
         if is_prescribed(self.model, simulated_part(self.model, numbers)):
-            missing = steering.response(_with_ends(y - applied), dt)
+            applied = steering.recorded_torque(self._recorded_around, arm, law)
+            missing = steering.response(_with_ends(y - applied, *self._vague_ends), dt)
         else:
+            applied = stated if same else steering.recorded_torque(self._recorded, arm, law)
             place = self._place_at(values)[0][-len(y) :]
             missing = y + steering.between_samples(place, dt) - applied
         return stated + (missing if same else _in_stated_units(missing, applied, stated))
@@ -205,6 +207,17 @@ class Prepared:
         assert isinstance(self.model.steering, FollowingServo)
         return self.model.steering.recorded(self.recording, self.model.arm)
 
+    @cached_property
+    def _recorded_around(self) -> Recorded:
+        """The same, averaged around each sample."""
+        assert isinstance(self.model.steering, FollowingServo)
+        return self.model.steering.recorded_around(self.recording, self.model.arm)
+
+    @cached_property
+    def _vague_ends(self) -> tuple[int, int]:
+        """Samples at both ends of which a torque along the led joints says nothing."""
+        return vague_ends(self.model, self.task)
+
     def _through_logger(self, name: str, y: np.ndarray, dt: float) -> np.ndarray:
         delay = self.recording.camera.delay
         if delay and name[:1] in ("z", "y"):
@@ -214,11 +227,13 @@ class Prepared:
         return y if logged is None else apply_logger_filter(y, dt, logged)
 
 
-def _with_ends(x: np.ndarray) -> np.ndarray:
-    """(N, k) with both ends as the mean of their neighbours: they have no second difference, and
-    what the drive held before the first sample nobody knows. Filters go on from an end as it is,
-    and of second differences the noise of a mean is small."""
-    x[0], x[-1] = x[1 : 1 + AT_ONCE].mean(axis=0), x[-1 - AT_ONCE : -1].mean(axis=0)
+def _with_ends(x: np.ndarray, first: int, last: int) -> np.ndarray:
+    """(N, k) with so many samples at both ends as the mean of their neighbours. Filters go on from
+    an end as it is, and of second differences the noise of a mean is small."""
+    if len(x) <= first + last:
+        return x
+    x[:first] = x[first : first + AT_ONCE].mean(axis=0)
+    x[-last:] = x[-last - AT_ONCE : -last].mean(axis=0)
     return x
 
 
