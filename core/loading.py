@@ -18,6 +18,7 @@ from core.arm.joints import joint
 from core.errors import InputError
 from core.model import Model
 from core.progress import Progress
+from core.recording.beginning import with_beginnings
 from core.recording.load import load_recording
 from core.recording.recording import Recording
 from core.recording.spec import RecordingSpec
@@ -49,7 +50,13 @@ def load_recordings(
 
     _ = (model.bare or model).compiled  # once, before the threads ask for it
     with ThreadPoolExecutor(WORKERS) as pool:
-        return list(pool.map(one, scenario.recordings))
+        found = list(pool.map(one, scenario.recordings))
+    # What is simulated begins at rest; what a rig wrote begins where somebody cut it.
+    files = [r for r, spec in zip(found, scenario.recordings, strict=True) if spec.file]
+    arm = model.arm
+    marked = with_beginnings(files, arm.joints, model.drive.reference_channels(arm))
+    known = {r.name: r for r in marked}
+    return [known.get(r.name, r) for r in found]
 
 
 def _read(

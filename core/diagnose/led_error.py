@@ -15,6 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from core.diagnose.first_state import answers_to, without
 from core.drives.servo import held
 from core.identify.guide import is_guided, keeping, kept, steps_between, torques
 from core.identify.held import points_led, simulated_part
@@ -65,8 +66,13 @@ def led_error(e: Prepared, motion: Motion) -> np.ndarray | None:
     places = {f"theta{k + 1}": true.q[:, k] for k in range(joints)}
     recording = replace(e.recording, channels={**e.recording.channels, **places})
     again = replace(plain, recording=recording, task=make_task(plain.model, recording))
-    led = motion_of(again, moving, values, max(round(dt / STEP / points_led(e.model, dt)), 1))
-    missed = again.predicted(led, moving, values) - again.predicted(true, moving, values)
+    steps = max(round(dt / STEP / points_led(e.model, dt)), 1)
+
+    def led(values: Mapping[str, float]) -> np.ndarray:
+        return again.predicted(motion_of(again, moving, values, steps), moving, values)
+
+    missed = led(values) - again.predicted(true, moving, values)
+    missed = without(missed, answers_to(values, led))
     return missed if np.isfinite(missed[e.counted]).all() else None
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.arm.arm import Arm
+from core.diagnose.first_state import answers_to, without
 from core.diagnose.sensor_noise import ColumnNoise, is_command, noise_of, quieter
 from core.drives.servo import FollowingServo
 from core.identify.held import points_led
@@ -231,8 +232,16 @@ class Route:
         rng = np.random.default_rng([SEED, number])
         smooth = {n: self.smooth(n) for s in self.experiment.outputs for n in self.feeding(s)}
         plain = self._compared(self.recording)
+        answers = self._of_first_state()
         for _ in range(max(least, SERVO_DRAWS if self.driven else DRAWS)):
-            yield self._compared(self._begun_alike(known, smooth, rng)) - plain
+            drawn = self._compared(self._begun_alike(known, smooth, rng)) - plain
+            yield without(drawn, answers)
+
+    def _of_first_state(self) -> np.ndarray | None:
+        """Only what is led through noise is shaken by its first samples."""
+        if not self.driven:
+            return None
+        return answers_to(self.values, lambda v: replace(self, values=v)._compared(self.recording))
 
     def _begun_alike(
         self,

@@ -17,11 +17,11 @@ import numpy as np
 from scipy.optimize import nnls
 
 from core.diagnose.sensor_noise import HIGH, ColumnNoise, spectrum, without_lines
-from core.drives.servo import AT_ONCE
 from core.identify.held import points_led
 from core.identify.predictor import motion_of
 from core.identify.prepared import TORQUE, Prepared, Processing, prepare
 from core.model import Numbers
+from core.recording.beginning import AT_ONCE
 from core.recording.recording import Recording
 from core.sensors import sensor
 

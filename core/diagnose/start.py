@@ -31,7 +31,14 @@ from core.identify.guide import is_guided
 from core.identify.held import points_led
 from core.identify.prepared import Prepared, Processing, can_measure, prepare
 from core.identify.setup import primary_sensors
-from core.identify.unknowns import START, Unknown, Unknowns, collect_unknowns, fixed_values
+from core.identify.unknowns import (
+    START,
+    Unknown,
+    Unknowns,
+    collect_unknowns,
+    fixed_values,
+    starts_unknown,
+)
 from core.model import Model
 from core.recording.recording import Recording
 from core.scenario.schema import IdentifySpec
@@ -86,12 +93,13 @@ def outputs_of(model: Model, fitted: Sequence[Sensor], recordings: Sequence[Reco
 def nuisance_of(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]) -> list[Unknown]:
     """Nominal parameters within the user's bounds or physical ones, and each recording's start."""
     found = list(collect_unknowns(model, spec, recordings).items)
-    if model.steering is None and not spec.initial_state:
+    resting = [r for r in recordings if not starts_unknown(spec, r)]
+    if model.steering is None and resting:
         starts = [f"{START}theta{k + 1}" for k in range(model.arm.joints)]
         starting = spec.model_copy(
             update={"parameters": (), "bounds": {}, "prior": {}, "offsets": ()}
         ).model_copy(update={"per_recording": tuple(starts)})
-        found += [_near(u) for u in collect_unknowns(model, starting, recordings).items]
+        found += [_near(u) for u in collect_unknowns(model, starting, resting).items]
     return found
 
 

@@ -20,6 +20,7 @@ from core.arm.arm import Arm
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw, static_law
 from core.errors import InputError
+from core.recording.beginning import begins_at_rest
 from core.recording.recording import Recording
 from core.recording.velocity import central_difference
 
@@ -85,36 +86,6 @@ def _response(hz: float, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     w = 2.0 * np.pi * hz
     b, a, _ = signal.cont2discrete(([2.0 * w, w * w], [1.0, 2.0 * w, w * w]), dt, method="foh")
     return np.ravel(b), np.ravel(a), signal.lfilter_zi(np.ravel(b), np.ravel(a))
-
-
-AT_ONCE = 8
-"""Samples over which it is seen whether a motion begins at rest."""
-
-SURE = 6.9
-"""Deviations by which the first speed must exceed the noise to be a motion: of noise alone, with
-AT_ONCE - 3 degrees of freedom, Student's t exceeds it once in a thousand. A campaign has some
-dozens of recorded joints, and one that is wrongly thought to move gets a speed out of noise."""
-
-SLOW_START = 0.5
-"""Of the largest step within AT_ONCE samples, of all joints together: from rest the first step is a
-third of the second, whatever the acceleration; a joint that moves already goes on as it went. What
-vibrates faster than it is sampled may hide that in one joint."""
-
-
-def begins_at_rest(place: np.ndarray) -> bool:
-    """Whether places (N, k) begin at rest: the first step is small beside the largest of the first
-    samples, where it counts in those joints alone whose speed there is not within the noise that a
-    parabola through them leaves."""
-    if len(place) <= AT_ONCE or not np.isfinite(place[:AT_ONCE]).all():
-        return False
-    first = place[:AT_ONCE]
-    A = np.vander(np.arange(AT_ONCE), 3)
-    parabola = np.linalg.lstsq(A, first, rcond=None)[0]
-    noise = np.sqrt(np.sum((first - A @ parabola) ** 2, axis=0) / (AT_ONCE - 3))
-    deviation = noise * np.sqrt(np.linalg.inv(A.T @ A)[1, 1])
-    steps = np.abs(np.diff(first, axis=0))
-    fast = steps[0][np.abs(parabola[1]) > SURE * deviation]
-    return bool(np.sum(fast) <= SLOW_START * np.sum(steps.max(axis=0)))
 
 
 LEAD = 2
@@ -222,7 +193,7 @@ class FollowingServo:
         """Measured joint positions (N, joints), and those of LEAD samples before where the motion
         begins at rest."""
         place = np.column_stack([recording[f"theta{k + 1}"] for k in range(arm.joints)])
-        if not begins_at_rest(place):
+        if recording.in_motion or not begins_at_rest(place):
             return place, None
         return place, np.repeat(place[:1], LEAD, axis=0)
 

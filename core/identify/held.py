@@ -24,6 +24,7 @@ from core.identify.led_motion import joint_servo
 from core.identify.led_points import finer_by
 from core.identify.prescribed import is_prescribed
 from core.model import Model, Numbers
+from core.recent import Recent
 from core.simulate.elements import call_element
 from core.simulate.motion import Task
 from core.simulate.nonlinear import law_arrays
@@ -116,12 +117,17 @@ def _seen(model: Model, simulated: Numbers, motion: Trajectory) -> np.ndarray:
 
     def made() -> np.ndarray:
         place, speed = motion.q[:, :joints], motion.v[:, :joints]
-        if is_prescribed(model, simulated) and not is_guided(model):
-            dt = float(motion.time[1] - motion.time[0])
-            place, speed = joint_servo(model).seen_by_friction(place, dt)
-        return np.hstack([place, speed])
+        if not is_prescribed(model, simulated) or is_guided(model):
+            return np.hstack([place, speed])
+        dt, servo = float(motion.time[1] - motion.time[0]), joint_servo(model)
+        key = hashlib.blake2b(place.tobytes(), digest_size=16).digest(), dt, servo.hz, servo.band_hz
+        return _SEEN.get(key, lambda: np.hstack(servo.seen_by_friction(place, dt)))
 
     return motion.kept(("seen", is_prescribed(model, simulated)), made)
+
+
+_SEEN = Recent[np.ndarray](32 * 2**20, lambda seen: seen.nbytes)
+"""Bytes. Of the joints' motion alone, which is as recorded whatever else a model tries."""
 
 
 def _overcome(

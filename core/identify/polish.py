@@ -124,7 +124,8 @@ def _step(
             break
         free &= ~beyond
     found = np.full(len(vector), np.inf)
-    found[free] = level * np.sqrt(np.diag(np.linalg.pinv(J[:, free].T @ J[:, free], SEEN**2)))
+    variances = np.diag(np.linalg.pinv(J[:, free].T @ J[:, free], SEEN**2))
+    found[free] = level * np.sqrt(np.maximum(variances, 0.0))
     found[free & (found <= 0.0)] = np.inf
     return move * scales, found * scales
 

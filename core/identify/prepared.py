@@ -9,13 +9,14 @@ from functools import cached_property
 import numpy as np
 
 from core.drives.law import DriveLaw
-from core.drives.servo import AT_ONCE, FollowingServo, Recorded, rates_along
+from core.drives.servo import FollowingServo, Recorded, rates_along
 from core.errors import InputError
 from core.identify.held import simulated_part
 from core.identify.led_motion import vague_ends
 from core.identify.prescribed import is_prescribed
 from core.identify.unknowns import GAIN, OFFSET, START
 from core.model import Model, Numbers
+from core.recording.beginning import AT_ONCE
 from core.recording.logger_filter import apply_logger_filter
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from core.drives.servo import FollowingServo
 from core.errors import InputError
 from core.model import Model
 from core.parameters import Parameter, ParameterSet
@@ -82,20 +83,30 @@ def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Reco
     """The vector that a scenario's [identify] asks for."""
     names = list(spec.parameters) + [n for n in spec.per_recording if n not in spec.parameters]
     names += [OFFSET + channel for channel in spec.offsets if OFFSET + channel not in names]
-    own = {*spec.per_recording, *(OFFSET + channel for channel in spec.offsets)}
-    if spec.initial_state:
-        starts = [f"{START}{rate}{q}" for rate in ("", "d") for q in model.arm.coordinate_names]
-        names, own = names + starts, own | set(starts)
+    own = dict.fromkeys([*spec.per_recording, *(OFFSET + c for c in spec.offsets)], recordings)
+    starting = [r for r in recordings if starts_unknown(spec, r)]
+    if starting:
+        # A virtual servo takes the joints where the encoders say.
+        led = model.arm.joints if isinstance(model.steering, FollowingServo) else 0
+        moving = model.arm.coordinate_names[led:]
+        starts = [f"{START}{rate}{q}" for rate in ("", "d") for q in moving]
+        names += [n for n in starts if n not in names]
+        own = dict.fromkeys(starts, starting) | own
     _check_mentioned(spec, names)
     items: list[Unknown] = []
     for name in names:
         parameter = _stated(_find(model, name, recordings), spec)
         searched = not name.startswith((OFFSET, GAIN, START))
         if name in own:
-            items += [Unknown(parameter, recording.name, searched) for recording in recordings]
+            items += [Unknown(parameter, recording.name, searched) for recording in own[name]]
         else:
             items.append(Unknown(parameter, None, searched))
     return Unknowns(tuple(items))
+
+
+def starts_unknown(spec: IdentifySpec, recording: Recording) -> bool:
+    """Whether the state in which a recording begins is estimated."""
+    return recording.in_motion if spec.initial_state is None else spec.initial_state
 
 
 def untouched(values: Mapping[str, float]) -> bool:

@@ -53,6 +53,8 @@ class Recording:
     warnings: tuple[str, ...] = ()
     theta2: float | None = None
     """The working point in rad where the experiment was made at one."""
+    in_motion: bool = False
+    """Whether the arm may move when it begins, so that the state it begins in is not known."""
 
     @property
     def sample_time(self) -> float:

@@ -255,8 +255,9 @@ class IdentifySpec(Settings):
     """Parameters with a value of their own in each recording."""
     start: dict[str, Real] = Field(default_factory=dict)
     """Parameter -> where it starts, SI; one that is not estimated is held there."""
-    initial_state: Switch = False
-    """Whether the starts of each recording are estimated too."""
+    initial_state: Switch | None = None
+    """Whether the state in which each recording begins is estimated too; None: where recordings
+    from files begin in motion."""
     offsets: tuple[Channel, ...] = ()
     """Channels whose constant offset is estimated for each recording."""
     servo_hz: Positive | None = None

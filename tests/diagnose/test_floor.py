@@ -13,12 +13,13 @@ from core.arm.segment import Segment
 from core.diagnose.floor import Floor
 from core.diagnose.route import Route
 from core.diagnose.sensor_noise import ColumnNoise, is_command, noise_of, quieter, quietest
-from core.drives.servo import FollowingServo, begins_at_rest
+from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.effects import effect
 from core.identify.predictor import motion_of
 from core.identify.prepared import Processing, prepare
 from core.model import Model
+from core.recording.beginning import begins_at_rest
 from core.recording.recording import LoggerFilter, Recording
 from core.recording.spec import SimulateSpec
 from core.recording.velocity import ZeroPhaseLowPass

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from core.drives import build_drive
-from core.drives.servo import DEFAULT_HZ, FollowingServo, begins_at_rest
+from core.drives.servo import DEFAULT_HZ, FollowingServo
 from core.drives.torque import Torque
 from core.errors import InputError
 from core.model import Model
+from core.recording.beginning import begins_at_rest
 from core.recording.spec import SimulateSpec
 from core.simulate.experiment import make_task, simulate_recording
 from core.simulate.motion import Task

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from core.arm.presets import presets
-from core.drives.servo import FollowingServo, begins_at_rest, held
+from core.drives.servo import FollowingServo, held
 from core.drives.torque import Torque
 from core.identify.predictor import motion_of
 from core.identify.prepared import Prepared, Processing, prepare
 from core.model import Model
+from core.recording.beginning import begins_at_rest
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import sensor

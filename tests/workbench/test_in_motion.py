@@ -1,0 +1,120 @@
+"""Recordings that somebody cut out of a longer log: the arm moves when they begin, and a plain
+scenario says nothing of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.diagnose.verdict import NOTHING
+from core.effects import effect
+from core.identify.setup import IN_MOTION
+from core.recording.recording import Recording
+from core.recording.save import save_recording
+from core.results import Outcome
+from core.scenario.read import parse_scenario
+from core.scenario.schema import Scenario
+from core.simulate.motion import Task, at_rest
+from core.simulate.nonlinear import simulate_within
+from core.workbench import base_model, run_scenario
+
+STEP, SAMPLES, HOLD = 4e-3, 400, 5
+CUT = 83
+"""Samples, a third of a second."""
+
+COUNT = 2.0 * np.pi / 2**18
+"""rad, of the encoder"""
+
+DRAG = 1.0
+"""N m s/rad"""
+
+DEVIATIONS = 4.0
+"""Of a right answer; each of some ten numbers exceeds three once in forty campaigns."""
+
+FAR = 5.0
+"""Noise floors that a model from rest misses these recordings by, at least."""
+
+PLAIN = """
+title = "A log that was cut"
+[arm]
+segments = [{{ length = 0.46, mass = 3.5, EI = {EI}, hub_inertia = 0.04, modes = 1 }}]
+[drive]
+{drive}
+[identify]
+parameters = ["EI1"]
+{more}
+[diagnose]
+max_effects = {most}
+[[recordings]]
+file = "a.csv"
+[[recordings]]
+file = "b.csv"
+[[recordings]]
+file = "c.csv"
+[[recordings]]
+file = "d.csv"
+role = "validate"
+"""
+
+DRIVES = {
+    "loop": ('kind = "velocity_loop"\ngains = [8.0]', 0.4),
+    "torque": ('kind = "torque"', 3.0),
+}
+
+
+def scenario(drive: str, EI: float, more: str = "", most: int = 3) -> Scenario:
+    text = PLAIN.format(EI=EI, drive=DRIVES[drive][0], more=more, most=most)
+    return parse_scenario(text, "rig.toml")
+
+
+def write(folder: Path, drive: str, cut: int) -> None:
+    """A rig with viscous friction and an EI of 545."""
+    bare = base_model(scenario(drive, 545.0)).at_level("nonlinear")
+    model = bare.with_effects([effect("viscous_friction")], {"fv1": DRAG})
+    rng, time = np.random.default_rng(7), np.arange(SAMPLES) * STEP
+    (reference,) = model.drive.reference_channels(model.arm)
+    for name in "abcd":
+        signal = DRIVES[drive][1] * np.repeat(rng.choice([-1.0, 1.0], SAMPLES // HOLD), HOLD)
+        n = model.arm.coordinates
+        task = Task(time, signal[:, None], at_rest(np.array([0.1]), n), np.zeros((1, n)))
+        moved = simulate_within(model, model.numbers(), task, 1e-8).trajectory
+        place = moved.joint_positions[:, 0] + 0.5 * COUNT * rng.standard_normal(SAMPLES)
+        channels = {reference: signal, "theta1": COUNT * np.round(place / COUNT)}
+        channels = {k: x[cut:] for k, x in channels.items()}
+        save_recording(Recording(name, time[: SAMPLES - cut], channels), folder / f"{name}.csv")
+
+
+def run(folder: Path, drive: str, more: str = "", most: int = 3) -> Outcome:
+    """From a stiffness a third off."""
+    return run_scenario(scenario(drive, 380.0, more, most), folder=folder)
+
+
+@pytest.mark.parametrize("drive", DRIVES)
+def test_what_is_hidden_is_found_although_the_arm_moves_already(tmp_path: Path, drive) -> None:
+    write(tmp_path, drive, CUT)
+    outcome = run(tmp_path, drive)
+    said = outcome.diagnosis
+    assert said is not None and IN_MOTION in outcome.notes
+    assert said.final_verdict == NOTHING
+    assert said.steps[-1].model == ("viscous_friction",)
+    found = {p.name: (p.value, p.std) for p in said.parameters}
+    for name, true in (("EI1", 545.0), ("fv1", DRAG)):
+        assert abs(found[name][0] - true) < DEVIATIONS * found[name][1]
+
+
+def test_a_scenario_may_say_that_they_begin_at_rest(tmp_path: Path) -> None:
+    write(tmp_path, "loop", CUT)
+    outcome = run(tmp_path, "loop", "initial_state = false", 0)
+    assert IN_MOTION not in outcome.notes
+    assert outcome.diagnosis is not None
+    last = outcome.diagnosis.steps[-1]
+    assert max(e.rms / e.floor for e in last.errors) > FAR
+
+
+def test_what_begins_at_rest_has_no_starts_to_estimate(tmp_path: Path) -> None:
+    write(tmp_path, "loop", 0)
+    outcome = run(tmp_path, "loop", most=0)
+    assert IN_MOTION not in outcome.notes
+    assert not any(e.name.startswith("start_d") for fit in outcome.fits for e in fit.estimates)
