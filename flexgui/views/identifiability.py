@@ -11,7 +11,7 @@ from core.results import Estimate, Fit, Valley
 from core.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import styled
-from flexgui.views.names import plain_symbol
+from flexgui.views.names import is_of_a_start, plain_symbol
 
 VISIBLE = 0.01
 """%, a rise of the cost below this is none."""
@@ -141,15 +141,17 @@ WRITTEN = 9
 
 def correlation(fit: Fit) -> go.Figure | None:
     """Heat map of the (p, p) correlations from -1 to 1; None for fewer than two parameters."""
-    if len(fit.estimates) < 2 or not np.isfinite(fit.correlation).any():
+    # The states in which recordings begin are dozens, and say nothing of the arm.
+    shown = [k for k, e in enumerate(fit.estimates) if not is_of_a_start(e)]
+    if len(shown) < 2 or not np.isfinite(fit.correlation).any():
         return None
     names = [
         plain_symbol(e.symbol, e.name) + (f" ({e.recording})" if e.recording else "")
-        for e in fit.estimates
+        for e in (fit.estimates[k] for k in shown)
     ]
     figure = go.Figure(
         go.Heatmap(
-            z=fit.correlation,
+            z=fit.correlation[np.ix_(shown, shown)],
             x=list(range(len(names))),
             y=list(range(len(names))),
             zmin=-1,

@@ -9,7 +9,9 @@ from functools import lru_cache
 from markupsafe import Markup, escape
 
 from core import written
+from core.identify.unknowns import START
 from core.recording.channels import channel_kind, is_channel
+from core.results import Estimate
 from core.written import DOT, SUBSCRIPTS, split_name
 
 SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -96,3 +98,8 @@ def equals(symbol: Markup | str, value: str) -> Markup:
 def format_percent(value: float) -> str:
     """'97.12', two decimals: a FIT differs between models in the second."""
     return f"{value:.2f}" if math.isfinite(value) else "–"
+
+
+def is_of_a_start(estimate: Estimate) -> bool:
+    """Whether it is a number of the state in which a recording begins."""
+    return estimate.recording is not None and estimate.name.startswith(START)

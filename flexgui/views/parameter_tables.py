@@ -22,7 +22,7 @@ from flexgui.views.headline import (
     standing,
     standing_biased,
 )
-from flexgui.views.names import equals, typeset
+from flexgui.views.names import equals, is_of_a_start, typeset
 from flexgui.views.pooled import overall_estimates
 from flexgui.views.table import Column, Row, Table
 
@@ -43,7 +43,7 @@ def parameters(fits: Sequence[Fit]) -> Table:
     """A row per parameter; of several fits a block each, and the mean at the end."""
     several = len(fits) > 1
     if not several:
-        own = any(e.recording for e in overall_estimates(fits))
+        own = any(e.recording for e in _but_starts(overall_estimates(fits)))
         rows = [_row(fit, e, e.recording or "all", own) for fit in fits for e in _all(fit)]
         return Table(_columns("Recording", own), tuple(rows), _caption(fits))
     rows = [_row(fit, e, fit.label, True) for fit in fits for e in _all(fit)]
@@ -58,7 +58,7 @@ def standing_parameters(outcome: Outcome) -> Table:
     if outcome.diagnosis is None or not outcome.diagnosis.parameters:
         table = parameters(outcome.fits)
         return replace(table, caption=f"{table.caption} {COMPLETE}")
-    shown, derived = standing(outcome), follows(outcome)
+    shown, derived = _but_starts(standing(outcome)), follows(outcome)
     own = any(e.recording for e in shown)
     columns = (Column("Belongs to"), *_columns("Recording", own))
     rows = []
@@ -74,6 +74,7 @@ def standing_parameters(outcome: Outcome) -> Table:
             COMPLETE,
             SHORT_OF if standing_biased(outcome) else "",
             _caption_of(bool(derived), 1),
+            STARTS if len(shown) < len(standing(outcome)) else "",
         )
         if part
     )
@@ -93,7 +94,13 @@ def given_parameters(outcome: Outcome) -> Table | None:
 
 
 def _all(fit: Fit) -> tuple[Estimate, ...]:
-    return (*fit.estimates, *fit.derived)
+    return _but_starts((*fit.estimates, *fit.derived))
+
+
+def _but_starts(estimates: Sequence[Estimate]) -> tuple[Estimate, ...]:
+    """Without the states in which recordings begin: dozens of numbers that say nothing of the
+    arm. Exported tables hold them."""
+    return tuple(e for e in estimates if not is_of_a_start(e))
 
 
 def _columns(first: str, wanted: bool) -> tuple[Column, ...]:
@@ -157,8 +164,16 @@ def _verdict(estimate: Estimate) -> str:
     return f"{text}, at its bound" if estimate.at_bound else text
 
 
+STARTS = (
+    "The state in which each recording begins was estimated too; its numbers are in the exported "
+    "parameters.csv."
+)
+
+
 def _caption(fits: Sequence[Fit]) -> str:
-    return _caption_of(any(fit.derived for fit in fits), len(fits))
+    text = _caption_of(any(fit.derived for fit in fits), len(fits))
+    left_out = any(len(_all(fit)) < len(fit.estimates) + len(fit.derived) for fit in fits)
+    return f"{text} {STARTS}" if left_out else text
 
 
 def _caption_of(derived: bool, count: int) -> str:

@@ -93,6 +93,18 @@ def test_local_fits_have_a_block_each_and_the_mean(local: Outcome) -> None:
     assert mean.std == pytest.approx(0.12 / np.sqrt(3))
 
 
+def test_first_states_of_recordings_stand_in_no_table_and_no_map(glocal: Outcome) -> None:
+    fit = glocal.fits[0]
+    start = replace(fit.estimates[0], name="start_v1_1", recording="r1")
+    p = len(fit.estimates) + 1
+    with_starts = replace(fit, estimates=(*fit.estimates, start), correlation=np.eye(p))
+    table, before = parameters([with_starts]), parameters(glocal.fits)
+    assert table.columns == before.columns and len(table.rows) == len(before.rows)
+    assert "parameters.csv" in table.caption and "parameters.csv" not in before.caption
+    figure = correlation(with_starts)
+    assert figure is not None and np.shape(figure.data[0].z) == (p - 1, p - 1)
+
+
 def test_the_std_of_a_free_parameter_is_not_shown(glocal: Outcome) -> None:
     by_name = {row.cells[0]: row.cells for row in parameters(glocal.fits).rows}
     assert "±" not in by_name["ε"][1]

@@ -1,0 +1,51 @@
+"""What an estimated first state takes out of an error."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from core.diagnose.first_state import SMALL, answers_to, without
+
+TIMES = np.linspace(0.0, 3.0, 400)
+SWINGS = np.stack([np.cos(9.0 * TIMES), np.sin(9.0 * TIMES)], axis=-1)
+LARGE = np.array([[1.0, 200.0]])
+"""Two channels in units of their own."""
+
+EXACT = 1e-9
+
+
+def compared(values: dict[str, float]) -> np.ndarray:
+    """(M, 2): both channels swing by the first state."""
+    swing = SWINGS @ np.array([values["start_v1_1"], values["start_dv1_1"]])
+    return swing[:, None] * LARGE + values["EI"]
+
+
+VALUES = {"EI": 3.0, "start_v1_1": 0.2, "start_dv1_1": -0.4}
+
+
+def test_a_first_state_is_changed_a_little_and_nothing_else() -> None:
+    answers = answers_to(VALUES, compared)  # type: ignore[arg-type]
+    assert answers is not None
+    assert answers == pytest.approx(SMALL * SWINGS[:, None, :] * LARGE[..., None], rel=1e-6)
+    assert answers_to({"EI": 3.0}, compared) is None  # type: ignore[arg-type]
+
+
+def test_what_it_explains_goes_and_noise_stays() -> None:
+    answers = answers_to(VALUES, compared)  # type: ignore[arg-type]
+    noise = np.random.default_rng(0).standard_normal((len(TIMES), 2)) * 1e-3 * LARGE
+    shaken = (SWINGS @ np.array([0.7, -3.0]))[:, None] * LARGE
+    left = without(shaken + noise, answers)
+    assert np.abs(without(shaken, answers)).max() < EXACT * np.abs(shaken).max()
+    assert np.std(left, axis=0) == pytest.approx(np.std(noise, axis=0), rel=0.02)
+
+
+def test_samples_that_nobody_took_stay_empty() -> None:
+    answers = answers_to(VALUES, compared)  # type: ignore[arg-type]
+    shaken = (SWINGS @ np.array([0.7, -3.0]))[:, None] * LARGE
+    gaps = shaken.copy()
+    gaps[50:80, 1] = np.nan
+    left = without(gaps, answers)
+    assert np.isnan(left[50:80, 1]).all() and np.isfinite(left[:50]).all()
+    assert np.nanmax(np.abs(left)) < EXACT * np.abs(shaken).max()
+    assert without(gaps, None) is gaps
