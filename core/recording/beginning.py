@@ -71,7 +71,8 @@ def with_beginnings(
     From rest all that a joint does comes from what drives it. So the next place of each joint is
     foretold from the samples before by a linear equation fitted to all recordings, and the first
     places from rest before the first sample: in a motion that goes on these are much worse. Where
-    the joints or `references` (channels that drive them) were not recorded nothing is known.
+    nobody knows what leads the joints, their first steps decide. Where the joints or `references`
+    (channels that drive them) were not recorded nothing is known.
     """
     names = [f"theta{k + 1}" for k in range(joints)]
     able = [r for r in recordings if _complete(r, [*names, *references])]
@@ -80,8 +81,8 @@ def with_beginnings(
     share = max(MOST_SAMPLES // len(able), 4 * LAGS)
     places = [_columns(r, names, share) for r in able]
     driving = [_columns(r, references, share) for r in able]
-    worse = _first_errors(places, driving, LAGS)
-    if worse is None:
+    worse = _first_errors(places, driving, LAGS) if references else None
+    if worse is None:  # nothing foretells it
         worse = np.array([0.0 if begins_at_rest(place) else np.inf for place in places])
     moving = {
         r.name for r, x in zip(able, worse, strict=True)
@@ -97,7 +98,8 @@ def _complete(recording: Recording, names: Sequence[str]) -> bool:
 
 def _columns(recording: Recording, names: Sequence[str], most: int) -> np.ndarray:
     """(N, k)"""
-    return np.column_stack([recording[n][:most] for n in names])
+    columns = [recording[n][:most] for n in names]
+    return np.column_stack(columns) if columns else np.zeros((min(len(recording.time), most), 0))
 
 
 def _first_errors(

@@ -98,6 +98,14 @@ def test_what_was_not_recorded_is_not_judged() -> None:
     assert with_beginnings([], 2, ("u1",)) == []
 
 
+def test_joints_that_somebody_leads_are_judged_by_their_first_steps() -> None:
+    time = np.arange(200) * STEP
+    for begin, moves in ((0.0, False), (0.7, True)):
+        place = np.cos(3.0 * (time + begin))
+        led = Recording("r", time, {"theta1": place, "theta2": place})
+        assert [r.in_motion for r in with_beginnings([led], 2, ())] == [moves]
+
+
 def test_a_few_samples_say_nothing() -> None:
     short = [cut(r, SAMPLES - 20) for r in campaign("loop")]
     assert moving(short, "loop") == [False] * RUNS
