@@ -18,21 +18,21 @@ SMALL = 1e-4
 what follows is in proportion."""
 
 AGAIN = 2
-"""Times that channels are weighed by what is left of them; twice changes nothing more."""
+"""Times that channels are weighed: by the shaken error, and by what is left of it."""
 
 
 def answers_to(
-    values: Mapping[str, float], compared: Callable[[Mapping[str, float]], np.ndarray]
+    values: Mapping[str, float],
+    plain: np.ndarray,
+    compared: Callable[[Mapping[str, float]], np.ndarray],
 ) -> np.ndarray | None:
-    """(M, k, S): how what is `compared` (M, k) at some values changes with each estimated number of
-    the first state; None where none is estimated."""
+    """(M, k, S): how what is `compared` changes with each estimated number of the first state from
+    what it is at some values, `plain` (M, k); None where none is estimated."""
     names = [name for name in values if name.startswith(START)]
     if not names:
         return None
-    plain = compared(values)
-    return np.stack(
-        [compared({**values, n: values[n] + SMALL}) - plain for n in names], axis=-1
-    )  # fmt: skip
+    changed = [compared({**values, n: values[n] + SMALL}) - plain for n in names]
+    return np.stack(changed, axis=-1)
 
 
 def without(error: np.ndarray, answers: np.ndarray | None) -> np.ndarray:
@@ -44,7 +44,8 @@ def without(error: np.ndarray, answers: np.ndarray | None) -> np.ndarray:
     whole, columns = np.where(known, error, 0.0), np.where(known[..., None], answers, 0.0)
     left = whole
     for _ in range(AGAIN):
-        weights = 1.0 / np.maximum(np.sqrt(np.mean(left**2, axis=0)), 1e-300)
+        sizes = np.sqrt(np.mean(left**2, axis=0))
+        weights = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
         rows = (columns * weights[:, None]).reshape(whole.size, -1)
         sizes = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
         change = np.linalg.lstsq(rows / sizes, (whole * weights).ravel(), rcond=1e-9)[0] / sizes

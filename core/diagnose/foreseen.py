@@ -15,20 +15,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from core.diagnose.sensor_noise import NORMAL_MAD
+from core.recording.beginning import FEWEST_PER_COLUMN, LAGS
 from core.recording.recording import Recording
-
-LAGS = 16
-"""Samples: an arm of three joints with two modes each has 18 states, and the other joints' samples
-tell of them as well."""
 
 MOST_SAMPLES = 4000
 """Of all recordings together; the deviation of 4000 samples is good to a hundredth."""
 
 MOST_RECORDINGS = 16
 """An encoder is the same in all, and of each enough samples in a row are needed."""
-
-FEWEST_PER_COLUMN = 4
-"""Rows per column of the samples side by side, below which noise seems foretold by chance."""
 
 
 def unforeseen(recordings: Sequence[Recording], name: str, others: Sequence[str]) -> float | None:

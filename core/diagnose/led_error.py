@@ -71,8 +71,9 @@ def led_error(e: Prepared, motion: Motion) -> np.ndarray | None:
     def led(values: Mapping[str, float]) -> np.ndarray:
         return again.predicted(motion_of(again, moving, values, steps), moving, values)
 
-    missed = led(values) - again.predicted(true, moving, values)
-    missed = without(missed, answers_to(values, led))
+    compared = led(values)
+    missed = compared - again.predicted(true, moving, values)
+    missed = without(missed, answers_to(values, compared, led))
     return missed if np.isfinite(missed[e.counted]).all() else None
 
 

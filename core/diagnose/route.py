@@ -232,16 +232,20 @@ class Route:
         rng = np.random.default_rng([SEED, number])
         smooth = {n: self.smooth(n) for s in self.experiment.outputs for n in self.feeding(s)}
         plain = self._compared(self.recording)
-        answers = self._of_first_state()
+        answers = self._of_first_state(plain)
         for _ in range(max(least, SERVO_DRAWS if self.driven else DRAWS)):
             drawn = self._compared(self._begun_alike(known, smooth, rng)) - plain
             yield without(drawn, answers)
 
-    def _of_first_state(self) -> np.ndarray | None:
+    def _of_first_state(self, plain: np.ndarray) -> np.ndarray | None:
         """Only what is led through noise is shaken by its first samples."""
         if not self.driven:
             return None
-        return answers_to(self.values, lambda v: replace(self, values=v)._compared(self.recording))
+
+        def compared(values: Mapping[str, float]) -> np.ndarray:
+            return replace(self, values=values)._compared(self.recording)
+
+        return answers_to(self.values, plain, compared)
 
     def _begun_alike(
         self,

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from core.identify.unknowns import MARK, Unknowns
+from core.identify.unknowns import MARK, START, Unknowns
 from core.results import Identifiability, Valley
 
 RANK_TOLERANCE = 1e-6
@@ -103,15 +103,24 @@ def written(label: str) -> str:
     return f"{text} ({recording})" if recording else text
 
 
+STARTS_FREE = "The data do not determine all of the state in which each recording begins."
+
+
 def sentences(unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray) -> tuple[str, ...]:
     """What a person should know before using the estimates."""
     labels = [written(label) for label in unknowns.labels]
     if not len(labels):
         return ("Nothing was estimated.",)
-    lines = [_about(direction, labels) for direction in null]
+    # Of the states in which recordings begin, dozens of numbers, nobody wants to know each.
+    own = np.array([not label.startswith(START) for label in unknowns.labels])
+    involved = [np.abs(direction) >= INVOLVED for direction in null]
+    lines = [
+        _about(d, labels) for d, seen in zip(null, involved, strict=True) if np.any(seen & own)
+    ]
     if not lines:
         lines = ["All estimated parameters are identifiable."]
-    return tuple(lines + _correlated(correlation, labels, identified(null, len(labels))))
+        lines += [STARTS_FREE] if len(null) else []
+    return tuple(lines + _correlated(correlation, labels, identified(null, len(labels)), own))
 
 
 def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
@@ -133,11 +142,13 @@ def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
     )
 
 
-def _correlated(correlation: np.ndarray, labels: Sequence[str], seen: np.ndarray) -> list[str]:
+def _correlated(
+    correlation: np.ndarray, labels: Sequence[str], seen: np.ndarray, own: np.ndarray
+) -> list[str]:
     lines = []
     for i in range(len(labels)):
         for j in range(i):
-            if seen[i] and seen[j] and abs(correlation[i, j]) > TOGETHER:
+            if (own[i] or own[j]) and seen[i] and seen[j] and abs(correlation[i, j]) > TOGETHER:
                 lines.append(
                     f"{labels[j]} and {labels[i]} are poorly distinguishable "
                     f"(correlation {correlation[i, j]:+.3f})."

@@ -186,7 +186,8 @@ class Prepared:
         as_stated, stated = self._stated
         same = as_stated.same_gains(law)
         if is_prescribed(self.model, simulated_part(self.model, numbers)):
-            applied = steering.recorded_torque(self._recorded_around, arm, law)
+            known = self._recorded_around
+            applied = self._stated_around if same else steering.recorded_torque(known, arm, law)
             missing = steering.response(_with_ends(y - applied, *self._vague_ends), dt)
         else:
             applied = stated if same else steering.recorded_torque(self._recorded, arm, law)
@@ -213,6 +214,13 @@ class Prepared:
         """The same, averaged around each sample."""
         assert isinstance(self.model.steering, FollowingServo)
         return self.model.steering.recorded_around(self.recording, self.model.arm)
+
+    @cached_property
+    def _stated_around(self) -> np.ndarray:
+        """(N, joints): the torque that the drive as stated applied, averaged around each sample."""
+        assert isinstance(self.model.steering, FollowingServo)
+        known, arm = self._recorded_around, self.model.arm
+        return self.model.steering.recorded_torque(known, arm, self._stated[0])
 
     @cached_property
     def _vague_ends(self) -> tuple[int, int]:

@@ -11,7 +11,7 @@ from core.drives.servo import DEFAULT_HZ, FollowingServo
 from core.errors import InputError
 from core.identify.led_points import hidden_between, sampled_seldom
 from core.identify.prepared import TORQUE, Processing, start_joints
-from core.identify.unknowns import starts_unknown
+from core.identify.unknowns import first_states, starts_unknown
 from core.model import Model
 from core.recording.recording import Recording
 from core.scenario.schema import IdentifySpec
@@ -134,7 +134,8 @@ GUIDED = (
 
 
 IN_MOTION = (
-    "The recordings begin while the arm moves, so the state in which each begins is estimated too."
+    "The arm seems to move when the recordings begin, so the state in which each begins is "
+    "estimated too; [identify] initial_state = false says that they begin at rest."
 )
 ANY_START = "The state in which each recording begins is estimated too."
 
@@ -182,7 +183,7 @@ def _notes(
             sentences.append(GUIDED)
         elif seldom and model.drive.torque_known:
             sentences.append(seldom)
-    if any(starts_unknown(spec, r) for r in recordings):
+    if first_states(model) and any(starts_unknown(spec, r) for r in recordings):
         sentences.append(IN_MOTION if spec.initial_state is None else ANY_START)
     for r in recordings:
         for channel, logged in r.logger_filters.items():

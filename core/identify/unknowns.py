@@ -86,10 +86,7 @@ def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Reco
     own = dict.fromkeys([*spec.per_recording, *(OFFSET + c for c in spec.offsets)], recordings)
     starting = [r for r in recordings if starts_unknown(spec, r)]
     if starting:
-        # A virtual servo takes the joints where the encoders say.
-        led = model.arm.joints if isinstance(model.steering, FollowingServo) else 0
-        moving = model.arm.coordinate_names[led:]
-        starts = [f"{START}{rate}{q}" for rate in ("", "d") for q in moving]
+        starts = first_states(model)
         names += [n for n in starts if n not in names]
         own = dict.fromkeys(starts, starting) | own
     _check_mentioned(spec, names)
@@ -107,6 +104,14 @@ def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Reco
 def starts_unknown(spec: IdentifySpec, recording: Recording) -> bool:
     """Whether the state in which a recording begins is estimated."""
     return recording.in_motion if spec.initial_state is None else spec.initial_state
+
+
+def first_states(model: Model) -> tuple[str, ...]:
+    """Names of the numbers of the state in which a recording begins; of an arm whose joints a
+    virtual servo takes where the encoders say, of its other coordinates."""
+    led = model.arm.joints if isinstance(model.steering, FollowingServo) else 0
+    free = model.arm.coordinate_names[led:]
+    return tuple(f"{START}{rate}{q}" for rate in ("", "d") for q in free)
 
 
 def untouched(values: Mapping[str, float]) -> bool:

@@ -48,7 +48,7 @@ FIRST = 4
 a campaign of coarse encoders that was cut seemed to begin at rest (1.95; with four 3.3)."""
 
 FEWEST_PER_COLUMN = 4
-"""Rows per column of the samples side by side; with fewer, fewer lags are taken."""
+"""Rows per column of the samples side by side, below which noise seems foretold by chance."""
 
 MOST_SAMPLES = 20_000
 """Of all recordings together."""

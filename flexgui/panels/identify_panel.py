@@ -41,7 +41,7 @@ from flexgui.views.convergence import (
 )
 from flexgui.views.fit_table import live_fit
 from flexgui.views.html import html_table
-from flexgui.views.names import plain_symbol, typeset
+from flexgui.views.names import is_of_a_start, plain_symbol, typeset
 from flexgui.views.parameter_tables import paper_table, parameters, short_between_runs
 from flexgui.views.summary import summary
 from flexgui.views.table import Table
@@ -252,7 +252,8 @@ def _short(fits: Sequence[Fit]) -> Table:
     """Of several fits the means only, which leaves the plots in sight; the report holds all."""
     table = parameters(fits)
     means = tuple(row for row in table.rows if row.strong)
-    free = any(not np.isfinite(e.std) for fit in fits for e in fit.estimates)
+    shown = [e for fit in fits for e in fit.estimates if not is_of_a_start(e)]
+    free = any(not np.isfinite(e.std) for e in shown)
     text = "No standard deviation: the data do not determine the parameter." if free else ""
     return replace(table, rows=means or table.rows, caption=text)
 

@@ -24,7 +24,7 @@ from flexgui.views.headline import (
     grown,
     standing,
 )
-from flexgui.views.names import channel_symbol, format_percent, typeset
+from flexgui.views.names import channel_symbol, format_percent, is_of_a_start, typeset
 from flexgui.views.parameter_tables import equation
 from flexgui.views.pooled import ESTIMATE, VALIDATE, channel_errors, tip_rms, with_role
 
@@ -120,7 +120,7 @@ def _doubt(outcome: Outcome) -> str:
         return ""
     own = outcome.diagnosis is not None and outcome.diagnosis.parameters
     derived = follows(outcome)
-    estimates = [e for fit in fits for e in fit.estimates]
+    estimates = [e for fit in fits for e in fit.estimates if not is_of_a_start(e)]
     if own:
         estimates = [e for e in standing(outcome) if e.name not in derived and not e.recording]
     free = _symbols(e for e in estimates if not e.identifiable)

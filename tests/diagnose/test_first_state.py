@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import pytest
 
@@ -15,24 +17,29 @@ LARGE = np.array([[1.0, 200.0]])
 EXACT = 1e-9
 
 
-def compared(values: dict[str, float]) -> np.ndarray:
+def compared(values: Mapping[str, float]) -> np.ndarray:
     """(M, 2): both channels swing by the first state."""
     swing = SWINGS @ np.array([values["start_v1_1"], values["start_dv1_1"]])
     return swing[:, None] * LARGE + values["EI"]
 
 
-VALUES = {"EI": 3.0, "start_v1_1": 0.2, "start_dv1_1": -0.4}
+VALUES: dict[str, float] = {"EI": 3.0, "start_v1_1": 0.2, "start_dv1_1": -0.4}
+
+
+def answers_of() -> np.ndarray:
+    answers = answers_to(VALUES, compared(VALUES), compared)
+    assert answers is not None
+    return answers
 
 
 def test_a_first_state_is_changed_a_little_and_nothing_else() -> None:
-    answers = answers_to(VALUES, compared)  # type: ignore[arg-type]
-    assert answers is not None
+    answers = answers_of()
     assert answers == pytest.approx(SMALL * SWINGS[:, None, :] * LARGE[..., None], rel=1e-6)
-    assert answers_to({"EI": 3.0}, compared) is None  # type: ignore[arg-type]
+    assert answers_to({"EI": 3.0}, np.zeros((400, 2)), compared) is None
 
 
 def test_what_it_explains_goes_and_noise_stays() -> None:
-    answers = answers_to(VALUES, compared)  # type: ignore[arg-type]
+    answers = answers_of()
     noise = np.random.default_rng(0).standard_normal((len(TIMES), 2)) * 1e-3 * LARGE
     shaken = (SWINGS @ np.array([0.7, -3.0]))[:, None] * LARGE
     left = without(shaken + noise, answers)
@@ -41,7 +48,7 @@ def test_what_it_explains_goes_and_noise_stays() -> None:
 
 
 def test_samples_that_nobody_took_stay_empty() -> None:
-    answers = answers_to(VALUES, compared)  # type: ignore[arg-type]
+    answers = answers_of()
     shaken = (SWINGS @ np.array([0.7, -3.0]))[:, None] * LARGE
     gaps = shaken.copy()
     gaps[50:80, 1] = np.nan
@@ -49,3 +56,12 @@ def test_samples_that_nobody_took_stay_empty() -> None:
     assert np.isnan(left[50:80, 1]).all() and np.isfinite(left[:50]).all()
     assert np.nanmax(np.abs(left)) < EXACT * np.abs(shaken).max()
     assert without(gaps, None) is gaps
+
+
+def test_a_channel_without_noise_stays_so() -> None:
+    """As encoders of a simulation are, whose camera has some."""
+    answers = answers_of()
+    none = np.zeros((len(TIMES), 2))
+    assert not without(none, answers).any()
+    one = np.where(np.arange(2) == 0, np.cos(9.0 * TIMES)[:, None], 0.0)
+    assert np.isfinite(without(one, answers)).all()

@@ -13,6 +13,7 @@ from core.arm.presets import presets
 from core.identify.fit import Fitted
 from core.identify.identifiability import (
     LARGEST_DENOMINATOR,
+    STARTS_FREE,
     TOGETHER,
     analyse,
     identified,
@@ -54,6 +55,22 @@ def test_everything_is_fixed_where_it_is():
     assert fitted.fit.identifiability.rank == 2
     assert fitted.fit.identifiability.valley is None
     assert all(e.identifiable and np.isfinite(e.std) for e in fitted.fit.estimates)
+
+
+def test_first_states_of_recordings_are_said_as_one():
+    """Where the arm stands is not seen by velocities, and no recording's is spelt out."""
+    fitted = noisy_fit("EI1", "EI2", initial_state=True)
+    assert any(not e.identifiable for e in fitted.fit.estimates if e.name == "start_theta1")
+    assert said(fitted) == ("All estimated parameters are identifiable.", STARTS_FREE)
+
+
+def test_a_parameter_that_a_first_state_imitates_is_said():
+    scale = Parameter("start_v1_1", 0.0, "", -1.0, 1.0, scale=1.0)
+    of = (Unknown(scale, "r1"), Unknown(scale, "r2"))
+    unknowns = Unknowns((*named("a").items, *of))
+    correlation = np.array([[1.0, 0.999, 0.0], [0.999, 1.0, -0.999], [0.0, -0.999, 1.0]])
+    lines = sentences(unknowns, np.zeros((0, 3)), correlation)
+    assert len(lines) == 2 and "a and start_v1_1 (r1)" in lines[1]
 
 
 def test_nothing_estimated_is_said():

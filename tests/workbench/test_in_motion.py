@@ -8,14 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from core.arm.presets import presets
 from core.diagnose.verdict import NOTHING
+from core.drives.torque import Torque
 from core.effects import effect
-from core.identify.setup import IN_MOTION
+from core.identify.setup import IN_MOTION, make_setup
+from core.identify.unknowns import first_states
+from core.model import Model
 from core.recording.recording import Recording
 from core.recording.save import save_recording
 from core.results import Outcome
 from core.scenario.read import parse_scenario
-from core.scenario.schema import Scenario
+from core.scenario.schema import IdentifySpec, Scenario
 from core.simulate.motion import Task, at_rest
 from core.simulate.nonlinear import simulate_within
 from core.workbench import base_model, run_scenario
@@ -118,3 +122,14 @@ def test_what_begins_at_rest_has_no_starts_to_estimate(tmp_path: Path) -> None:
     outcome = run(tmp_path, "loop", most=0)
     assert IN_MOTION not in outcome.notes
     assert not any(e.name.startswith("start_d") for fit in outcome.fits for e in fit.estimates)
+
+
+def test_a_rigid_arm_that_its_encoders_lead_has_no_first_state() -> None:
+    """As EMPS, which dry friction holds until it breaks loose: nothing is estimated or said."""
+    model = Model(presets()["single_axis"], Torque(), "nonlinear")
+    time = np.arange(100) * STEP
+    channels = {"u1": np.ones(100), "theta1": np.cos(3.0 * time)}
+    recording = Recording("r", time, channels, in_motion=True)
+    setup = make_setup(model, IdentifySpec(parameters=("m1",)), [recording])
+    assert first_states(setup.model) == ()
+    assert IN_MOTION not in setup.notes
