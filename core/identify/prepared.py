@@ -19,6 +19,7 @@ from core.model import Model, Numbers
 from core.recording.beginning import AT_ONCE
 from core.recording.logger_filter import apply_logger_filter
 from core.recording.recording import Recording
+from core.identify.zero_phase import filtered
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import Sensor
 from core.simulate.motion import Task, at_rest
@@ -48,7 +49,7 @@ class Processing:
         complete = y.size > 0 and bool(np.isfinite(y).all())
         for low_pass in (self.filter, self.output_filter):
             if low_pass is not None and complete:
-                y = low_pass.apply_complete(y, dt)
+                y = filtered(low_pass, y, dt)
             elif low_pass is not None:
                 y = np.column_stack([low_pass.apply(column, dt) for column in y.T])
         return y[:: self.decimate]

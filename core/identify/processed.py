@@ -13,6 +13,7 @@ from core.arm.compiled import CompiledArm
 from core.effects.effect import Effect
 from core.identify.prepared import Prepared, Processing
 from core.identify.unknowns import GAIN, OFFSET
+from core.identify.zero_phase import filtered
 from core.recording.logger_filter import apply_logger_filter
 
 Values = Sequence[Mapping[str, float]]
@@ -37,7 +38,7 @@ def apply_processing(processing: Processing, y: np.ndarray, dt: float) -> np.nda
     """Processing.apply for complete signals (N, k, S)."""
     for low_pass in (processing.filter, processing.output_filter):
         if low_pass is not None:
-            y = low_pass.apply_complete(y, dt)
+            y = filtered(low_pass, y, dt)
     return y[:: processing.decimate]
 
 

@@ -46,28 +46,34 @@ class ZeroPhaseLowPass(BaseModel):
         Empty samples (NaN) stay empty and are never bridged: each unbroken run is filtered by
         itself, and a run that is too short for the filter becomes empty.
         """
-        return _over_runs(np.asarray(x, dtype=float), dt, self._filter, self._shortest)
-
-    def apply_complete(self, x: np.ndarray, dt: float) -> np.ndarray:
-        """`apply` along the first axis of signals (N, ...) without empty samples."""
-        if len(x) < self._shortest:
-            return np.full(x.shape, np.nan)
-        return self._filter(x, dt)
+        return _over_runs(np.asarray(x, dtype=float), dt, self._filter, self.shortest)
 
     @property
-    def _shortest(self) -> int:
+    def shortest(self) -> int:
         """Samples that a run needs: sosfiltfilt extends both ends by 3 (order + 1)."""
         return 3 * (self.order + 1) + 1
 
     def _filter(self, x: np.ndarray, dt: float) -> np.ndarray:
+        sections, _ = self.design(dt)
+        padding = self.padding(len(x), dt)
+        return np.asarray(signal.sosfiltfilt(sections, x, axis=0, padlen=padding))
+
+    def design(self, dt: float) -> tuple[np.ndarray, np.ndarray]:
+        """Second-order sections (s, 6) and their states (s, 2) after a constant input of one.
+
+        Raises:
+            InputError: The cut-off is not below half the sampling rate.
+        """
         if self.cutoff_hz >= 0.5 / dt:
             raise InputError(
                 f"[identify] filter.cutoff_hz is {self.cutoff_hz:g}; at a sample time of {dt:g} s "
                 f"it must be below {0.5 / dt:g} Hz."
             )
-        sections = _sections(self.order, self.cutoff_hz, 1.0 / dt)
-        padding = min(max(3 * (self.order + 1), self.memory(dt)), len(x) - 1)
-        return np.asarray(signal.sosfiltfilt(sections, x, axis=0, padlen=padding))
+        return _designed(self.order, self.cutoff_hz, 1.0 / dt)
+
+    def padding(self, N: int, dt: float) -> int:
+        """Samples by which both ends of N are extended, mirrored in the first and the last one."""
+        return min(max(3 * (self.order + 1), self.memory(dt)), N - 1)
 
     def memory(self, dt: float, share: float = FORGOTTEN) -> int:
         """Samples after which the filter has forgotten all but a `share` of what it saw: its
@@ -89,9 +95,10 @@ class ZeroPhaseLowPass(BaseModel):
 
 
 @lru_cache
-def _sections(order: int, cutoff_hz: float, rate: float) -> np.ndarray:
-    """Second-order sections; designing them takes longer than filtering a short recording."""
-    return np.asarray(signal.butter(order, cutoff_hz, fs=rate, output="sos"))
+def _designed(order: int, cutoff_hz: float, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """`design`, which takes longer than filtering a short recording."""
+    sections = np.asarray(signal.butter(order, cutoff_hz, fs=rate, output="sos"))
+    return sections, np.asarray(signal.sosfilt_zi(sections))
 
 
 def _over_runs(
