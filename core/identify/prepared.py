@@ -15,11 +15,11 @@ from core.identify.held import simulated_part
 from core.identify.led_motion import vague_ends
 from core.identify.prescribed import is_prescribed
 from core.identify.unknowns import GAIN, OFFSET, START
+from core.identify.zero_phase import filtered
 from core.model import Model, Numbers
 from core.recording.beginning import AT_ONCE
 from core.recording.logger_filter import apply_logger_filter
 from core.recording.recording import Recording
-from core.identify.zero_phase import filtered
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import Sensor
 from core.simulate.motion import Task, at_rest

@@ -13,6 +13,7 @@ from numba import njit, types
 from core.arm.signatures import OPTIONS, matrix
 from core.recording.velocity import ZeroPhaseLowPass
 
+
 def filtered(low_pass: ZeroPhaseLowPass, x: np.ndarray, dt: float) -> np.ndarray:
     """`low_pass.apply` along the first axis of signals without empty samples.
 
@@ -36,7 +37,7 @@ def filtered(low_pass: ZeroPhaseLowPass, x: np.ndarray, dt: float) -> np.ndarray
 
 @njit(types.void(matrix, matrix, matrix, types.boolean), **OPTIONS)
 def _through(sections, steady, x, back):  # type: ignore[no-untyped-def]
-    """x (N, k) in place through second-order sections (s, 6), settled at the row they begin with."""
+    """x (N, k) in place through sections (s, 6) that have settled at the row they begin with."""
     N, k = x.shape
     first = x[N - 1 if back else 0].copy()
     low, high = np.empty(k), np.empty(k)
