@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -118,6 +119,20 @@ class Zeros:
             return self.found[steps]
 
 
+SMALLER_TRIES = 5
+"""Sizes of a slope that are tried; the second one suffices unless the first is far out of step."""
+
+WITHIN = 0.3
+"""Of what the outputs are off: what a straight line leaves out grows with the square, so it is a
+tenth where it is as much as the line at what they are off."""
+
+MARGIN = 0.5
+"""Of the size that a straight line asks for: one that bends asks for less."""
+
+SMALLEST_SHARE = 1e-2
+"""Of the size before it."""
+
+
 def simulated(
     data: Data,
     base: Hypothesis,
@@ -125,7 +140,24 @@ def simulated(
     trial: Trial,
     zeros: Zeros,
 ) -> Column:
-    """The column of one trial, with COARSE of the steps."""
+    """The column of one trial, with COARSE of the steps.
+
+    A slope is asked for at a size that moves the outputs by less than they are off: where a
+    vibration falls out of step, a line through a larger size says nothing of the smaller ones.
+    """
+    for _ in range(SMALLER_TRIES):
+        blocks, zero = _moved(data, base, accepted, trial, zeros)
+        share = WITHIN * _rms(zero) / max(_rms(blocks), 1e-300)
+        if trial.scanned or not share < 1.0:
+            break
+        trial = _smaller(trial, max(MARGIN * share, SMALLEST_SHARE))
+    return Column(**vars(trial), blocks=tuple(_finite(b) for b in blocks))
+
+
+def _moved(
+    data: Data, base: Hypothesis, accepted: Sequence[Effect], trial: Trial, zeros: Zeros
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """By how much a trial changes the outputs, and the base's errors, both (M, k) per recording."""
     own = [u for u in base.unknowns.items if u.parameter.name in base.model.effect_values]
     changed = dict(trial.values)
     kept: list[Unknown] = [u for u in own if u.parameter.name not in changed]
@@ -137,8 +169,19 @@ def simulated(
     )  # fmt: skip
     errors = tried.residuals.blocks(tried.vector)  # as coarse as the zero, so that steps cancel
     zero = zeros.at(tried.residuals.predictor.steps)
-    blocks = tuple(_finite(a - b) for a, b in zip(zero, errors, strict=True))
-    return Column(**vars(trial), blocks=blocks)
+    return [a - b for a, b in zip(zero, errors, strict=True)], zero
+
+
+def _smaller(trial: Trial, share: float) -> Trial:
+    """The same with its size that many times as far from neutral."""
+    changed = {n: v - (1.0 - share) * trial.sizes.get(n, 0.0) for n, v in trial.values.items()}
+    return replace(trial, values=changed, sizes={n: share * x for n, x in trial.sizes.items()})
+
+
+def _rms(blocks: Sequence[np.ndarray]) -> float:
+    """Of all recordings together, infinite where one came apart."""
+    found = math.sqrt(sum(float(np.sum(b**2)) for b in blocks) / sum(b.size for b in blocks))
+    return found if math.isfinite(found) else math.inf
 
 
 FAR_OFF = 1e7

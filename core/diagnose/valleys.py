@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from core.diagnose.acceptance import WHOLE
 from core.diagnose.data import Data, Hypothesis, again
 from core.diagnose.descent import cost_of, normal_equations, whole
 from core.diagnose.minimum import converged
@@ -44,10 +45,12 @@ def in_the_right_valley(
     data: Data, found: Refit, stopped: Callable[[], bool]
 ) -> tuple[Data, Refit]:
     """The model where another valley explains the recordings to their noise, better than where it
-    stands; with the data anchored there.
+    stands, or all but the last of what they hold beyond it; with the data anchored there.
 
     While something is missing the lowest minimum may be that of a stiffness which imitates it (a
     beam half as stiff swings like a soft base), and the refits begin better from where it stands.
+    But what imitates leaves something: an effect is asked to explain as much before no other is
+    tried beside it.
     """
     there, best = data, found
     for _ in range(MOST_MOVES):
@@ -58,7 +61,8 @@ def in_the_right_valley(
         if not _believed(refit) < _believed(best):
             break
         there, best = other, refit
-    return (there, best) if within_noise(there, best.errors) else (data, found)
+    whole = best.cost - data.count < (1.0 - WHOLE) * (found.cost - data.count)
+    return (there, best) if whole or within_noise(there, best.errors) else (data, found)
 
 
 def better_valley(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hypothesis | None:

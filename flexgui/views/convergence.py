@@ -70,6 +70,9 @@ def _add_fit(figure: go.Figure, fit: Fit, colour: str, band: bool) -> None:
 BANDS = 3
 """Up to so many fits show the spread of their population; more would hide each other."""
 
+LIVE_POINTS = 300
+"""Generations in a plot of some 400 pixels."""
+
 TWO_OCTAVES = 4.0
 """Within less than that a logarithmic axis has hardly a tick."""
 
@@ -94,7 +97,8 @@ def live_convergence(history: History) -> Figure:
     """Best cost of each fit, and the spread from best to worst, on a logarithmic axis."""
     traces: list[Figure] = []
     several = len(history) > 1
-    for k, (label, generations) in enumerate(history.items()):
+    for k, (label, every) in enumerate(history.items()):
+        generations = _few(every)
         colour = colours.series(k) if several else colours.MODEL
         numbers = np.array([g.number for g in generations], dtype=float)
         best = np.array([g.best for g in generations])
@@ -120,6 +124,13 @@ def live_convergence(history: History) -> Figure:
         traces, ax("generation [–]", rangemode="tozero"), y, "Cost", showlegend=few,
         hovermode="x unified" if few else "closest",
     )  # fmt: skip
+
+
+def _few(generations: Sequence[Generation]) -> list[Generation]:
+    """Not more than a small plot can show, the newest among them: it is drawn several times each
+    second, and a browser that draws thousands of points so often no longer hears a click."""
+    every = -(-len(generations) // LIVE_POINTS)
+    return list(generations[::-1][:: max(every, 1)][::-1])
 
 
 def _small_band(x: np.ndarray, low: np.ndarray, high: np.ndarray, colour: str) -> list[Figure]:

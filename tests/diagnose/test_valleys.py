@@ -13,6 +13,7 @@ from core.arm.segment import Segment
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.minimum import converged
 from core.diagnose.valleys import better_valley, in_the_right_valley
+from core.diagnose.verdict import within_noise
 from core.drives.velocity_loop import VelocityLoop
 from core.effects.sizes import typical
 from core.identify.prepared import Processing, prepare
@@ -45,6 +46,15 @@ EXACT = 1e-3
 
 LACKING = 2e-3
 """m, of something that no stiffness explains."""
+
+LACKING_LITTLE = 1e-4
+"""m, of the same: a small part of what the wrong valley leaves."""
+
+SHARP = 0.2
+"""Of the noise: so that the little is more than noise."""
+
+MOVED_BY_IT = 0.05
+"""Relative; a stiffness bends a little towards what is missing."""
 
 NOT_THERE = 0.3
 """Relative; the next valley is further than that."""
@@ -106,11 +116,26 @@ def test_from_the_right_valley_nothing_leads_away(data: Data) -> None:
     assert better_valley(anchored, stands.hypothesis, never) is None
 
 
+def lacking_something(data: Data, size: float) -> Data:
+    """The same with something in the recording, m, that no stiffness explains."""
+    (one,) = data.experiments
+    crooked = one.measured + size * np.linspace(0.0, 1.0, SAMPLES)[:, None] ** 2
+    return replace(data, experiments=(replace(one, measured=crooked),))
+
+
+def test_a_valley_is_left_though_the_better_one_does_not_explain_all(data: Data) -> None:
+    sharp = replace(data, weights=tuple(w / SHARP for w in data.weights))
+    lacking = lacking_something(sharp, LACKING_LITTLE)
+    anchored, stands = converged(lacking, hypothesis(lacking, (), {}), None, never)
+    there, found = in_the_right_valley(anchored, stands, never)
+    assert not within_noise(there, found.errors)
+    assert apart(stands.hypothesis.values()) > NOT_THERE
+    assert apart(found.hypothesis.values()) < MOVED_BY_IT
+
+
 def test_while_something_else_is_missing_the_valley_is_not_left(data: Data) -> None:
     """The lowest minimum may then be that of what imitates it."""
-    (one,) = data.experiments
-    crooked = one.measured + LACKING * np.linspace(0.0, 1.0, SAMPLES)[:, None] ** 2
-    lacking = replace(data, experiments=(replace(one, measured=crooked),))
+    lacking = lacking_something(data, LACKING)
     anchored, stands = converged(lacking, hypothesis(lacking, (), {}), None, never)
     assert better_valley(anchored, stands.hypothesis, never) is not None
     _, found = in_the_right_valley(anchored, stands, never)

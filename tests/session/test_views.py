@@ -10,7 +10,13 @@ from markupsafe import Markup
 
 from core.recording.recording import Recording
 from core.results import Equation, Estimate, Fit, Generation, Identifiability
-from flexgui.views.convergence import Searched, live_convergence, live_parameters, live_plane
+from flexgui.views.convergence import (
+    LIVE_POINTS,
+    Searched,
+    live_convergence,
+    live_parameters,
+    live_plane,
+)
 from flexgui.views.html import html_equations, html_table
 from flexgui.views.layout import figure_json
 from flexgui.views.parameter_tables import GLOCAL, MEAN, SNR_20, SNR_NONE, paper_table
@@ -58,6 +64,13 @@ def test_one_parameter_has_no_plane() -> None:
 def test_figures_of_a_search_are_plain_json() -> None:
     for figure in (live_convergence(history()), live_plane(history(), SEARCHED)):
         assert json.loads(figure_json(figure))["data"]
+
+
+@pytest.mark.parametrize("count", [1, LIVE_POINTS, LIVE_POINTS + 1, 2928, 10_000])
+def test_a_long_search_is_drawn_with_few_points_and_its_newest(count: int) -> None:
+    for trace in live_convergence(history(count))["data"]:
+        assert LIVE_POINTS / 2 <= len(trace["x"]) <= LIVE_POINTS or len(trace["x"]) == count
+        assert trace["x"][-1] == count - 1
 
 
 def test_parameters_so_far_have_a_row_each() -> None:
