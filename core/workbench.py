@@ -29,7 +29,7 @@ from core.loading import load_recordings
 from core.model import Model
 from core.progress import Progress, Silent, StoppedError, heeding
 from core.recording.recording import Recording
-from core.results import Diagnosis, LinearModel, Outcome, RecordingComparison
+from core.results import Diagnosis, Fit, LinearModel, Outcome, RecordingComparison
 from core.scenario.data_folder import Folder
 from core.scenario.schema import IdentifySpec, Scenario
 from core.scenario.stated_effects import base_model as base_model
@@ -101,7 +101,10 @@ def run_scenario(
         with clock.timed("diagnose"):
             diagnosis = _diagnosis(scenario, setup, recordings, spec, fits, progress)
             if setup.model.level == "lpv":
-                diagnosis = replace(diagnosis, linear_model=linear_model(comparisons, diagnosis))
+                diagnosis = replace(
+                    diagnosis,
+                    linear_model=linear_model([f.fit for f in fits], comparisons, diagnosis),
+                )
     standing, values = _as_it_stands(scenario, setup, fits, diagnosis)
     repeated = runs_compared(fits)
     return Outcome(
@@ -204,17 +207,21 @@ def _diagnosis(
     return diagnose(setup, spec, recordings, options, progress)
 
 
-def linear_model(comparisons: Sequence[RecordingComparison], diagnosis: Diagnosis) -> LinearModel:
+def linear_model(
+    fits: Sequence[Fit], comparisons: Sequence[RecordingComparison], diagnosis: Diagnosis
+) -> LinearModel:
     """What the linear model misses beside the full equations on the estimation recordings.
 
-    `comparisons` are of the linear model, `diagnosis` is on the same recordings.
+    `fits` and `comparisons` are of the linear model, `diagnosis` is on the same recordings.
     """
     tips = [c.tip_rms for c in comparisons if c.role == "estimate" and c.tip_rms is not None]
     linear = float(np.sqrt(np.mean(np.square(tips)))) if tips else None
     first = diagnosis.steps[0]
     floors = [e.floor for e in first.errors if e.channel in ("z1", "z2")]
     floor = float(np.sqrt(np.sum(np.square(floors)))) if floors else float("nan")
-    return LinearModel(linear, first.tip_rms, linear_line(linear, first.tip_rms, floor))
+    estimates = [e for f in fits if len(fits) == 1 for e in (*f.estimates, *f.derived)]
+    line = linear_line(linear, first.tip_rms, floor, (estimates, first.parameters))
+    return LinearModel(linear, first.tip_rms, line)
 
 
 def settled_level(

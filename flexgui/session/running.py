@@ -323,7 +323,7 @@ class Comparing(Running, ABC):
             return None
         if first.outcome.level != "lpv":
             return None
-        return linear_model(first.outcome.comparisons, first.diagnosis)
+        return linear_model(first.outcome.fits, first.outcome.comparisons, first.diagnosis)
 
     @property
     def known_biased(self) -> bool:

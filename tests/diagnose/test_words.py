@@ -308,3 +308,12 @@ def test_the_linear_model_is_told_as_a_matter_of_the_model_and_only_where_it_is_
     assert "misses the tip by 1.2 mm rms here; the full equations by 1.0 mm" in both
     assert "as good as the full equations" in linear_line(1e-3, 1e-3, floor)
     assert "linear" not in linear_line(None, None, float("nan"))
+
+
+@pytest.mark.parametrize("identifiable", [True, False])
+def test_a_fit_that_stands_elsewhere_is_not_blamed_on_the_linear_model(identifiable: bool) -> None:
+    linear = replace(estimate("EI1", 21750.0), unit="N m²", identifiable=identifiable)
+    full = replace(linear, value=910.0, identifiable=True)
+    told = linear_line(2.6e-4, 1.1e-4, 1.1e-4, ([linear], [full])).replace(SPACE, " ")
+    assert ("EI1 is 910 N m² instead of 21750 N m²" in told) is identifiable
+    assert ("no missing effect" in told) is not identifiable
