@@ -1,0 +1,83 @@
+"""Descents take as many steps per sample as their directions need, not only their errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from core.arm.arm import Arm, Segment
+from core.diagnose.data import Data, hypothesis
+from core.diagnose.start import steps_for_directions
+from core.drives.velocity_loop import VelocityLoop
+from core.effects.sizes import typical
+from core.identify.prepared import Processing, prepare
+from core.identify.unknowns import Unknown
+from core.model import Model
+from core.parameters import Parameter
+from core.recording.recording import Recording
+from core.sensors import sensor
+from core.simulate.motion import Task, at_rest
+from core.simulate.nonlinear import simulate_fixed
+
+STEP, SAMPLES = 5e-3, 200
+SWINGS = {"at half the sampling rate": 3300.0, "slowly": 3.3}
+"""N m2: the stiffness of a link of 0.45 m, of which it swings at some 100 or 3 Hz."""
+
+NEARLY = 0.8
+"""Cosine with the exact direction: of a method of second order twice as many steps take three
+quarters of the error away, so a sine of 0.44 between the two is one of 0.58 in all."""
+
+ELSEWHERE = 0.5
+"""Cosine below which a step takes less than a quarter of what there is to take."""
+
+EXACTLY = 128
+"""Steps per sample: twice as many move no direction any more."""
+
+FEW = 4
+"""Steps per sample; of a slow arm one would do."""
+
+
+def data(EI: float) -> Data:
+    arm = Arm(segments=(Segment(length=0.45, mass=3.0, EI=EI, hub_inertia=0.05, modes=1),))
+    bare = Model(arm, VelocityLoop(gains=(7.2,)), "nonlinear")
+    rng, n = np.random.default_rng(1), arm.coordinates
+    start = at_rest(np.array([0.2]), n)
+    speeds = 0.3 * np.sign(rng.standard_normal((SAMPLES // 10, 1))).repeat(10, axis=0)
+    task = Task(np.arange(SAMPLES) * STEP, speeds, start, start[None, :n])
+    motion = simulate_fixed(bare, bare.numbers(), task, EXACTLY)
+    camera = sensor("z")
+    seen = np.array(camera.measure(motion))
+    channels = {c.name: seen[:, k] for k, c in enumerate(camera.channels(arm))}
+    channels |= {n: speeds[:, k] for k, n in enumerate(bare.drive.reference_channels(arm))}
+    channels["theta1"] = motion.q[:, 0]
+    one = prepare(bare, Recording("r", task.time, channels), [camera], Processing())
+    unknown = Unknown(Parameter("EI1", EI, "N m²", 0.1 * EI, 10.0 * EI))
+    floors = {c.name: 1e-4 for c in camera.channels(arm)}
+    weights = (np.full(2, 1e4),)
+    return Data(bare, (one,), (unknown,), weights, floors, {}, typical(arm), 1)
+
+
+def direction(of: Data, steps: int) -> np.ndarray:
+    h = hypothesis(replace(of, steps=steps), (), {})
+    found = np.concatenate([S.ravel() for S in h.residuals.sensitivities(h.vector, central=False)])
+    return np.asarray(found / np.linalg.norm(found))
+
+
+@pytest.mark.parametrize("swings", SWINGS)
+def test_a_descent_knows_which_way_its_parameters_lead(swings: str) -> None:
+    of = data(SWINGS[swings])
+    steps = steps_for_directions(of, (), {}, 1)
+    exact = direction(of, EXACTLY)
+    assert direction(of, max(steps // 2, 1)) @ exact > NEARLY
+    assert (steps > 1) is (swings == "at half the sampling rate")
+
+
+def test_one_step_for_each_sample_leads_elsewhere_where_a_link_swings_fast() -> None:
+    of = data(SWINGS["at half the sampling rate"])
+    assert direction(of, 1) @ direction(of, EXACTLY) < ELSEWHERE
+
+
+def test_no_fewer_than_what_errors_need() -> None:
+    assert steps_for_directions(data(SWINGS["slowly"]), (), {}, FEW) == FEW
