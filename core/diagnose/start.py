@@ -211,19 +211,21 @@ def steps_for_directions(
 
 def _slopes(
     data: Data, effects: Sequence[Effect], values: Mapping[str, float], steps: int
-) -> np.ndarray:
-    """(N, P) of the unknowns that all recordings share, with so many steps per sample."""
+) -> list[np.ndarray]:
+    """(N,) of each unknown that all recordings share, with so many steps per sample."""
     h = hypothesis(replace(data, steps=steps), effects, values)
     shared = [k for k, u in enumerate(h.unknowns.items) if u.recording is None]
+    if not shared:
+        return []
     found = h.residuals.sensitivities(h.vector, central=False, only=shared)
-    return np.concatenate([S[:, :, shared].reshape(-1, len(shared)) for S in found])
+    return [np.concatenate([S[:, :, k].ravel() for S in found]) for k in shared]
 
 
-def _least_cosine(a: np.ndarray, b: np.ndarray) -> float:
-    """Of columns (N, P) that are not zero; one where there are none."""
-    sizes = np.linalg.norm(a, axis=0) * np.linalg.norm(b, axis=0)
-    products = np.sum(a * b, axis=0)[sizes > 0.0] / sizes[sizes > 0.0]
-    return float(np.min(products, initial=1.0))
+def _least_cosine(first: Sequence[np.ndarray], second: Sequence[np.ndarray]) -> float:
+    """Of vectors (N,) that are not zero; one where there are none."""
+    sizes = [np.linalg.norm(a) * np.linalg.norm(b) for a, b in zip(first, second, strict=True)]
+    cosines = [a @ b / s for a, b, s in zip(first, second, sizes, strict=True) if s > 0.0]
+    return float(min(cosines, default=1.0))
 
 
 FIRST_STEP = 5e-4

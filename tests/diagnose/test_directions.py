@@ -81,3 +81,8 @@ def test_one_step_for_each_sample_leads_elsewhere_where_a_link_swings_fast() -> 
 
 def test_no_fewer_than_what_errors_need() -> None:
     assert steps_for_directions(data(SWINGS["slowly"]), (), {}, FEW) == FEW
+
+
+def test_where_nothing_is_estimated_errors_decide() -> None:
+    of = replace(data(SWINGS["at half the sampling rate"]), nuisance=())
+    assert steps_for_directions(of, (), {}, 1) == 1
