@@ -163,6 +163,11 @@ STREAMED = frozenset({Topic.RUN, Topic.DIAGNOSIS, Topic.STUDY, Topic.SCENARIO})
 """What may wait a little: a job's news, and an edit, whose result follows as another topic."""
 INTERVAL = 0.25
 """s between two drawings of what streams: a browser that draws without a pause hears no click."""
+SLOWEST = 1.0
+"""s, the same of what has streamed for long: a search of minutes is not looked at four times each
+second, and a browser without a graphics card has a moment for a click."""
+LONG = 5.0
+"""s of streaming after which the pause is twice as long."""
 REST = 0.4
 """s without a change, twice what a hand on a slider pauses, until what takes long is drawn too."""
 
@@ -184,6 +189,8 @@ class Painter:
         self._busy = self._closed = False
         self._streamed = 0.0
         """When what streams was drawn last."""
+        self._since = 0.0
+        """Since when it streams without a longer pause."""
 
     def mark(self, topic: Topic) -> None:
         """Returns at once."""
@@ -207,7 +214,7 @@ class Painter:
         unsettled = False
         while (dirty := self._next(unsettled)) is not None:
             if dirty & STREAMED:
-                self._streamed = time.monotonic()
+                self._note_streamed(time.monotonic())
             try:
                 with TURNS.end():
                     if dirty:
@@ -232,8 +239,17 @@ class Painter:
             self._busy = bool(dirty) or (unsettled and not self._closed)
             return dirty if self._busy else None
 
+    def _note_streamed(self, now: float) -> None:
+        if now - self._streamed > 2.0 * SLOWEST:
+            self._since = now
+        self._streamed = now
+
     def _pause(self) -> float:
         """s until what has changed is to be drawn."""
         if not self._dirty or self._dirty - STREAMED:
             return 0.0
-        return max(self._streamed + INTERVAL - time.monotonic(), 0.0)
+        interval = INTERVAL
+        if Topic.SCENARIO not in self._dirty:  # an edit waits no longer than at first
+            streaming = self._streamed - self._since
+            interval = min(INTERVAL * (1.0 + streaming / LONG), SLOWEST)
+        return max(self._streamed + interval - time.monotonic(), 0.0)
