@@ -17,8 +17,9 @@ import numpy as np
 
 from core.arm.symbols import Structure
 from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
-from core.diagnose.descent import descend
-from core.diagnose.narrow import CLOSER, TOGETHER, batched, costs
+from core.diagnose.descent import descend, whole
+from core.diagnose.narrow import CLOSER, TOGETHER, batched
+from core.diagnose.profile import followed
 from core.effects.effect import Effect
 from core.identify.growing import FEWEST, SHARES, beginnings
 
@@ -67,9 +68,9 @@ def from_first_swings(
     if share is None:
         return None
     first = _begun(data, share)
-    starts = _starts(first, base, effects, values, scanned)
     # Sizes that are known already stay at first: a limit that no beginning reaches runs away.
     held = set(base.model.effect_parameters)
+    starts = _starts(first, base, effects, values, scanned, held)
     looks = [_descended(first, effects, one, LOOK, stopped, held) for one in starts]
     looks = sorted(looks, key=lambda one: one[0])[:BEST]
     ended = [_descended(first, effects, one, ITERATIONS, stopped, held) for _, one in looks]
@@ -165,6 +166,7 @@ def _starts(
     effects: Sequence[Effect],
     values: Mapping[str, float],
     scanned: Sequence[str],
+    held: Collection[str],
 ) -> list[Start]:
     """Where the base ended and the nominal values, each with the sizes that the screen found best
     and those that are the best of their neighbours over `data`, a beginning of the recordings."""
@@ -174,11 +176,23 @@ def _starts(
     found: list[Start] = []
     for arm_values in others:
         at = {**standing, **arm_values, **values}
-        tried = [{**at, **size} for size in sizes]
-        batches = [costs(data, effects, some) for some in batched(tried, TOGETHER)]
-        chosen = [tried[k] for k in _valleys([x for some in batches for x in some])]
-        found += [at, *chosen]
+        found += [at, *_lowest(_free(data, effects, at, held), at, sizes)]
     return [one for k, one in enumerate(found) if one not in found[:k]]
+
+
+def _lowest(h: Hypothesis, at: Start, sizes: Sequence[Start]) -> list[Start]:
+    """The valleys among some sizes, all other unknowns following; `h` stands at `at`."""
+    labels = h.unknowns.labels
+    tried = [{n: x for n, x in size.items() if n in labels} for size in sizes]
+    if not any(tried):
+        return []
+    along = [labels.index(n) for n in tried[0]]
+    vectors = np.repeat(h.vector[None], len(tried), axis=0)
+    vectors[:, along] = [list(one.values()) for one in tried]
+    slopes = [whole(S) for S in h.slopes(h.vector)]
+    batches = [followed(h, along, some, slopes) for some in batched(list(vectors), TOGETHER)]
+    ends = [one for some in batches for one in some]
+    return [{**at, **h.at(ends[k][1]).values()} for k in _valleys([cost for cost, _ in ends])]
 
 
 def _places(
@@ -226,12 +240,19 @@ def _descended(
     held: Collection[str] = (),
 ) -> tuple[float, Start]:
     """Cost per sample and values after at most so many iterations; sizes that are `held` stay."""
-    h = hypothesis(data, effects, values)
-    if held:
-        nominal = {u.parameter.name for u in data.nuisance}
-        named = [u for u in h.unknowns.items if u.parameter.name not in nominal]
-        free = tuple(u for u in named if u.parameter.name not in held)
-        h = hypothesis(data, effects, values, freed=free)
-    h = h.coarse
+    h = _free(data, effects, values, held).coarse
     found = descend(h.errors, h.slopes, h.vector, h.limits, stopped, most=most)
     return found.cost / data.count, {**values, **h.at(found.vector).values()}
+
+
+def _free(
+    data: Data, effects: Sequence[Effect], values: Mapping[str, float], held: Collection[str]
+) -> Hypothesis:
+    """The model with `effects` where all is free but the sizes that are `held`."""
+    h = hypothesis(data, effects, values)
+    if not held:
+        return h
+    nominal = {u.parameter.name for u in data.nuisance}
+    named = [u for u in h.unknowns.items if u.parameter.name not in nominal]
+    free = tuple(u for u in named if u.parameter.name not in held)
+    return hypothesis(data, effects, values, freed=free)

@@ -16,9 +16,10 @@ import numpy as np
 
 from core.diagnose.acceptance import WHOLE
 from core.diagnose.data import Data, Hypothesis, again
-from core.diagnose.descent import cost_of, normal_equations, whole
+from core.diagnose.descent import whole
 from core.diagnose.minimum import converged
 from core.diagnose.narrow import CLOSER, TOGETHER, batched
+from core.diagnose.profile import followed
 from core.diagnose.refit import Refit, fit
 from core.diagnose.verdict import within_noise
 from core.identify.unknowns import Unknown
@@ -33,9 +34,6 @@ MOST = 3
 
 LOOK = 4
 """Iterations in each."""
-
-TIED = 1e-10
-"""Relative, of the squares of what two unknowns do: below this they do the same."""
 
 MOST_MOVES = 3
 """From one valley to the next: one for each of so many parameters that stand wrong."""
@@ -108,36 +106,12 @@ def _minima(h: Hypothesis, labels: Sequence[str], stopped: Callable[[], bool]) -
         for some in batched(vectors, TOGETHER):
             if stopped():
                 return []
-            ends += _followed(h, k, some, slopes)
+            ends += followed(h, [k], some, slopes)
         costs = [cost for cost, _ in ends]
         at = int(np.argmin([abs(x[k] - h.vector[k]) for x in vectors]))
         lowest = [i for i in range(1, len(ends) - 1) if costs[i] <= min(costs[i - 1], costs[i + 1])]
         found += [ends[i] for i in lowest if i != at and np.isfinite(costs[i])]
     return [x for _, x in sorted(found, key=lambda one: one[0])[:MOST]]
-
-
-def _followed(
-    h: Hypothesis, k: int, vectors: Sequence[np.ndarray], slopes: Sequence[np.ndarray]
-) -> list[tuple[float, np.ndarray]]:
-    """The cost at each of `vectors`, which differ in unknown k, with the other unknowns where they
-    make up for it best, and the vector (P,) there.
-
-    The others' slopes are those of one place: beside a valley they hide it (a first beam bent by
-    2 % hid that of the second), and in it they are right enough to show it. So are few steps.
-    """
-    others, limits = np.arange(len(h.vector)) != k, h.limits
-    theirs = [S[:, :, others] for S in slopes]
-    found = []
-    for x, errors in zip(vectors, h.coarse.errors_of(vectors), strict=True):
-        A, b = normal_equations([whole(e) for e in errors], theirs)
-        size = np.sqrt(np.maximum(np.diag(A), 1e-300))
-        inverse = np.linalg.pinv(A / np.outer(size, size), rcond=TIED, hermitian=True)
-        inverse /= np.outer(size, size)
-        there = x.copy()
-        there[others] -= inverse @ b
-        cost = cost_of(errors) - float(b @ inverse @ b)
-        found.append((cost, np.clip(there, limits.lower, limits.upper)))
-    return found
 
 
 def _along(h: Hypothesis, k: int) -> list[np.ndarray]:

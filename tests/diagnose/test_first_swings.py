@@ -121,8 +121,18 @@ def test_a_base_between_two_sizes_of_the_grid_is_among_the_starts(hz: float) -> 
     recording = replace(data_of(size), nuisance=stiffnesses({"EI1": 1.0, "EI2": 1.0}))
     first = replace(recording, experiments=tuple(beginnings(recording.experiments, 1 / 4)))
     base = hypothesis(first, [], {})
-    starts = _starts(first, base, [BASE], {"cb": compliance(ARM, 15.0)}, ["cb"])
+    starts = _starts(first, base, [BASE], {"cb": compliance(ARM, 15.0)}, ["cb"], [])
     assert min(abs(np.log(one["cb"] / size)) for one in starts) < np.log(CLOSER)
+
+
+@pytest.mark.parametrize("beams", [{"EI1": 1.1, "EI2": 1.1}, BENT])
+def test_a_base_is_among_the_starts_where_the_beams_stand_wrong(beams: dict[str, float]) -> None:
+    """With the beams held where they stand the cost has no valley at the size that is true."""
+    recording = replace(data_of(TRUTH["cb"]), nuisance=stiffnesses(beams))
+    first = replace(recording, experiments=tuple(beginnings(recording.experiments, 1 / 16)))
+    base = hypothesis(first, [], {})
+    starts = _starts(first, base, [BASE], {"cb": compliance(ARM, 240.0)}, ["cb"], [])
+    assert min(abs(np.log(one["cb"] / TRUTH["cb"])) for one in starts) < np.log(CLOSER)
 
 
 def test_close_sizes_hold_the_grid_and_leave_no_wide_gap() -> None:
