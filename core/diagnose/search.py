@@ -69,7 +69,7 @@ def _settled(
     missing."""
     for returns in range(MOST_RETURNS + 1):
         more, before = _climb(state, options, progress, on_ranking), len(state.passed)
-        _prune(state, progress)
+        prune(state, progress)
         _exchange(state, options, progress)
         settled_down = len(state.passed) == before
         if settled_down or progress.stopped() or returns == MOST_RETURNS:
@@ -118,7 +118,7 @@ def _refine(state: State, options: Options, progress: Progress) -> None:
         state.rounds.append(DiagnosisRound(ranking_of(found, state.data), finer.kind))
         _go_on_with(state, found.data)
         _add(state, found)
-        _prune(state, progress)
+        prune(state, progress)
 
 
 def _add(state: State, seen: Round) -> None:
@@ -162,7 +162,7 @@ def _go_on_with(state: State, data: Data) -> None:
         state.validation = replace(state.validation, fine=data.fine)
 
 
-def _prune(state: State, progress: Progress) -> None:
+def prune(state: State, progress: Progress) -> None:
     """Until nothing is needless: without one effect the others come to rest elsewhere, and the
     next one may have lost its use."""
     while not progress.stopped():
@@ -207,7 +207,7 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
         if worse or _gate(state)(data, refit):
             return
         _replace(state, seen, data, refit, effects)
-        _prune(state, progress)
+        prune(state, progress)
 
 
 def _replace(

@@ -6,6 +6,9 @@ limited and rippled seemed twenty times as noisy as they were, and the ripple st
 that leaves no more than such a floor is therefore held against the floor that it shows itself. What
 is above that may still be noise, or what no shape of the arm can follow: an effect is missing where
 one explains it, and else the floor is what is left.
+
+Where a servo leads the joints, a better model may also show that there is more: the encoders' noise
+shakes the links, and how far depends on what they are. A soft base doubled it in the torques.
 """
 
 from __future__ import annotations
@@ -21,7 +24,7 @@ from core.diagnose.floor import Floor, channel_floors
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit
 from core.diagnose.screen import Screen
-from core.diagnose.search import search
+from core.diagnose.search import prune, search
 from core.diagnose.start import Begun, motions_of
 from core.diagnose.state import Options, RankingCallback, State
 from core.diagnose.verdict import channel_rms, within_noise
@@ -30,8 +33,8 @@ from core.progress import Progress
 from core.results import DiagnosisRound, LadderStep
 
 LOWER = 1.25
-"""Times a new floor, that the old one must be for anything to be weighed anew: draws of the noise
-scatter by a tenth."""
+"""Times a new floor, that the old one must be for anything to be weighed anew, or the other way
+round: draws of the noise scatter by a tenth."""
 
 SURELY = 1.5
 """Times the new floor that the error of a channel must be for an effect to be sought: floors that
@@ -49,6 +52,12 @@ def search_sharply(
     given in the same floors, and whether another effect is known to be missing."""
     more = search(state, options, progress, on_ranking)
     for _ in range(MOST):
+        larger = shaken_more(state, options)
+        if larger is not None and not progress.stopped():
+            begun = restated(state, begun, larger, progress.stopped)
+            prune(state, progress)
+            more = more and not within_noise(state.data, state.refit.errors)
+            continue
         floors = read_anew(state, options)
         if floors is None or progress.stopped():
             break
@@ -71,14 +80,31 @@ def read_anew(state: State, options: Options) -> dict[str, Floor] | None:
     much lower, where nothing was found, or where that model leaves more than noise already."""
     if not state.found or not within_noise(state.data, state.refit.errors):
         return None
-    h, old = state.refit.hypothesis, state.data.floors
-    apart = [b / w for b, w in zip(state.refit.errors, state.data.weights, strict=True)]
-    found = channel_floors(
-        h.residuals.experiments, apart, motions_of(h), options.stated_noise, options.fidelity
-    )
-    floors = {n: replace(f, value=min(f.value, old[n])) for n, f in found.items()}
+    old = state.data.floors
+    floors = {n: replace(f, value=min(f.value, old[n])) for n, f in _shown(state, options).items()}
     lower = max(old[n] / f.value for n, f in floors.items()) >= LOWER
     return floors if lower else None
+
+
+def shaken_more(state: State, options: Options) -> dict[str, Floor] | None:
+    """channel -> the floor that the last model shows, at least the one before; None where none is
+    much higher, where nothing was found, or where no servo leads the joints: then noise does not
+    move the arm, and a model says of it only how much it is at most."""
+    if not state.found or not state.data.rig.servo:
+        return None
+    old = state.data.floors
+    floors = {n: replace(f, value=max(f.value, old[n])) for n, f in _shown(state, options).items()}
+    higher = max(f.value / old[n] for n, f in floors.items()) >= LOWER
+    return floors if higher else None
+
+
+def _shown(state: State, options: Options) -> dict[str, Floor]:
+    """channel -> the floor that the last model shows."""
+    h = state.refit.hypothesis
+    apart = [b / w for b, w in zip(state.refit.errors, state.data.weights, strict=True)]
+    return channel_floors(
+        h.residuals.experiments, apart, motions_of(h), options.stated_noise, options.fidelity
+    )
 
 
 def surely_above(state: State, floors: Mapping[str, Floor]) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,17 +12,25 @@ from core.diagnose.data import hypothesis
 from core.diagnose.floor import Floor
 from core.diagnose.minimum import converged
 from core.diagnose.sharpened import (
+    LOWER,
+    SURELY,
     _against,
     read_anew,
     restated,
     search_sharply,
+    shaken_more,
     surely_above,
 )
-from core.diagnose.start import Begun
+from core.diagnose.start import Begun, begin
 from core.diagnose.state import Options, State, given_step
 from core.diagnose.verdict import remains, within_noise
 from core.effects import effect
+from core.identify.setup import make_setup
+from core.loading import load_recordings
 from core.progress import Silent
+from core.scenario.schema import Scenario
+from core.scenario.stated_effects import with_effect_parameters
+from core.workbench import base_model
 from tests.diagnose.test_stated import bare
 
 HIDDEN = 60.0
@@ -35,6 +44,9 @@ READ_ANEW = 2.0
 
 EXACT = 1e-9
 """Relative: what is known is stated in other units."""
+
+TRUE = {"EI1": 75.0, "EI2": 68.0, "cb": 8.7e-6}
+"""The arm's mass swings on that base at 26 Hz."""
 
 
 def never() -> bool:
@@ -95,3 +107,58 @@ def test_what_no_effect_explains_is_noise_too() -> None:
     assert within_noise(ended.data, ended.refit.errors)
     assert max(ended.data.floors[n] / f for n, f in given.data.floors.items()) < 1.0
     assert begun.data.floors == ended.data.floors
+
+
+def on_a_soft_base() -> tuple[State, Begun]:
+    """A torque rig with the base in the model, and the floors of the arm on a rigid one."""
+    beams = (0.64, 2.8, 75.0, 0.12), (0.69, 1.5, 68.0, 0.077)
+    segments = [
+        {"length": L, "mass": m, "EI": EI, "hub_inertia": J, "modes": 1} for L, m, EI, J in beams
+    ]
+    hidden = {"base_compliance": {"cb": TRUE["cb"]}}
+    scenario = Scenario.model_validate({
+        "title": "shaken",
+        "arm": {"segments": segments},
+        "drive": {"kind": "torque"},
+        "model": {"level": "nonlinear"},
+        "sensors": {"encoder_noise": 3e-6},
+        "identify": {"parameters": ["EI1", "EI2"], "filter": {"cutoff_hz": 60.0}},
+        "recordings": [{"simulate": {"theta2": 1.2, "seconds": 1.0}, "hidden": hidden}],
+    })  # fmt: skip
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    recordings = load_recordings(scenario, model, Path(), None, Silent())
+    setup = make_setup(model, spec, recordings)
+    parts = setup.model, setup.outputs, setup.processing
+    given = begin(*parts, spec, recordings, {}, 1e-3)
+    added = [effect("base_compliance")]
+    there = converged(given.data, hypothesis(given.data, added, TRUE), None, never)
+    return State(*there, added, 0, [], [given_step(given)], None), given
+
+
+def above(state: State) -> float:
+    """The error of the worst channel, in noise floors."""
+    return max(remains(state.data.experiments, state.refit.errors).by_channel.values())
+
+
+def test_noise_shakes_an_arm_on_a_soft_base_more_than_one_on_rock() -> None:
+    state, given = on_a_soft_base()
+    assert above(state) > SURELY  # with the model complete
+    floors = shaken_more(state, Options())
+    assert floors is not None and floors["u1"].value > LOWER * state.data.floors["u1"]
+    assert all(floor.value >= state.data.floors[name] for name, floor in floors.items())
+    restated(state, given, floors, never)
+    assert above(state) < SURELY
+
+
+def test_floors_of_led_arms_that_are_right_are_left_alone() -> None:
+    state, given = on_a_soft_base()
+    floors = shaken_more(state, Options())
+    assert floors is not None
+    restated(state, given, floors, never)
+    assert shaken_more(state, Options()) is None
+
+
+def test_noise_moves_no_arm_that_is_not_led_along_it() -> None:
+    state, _ = found_with(1.0 / HIDDEN, "viscous_friction")
+    assert shaken_more(state, Options()) is None
