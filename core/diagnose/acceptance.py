@@ -12,25 +12,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import chi2
 
+from core.diagnose.bounds import at_bounds, ended_at_bound
 from core.diagnose.data import Data, Hypothesis
-from core.diagnose.evidence import (
-    AT_BOUND,
-    RELEVANT,
-    Weighed,
-    acceptable,
-    degenerate,
-    weigh,
-)
+from core.diagnose.evidence import RELEVANT, Weighed, acceptable, degenerate, weigh
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit, refit_with, robust_covariance
 from core.diagnose.screen import Screen, Screened
 from core.diagnose.sets import FoundSet, best_set
 from core.diagnose.shape_refinement import refine_shape
-from core.diagnose.verdict import ABOVE, within_noise
+from core.diagnose.verdict import within_noise
 from core.effects.effect import Effect
 from core.effects.sizes import typical
-from core.parameters import Parameter
-from core.written import format_number
 
 
 @dataclass(frozen=True)
@@ -40,6 +32,25 @@ class Added:
     weighed: Weighed
     fit: Refit
     """The model with it and those that the round added before it."""
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """An effect that explains enough and is not accepted."""
+
+    weighed: Weighed
+    reason: str
+    after: Refit
+    """The polished model with it."""
+    implausible: bool
+    """Whether one of its sizes is pressed to the bound of what is plausible."""
+    spoils: bool
+    """Whether recordings that no fit saw become worse with it."""
+
+    @property
+    def sentence(self) -> str:
+        """What a reader is told."""
+        return f"{self.weighed.screened.effect.title} was not added: {self.reason}"
 
 
 @dataclass(frozen=True)
@@ -56,8 +67,13 @@ class Round:
     """Anchored at `after`."""
     added: tuple[Added, ...] = ()
     """What leads from `before` to `after`, in the order of what each explains."""
-    refused: str = ""
-    """Why the best was not accepted, a sentence; empty where it was, or explains too little."""
+    refusals: Sequence[Refusal] = ()
+    """What was good enough by itself and was refused, best first."""
+
+    @property
+    def refused(self) -> str:
+        """Why the best was not accepted, a sentence; empty where it was, or explains too little."""
+        return self.refusals[0].sentence if self.refusals else ""
 
 
 Gate = Callable[[Data, Refit], str]
@@ -106,7 +122,7 @@ class Acceptance:
         still = Round(self.seen, tuple(found), None, self.before, self.before, self.data)
         promising = self._share(together.plain_drop) >= PROMISING
         members = {s.effect.kind for s in together.members if promising}
-        refused, spoiling = "", list[Weighed]()
+        refusals = list[Refusal]()
         for best in found[:MOST_TRIED]:
             part = best.screened.effect.kind in members
             if not acceptable(best, part) or self.stopped():
@@ -114,17 +130,32 @@ class Acceptance:
             if not most:
                 return replace(still, accepted=best)
             weighed, data, after = self._polished(best)
-            reason = ended_at_bound(after, data) or self._unsettled(after)
-            reason = reason or indistinct([weighed.screened], after)
-            if not reason and (reason := self.gate(data, after)):
-                spoiling.append(best)
-            if not reason:
-                order = [weighed, *[w for w in found if w.screened is not weighed.screened]]
-                kept = (Added(weighed, after),)
-                return Round(self.seen, tuple(order), weighed, self.before, after, data, kept)
-            refused = refused or f"{weighed.screened.effect.title} was not added: {reason}"
+            refusal = self._refusal(weighed, data, after)
+            if refusal is None:
+                return replace(self._adding(weighed, data, after, found), refusals=refusals)
+            refusals.append(refusal)
+            if refusal.implausible and best.reduction >= WHOLE:
+                # What is missing acts as it does: a weaker effect by itself would stand in too.
+                joint, _ = self.sets(found, most, tried=most > 1)
+                return replace(joint or still, refusals=refusals)
+        spoiling = [r.weighed for r in refusals if r.spoils]
         joint = self._in_company(spoiling[0], found) if spoiling and most > 1 else None
-        return joint or replace(still, refused=refused)
+        return replace(joint or still, refusals=refusals)
+
+    def _refusal(self, one: Weighed, data: Data, after: Refit) -> Refusal | None:
+        """Why a polished effect is not accepted; None where it is."""
+        ended = ended_at_bound(after, data)
+        reason = ended or self._unsettled(after) or indistinct([one.screened], after)
+        spoils = "" if reason else self.gate(data, after)
+        if not reason and not spoils:
+            return None
+        return Refusal(one, reason or spoils, after, bool(ended), bool(spoils))
+
+    def _adding(self, one: Weighed, data: Data, after: Refit, found: list[Weighed]) -> Round:
+        """The round that adds one effect."""
+        order = (one, *[w for w in found if w.screened is not one.screened])
+        kept = (Added(one, after),)
+        return Round(self.seen, order, one, self.before, after, data, kept)
 
     def _in_company(self, spoiling: Weighed, found: list[Weighed]) -> Round | None:
         """What made unseen recordings worse by itself, together with one more effect: a true one
@@ -164,10 +195,12 @@ class Acceptance:
         return best, data, after
 
     def _shaped(self, data: Data, after: Refit, effects: Sequence[Effect]) -> tuple[Data, Refit]:
-        """Converged anew with each of the effects in its best shape, as long as an error is left:
-        what came later uncovers the shape of what was there before."""
+        """Converged anew with each of the effects in its best shape: what came later uncovers the
+        shape of what was there before, as long as an error is left. The shape of what is new is
+        looked at in any case: a wrong one may leave no more than noise too, on these recordings."""
+        new = {e.kind for e in effects} - {e.kind for e in self.present}
         for one in effects:
-            if within_noise(data, after.errors):
+            if one.kind not in new and within_noise(data, after.errors):
                 break
             other = refine_shape(data, after, one, self.stopped)
             if other is not after:
@@ -286,51 +319,3 @@ def _neutral(h: Hypothesis, one: Effect, name: str) -> float:
     model = h.model
     own = one.parameters(model.arm, model.drive, typical(model.arm))
     return next((k.neutral for k in own if k.parameter.name == name), 0.0)
-
-
-def ended_at_bound(after: Refit, data: Data) -> str:
-    """A sentence where a size ended at the bound far from neutral and an error is left."""
-    return next((sentence for _, sentence in at_bounds(after, data)), "")
-
-
-def at_bounds(after: Refit, data: Data) -> list[tuple[str, str]]:
-    """(effect, sentence) of each size at the bound far from neutral, where an error is left.
-
-    What brings the error down to the floor within its bounds is not refuted by standing at one.
-    """
-    if after.cost <= ABOVE**2 * data.count:
-        return []
-    h = after.hypothesis
-    effect_parameters = {
-        k.parameter.name: (one.kind, k.neutral)
-        for one in h.model.effects
-        for k in one.parameters(h.model.arm, h.model.drive, typical(h.model.arm))
-        if not k.secondary
-    }
-    at = dict(zip(h.unknowns.labels, h.vector, strict=True))
-    return [
-        (effect_parameters[u.parameter.name][0], sentence)
-        for u in h.unknowns.items
-        if u.parameter.name in effect_parameters and u.recording is None
-        if (sentence := _ends(u.parameter, at[u.label], effect_parameters[u.parameter.name][1]))
-    ]
-
-
-def _ends(p: Parameter, value: float, neutral: float) -> str:
-    """A sentence where the value stands at a bound, and not at the one next to neutral."""
-    near, beside = AT_BOUND_SHARE * (p.upper - p.lower), AT_BOUND * p.scale
-    ends = (
-        (p.lower, value - p.lower, neutral <= p.lower + beside),
-        (p.upper, p.upper - value, neutral >= p.upper - beside),
-    )
-    for bound, gap, vanishes in ends:
-        if gap <= near and not vanishes:
-            return (
-                f"{p.title or p.name} ended at {format_number(bound, 3)} {p.unit}, the bound "
-                f"of what is plausible."
-            )
-    return ""
-
-
-AT_BOUND_SHARE = 1e-6
-"""Of the distance between the bounds."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -63,6 +63,30 @@ Option = tuple[int, list[tuple[Effect, ...]]]
 """A place, and what stands in all of them without its effect."""
 
 
+def without_refuted(
+    data: Data, refit: Refit, present: Sequence[Effect], given: int, kinds: Collection[str]
+) -> Kept:
+    """Without the effects `kinds` but for the first `given`; what they include stays where the
+    recordings call for it."""
+    kept: list[tuple[Effect, ...]] = [(one,) for one in present]
+    for place in range(given, len(present)):
+        if present[place].kind not in kinds:
+            continue
+        tried = []
+        for instead in _instead(kept, place):
+            rest = [*kept[:place], instead, *kept[place + 1 :]]
+            start = hypothesis(data, _flat(rest), refit.hypothesis.values())
+            tried.append((fit(start, None, lambda: False, ITERATIONS), rest))
+        if tried:
+            refit, kept = min(tried, key=lambda one: priced(one[0], data))
+    return Kept(settled(refit), _flat(kept))
+
+
+def priced(found: Refit, data: Data) -> float:
+    """Squared error, and the price of the parameters (BIC)."""
+    return float(found.cost + len(found.hypothesis.unknowns) * np.log(data.count))
+
+
 def _needless(
     data: Data,
     refit: Refit,
@@ -80,7 +104,7 @@ def _needless(
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
         fits = list(pool.map(tried, options))
     enough = [
-        (found.cost + len(found.hypothesis.unknowns) * np.log(data.count), n)
+        (priced(found, data), n)
         for n, found in enumerate(fits)
         if (found.cost - whole.cost < RELEVANT * data.count or within_noise(data, found.errors))
         and not _coarser_and_less_likely(data, found, refit)

@@ -10,13 +10,14 @@ from dataclasses import replace
 from core.diagnose.acceptance import Gate, Round
 from core.diagnose.announce import Steps, round_title
 from core.diagnose.columns import trials
-from core.diagnose.data import Data, hypothesis, names_of, sharing_motions
+from core.diagnose.data import Data, hypothesis, sharing_motions
 from core.diagnose.deciding import deciding
 from core.diagnose.descent import cost_of
 from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import RELEVANT, weigh
 from core.diagnose.exchange import best_exchange
 from core.diagnose.finer import finer_round
+from core.diagnose.implausible import keep_implausible, stands_in, take_out_refuted
 from core.diagnose.ladder import REFITTED, applicable, one_round
 from core.diagnose.minimum import converged, precise
 from core.diagnose.phrases import times
@@ -26,26 +27,12 @@ from core.diagnose.retraced import retraced
 from core.diagnose.screen import Screen, screen
 from core.diagnose.shaken import widened
 from core.diagnose.start import Begun
-from core.diagnose.state import Options, RankingCallback, State, ToCome, given_step
-from core.diagnose.steps import ladder_step
+from core.diagnose.state import Options, RankingCallback, State, ToCome, given_step, step_of
 from core.diagnose.valleys import in_the_right_valley
 from core.diagnose.verdict import remains, within_noise
 from core.effects.effect import Effect
 from core.progress import Progress
-from core.results import (
-    DiagnosisRound,
-    LadderStep,
-)
-
-
-def _step(state: State, added: Effect | None, title: str) -> LadderStep:
-    names: tuple[str, ...] = ()
-    if added is not None:
-        names = names_of(added, state.refit.hypothesis.model, state.data.sizes) or ("",)
-    kind = None if added is None else added.kind
-    later = state.validated(state.refit)
-    return ladder_step(state.data, later, state.refit, kind, title, names)
-
+from core.results import DiagnosisRound
 
 MOST_RETURNS = 2
 """To the climb, after effects that it added turned out needless and made room for others."""
@@ -58,6 +45,8 @@ def search(
     anew where that made room and an error is left. Whether another effect is known to be missing.
     """
     more = _settled(state, options, progress, on_ranking)
+    if stands_in(state):
+        more = False
     _refine(state, options, progress)
     return more
 
@@ -67,14 +56,16 @@ def _settled(
 ) -> bool:
     """The effects of the list as they belong together; whether another one is known to be
     missing."""
+    state.implausible.clear()
     for returns in range(MOST_RETURNS + 1):
         more, before = _climb(state, options, progress, on_ranking), len(state.passed)
         prune(state, progress)
         _exchange(state, options, progress)
+        refuted = take_out_refuted(state, progress)
         settled_down = len(state.passed) == before
         if settled_down or progress.stopped() or returns == MOST_RETURNS:
             break
-        if not remains(state.data.experiments, state.refit.errors).above:
+        if not refuted and not remains(state.data.experiments, state.refit.errors).above:
             return False
     return more
 
@@ -126,7 +117,7 @@ def _add(state: State, seen: Round) -> None:
     for one in seen.added:
         added, state.refit = one.weighed.screened.effect, one.fit
         state.present.append(added)
-        state.steps.append(_step(state, added, added.title))
+        state.steps.append(step_of(state, added, added.title))
 
 
 def _look(
@@ -137,14 +128,16 @@ def _look(
     on_ranking: RankingCallback | None,
 ) -> Round:
     """One round, kept with its ranking; what it adds is left to the caller."""
-    candidates, at = applicable(state.data, state.present, options.candidates), state.refit
+    candidates, at = offered(state, options), state.refit
     planned = [t for c in candidates for t in trials(at.hypothesis, c, state.data)]
     steps = Steps(progress, at.hypothesis.model.arm, planned)
     steps.begin(round_title(state.present, bool(options.candidates)), len(candidates) + REFITTED)
     seen = _round(state, candidates, most, steps, on_ranking)
     ranking = ranking_of(seen, state.data)
     next_ones = deciding(seen, ranking, state.data, progress)
-    sentence = next_ones[0].sentence if next_ones else seen.refused
+    refused = next(iter(state.refuted.values()), seen.refused)
+    keep_implausible(state, seen, DiagnosisRound(ranking, None, seen.refused))
+    sentence = next_ones[0].sentence if next_ones else refused
     kinds: list[str | None] = [a.weighed.screened.effect.kind for a in seen.added]
     kinds = kinds or [None]
     for k, kind in enumerate(kinds):
@@ -177,7 +170,13 @@ def prune(state: State, progress: Progress) -> None:
         state.present = list(kept.effects)
         state.passed += [e.title for e in removed]
         names = ", ".join(e.title for e in removed)
-        state.steps.append(_step(state, None, f"Without: {names}"))
+        state.steps.append(step_of(state, None, f"Without: {names}"))
+
+
+def offered(state: State, options: Options) -> list[Effect]:
+    """What may be added to the model as it stands."""
+    found = applicable(state.data, state.present, options.candidates)
+    return [e for e in found if e.kind not in state.refuted]
 
 
 MOST_EXCHANGES = 3
@@ -191,7 +190,7 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
         if len(state.found) < 2 or progress.stopped():
             return
         at = state.refit.hypothesis
-        candidates = applicable(state.data, state.present, options.candidates)
+        candidates = offered(state, options)
         state.data = sharing_motions(state.data, at)
         seen = screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
         found = best_exchange(
@@ -227,9 +226,9 @@ def _replace(
     state.rounds.insert(len(state.rounds) - refused, DiagnosisRound(ranking[:1], came.kind))
     state.refit, state.present = lacking, rest
     titles = [e.title for e in gone]
-    state.steps.append(_step(state, None, f"Without: {', '.join(titles)}"))
+    state.steps.append(step_of(state, None, f"Without: {', '.join(titles)}"))
     state.data, state.refit, state.present = data, refit, list(effects)
-    state.steps.append(_step(state, came, came.title))
+    state.steps.append(step_of(state, came, came.title))
     state.passed += titles
 
 
@@ -248,7 +247,7 @@ def retrace(state: State, base: Refit, progress: Progress) -> None:
     del state.steps[1:]
     for one in climbed:
         state.data, state.refit = one.data, one.refit
-        state.steps.append(_step(state, one.effect, one.effect.title))
+        state.steps.append(step_of(state, one.effect, one.effect.title))
 
 
 def better_given(state: State, begun: Begun, options: Options, progress: Progress) -> Begun:
@@ -278,7 +277,7 @@ def settle(state: State, options: Options, progress: Progress) -> None:
         state.refit = widened(state.data, state.refit, options.stated_noise)
     last = state.steps[-1]
     added = next((e for e in state.present if e.kind == last.added), None)
-    state.steps[-1] = _step(state, added, last.title)
+    state.steps[-1] = step_of(state, added, last.title)
 
 
 WORSE = 1.1
@@ -324,12 +323,6 @@ def _round(
 
     heard = {} if on_ranking is None else {"on_screen": screened, "on_refit": refitted}
     return one_round(
-        state.data,
-        state.refit,
-        state.present,
-        candidates,
-        steps,
-        most=most,
-        gate=_gate(state),
+        state.data, state.refit, state.present, candidates, steps, most=most, gate=_gate(state),
         **heard,  # type: ignore[arg-type]
-    )
+    )  # fmt: skip

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import NamedTuple
 
-from core.diagnose.data import Data
+from core.diagnose.data import Data, names_of
 from core.diagnose.refit import Refit
 from core.diagnose.screen import Screen
 from core.diagnose.start import Begun
 from core.diagnose.steps import Validated, ladder_step, validated
-from core.effects import with_included
+from core.effects import catalogue, with_included
 from core.effects.effect import Effect
 from core.identify.setup import Setup
 from core.results import (
@@ -71,6 +71,10 @@ class State:
     """Of the first round."""
     passed: list[str] = field(default_factory=list)
     """Titles of what was taken out again."""
+    refuted: dict[str, str] = field(default_factory=dict)
+    """effect -> a sentence why it was taken out again: its size stood at a bound."""
+    implausible: list[Implausible] = field(default_factory=list)
+    """What this search refused at a bound, in the order in which it came to it."""
     unseen: dict[tuple[int, int | None], tuple[Refit, Validated]] = field(default_factory=dict)
     """What `validated` gave for a refit with so many steps: gate, ladder and figures ask alike."""
 
@@ -90,8 +94,13 @@ class State:
         """The same, which stays as it is while this one goes on."""
         return replace(
             self, present=list(self.present), rounds=list(self.rounds), steps=list(self.steps),
-            passed=list(self.passed), unseen=dict(self.unseen),
+            passed=list(self.passed), refuted=dict(self.refuted), unseen=dict(self.unseen),
         )  # fmt: skip
+
+    def returned(self, to: State) -> None:
+        """Stands where `to` did."""
+        for one in fields(to):
+            setattr(self, one.name, getattr(to, one.name))
 
     @property
     def found(self) -> list[Effect]:
@@ -100,14 +109,35 @@ class State:
 
     @property
     def detours(self) -> tuple[str, ...]:
-        """Titles of what was added on the way and is not in the model at the end."""
-        kept = {one.title for one in self.present}
+        """Titles of what was added on the way and turned out needless at the end."""
+        known = catalogue()
+        kept = {e.title for e in self.present} | {known[kind].title for kind in self.refuted}
         return tuple(title for title in dict.fromkeys(self.passed) if title not in kept)
+
+
+@dataclass(frozen=True)
+class Implausible:
+    """An effect that was refused because a size was pressed to its bound."""
+
+    cost: float
+    """Priced squared error with it, at the bound."""
+    before: State
+    """The search as it stood, with the round that refused it as its last."""
 
 
 def given_step(begun: Begun) -> LadderStep:
     """The first step of a ladder."""
     return ladder_step(begun.data, begun.validated, begun.base, None, "The model as given", ())
+
+
+def step_of(state: State, added: Effect | None, title: str) -> LadderStep:
+    """The ladder's step for the model as it stands, after `added` came in or something went."""
+    names: tuple[str, ...] = ()
+    if added is not None:
+        names = names_of(added, state.refit.hypothesis.model, state.data.sizes) or ("",)
+    kind = None if added is None else added.kind
+    later = state.validated(state.refit)
+    return ladder_step(state.data, later, state.refit, kind, title, names)
 
 
 def begun_state(setup: Setup, begun: Begun) -> State:

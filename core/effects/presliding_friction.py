@@ -1,5 +1,7 @@
 """Dry friction that gives way like a spring before it slips: Dahl's model."""
 
+import numpy as np
+
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
@@ -11,8 +13,15 @@ from core.effects.sizes import Sizes
 SHARES = (0.003, 0.01, 0.03, 0.1, 0.3)
 """Of the joint's travel: breakaway displacements to try."""
 
-SMALLEST, LARGEST = 1e-4, 1.0
-"""Of the joint's travel: below, it slips at once; above, it is a spring that never slips."""
+SMALLEST, LARGEST = 1e-4, 1.0 / np.log(20.0)
+"""Of the joint's travel: below, it slips at once; above, a move through the whole travel leaves
+more than 5 % of the Coulomb level unreached, so that it is a spring, of a cable or a hose, rather
+than a friction that slips."""
+
+SOFTEST = {"rad": 0.02, "m": 1e-3}
+"""rad and m that are plausible however little a joint was moved: about a degree. Rolling bearings
+break away within hundredths of a millimetre, geared joints within some milliradians (B.
+Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30, 1994), seals and belts later."""
 
 
 class PreslidingFriction(Effect):
@@ -39,15 +48,15 @@ class PreslidingFriction(Effect):
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         def make(k: int) -> EffectParameter:
-            travel = float(sizes.travel[k])
+            travel, unit = float(sizes.travel[k]), joint(arm.segments[k].joint).coordinate_unit
             return positive(
                 f"{WAY}{k + 1}",
                 SHARES[1] * travel,
-                joint(arm.segments[k].joint).coordinate_unit,
+                unit,
                 f"breakaway displacement of joint {k + 1}",
                 rf"z_{{s{k + 1}}}",
                 lower=SMALLEST * travel,
-                upper=LARGEST * travel,
+                upper=max(LARGEST * travel, SOFTEST[unit]),
                 grid=[share * travel for share in SHARES],
             )
 

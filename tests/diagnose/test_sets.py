@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -102,28 +103,37 @@ class Scripted(Acceptance):
     good: tuple[str, ...] = ()
 
     def _polished(self, best):
-        return best, self.data, SimpleNamespace(cost=SAMPLES, hypothesis=None)
+        after = SimpleNamespace(cost=SAMPLES, hypothesis=best.screened.effect.kind)
+        return best, self.data, after
 
     def jointly(self, together, found):
         self.seen.asked.append(tuple(s.effect.kind for s in together.members))
         joint = replace(self._still(found), accepted=found[0])
         return (joint if self.seen.asked[-1] == self.good else None), set()
 
+    def sets(self, found, most, tried):
+        self.seen.asked.append("sets") if tried else None
+        return None, FoundSet((), 0.0)
+
     def _still(self, found):
         return Round(self.seen, tuple(found), None, self.before, self.before, self.data)
 
 
-def in_company(good: tuple[str, ...], sentence: str = "worse", most: int = 2) -> tuple:
+def in_company(
+    good: tuple[str, ...], sentence: str = "worse", most: int = 2, explains: float = 0.9,
+    others: Sequence[tuple[str, float]] = (),
+) -> tuple:  # fmt: skip
     """What becomes of STAND_IN, which the gate refuses; the screen scores the others by place."""
     kinds = ("viscous_friction", STAND_IN, "tip_payload", "torque_offset")
     scored = {k: SimpleNamespace(effect=effect(k), score=-i) for i, k in enumerate(kinds)}
     screen = SimpleNamespace(candidates=tuple(reversed(scored.values())), asked=[])
     before, data = SimpleNamespace(cost=3.0 * SAMPLES), SimpleNamespace(count=SAMPLES)
-    one = replace(weighed(0.9), screened=scored[STAND_IN])
+    one = replace(weighed(explains), screened=scored[STAND_IN])
+    more = [replace(weighed(share), screened=scored[kind]) for kind, share in others]
     work = type("One", (Scripted,), {"good": good})(
         data, before, (), screen, 1, lambda: False, lambda *_: sentence
     )
-    return work.alone([one], FoundSet((), 0.0), most), screen.asked
+    return work.alone([one, *more], FoundSet((), 0.0), most), screen.asked
 
 
 @pytest.fixture
@@ -147,8 +157,33 @@ def test_no_company_where_one_effect_may_be_added_or_a_bound_refuses_it(monkeypa
     alone, asked = in_company((STAND_IN, "viscous_friction"), most=1)
     assert alone.accepted is None and not asked
     monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: "ended at its bound")
-    alone, asked = in_company((STAND_IN, "viscous_friction"))
+    alone, asked = in_company((STAND_IN, "viscous_friction"), explains=0.6)
     assert "bound" in alone.refused and not asked
+
+
+@pytest.mark.usefixtures("sizes_as_they_are")
+def test_what_explains_all_but_its_size_is_implausible_gives_way_to_sets_only(monkeypatch):
+    """Whatever is missing acts as it does; a weaker effect by itself would stand in as well."""
+    ended = lambda after, _: "at its bound" if after.hypothesis == STAND_IN else ""  # noqa: E731
+    monkeypatch.setattr(acceptance, "ended_at_bound", ended)
+    weaker = ("viscous_friction", 0.5)
+    refused, asked = in_company((), sentence="", others=[weaker])
+    assert refused.accepted is None and "bound" in refused.refused and asked == ["sets"]
+    added, asked = in_company((), sentence="", others=[weaker], explains=0.6)
+    assert added.accepted.screened.effect.kind == "viscous_friction" and not asked
+
+
+def test_the_shape_of_a_new_effect_is_looked_at_where_only_noise_is_left_too(monkeypatch):
+    """A wave of a wrong order fits some recordings as well as the true one, and others badly."""
+    asked: list[str] = []
+    monkeypatch.setattr(acceptance, "within_noise", lambda *_: True)
+    monkeypatch.setattr(
+        acceptance, "refine_shape", lambda _, after, e, __: asked.append(e.kind) or after
+    )
+    there, new = effect("viscous_friction"), effect("torque_ripple")
+    work = Acceptance(SimpleNamespace(), None, [there], None, 1, lambda: False, lambda *_: "")
+    work._shaped(work.data, SimpleNamespace(errors=()), [new, there])
+    assert asked == ["torque_ripple"]
 
 
 def test_a_stated_prior_pulls_the_fit_as_much_as_its_deviation_says() -> None:

@@ -1,0 +1,116 @@
+"""A size at the bound of what is plausible, and what the recordings say of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from core.diagnose.bounds import at_bounds, beyond, ended_at_bound
+from core.diagnose.data import Data, hypothesis
+from core.diagnose.descent import Limits, cost_of, descend
+from core.diagnose.prune import ITERATIONS, without_refuted
+from core.diagnose.refit import Refit, fit
+from core.effects import effect
+from core.effects.sizes import typical
+from tests.diagnose.test_stated import bare, begun
+from tests.helpers import PAPER, looped
+
+EXACT = 1e-8
+"""Relative: two ways to the same least squares of a few well-conditioned columns."""
+
+
+def linear(seed: int, lower: float, upper: float) -> tuple[SimpleNamespace, float]:
+    """A straight-line problem of three unknowns, of which the last has bounds, at its minimum; and
+    the cost without these bounds."""
+    rng = np.random.default_rng(seed)
+    S, y = rng.standard_normal((40, 2, 3)), rng.standard_normal((40, 2))
+    errors = lambda x: [y + S @ x]  # noqa: E731
+    limits = Limits(np.array([-9.0, -9.0, lower]), np.array([9.0, 9.0, upper]), np.ones(3))
+    found = descend(errors, lambda _: [S], np.array([0.0, 0.0, 0.5 * (lower + upper)]), limits)
+    free, *_ = np.linalg.lstsq(S.reshape(-1, 3), -y.ravel(), rcond=None)
+    at = SimpleNamespace(limits=limits, vector=found.vector)
+    found = replace(found, slopes=(S,), blocks=tuple(errors(found.vector)))
+    return SimpleNamespace(hypothesis=at, descended=found), float(free[2])
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("side", [-1, 1])
+def test_what_a_bound_costs_is_what_least_squares_without_it_saves(seed: int, side: int) -> None:
+    _, free = linear(seed, -9.0, 9.0)
+    bounds = (free + 0.1, free + 5.0) if side < 0 else (free - 5.0, free - 0.1)
+    at, _ = linear(seed, *bounds)
+    S, (block,) = at.descended.slopes[0].reshape(-1, 3), at.descended.blocks
+    rest, *_ = np.linalg.lstsq(S, -block.ravel(), rcond=None)
+    saved = cost_of([block]) - cost_of([block + (S @ rest).reshape(block.shape)])
+    assert beyond(at, 2) == pytest.approx(saved, rel=EXACT)
+
+
+def test_a_bound_that_nothing_presses_costs_nothing() -> None:
+    at, free = linear(0, -9.0, 9.0)
+    at.hypothesis.vector[2] = at.hypothesis.limits.upper[2] = free + 0.1
+    at.descended = replace(
+        at.descended, blocks=(at.descended.blocks[0] + 0.1 * at.descended.slopes[0][..., 2],)
+    )
+    assert beyond(at, 2) == 0.0
+
+
+def pressed(upper: float) -> tuple[Data, Refit]:
+    """The arm with viscous friction of 6 N m s/rad in joint 1, of which at most `upper` is
+    allowed."""
+    found = begun(fv1={"start": 5.0, "upper": upper}, fv2=3.0)
+    return found.data, found.base
+
+
+def test_a_size_that_the_recordings_want_beyond_its_bound_is_said_with_the_bound() -> None:
+    data, found = pressed(5.5)
+    [(kind, sentence)] = at_bounds(found, data)
+    assert kind == "viscous_friction" and "5.5 N m s/rad" in sentence
+    assert ended_at_bound(found, data) == sentence
+
+
+def test_a_bound_that_is_not_reached_says_nothing() -> None:
+    data, found = pressed(7.0)
+    assert at_bounds(found, data) == []
+
+
+def test_how_soon_a_friction_of_no_size_slips_says_nothing() -> None:
+    """Its way stands at the largest that is plausible and changes nothing."""
+    data = bare().data
+    both = [effect("viscous_friction"), effect("presliding_friction")]
+    at = {"fv1": 6.0, "fv2": 3.0, "fc1": 0.0, "fc2": 0.0, "zs1": 1e9, "zs2": 1e9}
+    h = hypothesis(data, both, {**bare().base.hypothesis.values(), **at})
+    h = h.at(np.clip(h.vector, h.limits.lower, h.limits.upper))
+    found = fit(h, None, lambda: False, most=0)
+    assert [n for n, _ in at_bounds(found, data)] == []
+
+
+def test_friction_slips_within_the_travel_of_its_joint() -> None:
+    """Of a level, all but 5 % is reached over the longest move that was recorded; where a joint was
+    hardly moved, over a degree."""
+    sizes = replace(typical(PAPER), travel=np.array([0.3, 0.01]))
+    own = effect("presliding_friction").parameters(PAPER, looped(PAPER).drive, sizes)
+    ways = [p.parameter for p in own if p.parameter.name.startswith("zs")]
+    assert 1.0 - np.exp(-0.3 / ways[0].upper) == pytest.approx(0.95)
+    assert ways[1].upper == pytest.approx(np.deg2rad(1.0), rel=0.2)
+    assert all(max(p.grid) < p.parameter.upper for p in own if p.grid)
+
+
+def test_without_a_refuted_effect_the_simpler_one_stays_where_it_is_called_for() -> None:
+    """Coulomb's friction is part of presliding friction, and the better for it where the viscous
+    friction is not known."""
+    data, sliding = bare().data, effect("presliding_friction")
+    h = hypothesis(data, [sliding], bare().base.hypothesis.values())
+    found = fit(h, None, lambda: False, ITERATIONS)
+    kept = without_refuted(data, found, [sliding], 0, [sliding.kind])
+    assert [e.kind for e in kept.effects] == ["coulomb_friction"]
+    both = [effect("viscous_friction"), sliding]
+    none = {"fv1": 6.0, "fv2": 3.0, "fc1": 0.0, "fc2": 0.0}
+    h = hypothesis(data, both, {**bare().base.hypothesis.values(), **none})
+    found = fit(h, None, lambda: False, most=0)
+    kept = without_refuted(data, found, both, 0, [sliding.kind])
+    assert [e.kind for e in kept.effects] == ["viscous_friction"]
+    kept = without_refuted(data, found, both, 2, [sliding.kind])
+    assert len(kept.effects) == 2, "what the user stated stays"
