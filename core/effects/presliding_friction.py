@@ -21,7 +21,7 @@ than a friction that slips."""
 SOFTEST = {"rad": 0.02, "m": 1e-3}
 """rad and m that are plausible however little a joint was moved: about a degree. Rolling bearings
 break away within hundredths of a millimetre, geared joints within some milliradians (B.
-Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30, 1994), seals and belts later."""
+Armstrong-Helouvry et al., Automatica 30, 1994), seals and belts later."""
 
 
 class PreslidingFriction(Effect):
