@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from core.diagnose import floor
 from core.diagnose.data import hypothesis
 from core.diagnose.floor import Floor
 from core.diagnose.minimum import converged
@@ -25,6 +27,7 @@ from core.diagnose.start import Begun, begin
 from core.diagnose.state import Options, State, given_step
 from core.diagnose.verdict import remains, within_noise
 from core.effects import effect
+from core.identify.prepared import Prepared
 from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
@@ -146,7 +149,7 @@ def test_noise_shakes_an_arm_on_a_soft_base_more_than_one_on_rock() -> None:
     assert above(state) > SURELY  # with the model complete
     floors = shaken_more(state, Options())
     assert floors is not None and floors["u1"].value > LOWER * state.data.floors["u1"]
-    assert all(floor.value >= state.data.floors[name] for name, floor in floors.items())
+    assert all(one.value >= state.data.floors[name] for name, one in floors.items())
     restated(state, given, floors, never)
     assert above(state) < SURELY
 
@@ -156,6 +159,20 @@ def test_floors_of_led_arms_that_are_right_are_left_alone() -> None:
     floors = shaken_more(state, Options())
     assert floors is not None
     restated(state, given, floors, never)
+    assert shaken_more(state, Options()) is None
+
+
+def test_what_a_led_arm_may_miss_of_itself_raises_no_floor(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a wrong valley that was eighty times what the model left."""
+    state, given = on_a_soft_base()
+    floors = shaken_more(state, Options())
+    assert floors is not None
+    restated(state, given, floors, never)
+
+    def much(experiments: Sequence[Prepared], _: object) -> list[np.ndarray]:
+        return [80.0 * e.measured for e in experiments]
+
+    monkeypatch.setattr(floor, "led_errors", much)
     assert shaken_more(state, Options()) is None
 
 
