@@ -76,8 +76,8 @@ def test_what_was_within_a_noise_that_is_none_is_above_what_there_is() -> None:
     assert floors is not None and surely_above(state, floors)
     found = restated(state, given, floors, never)
     assert not within_noise(state.data, state.refit.errors)
-    for name, floor in bare().data.floors.items():
-        assert 1.0 / READ_ANEW < state.data.floors[name] / floor < READ_ANEW
+    for name, value in bare().data.floors.items():
+        assert 1.0 / READ_ANEW < state.data.floors[name] / value < READ_ANEW
         assert found.data.floors[name] == state.data.floors[name]
 
 
