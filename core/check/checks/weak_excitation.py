@@ -8,6 +8,7 @@ import numpy as np
 from scipy.signal import welch
 
 from core.check.case import Case
+from core.check.checks.outliers import far_out
 from core.check.finding import Check, Finding
 from core.check.measured import noise_of
 
@@ -29,6 +30,7 @@ class WeakExcitation(Check):
         for name in found.names("theta#"):
             q = found.counted(name)
             q = q[np.isfinite(q)]
+            q = q[~far_out(q)]  # outliers are another fault, and look like noise
             noise = quiet_noise(q)
             moved = float(np.std(q))
             if noise > 0 and moved < FEWEST * noise:
