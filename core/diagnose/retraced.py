@@ -18,6 +18,7 @@ from core.diagnose.minimum import converged
 from core.diagnose.prune import ITERATIONS
 from core.diagnose.refit import Refit, fit, whitened
 from core.diagnose.screen import Screen, Screened
+from core.diagnose.whitening import Whitener, fit_whitener, rows_apart
 from core.effects.effect import Effect
 from core.results import DiagnosisRound
 
@@ -59,22 +60,27 @@ def retraced(
     if not {e.kind for e in found} <= set(known):
         return []
     climbed: list[Climbed] = []
-    before, left = _whitened(base, seen), list(found)
+    before, left = base, list(found)
+    # The first step stands beside what was tried then; later ones are held against the noise as
+    # the last model shows it: beside all that the first one lacks they would seem to be nothing.
+    noise = fit_whitener(last.errors, rows_apart(data.experiments))
     while left:
         present = [*given, *[c.effect for c in climbed]]
-        one, at, after = _next(data, last, present, left, seen, stopped)
+        one, at, after = _next(data, last, present, left, stopped)
         if stopped():
             return []
         left.remove(one)
         around = rounds[0].ranking if rounds and not climbed else ()
-        repeated = _round(known[one.kind], seen, before, after, at, around)
+        whitener = noise if climbed else seen.whitener
+        both = _whitened(before, whitener), _whitened(after, whitener)
+        repeated = _round(known[one.kind], seen, *both, at, around)
         climbed.append(Climbed(one, at, after, repeated))
         before = after
     return climbed
 
 
-def _whitened(refit: Refit, seen: Screen) -> Refit:
-    white, _ = whitened(refit.hypothesis, refit.descended, seen.whitener)
+def _whitened(refit: Refit, whitener: Whitener) -> Refit:
+    white, _ = whitened(refit.hypothesis, refit.descended, whitener)
     return replace(refit, white_cost=white)
 
 
@@ -83,18 +89,17 @@ def _next(
     last: Refit,
     present: Sequence[Effect],
     left: Sequence[Effect],
-    seen: Screen,
     stopped: Callable[[], bool],
 ) -> tuple[Effect, Data, Refit]:
     """Of the effects that are left the one that leaves least, with the model that it makes."""
     if len(left) == 1:
-        return left[0], data, _whitened(last, seen)
+        return left[0], data, last
     values = last.hypothesis.values()
     tried = [
         (fit(hypothesis(data, [*present, e], values), None, stopped, ITERATIONS), e) for e in left
     ]
     rough, best = min(tried, key=lambda one: one[0].cost)
-    at, after = converged(data, rough.hypothesis, seen.whitener, stopped)
+    at, after = converged(data, rough.hypothesis, None, stopped)
     return best, at, after
 
 

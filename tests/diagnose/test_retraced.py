@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 from core.diagnose.data import Data, hypothesis
+from core.diagnose.evidence import TIE
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit
 from core.diagnose.retraced import Climbed, retraced
 from core.diagnose.screen import Screen, screen
 from core.effects import effect
 from core.results import DiagnosisRound
-from tests.diagnose.test_stated import TRUE, bare
+from tests.diagnose.test_stated import TRUE, bare, begun
 
 NEVER = lambda: False  # noqa: E731
+PAYLOAD = 0.02
+"""kg at the tip: far above the noise, and little beside the friction."""
 SMALL, LARGE = effect("tip_payload"), effect("viscous_friction")
 """Of which the recordings hold the second alone."""
 
@@ -46,6 +50,23 @@ def test_each_effect_is_ranked_against_the_step_before_it() -> None:
     assert (first.round.ranking[0].refit_drop_percent or 0.0) > 90.0  # of all that is hidden
     assert second.round.ranking[0].effect == "tip_payload"
     assert (second.round.ranking[0].refit_drop_percent or 0.0) < 50.0  # there is nothing left
+
+
+def test_later_evidence_does_not_depend_on_all_that_the_model_as_given_lacked() -> None:
+    """Beside errors of 29 noise floors an effect that was all but certain seemed to be nothing."""
+    start = begun({"tip_payload": {"mt2": PAYLOAD}})
+    values = {**start.base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": PAYLOAD}
+    data, refit = converged(start.data, hypothesis(start.data, [SMALL, LARGE], values), None, NEVER)
+    seen = screen(start.data, start.base.hypothesis, [], [SMALL, LARGE])
+    loud = replace(seen.whitener, deviations=100.0 * seen.whitener.deviations)
+
+    def evidence(seen: Screen) -> list[float | None]:
+        steps = retraced(data, start.base, refit, [], [SMALL, LARGE], seen, [], NEVER)
+        return [c.round.ranking[0].delta_bic for c in steps]
+
+    (_, quiet), (_, beside) = evidence(seen), evidence(replace(seen, whitener=loud))
+    assert quiet is not None and quiet > TIE
+    assert quiet == beside
 
 
 def test_what_else_was_ranked_at_first_stays_beside_it() -> None:

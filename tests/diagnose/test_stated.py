@@ -3,6 +3,7 @@ what an effect of no size led to is kept without it."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -29,10 +30,11 @@ SAME = 0.01
 """Relative, of a coefficient that is estimated from one short recording."""
 
 
-def begun(**friction: Any) -> Begun:
-    """The paper's arm with friction, in a model that states it as given."""
+def begun(also: Mapping[str, Mapping[str, float]] | None = None, **friction: Any) -> Begun:
+    """The paper's arm with friction, in a model that states it as given; `also`: what else its
+    recording holds."""
     effects = [{"id": "viscous_friction", **friction}] if friction else []
-    hidden = {"viscous_friction": {"fv1": TRUE, "fv2": TRUE / 2}}
+    hidden = {"viscous_friction": {"fv1": TRUE, "fv2": TRUE / 2}, **(also or {})}
     scenario = Scenario.model_validate({
         "title": "stated",
         "arm": {"preset": "paper"},
