@@ -94,7 +94,8 @@ class State:
         """The same, which stays as it is while this one goes on."""
         return replace(
             self, present=list(self.present), rounds=list(self.rounds), steps=list(self.steps),
-            passed=list(self.passed), refuted=dict(self.refuted), unseen=dict(self.unseen),
+            passed=list(self.passed), refuted=dict(self.refuted),
+            implausible=list(self.implausible), unseen=dict(self.unseen),
         )  # fmt: skip
 
     def returned(self, to: State) -> None:
