@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import fftconvolve
+import scipy
 
 from core.arm.arm import Arm
 from core.arm.joints import joint
@@ -173,7 +173,12 @@ def _found(
         r, p = recording.channels[name], played[name]
         squares = np.cumsum(np.concatenate([[0.0], r**2]))
         inside = squares[len(p) :] - squares[: -len(p)]
-        misses = misses + inside - 2.0 * fftconvolve(r, p[::-1], mode="valid") + np.sum(p**2)
+        misses = (
+            misses
+            + inside
+            - 2.0 * scipy.signal.fftconvolve(r, p[::-1], mode="valid")
+            + np.sum(p**2)
+        )
     first = int(np.argmin(misses))
     apart = float(np.sqrt(max(np.asarray(misses)[first], 0.0) / max(spread, 1e-300)))
     if apart > APART:

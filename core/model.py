@@ -12,7 +12,7 @@ import numpy as np
 from core.arm.arm import Arm
 from core.arm.catalogue import ArmCatalogue
 from core.arm.compiled import CompiledArm, compile_arm
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
 from core.effects import with_included

@@ -6,14 +6,9 @@ from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit, types
 
 from core.arm.arm import Arm
 from core.arm.compiled import CompiledArm
-from core.arm.signatures import OPTIONS, TIP, matrix, vector
-
-cube = types.float64[:, :, ::1]
-
 
 MOST_KEPT = 16
 """Series along one motion: forces of some joints, for the two ends of a difference."""
@@ -57,36 +52,7 @@ class Trajectory:
 
     def tip(self) -> tuple[np.ndarray, np.ndarray]:
         """Place (N, 2) in m and velocity (N, 2) in m/s of the end effector."""
+        from core.arm.calls import tip_path
+
         q, v = np.ascontiguousarray(self.q), np.ascontiguousarray(self.v)
         return tip_path(self.compiled.tip, q, v, self.p)
-
-
-@njit(types.Tuple((matrix, matrix))(TIP, matrix, matrix, vector), **OPTIONS)
-def tip_path(tip, q, v, p):  # type: ignore[no-untyped-def]
-    """z and z' (N, 2) along a motion q, v (N, n)."""
-    N, n = q.shape
-    places, speeds = np.empty((N, 2)), np.zeros((N, 2))
-    z, J = np.empty(2), np.empty((2, n))
-    for t in range(N):
-        tip(q[t], p, z, J)
-        for i in range(2):
-            places[t, i] = z[i]
-            for j in range(n):
-                speeds[t, i] += J[i, j] * v[t, j]
-    return places, speeds
-
-
-@njit(cube(TIP, cube, matrix), **OPTIONS)
-def tip_places(tip, q, p):  # type: ignore[no-untyped-def]
-    """z (N, 2, S) along S motions q (N, n, S), each with its own p (S, np)."""
-    N, n, S = q.shape
-    places = np.empty((N, 2, S))
-    z, J, one = np.empty(2), np.empty((2, n)), np.empty(n)
-    for t in range(N):
-        for s in range(S):
-            for i in range(n):
-                one[i] = q[t, i, s]
-            tip(one, p[s], z, J)
-            for i in range(2):
-                places[t, i, s] = z[i]
-    return places

@@ -13,14 +13,14 @@ from contextlib import suppress
 
 from core.arm.beforehand import compile_beforehand
 from core.arm.cache import cache_folder, sources_key
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.progress import Progress
 
 _SECOND = """
 import core.simulate.rosenbrock
 from core.arm.compiled import compile_arm
 from core.arm.presets import presets
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 compile_arm(Structure.of(presets()["paper"]))
 """
 

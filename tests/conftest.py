@@ -28,7 +28,7 @@ settings.load_profile("flexgui")
 ARMS = """
 from dataclasses import replace
 from core.arm.compiled import compile_arm, compile_wide_arm
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.effects import catalogue
 from core.scenario.stated_effects import structures_tried
 from tests.helpers import PAPER
@@ -62,16 +62,6 @@ def pytest_configure(config: pytest.Config) -> None:
         for half in halves:
             half.wait()
         subprocess.run([sys.executable, "-c", MARK], cwd=ROOT)
-
-
-FIRST = ROOT / "tests" / "server" / "test_load.py"
-"""One test of it takes as long as a hundred others: begun last, it would run when the other process
-has nothing left to do."""
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest first, all others in their order."""
-    items.sort(key=lambda item: item.path != FIRST)
 
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

@@ -14,7 +14,8 @@ from pathlib import Path
 from platformdirs import user_cache_path
 
 VARIABLE = "FLEXGUI_CACHE"
-_CORE = Path(__file__).parent.parent
+PACKAGE = Path(__file__).parent.parent
+"""The folder of `core`."""
 _COMPILED_PACKAGES = ("arm", "forces", "lanes", "simulate")
 PROBE = bytes(2**16)
 """What is written to see whether there is room: more than the largest generated module."""
@@ -64,10 +65,10 @@ def sources_key() -> str:
     edit to one of them would go unnoticed.
     """
     digest = hashlib.sha256()
-    files = [*(_CORE / "trajectory.py",)]
+    files: list[Path] = []
     for package in _COMPILED_PACKAGES:
-        files += sorted((_CORE / package).rglob("*.py"))
-    files += sorted((_CORE / "arm").glob("*template.txt"))
+        files += sorted((PACKAGE / package).rglob("*.py"))
+    files += sorted((PACKAGE / "arm").glob("*template.txt"))
     for file in files:
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
@@ -77,8 +78,9 @@ def keep_kernels_here() -> None:
     """Points Numba's cache to a folder of this version, unless the user has chosen one."""
     from numba import config
 
-    from core.arm.checksums import verify_kernels
+    from core.arm.checksums import share_kernels, verify_kernels
 
     verify_kernels()
     if not os.environ.get("NUMBA_CACHE_DIR"):
         config.CACHE_DIR = str(cache_folder() / f"kernels_{sources_key()}")
+        share_kernels(config.CACHE_DIR)

@@ -1,4 +1,4 @@
-"""Single calls into an arm's compiled functions, for use from Python."""
+"""Calls into an arm's compiled functions from Python: at one state, or along whole motions."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit, types
 
 from core.arm.signatures import DYNAMICS, LINEAR, OPTIONS, TIP, matrix, vector
+
+cube = types.float64[:, :, ::1]
 
 
 @njit(types.Tuple((matrix, vector))(DYNAMICS, vector, vector, vector), **OPTIONS)
@@ -33,3 +35,34 @@ def call_linear(function, q, p):  # type: ignore[no-untyped-def]
     D = np.empty((q.size, q.size))
     function(q, p, K, D)
     return K, D
+
+
+@njit(types.Tuple((matrix, matrix))(TIP, matrix, matrix, vector), **OPTIONS)
+def tip_path(tip, q, v, p):  # type: ignore[no-untyped-def]
+    """z and z' (N, 2) along a motion q, v (N, n)."""
+    N, n = q.shape
+    places, speeds = np.empty((N, 2)), np.zeros((N, 2))
+    z, J = np.empty(2), np.empty((2, n))
+    for t in range(N):
+        tip(q[t], p, z, J)
+        for i in range(2):
+            places[t, i] = z[i]
+            for j in range(n):
+                speeds[t, i] += J[i, j] * v[t, j]
+    return places, speeds
+
+
+@njit(cube(TIP, cube, matrix), **OPTIONS)
+def tip_places(tip, q, p):  # type: ignore[no-untyped-def]
+    """z (N, 2, S) along S motions q (N, n, S), each with its own p (S, np)."""
+    N, n, S = q.shape
+    places = np.empty((N, 2, S))
+    z, J, one = np.empty(2), np.empty((2, n)), np.empty(n)
+    for t in range(N):
+        for s in range(S):
+            for i in range(n):
+                one[i] = q[t, i, s]
+            tip(one, p[s], z, J)
+            for i in range(2):
+                places[t, i, s] = z[i]
+    return places

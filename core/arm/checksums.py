@@ -16,7 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from core.arm.cache import cache_folder, log, without_folder
+from core.arm.cache import PACKAGE, cache_folder, keep_kernels_here, log, without_folder
 
 MARK = b"\n# sha256 "
 TRAILER = len(MARK) + 64 + 1
@@ -81,6 +81,7 @@ def _write(file: Path, content: bytes) -> None:
 
 
 def _executed(name: str, file: Path) -> ModuleType:
+    keep_kernels_here()
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -124,6 +125,28 @@ def verify_kernels() -> None:
                 file.write(trailer(counted.digest))
 
     caching.IndexDataCacheFile = Checksummed
+
+
+@cache
+def share_kernels(folder: str) -> None:
+    """Kernels of this package lie in `folder` by their place in the package, not on the disk: a
+    second checkout with the same sources finds them. Numba's stamp is the file's own content."""
+    from numba import config
+    from numba.core import caching
+
+    class ByPackage(caching.UserProvidedCacheLocator):
+        """Of the files of this package, while `folder` is where Numba keeps its files."""
+
+        @classmethod
+        def from_function(cls, py_func: Any, py_file: str) -> Any:
+            own = PACKAGE in Path(py_file).parents and folder == config.CACHE_DIR
+            return super().from_function(py_func, py_file) if own else None
+
+        @classmethod
+        def get_suitable_cache_subpath(cls, py_file: str) -> str:
+            return "_".join(Path(py_file).relative_to(PACKAGE.parent).parent.parts)
+
+    caching.CacheImpl._locator_classes.insert(0, ByPackage)
 
 
 class _Counted:

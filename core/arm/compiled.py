@@ -10,11 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from core.arm.cache import keep_kernels_here, sources_key
+from core.arm.cache import sources_key
 from core.arm.checksums import kept_module, module_file
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 
-keep_kernels_here()  # before the first module is compiled
 _LOADING = threading.Lock()
 """A second thread must not meet a module that is still being executed."""
 
@@ -59,6 +58,12 @@ class CompiledArm:
         from core.arm.calls import call_tip
 
         return call_tip(self.tip, *_floats(q, p))
+
+    def tip_places(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """z (N, 2, S) in m along S motions q (N, n, S), each with its own numbers p (S, np)."""
+        from core.arm.calls import tip_places
+
+        return tip_places(self.tip, *_floats(q, p))
 
     def linear_matrices(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """K = -dF/dq and D = -dF/dq' (n, n) of the straight arm at the joint positions in q."""

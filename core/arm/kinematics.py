@@ -14,7 +14,8 @@ import sympy as sp
 from core.arm import shapes
 from core.arm.joints import joint
 from core.arm.slots import AXIS_ANGLE, LENGTH
-from core.arm.symbols import Structure, Symbols
+from core.arm.structure import Structure
+from core.arm.symbols import Symbols
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import sympy as sp
 from core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
 from core.arm.kinematics import Kinematics, Place
 from core.arm.slots import LENGTH, MASS, TIP_MASS
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 
 Terms = dict[sp.Expr, sp.Matrix]
 """Basis function of the joint coordinates -> constant matrix (n, n)."""

@@ -1,4 +1,4 @@
-"""The symbols in which an arm is stated, and its structure."""
+"""The symbols in which an arm is stated."""
 
 from __future__ import annotations
 
@@ -7,45 +7,11 @@ from functools import cached_property
 
 import sympy as sp
 
-from core.arm.arm import Arm
 from core.arm.slots import PER_SEGMENT
+from core.arm.structure import Structure
 
 _LATEX_SLOTS = ("l", "m", "(EI)", r"\tau", r"m_{t}", r"J_{t}", r"J_{h}", r"\alpha", "k_{j}")
 _NAMES = ("l", "m", "EI", "tau", "mt", "Jt", "Jh", "axis", "kj")
-
-
-@dataclass(frozen=True)
-class Structure:
-    """What is compiled in: kinds of joint, number of modes, mounts."""
-
-    joints: tuple[str, ...]
-    modes: tuple[int, ...]
-    mounts: tuple[str, ...]
-    elastic: tuple[bool, ...] = ()
-    """Which joints twist; none where empty."""
-    base: bool = False
-    """Whether the base moves."""
-
-    @classmethod
-    def of(cls, arm: Arm) -> Structure:
-        """The structure of an arm, without its numbers."""
-        return cls(
-            tuple(s.joint for s in arm.segments),
-            arm.modes,
-            tuple(s.mount for s in arm.segments),
-            arm.elastic if any(arm.elastic) else (),
-            arm.base_compliance is not None,
-        )
-
-    @property
-    def segments(self) -> int:
-        """Number of segments."""
-        return len(self.joints)
-
-    @property
-    def coordinates(self) -> int:
-        """Number n of coordinates q."""
-        return self.segments + sum(self.modes) + sum(self.elastic) + 2 * self.base
 
 
 @dataclass(frozen=True)

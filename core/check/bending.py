@@ -14,9 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
-from scipy.linalg import eigh
-from scipy.signal import lfilter
+import scipy
 
 from core.check.measured import Measured, lattice_step, noise_of
 from core.model import Model
@@ -107,7 +105,7 @@ class Bending:
         _, M, K = self._matrices
         j = self.model.arm.joints
         root = np.sqrt(shape.stiffness[self.segments])
-        squares, modes = eigh(root[:, None] * K[j:, j:] * root, M[j:, j:])
+        squares, modes = scipy.linalg.eigh(root[:, None] * K[j:, j:] * root, M[j:, j:])
         return np.sqrt(np.maximum(squares, 1e-12)), modes
 
     def bent(self, shape: Shape, q: np.ndarray) -> np.ndarray:
@@ -227,7 +225,7 @@ def _second_order(omega: float, damping: float, dt: float, x: np.ndarray) -> np.
     slope = (first - dt) / (pole * dt)
     now, next_ = first - slope, slope
     b, a = [next_, now], [1.0, -grown]
-    state = lfilter(b, a, x.astype(complex))
+    state = scipy.signal.lfilter(b, a, x.astype(complex))
     return np.asarray((omega**2 / pole.imag) * state.imag)
 
 
@@ -239,10 +237,13 @@ def _low_passed(x: np.ndarray, cut: float) -> np.ndarray:
     first, last = rows[..., :1], rows[..., -1:]
     before, after = 2 * first - rows[..., more:0:-1], 2 * last - rows[..., -2 : -more - 2 : -1]
     long = np.concatenate([before, rows, after], axis=-1)
-    size = next_fast_len(long.shape[-1], real=True)
+    size = scipy.fft.next_fast_len(long.shape[-1], real=True)
     powers = 1.0 / (1.0 + (np.fft.rfftfreq(size) / cut) ** 6)
     base = long[..., :1]
-    made = irfft(powers * rfft(long - base, size), size)[..., more : more + len(x)] + base
+    made = (
+        scipy.fft.irfft(powers * scipy.fft.rfft(long - base, size), size)[..., more : more + len(x)]
+        + base
+    )
     return np.asarray(made.T)
 
 

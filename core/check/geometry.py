@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from core.check.measured import Measured
 
@@ -156,7 +156,7 @@ def _scaled(data: _Data, name: str) -> tuple[float, _Cause]:
     left = [_left(data, _Cause((name,), f)) for f in grid]
     k = int(np.argmin(left))
     low, high = grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)]
-    found = minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         lambda f: _left(data, _Cause((name,), f)), bounds=(low, high), method="bounded"
     )
     return float(found.fun), _Cause((name,), float(found.x), rank=4)
@@ -168,7 +168,7 @@ def _shifted(data: _Data, name: str) -> tuple[float, _Cause]:
     left = [_left(data, _Cause((name,), shift=s)) for s in grid]
     k = int(np.argmin(left))
     step = grid[1] - grid[0]
-    found = minimize_scalar(
+    found = scipy.optimize.minimize_scalar(
         lambda s: _left(data, _Cause((name,), shift=s)),
         bounds=(grid[k] - step, grid[k] + step), method="bounded",
     )  # fmt: skip

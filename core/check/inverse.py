@@ -9,7 +9,7 @@ its own joint.
 from __future__ import annotations
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from core.check.bending import SMALL, Bending, Shape
 from core.check.lagged import NEWTON, WORTH, Relation
@@ -147,9 +147,9 @@ def _inertial(found: Measured, output: str, angle: str, nominal: float) -> Relat
     """The gain is the apparent inertia: only its sign and its change between recordings count."""
     dt = found.step
     cut = min(CUT, 0.2 / dt)
-    sections = signal.butter(2, cut, fs=1.0 / dt, output="sos")
-    q = signal.sosfiltfilt(sections, found.even(angle))
-    y = signal.sosfiltfilt(sections, found.even(output))
+    sections = scipy.signal.butter(2, cut, fs=1.0 / dt, output="sos")
+    q = scipy.signal.sosfiltfilt(sections, found.even(angle))
+    y = scipy.signal.sosfiltfilt(sections, found.even(output))
     v = np.gradient(q, dt)
     a = np.gradient(v, dt)
     dry = np.tanh(v / (0.05 * np.std(v) + 1e-12))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import signal
+import scipy
 
 LOOP, DIRECT, NEWTON = 0.25, 0.12, 1.1
 """Natural logarithm of a gain that is nobody's fault. LOOP: dry friction takes 10 %, a payload as
@@ -86,13 +86,13 @@ def share(x: np.ndarray, y: np.ndarray, dt: float) -> float:
     return _best_lag(y, x, dt)[1] if np.std(x) > 0 and np.std(y) > 0 else 0.0
 
 
-SLOW = signal.butter(2, 0.2, output="sos")
+SLOW = scipy.signal.butter(2, 0.2, output="sos")
 """Without the fastest tenth of a signal, where there is noise and no motion."""
 
 
 def smoothed(x: np.ndarray) -> np.ndarray:
     """A signal (M,) from its first value on, without its fastest tenth."""
-    return np.asarray(signal.sosfiltfilt(SLOW, x - x[0])) if len(x) > 20 else x
+    return np.asarray(scipy.signal.sosfiltfilt(SLOW, x - x[0])) if len(x) > 20 else x
 
 
 def _best_lag(y: np.ndarray, x: np.ndarray, dt: float) -> tuple[float, float]:
@@ -100,7 +100,7 @@ def _best_lag(y: np.ndarray, x: np.ndarray, dt: float) -> tuple[float, float]:
     a, b = np.diff(smoothed(x)), np.diff(smoothed(y))
     a, b = a - a.mean(), b - b.mean()
     most = min(int(LAGS / dt), len(a) // 4)
-    whole = signal.correlate(b, a, mode="full", method="fft")
+    whole = scipy.signal.correlate(b, a, mode="full", method="fft")
     middle = len(a) - 1
     around = whole[middle - most : middle + most + 1]
     size = float(np.sqrt(np.sum(a * a) * np.sum(b * b)))

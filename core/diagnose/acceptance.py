@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from core.diagnose.bounds import at_bounds, ended_at_bound
 from core.diagnose.data import Data, Hypothesis
@@ -310,7 +310,7 @@ def indistinct(members: Sequence[Screened], after: Refit) -> str:
             continue
         apart = h.vector[which] - np.array([_neutral(h, s.effect, labels[j]) for j in which])
         wald = float(apart @ np.linalg.pinv(C, hermitian=True) @ apart)
-        if chi2.sf(wald, len(which)) > DISTINCT:
+        if scipy.stats.chi2.sf(wald, len(which)) > DISTINCT:
             return INDISTINCT
     return ""
 

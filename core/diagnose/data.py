@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from core.arm.arm import Arm
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.diagnose.descent import Limits, limits_of, whole
 from core.effects import with_included
 from core.effects.effect import Effect, Rig

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from core.diagnose.refit import Refit
 from core.diagnose.screen import Screened
@@ -88,7 +88,7 @@ def weigh(screened: Screened, base: Refit, refit: Refit, count: int, tried: int)
     drop = base.cost - refit.cost
     above = _above(base.cost, drop, count)
     white = max(base.white_cost - refit.white_cost, 0.0)
-    p = float(chi2.sf(white, own)) * tried * screened.tried
+    p = float(scipy.stats.chi2.sf(white, own)) * tried * screened.tried
     return Weighed(
         screened=screened,
         refit=refit,

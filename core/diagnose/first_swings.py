@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
 from core.diagnose.descent import descend, whole
 from core.diagnose.narrow import CLOSER, TOGETHER, batched

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 
 NOTHING = 1e-20
 """In floors squared: a column that moves no output."""
@@ -100,7 +100,7 @@ def _signed(F: np.ndarray, right: np.ndarray, one_sided: Sequence[bool]) -> np.n
     """argmin |F x - right| with x_i >= 0 where one-sided: a free entry is two that are not."""
     free = [i for i, fixed in enumerate(one_sided) if not fixed]
     wide = np.hstack([F, -F[:, free]])
-    found, _ = nnls(wide, right)
+    found, _ = scipy.optimize.nnls(wide, right)
     x = found[: F.shape[1]].copy()
     x[free] -= found[F.shape[1] :]
     return np.asarray(x)

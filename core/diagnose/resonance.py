@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.diagnose.data import Data, Hypothesis
 from core.drives.servo import FollowingServo
 from core.effects.effect import Effect

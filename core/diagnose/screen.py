@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from core.diagnose.columns import Column, Trial, Zeros, must_compile, simulated, trials
 from core.diagnose.data import Data, Hypothesis
@@ -185,7 +185,7 @@ def _score(
         return None
     best = best_shape(mine, columns, w)
     chosen, explained = best.chosen, best.explained
-    p = min(float(chi2.sf(explained.drop, len(chosen))) * best.tried, 1.0)
+    p = min(float(scipy.stats.chi2.sf(explained.drop, len(chosen))) * best.tried, 1.0)
     fixed = [columns[i].one_sided for i in chosen]
     return Screened(
         effect=candidate,

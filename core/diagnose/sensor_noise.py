@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 STATED, ESTIMATED = "stated", "estimated"
 
@@ -63,7 +63,7 @@ def coloured(rng: np.random.Generator, count: int, colour: float) -> np.ndarray:
     if not colour or not count:
         return e / np.sqrt(np.mean(e**2)) if count else e
     own = np.sqrt(1.0 - colour**2) * e[1:]
-    x, _ = lfilter([1.0], [1.0, -colour], own, zi=[colour * e[0]])
+    x, _ = scipy.signal.lfilter([1.0], [1.0, -colour], own, zi=[colour * e[0]])
     return np.concatenate([e[:1], x])
 
 

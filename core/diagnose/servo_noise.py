@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 
 from core.diagnose.sensor_noise import HIGH, ColumnNoise, spectrum, without_lines
 from core.identify.held import points_led
@@ -125,6 +125,8 @@ def _fitted(power: np.ndarray, parts: np.ndarray, given: np.ndarray) -> np.ndarr
     fitted = power
     for _ in range(ROUNDS):
         scale = 1.0 / np.maximum(fitted, 1e-6 * power.max())
-        weights, _ = nnls(parts * scale[:, None], np.maximum(power - given, 0.0) * scale)
+        weights, _ = scipy.optimize.nnls(
+            parts * scale[:, None], np.maximum(power - given, 0.0) * scale
+        )
         fitted = parts @ weights + given
     return np.asarray(weights)

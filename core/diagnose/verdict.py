@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis
-from core.diagnose.descent import cost_of
-from core.diagnose.lines import unexplained_line
-from core.identify.prepared import Prepared
+if TYPE_CHECKING:
+    from core.diagnose.data import Data, Hypothesis
+    from core.identify.prepared import Prepared
 
 MISSING, NOTHING, UNLISTED = "missing", "nothing_missing", "unlisted"
 
@@ -29,6 +29,8 @@ def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
     Where a servo leads the joints, the encoders' noise shakes the links, and a sharper limit than
     that of the verdict would find what imitates it: links that are damped follow noise less.
     """
+    from core.diagnose.descent import cost_of
+
     share = ABOVE**2 if data.rig.servo else 1.0
     if not cost_of(errors) <= share * data.count:
         return False
@@ -76,6 +78,8 @@ def remains(
     fitted: Hypothesis | None = None,
 ) -> Remains:
     """From weighted errors (M, k) per recording, and the model that left them."""
+    from core.diagnose.lines import unexplained_line
+
     squares = _by_channel(experiments, errors)
     by_channel = {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
     everything = np.concatenate(list(squares.values()))

@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
-from scipy.signal import lfilter
+import scipy
 
 from core.identify.prepared import Prepared
 
@@ -37,7 +36,7 @@ class Whitener:
         block = block[:: self.apart]
         out = np.empty_like(block)
         for c, taps in enumerate(self.filters):
-            out[:, c] = lfilter(taps, [1.0], block[:, c], axis=0) / self.deviations[c]
+            out[:, c] = scipy.signal.lfilter(taps, [1.0], block[:, c], axis=0) / self.deviations[c]
         return out
 
 

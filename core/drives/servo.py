@@ -13,8 +13,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy import signal
-from scipy.interpolate import CubicSpline
+import scipy
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
@@ -61,7 +60,7 @@ def slopes(x: np.ndarray, dt: float) -> np.ndarray:
     the noise of white samples is 1.7 times that of these. NaN where a sample is."""
     if len(x) < 2 or not np.isfinite(x).all():
         return np.full(x.shape, np.nan)
-    spline = CubicSpline(np.arange(len(x)) * dt, x)
+    spline = scipy.interpolate.CubicSpline(np.arange(len(x)) * dt, x)
     return np.asarray(spline(spline.x, 1))
 
 
@@ -84,8 +83,10 @@ def rates_along(place: np.ndarray, dt: float, at_rest: bool) -> np.ndarray:
 def _response(hz: float, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Coefficients for straight lines between samples, and the states of a constant input."""
     w = 2.0 * np.pi * hz
-    b, a, _ = signal.cont2discrete(([2.0 * w, w * w], [1.0, 2.0 * w, w * w]), dt, method="foh")
-    return np.ravel(b), np.ravel(a), signal.lfilter_zi(np.ravel(b), np.ravel(a))
+    b, a, _ = scipy.signal.cont2discrete(
+        ([2.0 * w, w * w], [1.0, 2.0 * w, w * w]), dt, method="foh"
+    )
+    return np.ravel(b), np.ravel(a), scipy.signal.lfilter_zi(np.ravel(b), np.ravel(a))
 
 
 LEAD = 2
@@ -151,7 +152,7 @@ class FollowingServo:
         what is missing: (2 w s + w^2) / (s + w)^2 with w = 2 pi hz, beginning at rest in x[0]; of
         another servo where `hz` is given."""
         b, a, steady = _response(hz or self.hz, dt)
-        found, _ = signal.lfilter(b, a, x, axis=0, zi=np.outer(steady, x[0]))
+        found, _ = scipy.signal.lfilter(b, a, x, axis=0, zi=np.outer(steady, x[0]))
         return np.asarray(found)
 
     def signals(self, recording: Recording, arm: Arm) -> np.ndarray:

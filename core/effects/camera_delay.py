@@ -1,7 +1,7 @@
 """A camera whose pictures are older than their time stamps."""
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
@@ -49,4 +49,4 @@ class CameraDelay(Effect):
         t = np.arange(len(y)) * dt
         # Before the first sample the arm stands.
         earlier = np.clip(t - values["td"], 0.0, t[-1])
-        return np.asarray(CubicSpline(t, y)(earlier))
+        return np.asarray(scipy.interpolate.CubicSpline(t, y)(earlier))

@@ -10,7 +10,6 @@ import numpy as np
 from core.arm.arm import Arm
 from core.effects.effect import Effect, Values
 from core.effects.per_joint import joint_direction
-from core.forces.compiled import compile_law
 from core.forces.element import Element
 
 POINTS = 401
@@ -69,6 +68,8 @@ def _at(e: Element, arm: Arm, k: int) -> bool:
 
 def _torque(e: Element, x: np.ndarray, v: np.ndarray) -> np.ndarray:
     """(N,); a bristle that slides is bent all the way to one side."""
+    from core.forces.compiled import compile_law
+
     compiled, values = compile_law(e.law), np.array(e.values, dtype=float)
     w = np.sign(v)[:, None] if e.law.bristle else np.zeros((len(v), 0))
     forces = [compiled(x[i : i + 1], v[i : i + 1], w[i], values)[0] for i in range(len(v))]

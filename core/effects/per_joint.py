@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from core.arm.arm import Arm
 from core.effects.effect import EffectParameter, Values
 from core.forces.element import Element
-from core.forces.law import ForceLaw
 from core.parameters import Parameter
+
+if TYPE_CHECKING:
+    from core.forces.law import ForceLaw
 
 
 def joint_direction(arm: Arm, k: int) -> np.ndarray:

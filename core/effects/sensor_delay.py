@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
@@ -75,5 +75,5 @@ def _late(y: np.ndarray, dt: float, delays: np.ndarray) -> np.ndarray:
         return y
     t, out = np.arange(len(y)) * dt, y.copy()
     for k in np.flatnonzero(delays):
-        out[:, k] = CubicSpline(t, y[:, k])(np.clip(t - delays[k], 0.0, t[-1]))
+        out[:, k] = scipy.interpolate.CubicSpline(t, y[:, k])(np.clip(t - delays[k], 0.0, t[-1]))
     return out

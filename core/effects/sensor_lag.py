@@ -1,7 +1,7 @@
 """Slow electronics between a sensor and its numbers."""
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
@@ -58,5 +58,5 @@ def first_order(y: np.ndarray, dt: float, time_constant: float) -> np.ndarray:
     kept = np.exp(-1.0 / ratio)
     now, before = 1.0 - ratio * (1.0 - kept), ratio * (1.0 - kept) - kept
     settled = (kept + before) * y[:1]
-    out, _ = lfilter([now, before], [1.0, -kept], y, axis=0, zi=settled)
+    out, _ = scipy.signal.lfilter([now, before], [1.0, -kept], y, axis=0, zi=settled)
     return np.asarray(out)

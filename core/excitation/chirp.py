@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 import numpy as np
-from scipy.signal import chirp
+import scipy
 
 from core.excitation.excitation import Excitation, Positive
 
@@ -25,5 +25,7 @@ class Chirp(Excitation):
         for k in range(joints):
             first, last = ends if k % 2 == 0 else ends[::-1]
             phase = rng.uniform(0.0, 360.0)
-            columns.append(chirp(t, first, t[-1], last, method="logarithmic", phi=phase))
+            columns.append(
+                scipy.signal.chirp(t, first, t[-1], last, method="logarithmic", phi=phase)
+            )
         return self.amplitude * np.column_stack(columns)

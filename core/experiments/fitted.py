@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.signal import savgol_filter
+import scipy
 
 from core.diagnose.data import Data, Hypothesis
 from core.diagnose.facts import final_parameters
@@ -140,7 +140,7 @@ class FittedModel:
 
 def _missed(place: np.ndarray, modelled: np.ndarray, speed: np.ndarray, dt: float) -> float:
     """Share of its peaks, of position and speed, by which a joint (N,) was off the model."""
-    rate = savgol_filter(place, SMOOTHED, 2, deriv=1, delta=dt)
+    rate = scipy.signal.savgol_filter(place, SMOOTHED, 2, deriv=1, delta=dt)
     moved, fast = np.abs(modelled - modelled[0]).max(), np.abs(speed).max()
     if not moved > 0.0 or not fast > 0.0:
         return 0.0

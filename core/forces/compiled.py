@@ -12,13 +12,12 @@ import numba
 import numpy as np
 import sympy as sp
 
-from core.arm.cache import keep_kernels_here, sources_key
+from core.arm.cache import sources_key
 from core.arm.checksums import kept_module
 from core.forces.generate import module_text, wide_module_text
 from core.forces.law import ForceLaw
 from core.forces.passing import PassingLaw, wide
 
-keep_kernels_here()
 _LOADING = threading.Lock()
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import OptimizeResult, differential_evolution
+import scipy
 
 from core.progress import StoppedError
 from core.results import Generation
@@ -68,14 +68,14 @@ def evolve(
             return np.full(x.size // len(lower), FAILED)
         return np.where(np.isfinite(values), values, FAILED)
 
-    def report(intermediate_result: OptimizeResult) -> bool:
+    def report(intermediate_result: scipy.optimize.OptimizeResult) -> bool:
         nonlocal stopped
         generation = _generation(len(history) + 1, intermediate_result)
         history.append(generation)
         stopped = on_generation(generation)
         return stopped
 
-    result = differential_evolution(
+    result = scipy.optimize.differential_evolution(
         evaluate,
         list(zip(lower, upper, strict=True)),
         strategy="rand1bin",
@@ -96,7 +96,7 @@ def evolve(
     return Searched(np.asarray(result.x), float(result.fun), tuple(history), stopped)
 
 
-def _generation(number: int, result: OptimizeResult) -> Generation:
+def _generation(number: int, result: scipy.optimize.OptimizeResult) -> Generation:
     energies = np.asarray(result.population_energies)
     return Generation(
         number=number,

@@ -15,9 +15,9 @@ from collections.abc import Hashable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import cont2discrete, lfilter
+import scipy
 
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.drives.law import DriveLaw
 from core.drives.servo import FollowingServo
 from core.identify.led_points import fastest_swing, finer_by
@@ -148,8 +148,8 @@ def kept(servo: FollowingServo, apart: np.ndarray, dt: float) -> np.ndarray:
     should be, from rest: inertia (2 w s + w^2) (c / (s + c))^3."""
     w, c = 2.0 * np.pi * KEEPING_HZ, 2.0 * np.pi * SEEING_HZ
     rational = c**3 * np.array([2.0 * w, w * w]), np.poly([-c, -c, -c])
-    b, a, _ = cont2discrete(rational, dt, method="foh")
-    return np.asarray(lfilter(np.ravel(b), np.ravel(a), apart, axis=0) * servo.inertia)
+    b, a, _ = scipy.signal.cont2discrete(rational, dt, method="foh")
+    return np.asarray(scipy.signal.lfilter(np.ravel(b), np.ravel(a), apart, axis=0) * servo.inertia)
 
 
 def torques(model: Model, numbers: Numbers, task: Task) -> tuple[np.ndarray, np.ndarray]:

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit, types
 
 from core.arm.signatures import OPTIONS, vector
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.drives.servo import FollowingServo, averaged
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law

@@ -15,13 +15,12 @@ import hashlib
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from numba import njit
-from scipy.interpolate import CubicSpline, make_interp_spline
-from scipy.ndimage import uniform_filter1d
 
 from core.arm.signatures import DYNAMICS, OPTIONS, matrix, vector
 from core.arm.slots import weighing
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.drives.servo import FollowingServo
 from core.identify.guide import decisive, guide, is_guided
 from core.identify.led_points import finer_by
@@ -152,7 +151,7 @@ def _led(
     """The motion through places (L + N, joints); `at_once` (L + N, joints) is the part of its
     acceleration that is held between samples, `moved` (finer (L + N - 1) + 1, joints) a motion that
     has its vibration, where there is one."""
-    mean = uniform_filter1d(at_once, AVERAGE, axis=0, mode="nearest")
+    mean = scipy.ndimage.uniform_filter1d(at_once, AVERAGE, axis=0, mode="nearest")
     at_once, mean = _between(at_once, mean, finer)
     dt = sample_time / finer
     jumping, speed = _integrated(at_once, mean, dt)
@@ -165,7 +164,9 @@ def _led(
         smooth = _finely(whole - moved[::finer], finer, dt, flat) + moved - jumping
     # A speed at the start, read out of the first samples' noise, would shake the arm to the end.
     begin = "not-a-knot" if flat is None else (1, np.zeros_like(flat[0]))
-    spline = CubicSpline(np.arange(len(smooth)) * dt, smooth, bc_type=(begin, "not-a-knot"))
+    spline = scipy.interpolate.CubicSpline(
+        np.arange(len(smooth)) * dt, smooth, bc_type=(begin, "not-a-knot")
+    )
     straight = spline(spline.x, 2) - mean
     led = smooth + jumping
     led[::finer] = whole
@@ -189,11 +190,11 @@ def _finely(
     t, half = np.arange(len(x)) * (finer * dt), (DEGREE - 1) // 2
     at = np.arange(finer * (len(x) - 1) + 1) * dt
     if len(x) <= 2 * DEGREE:
-        return np.asarray(CubicSpline(t, x)(at))
+        return np.asarray(scipy.interpolate.CubicSpline(t, x)(at))
     begin = None if flat is None else [(1, np.zeros_like(flat[0])), (2, flat[0]), (3, flat[1])]
     inner = t[1 + (half if begin is None else 0) : -1 - half]
     knots = np.concatenate([np.repeat(t[0], DEGREE + 1), inner, np.repeat(t[-1], DEGREE + 1)])
-    return np.asarray(make_interp_spline(t, x, DEGREE, knots, (begin, None))(at))
+    return np.asarray(scipy.interpolate.make_interp_spline(t, x, DEGREE, knots, (begin, None))(at))
 
 
 def _held_acceleration(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import eigh
+import scipy
 
 from core.drives.servo import FollowingServo
 from core.model import Model, Numbers
@@ -127,4 +127,6 @@ def _swings(K: np.ndarray, M: np.ndarray, sample_time: float) -> np.ndarray:
     """(n,) rad per sample of the vibrations of a stiffness and a mass (n, n)."""
     if not len(K):
         return np.zeros(0)
-    return np.asarray(np.sqrt(np.maximum(eigh(K, M, eigvals_only=True), 0.0)) * sample_time)
+    return np.asarray(
+        np.sqrt(np.maximum(scipy.linalg.eigh(K, M, eigvals_only=True), 0.0)) * sample_time
+    )

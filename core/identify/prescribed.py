@@ -22,8 +22,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from numba import njit, types
-from scipy.ndimage import convolve1d
 
 from core.arm.signatures import DYNAMICS, OPTIONS, TIP, matrix, vector
 from core.arm.slots import HUB_INERTIA, slot
@@ -118,7 +118,7 @@ def _with_torque(
     M, f = _equations(compiled.dynamics, compiled.tip, q, v, numbers.p, packed)
     # A triangle over two samples is made of the same over two points of the finer grid.
     weights = (finer - np.abs(np.arange(1 - finer, finer))) / finer**2
-    averaged = convolve1d(f + bend(f), weights, axis=0, mode="nearest")[::finer]
+    averaged = scipy.ndimage.convolve1d(f + bend(f), weights, axis=0, mode="nearest")[::finer]
     torque = _joint_torque(np.ascontiguousarray(M[::finer]), np.ascontiguousarray(averaged), a)
     q, v, torque = (
         np.ascontiguousarray(x[motion.lead :]) for x in (q[::finer], v[::finer], torque)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import OptimizeResult, least_squares
+import scipy
 
 from core.identify.residuals import Residuals
 from core.progress import StoppedError
@@ -115,7 +115,7 @@ def _minimise(
     level: float,
     on_step: OnStep,
     asked: float | None,
-) -> OptimizeResult:
+) -> scipy.optimize.OptimizeResult:
     """SciPy's result, in units of the scales; _StoppedAt where somebody stopped it."""
     parameters, scales = residuals.unknowns.parameters, residuals.scales
 
@@ -129,7 +129,7 @@ def _minimise(
 
     best: list[tuple[np.ndarray, float]] = []
 
-    def watch(intermediate_result: OptimizeResult) -> None:
+    def watch(intermediate_result: scipy.optimize.OptimizeResult) -> None:
         best[:] = [(np.array(intermediate_result.x), 2.0 * float(intermediate_result.cost))]
         if on_step(2.0 * float(intermediate_result.cost)):
             raise StopIteration
@@ -139,7 +139,7 @@ def _minimise(
     lower, upper = parameters.lower() / scales, parameters.upper() / scales
     begin = np.clip(start / scales, lower, upper)
     try:
-        return least_squares(
+        return scipy.optimize.least_squares(
             value, begin, jac=slope, bounds=(lower, upper), xtol=tolerance, ftol=tolerance,
             gtol=tolerance, max_nfev=MOST_EVALUATIONS, callback=watch,
         )  # fmt: skip

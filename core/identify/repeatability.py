@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.special import stdtr, stdtrit
+import scipy
 
 from core.results import Disagreement, Estimate, Repeated
 
@@ -58,7 +58,7 @@ def _one(runs: Sequence[str], estimates: Sequence[Estimate], tests: int) -> Repe
     own, e = x[kept], estimates[0]
     between = float(np.std(own, ddof=1)) if len(own) > 1 else float(s[kept][0])
     within = float(np.sqrt(np.mean(s[kept] ** 2)))
-    half = float(stdtrit(max(len(own) - 1, 1), 0.975)) * between / np.sqrt(len(own))
+    half = float(scipy.special.stdtrit(max(len(own) - 1, 1), 0.975)) * between / np.sqrt(len(own))
     mean = float(own.mean())
     return Repeated(e.name, e.unit, mean, between, within, (mean - half, mean + half), tuple(odd))
 
@@ -81,7 +81,7 @@ def _against_the_others(
     mean = float(weights @ x[o] / weights.sum())
     z = abs(x[i] - mean) / np.sqrt(s[i] ** 2 + tau2 + 1.0 / weights.sum())
     share = float(x[i] / mean - 1.0) if mean else 0.0
-    return float(2.0 * stdtr(len(o) - 1, -z)), share
+    return float(2.0 * scipy.special.stdtr(len(o) - 1, -z)), share
 
 
 def sentences(found: Sequence[Repeated]) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.stats import qmc
+import scipy
 
 from core.identify.estimates import first_estimate
 from core.identify.evolution import Searched, evolve
@@ -93,7 +93,9 @@ def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) 
     guided = any(is_guided(e.model) for e in residuals.experiments)  # then `grown` tries them all
     if not moved or not spec.refine or spec.generations == 0 or guided:
         return [start]
-    points = qmc.LatinHypercube(len(moved), rng=np.random.default_rng(spec.seed)).random(STARTS)
+    points = scipy.stats.qmc.LatinHypercube(
+        len(moved), rng=np.random.default_rng(spec.seed)
+    ).random(STARTS)
     tried = np.tile(start, (STARTS, 1))
     tried[:, moved] *= SPREAD ** (2.0 * points - 1.0)
     p = residuals.unknowns.parameters

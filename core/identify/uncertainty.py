@@ -12,8 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
-from scipy.signal import fftconvolve
+import scipy
 
 QUIET_LAGS = 5
 """Correlations in a row that must be small before the window is cut (Politis' K_n)."""
@@ -106,7 +105,7 @@ def scatter(S: np.ndarray, errors: Colour) -> np.ndarray:
             kernel = np.concatenate(
                 [(taper * gamma[:, b, a])[:0:-1], taper * gamma[:, a, b]]
             )  # lags -2w..2w: gamma_ab(-l) = gamma_ba(l)
-            smooth = fftconvolve(S[:, b, :], kernel[::-1, None], mode="same", axes=0)
+            smooth = scipy.signal.fftconvolve(S[:, b, :], kernel[::-1, None], mode="same", axes=0)
             total += S[:, a, :].T @ smooth
     values, vectors = np.linalg.eigh(0.5 * (total + total.T))
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
@@ -127,10 +126,10 @@ def cross_covariances(r: np.ndarray, lags: int) -> np.ndarray:
         for lag in range(lags + 1):
             found[lag] = r[: M - lag].T @ r[lag:] / M
         return found
-    size = next_fast_len(M + lags, real=True)
-    waves = rfft(r, size, axis=0)
+    size = scipy.fft.next_fast_len(M + lags, real=True)
+    waves = scipy.fft.rfft(r, size, axis=0)
     for a in range(k):
-        both = irfft(waves[:, a, None].conj() * waves, size, axis=0)
+        both = scipy.fft.irfft(waves[:, a, None].conj() * waves, size, axis=0)
         found[:, a] = both[: lags + 1] / M
     return found
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from core.recording.channels import channel_kind, is_channel
 from core.written import is_unit, parse_header
@@ -96,7 +96,7 @@ def guess_columns(columns: Mapping[str, np.ndarray], wanted: Sequence[str]) -> d
     scores = np.array(
         [[_score(c, h, columns[h], numbers) for h in headers] for c in wanted], dtype=float
     ).reshape(len(wanted), len(headers))
-    rows, chosen = linear_sum_assignment(-np.maximum(scores, 0.0))
+    rows, chosen = scipy.optimize.linear_sum_assignment(-np.maximum(scores, 0.0))
     found = {
         wanted[i]: Guess(headers[j], _unit_in(headers[j], wanted[i]))
         for i, j in zip(rows, chosen, strict=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from core.recording.recording import LoggerFilter
 
@@ -23,12 +23,12 @@ def apply_logger_filter(
         raise ValueError("a logger's filter runs on complete signals; the signal has empty samples")
     # x - x[0] starts at zero, where the ramp-invariant recursion at rest has no transient ...
     b, a = _recursion(logger_filter, dt, "foh")
-    moved = signal.lfilter(b, a, x - x[0], axis=0)
+    moved = scipy.signal.lfilter(b, a, x - x[0], axis=0)
     if steady:
         return np.asarray(x[0] + moved)
     # ... and the constant x[0] meets the empty filter as a step, exact with a zero-order hold.
     b, a = _recursion(logger_filter, dt, "zoh")
-    step = signal.lfilter(b, a, np.ones(len(x)))
+    step = scipy.signal.lfilter(b, a, np.ones(len(x)))
     return np.asarray(moved + np.multiply.outer(step, x[0]))
 
 
@@ -38,5 +38,5 @@ def _recursion(
 ) -> tuple[np.ndarray, np.ndarray]:
     """b and a of the discretised filter; made once, as making them takes longer than the filter."""
     w, zeta = logger_filter.frequency, logger_filter.damping
-    b, a, _ = signal.cont2discrete(([w * w], [1.0, 2.0 * zeta * w, w * w]), dt, method=method)
+    b, a, _ = scipy.signal.cont2discrete(([w * w], [1.0, 2.0 * zeta * w, w * w]), dt, method=method)
     return np.ravel(b), a

@@ -13,7 +13,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from core.errors import InputError
 from core.recording.channels import channel_kind
@@ -241,7 +241,7 @@ def _held_mean(stamps: np.ndarray, x: np.ndarray, grid: np.ndarray, dt: float) -
 def _splined(stamps: np.ndarray, x: np.ndarray, grid: np.ndarray) -> np.ndarray:
     """(M,) of a cubic spline through all rows, not continued beyond them."""
     inside = np.clip(grid, stamps[0], stamps[-1])
-    return np.asarray(CubicSpline(stamps, x, bc_type="natural")(inside))
+    return np.asarray(scipy.interpolate.CubicSpline(stamps, x, bc_type="natural")(inside))
 
 
 def _nearest(stamps: np.ndarray, x: np.ndarray, grid: np.ndarray, dt: float) -> np.ndarray:

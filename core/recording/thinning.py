@@ -13,7 +13,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from core.recording.recording import Recording
 
@@ -32,10 +32,10 @@ HELD = 0.5
 def low_pass(factor: int) -> np.ndarray:
     """(2 n + 1,) weights of the symmetric low-pass before one instant of `factor` is kept."""
     nyquist = 0.5 * factor  # of the samples, in units of the new rate
-    count, beta = signal.kaiserord(STOP_DB, (STOP - PASS) / nyquist)
+    count, beta = scipy.signal.kaiserord(STOP_DB, (STOP - PASS) / nyquist)
     count |= 1
     middle = 0.5 * (PASS + STOP) / nyquist
-    return np.asarray(signal.firwin(count, middle, window=("kaiser", beta)))
+    return np.asarray(scipy.signal.firwin(count, middle, window=("kaiser", beta)))
 
 
 def sentence(factor: int, dt: float) -> str:
@@ -142,7 +142,7 @@ def _whole(mask: np.ndarray, factor: int) -> np.ndarray:
 
 def _at_instants(padded: np.ndarray, weights: np.ndarray, factor: int) -> np.ndarray:
     """The sums of a window's samples times the (symmetric) weights, at every factor-th instant."""
-    every = signal.upfirdn(weights, padded)[len(weights) - 1 : len(padded)]
+    every = scipy.signal.upfirdn(weights, padded)[len(weights) - 1 : len(padded)]
     return np.asarray(every[::factor])
 
 

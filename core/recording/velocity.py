@@ -6,8 +6,8 @@ from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from pydantic import BaseModel, ConfigDict, Field
-from scipy import signal
 
 from core.errors import InputError
 
@@ -56,7 +56,7 @@ class ZeroPhaseLowPass(BaseModel):
     def _filter(self, x: np.ndarray, dt: float) -> np.ndarray:
         sections, _ = self.design(dt)
         padding = self.padding(len(x), dt)
-        return np.asarray(signal.sosfiltfilt(sections, x, axis=0, padlen=padding))
+        return np.asarray(scipy.signal.sosfiltfilt(sections, x, axis=0, padlen=padding))
 
     def design(self, dt: float) -> tuple[np.ndarray, np.ndarray]:
         """Second-order sections (s, 6) and their states (s, 2) after a constant input of one.
@@ -97,8 +97,8 @@ class ZeroPhaseLowPass(BaseModel):
 @lru_cache
 def _designed(order: int, cutoff_hz: float, rate: float) -> tuple[np.ndarray, np.ndarray]:
     """`design`, which takes longer than filtering a short recording."""
-    sections = np.asarray(signal.butter(order, cutoff_hz, fs=rate, output="sos"))
-    return sections, np.asarray(signal.sosfilt_zi(sections))
+    sections = np.asarray(scipy.signal.butter(order, cutoff_hz, fs=rate, output="sos"))
+    return sections, np.asarray(scipy.signal.sosfilt_zi(sections))
 
 
 def _over_runs(

@@ -9,11 +9,10 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.arm.build import build_arm
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.drives import build_drive
 from core.effects import catalogue, effect, with_included
 from core.effects.effect import Effect, EffectParameter
-from core.effects.own import own_effect, own_parameter
 from core.effects.sizes import typical
 from core.errors import InputError
 from core.model import LEVELS, Model
@@ -179,6 +178,8 @@ def fitting(model: Model, spec: ModelSpec) -> ModelSpec:
 
 
 def _own(bare: Model, spec: OwnSpec, number: int) -> Stated:
+    from core.effects.own import own_effect, own_parameter
+
     where = f"[[model.own]] {number}"
     kind = spec.id or f"own_{number}"
     if kind in catalogue():

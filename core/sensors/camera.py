@@ -1,13 +1,19 @@
 """The tip camera: the place of the end effector."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from core.arm.arm import Arm
-from core.arm.compiled import CompiledArm
 from core.drives.law import DriveLaw
 from core.recording.recording import Recording
 from core.sensors.sensor import Channel, OutputRows, Sensor, rows_of
-from core.trajectory import Trajectory, tip_places
+
+if TYPE_CHECKING:
+    from core.arm.compiled import CompiledArm
+    from core.trajectory import Trajectory
 
 
 class Camera(Sensor):
@@ -36,7 +42,7 @@ class Camera(Sensor):
     def from_linear(
         self, y: np.ndarray, recording: Recording, arm: Arm, compiled: CompiledArm, p: np.ndarray
     ) -> np.ndarray:
-        return tip_places(compiled.tip, np.ascontiguousarray(y), np.ascontiguousarray(p))
+        return compiled.tip_places(y, p)
 
     def is_linear(self, recording: Recording, arm: Arm) -> bool:
         return False

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
 from core.arm.arm import Arm
-from core.arm.compiled import CompiledArm
 from core.drives.law import DriveLaw
 from core.recording.channels import ChannelKind, add_channels
 from core.recording.recording import Recording
-from core.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from core.arm.compiled import CompiledArm
+    from core.trajectory import Trajectory
 
 
 class Channel(NamedTuple):

@@ -13,7 +13,7 @@ import sympy as sp
 
 from core.arm.slots import gravity_slot
 from core.arm.straight import StraightArm, Terms, straight_arm
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.forces.element import linear_matrices
 from core.model import Model, Numbers
 from core.results import DescriptorModel

@@ -21,7 +21,7 @@ from core.arm.slots import (
     slot,
 )
 from core.arm.straight import straight_arm
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.model import Model
 from core.results import Equation
 from core.sentences import first_sentence

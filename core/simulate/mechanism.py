@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from core.arm import slots
 from core.effects.effect import Effect

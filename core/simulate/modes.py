@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from core.arm.chord import chord_matrix
 from core.arm.slots import LENGTH, slot

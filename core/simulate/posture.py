@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from core.forces.element import linear_matrices
 from core.model import Model, Numbers

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
+import scipy
 from numpy.polynomial import chebyshev
-from scipy.linalg import qr
 
 from core.model import Model, Numbers
 
@@ -85,7 +85,7 @@ def _node_places(powers: list[tuple[int, ...]], degree: int, joints: int) -> np.
         return chebyshev.chebpts1(degree + 1)[:, None]
     each = chebyshev.chebpts1(CANDIDATES * (degree + 1))
     grid = np.array(list(product(each, repeat=joints)))
-    _, _, order = qr(_basis(grid, powers).T, mode="economic", pivoting=True)
+    _, _, order = scipy.linalg.qr(_basis(grid, powers).T, mode="economic", pivoting=True)
     return grid[order[: len(powers)]]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from core.arm.presets import presets
 from core.drives.velocity_loop import VelocityLoop
@@ -140,5 +140,5 @@ def noise(
         return std * e
     a = colour ** (dt / SAMPLE_TIME)
     own = np.sqrt(1.0 - a * a) * e[1:]
-    x, _ = lfilter([1.0], [1.0, -a], own, zi=[a * e[0]])
+    x, _ = scipy.signal.lfilter([1.0], [1.0, -a], own, zi=[a * e[0]])
     return np.asarray(std * np.concatenate([e[:1], x]))

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 import sympy as sp
-from scipy.integrate import solve_ivp
 
 from core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
 from core.arm.kinematics import Kinematics, components
@@ -150,7 +150,9 @@ def integrate(arm: SympyArm, task: Task, setting: Setting) -> np.ndarray:
 
     for a, b in stretches:
         t = task.time[a : b + 1]
-        found = solve_ivp(rate, (t[0], t[-1]), states[a], t_eval=t, args=(a, b), **options)
+        found = scipy.integrate.solve_ivp(
+            rate, (t[0], t[-1]), states[a], t_eval=t, args=(a, b), **options
+        )
         if not found.success:
             break
         states[a : b + 1] = found.y.T

@@ -16,7 +16,7 @@ from core.effects import catalogue
 from core.effects.own import states, targets
 from core.errors import InputError
 from core.results import RankedEffect
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 from core.written import format_number
 from flexgui.jobs.looked import Looked
 from flexgui.panels import widgets

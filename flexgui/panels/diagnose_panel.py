@@ -10,7 +10,7 @@ from markupsafe import Markup
 from core.diagnose.verdict import MISSING
 from core.effects import catalogue
 from core.results import Estimate
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 from core.written import format_number
 from flexgui.jobs.looked import Looked, refitted_only
 from flexgui.panels import widgets

@@ -13,8 +13,8 @@ from markupsafe import Markup
 from core.errors import InputError
 from core.parameters import Parameter
 from core.results import Fit, Repeated
+from core.scenario.stated_effects import base_model
 from core.sensors import sensors
-from core.workbench import base_model
 from core.written import ShownUnit, shown_unit
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext, Panel

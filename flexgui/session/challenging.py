@@ -11,7 +11,6 @@ from pathlib import Path
 
 from core.errors import InputError
 from core.scenario.read import parse_scenario
-from core.study.challenge import LEVELS, opened, truth_in_words
 from flexgui.jobs import Event, Finished, Task
 from flexgui.jobs.tasks.direct import hide
 from flexgui.session.board import Entry, plain_name
@@ -79,6 +78,8 @@ class Challenge:
     @property
     def count(self) -> int:
         """How many effects are hidden at this level."""
+        from core.study.challenge import LEVELS
+
         return LEVELS[self.level][0] if self.level in LEVELS else 1
 
     def committed(self, guesses: tuple[Guess, ...], asked: bool) -> Challenge:
@@ -204,6 +205,8 @@ class Challenging(Uploading, ABC):
 
     def reveal(self, services: Services) -> bool:
         """Reads the truth, after a guess; a tool that was not asked yet is asked now."""
+        from core.study.challenge import opened, truth_in_words
+
         known = self.challenge
         if known is None or not known.guesses or known.changing:
             self.show_message("Guess first: the truth cannot be hidden again.", bad=True)

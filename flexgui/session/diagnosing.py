@@ -11,7 +11,7 @@ from core.errors import InputError
 from core.results import Outcome, RecordingComparison
 from core.scenario.read import scenario_toml
 from core.scenario.schema import Scenario
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 from core.written import format_number
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task
 from flexgui.jobs.events import Ended

@@ -14,7 +14,7 @@ from core.model import Model
 from core.recent import Recent
 from core.scenario.read import check_scenario, scenario_toml
 from core.scenario.schema import Scenario
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 
 Document = dict[str, Any]
 Edit = Callable[[Document], None]

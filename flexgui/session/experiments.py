@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from core.scenario.schema import Scenario
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 from flexgui.session.edit import Document, Edit
 
 

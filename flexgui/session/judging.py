@@ -13,7 +13,6 @@ from core.effects import catalogue, effect, with_included
 from core.effects.sizes import typical
 from core.errors import InputError
 from core.parameters import Parameter
-from core.study.rig import bare_model, seen_by
 from core.written import factor_to_si, format_number, shown_unit
 
 NONE_GUESSED = "nothing"
@@ -129,6 +128,8 @@ def asked_sizes(kind: str) -> tuple[AskedSize, ...]:
 
 
 def _parameters(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
+    from core.study.rig import bare_model, seen_by
+
     model = bare_model().with_effects([effect(kind) for kind in kinds], {})
     return {
         one.kind: tuple(

@@ -9,13 +9,11 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.arm.compiled import compile_arm
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.model import Model, Numbers
 from core.recent import Recent
 from core.results import DescriptorModel, Equation
 from core.scenario.schema import Scenario
-from core.simulate.affine import quick_descriptor
-from core.simulate.equations import equations
 from core.simulate.modes import Mode, vibration_modes
 from core.simulate.posture import Posture, once, posture
 from core.simulate.response import (
@@ -44,6 +42,8 @@ class Prepared:
     @once
     def descriptor(self) -> DescriptorModel:
         """Only for who reads its matrices: a moving slider does not wait for it."""
+        from core.simulate.affine import quick_descriptor
+
         return quick_descriptor(self.model, self.model.numbers())
 
 
@@ -125,6 +125,8 @@ def _live_model(known: Prepared, live: Live) -> LiveModel:
 
 def _equations(model: Model, before: Prepared | None) -> tuple[Equation, ...]:
     """They are slow to derive, and depend on the structure and the rigid arm's lengths only."""
+    from core.simulate.equations import equations
+
     if before is not None and _structure(before.model) == _structure(model):
         return before.equations
     return equations(model)

@@ -9,7 +9,7 @@ from core.errors import InputError
 from core.scenario.data_folder import check_plain
 from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 from flexgui.jobs.inputs import leave
 from flexgui.places import is_kept
 from flexgui.session.demo import EMBEDDED, scenario_choices

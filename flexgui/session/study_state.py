@@ -6,22 +6,21 @@ import json
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
 from core.errors import InputError
-from core.montecarlo.rig import Rig
 from core.montecarlo.settings import StudySettings, make_settings
-from core.montecarlo.study import parts, study_cases
-from core.montecarlo.summary import Summary
 from core.resumable.journal import Record
 from core.scenario.schema import Scenario
 from flexgui.export.report_plot import Plot
-from flexgui.export.study_report import sections
 from flexgui.views.html import html_table
 from flexgui.views.study_estimates import parameter_table, snr, stiffness_table
 from flexgui.views.table import Table
+
+if TYPE_CHECKING:
+    from core.montecarlo.summary import Summary
 
 IDLE, RUNNING, STOPPING = "idle", "running", "stopping"
 STOPPED, DONE, FAILED = "stopped", "done", "failed"
@@ -96,11 +95,16 @@ class StudyChoice:
 
 def whole() -> StudyChoice:
     """All that the paper has, and all that goes beyond it."""
+    from core.montecarlo.study import parts
+
     return StudyChoice(PAPER, tuple(parts()))
 
 
 def asked(scenario: Scenario, choice: StudyChoice) -> StudySettings:
     """InputError, one sentence, where there is no such study."""
+    from core.montecarlo.rig import Rig
+    from core.montecarlo.study import study_cases
+
     if not choice.parts:
         raise InputError("No part of the study is chosen; choose Estimates at least.")
     settings = make_settings(scenario, runs=choice.runs)
@@ -146,6 +150,8 @@ class ShownSection:
 
 def shown(summary: Summary) -> tuple[ShownSection, ...]:
     """The report's sections as far as there are results, and its findings."""
+    from flexgui.export.study_report import sections
+
     found = []
     for section in sections(summary):
         figures = tuple(_figure(plot) for plot in section.figures)

@@ -11,12 +11,10 @@ from abc import ABC
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from core.errors import InputError
 from core.montecarlo.settings import StudySettings
-from core.montecarlo.study import Case, study, study_cases
-from core.montecarlo.summary import summarise
 from core.resumable.executor import Executor
 from core.resumable.journal import Finished as FinishedCase
 from core.resumable.journal import Journal, Record
@@ -42,6 +40,9 @@ from flexgui.session.study_state import (
     remaining,
     shown,
 )
+
+if TYPE_CHECKING:
+    from core.montecarlo.study import Case
 
 CALM = 1.0
 """s between two drawings of the results."""
@@ -167,6 +168,8 @@ class Studying(Challenging, ABC):
 
     def _draw_study(self, run: StudyRun) -> None:
         """On a thread of its own, and not too often; the newest results win."""
+        from core.montecarlo.summary import summarise
+
         records = run.records
         if run is not self._study_run or not records:
             return
@@ -205,6 +208,8 @@ class StudyRun:
         folder: Path,
         on_change: Callable[[StudyRun], None],
     ) -> None:
+        from core.montecarlo.study import study_cases
+
         self.settings, self.folder, self.phase, self.sentence = settings, folder, RUNNING, ""
         self.done = self.before = 0
         self.parts, self._executor, self._on_change = parts, executor, on_change
@@ -265,6 +270,8 @@ class StudyRun:
         self._on_change(self)
 
     def _go_through(self) -> None:
+        from core.montecarlo.study import study
+
         if self._after is not None:
             self._after.wait()
             self._after = None

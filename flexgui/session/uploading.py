@@ -17,7 +17,7 @@ from core.recording.spec import RecordingSpec
 from core.scenario.data_folder import check_plain
 from core.scenario.read import LONGEST, parse_scenario
 from core.scenario.schema import Scenario
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
 from flexgui.jobs.tasks.glance import Glance, glance

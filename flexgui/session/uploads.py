@@ -12,7 +12,6 @@ import zlib
 from filecmp import cmp
 from pathlib import Path, PureWindowsPath
 
-from core.diagnosed import diagnosed_toml
 from core.errors import InputError
 from core.files import replacing
 from core.progress import Progress
@@ -168,6 +167,8 @@ def scenario_file(scenario: Scenario, folder: Path) -> tuple[str, bytes]:
 
 def diagnosed_file(scenario: Scenario, found: Diagnosis, folder: Path) -> tuple[str, bytes]:
     """The same of the scenario with what a diagnosis found."""
+    from core.diagnosed import diagnosed_toml
+
     name = safe_name(scenario.title).replace(" ", "_") or "scenario"
     return bundled(f"{name}_diagnosed", diagnosed_toml(scenario, found), scenario, folder)
 

@@ -8,7 +8,6 @@ from typing import Any
 
 from core.arm.arm import Arm
 from core.errors import InputError
-from core.loading import joint_units
 from core.recording.channels import channel_kind, channel_names, is_channel, joint_of
 from core.recording.spec import RecordingSpec
 from core.written import parse_header
@@ -216,6 +215,8 @@ def wanted_channels(arm: Arm, references: Iterable[str]) -> tuple[str, ...]:
 
 
 def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[str, ...]) -> Waiting:
+    from core.loading import joint_units
+
     encoders = tuple(f"theta{k + 1}" for k in range(arm.joints))
     # Where torques are recorded the encoders are enough; of a rig in loops the camera says most.
     loops = any(name.endswith("_ref") for name in references)

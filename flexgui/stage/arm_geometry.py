@@ -7,9 +7,7 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-import sympy as sp
 
-from core.arm import shapes
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.arm.segment import Segment
@@ -59,6 +57,8 @@ class JointKind:
 @cache
 def joint_kind(kind: str) -> JointKind:
     """Derived once: symbols are slow, and a slider of the arm makes a new geometry at each move."""
+    import sympy as sp
+
     coordinate, axis = sp.symbols("coordinate axis", real=True)
     put = joint(kind).place(coordinate, axis)
     slopes = (put.turn.diff(coordinate), put.slide.diff(coordinate), put.direction.diff(axis))
@@ -69,6 +69,8 @@ class Shape:
     """Tables of one segment's assumed modes at its stations."""
 
     def __init__(self, modes: int, length: float) -> None:
+        from core.arm import shapes
+
         self.x = np.linspace(0.0, length, STATIONS)
         # Midpoints between the stations too, for Simpson's rule.
         fine = np.linspace(0.0, length, 2 * STATIONS - 1)

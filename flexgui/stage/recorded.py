@@ -20,20 +20,15 @@ from core.arm.arm import Arm
 from core.arm.chord import chord_matrix
 from core.arm.compiled import CompiledArm
 from core.arm.slots import gravity_slot
-from core.identify.prepared import make_task
-from core.identify.setup import make_setup
 from core.identify.unknowns import GAIN, OFFSET
-from core.loading import load_recordings
 from core.model import Model, Numbers
 from core.progress import Progress, Silent
 from core.recording.recording import Recording
 from core.results import Outcome
 from core.scenario.data_folder import Folder
 from core.scenario.schema import Scenario
-from core.simulate.linear import respond
-from core.simulate.nonlinear import simulate
+from core.scenario.stated_effects import base_model
 from core.trajectory import Trajectory
-from core.workbench import base_model
 from flexgui.stage.arm_geometry import ArmGeometry
 
 SHARE = 0.09
@@ -115,6 +110,8 @@ def read_one(
     progress: Progress | None = None,
 ) -> Recording:
     """One recording of the scenario, read from the folders or simulated."""
+    from core.loading import load_recordings
+
     chosen = tuple(spec for spec in scenario.recordings if spec.name == name)
     alone = scenario.model_copy(update={"recordings": chosen})
     return load_recordings(alone, base_model(scenario), folder, data, progress or Silent())[0]
@@ -127,6 +124,11 @@ def playback(scenario: Scenario, outcome: Outcome | None, recording: Recording) 
 
 def played(scenario: Scenario, values: Mapping[str, float], recording: Recording) -> Playback:
     """The model with parameters at `values`, the others as stated."""
+    from core.identify.prepared import make_task
+    from core.identify.setup import make_setup
+    from core.simulate.linear import respond
+    from core.simulate.nonlinear import simulate
+
     # Only recordings to estimate from decide which outputs there are, and so the servo.
     chosen = [replace(recording, role="estimate")]
     model = make_setup(base_model(scenario), scenario.identify, chosen).model

@@ -16,7 +16,7 @@ import pytest
 from core.arm import cache, checksums
 from core.arm.compiled import _name as name_of
 from core.arm.compiled import compile_wide_arm
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from tests.helpers import PAPER
 
 WORK = """
@@ -24,7 +24,7 @@ import numpy as np
 from core.arm.arm import Arm
 from core.arm.compiled import compile_arm
 from core.arm.segment import Segment
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 link = Segment(length=0.5, mass=2.0, modes=0)
 arm = compile_arm(Structure.of(Arm(segments=(link,), name="link")))
 p = np.linspace(1.0, 2.0, 60)
@@ -109,7 +109,13 @@ DAMAGE: dict[str, tuple[str, Callable[[bytes], bytes]]] = {
 }
 
 
-@pytest.mark.parametrize("damage", DAMAGE)
+OFTEN = "garbled machine code"
+"""Each costs several starts of a process."""
+
+
+@pytest.mark.parametrize(
+    "damage", [d if d == OFTEN else pytest.param(d, marks=pytest.mark.long) for d in DAMAGE]
+)
 def test_what_is_damaged_is_made_anew_and_said_once(
     damage: str, work: Work, kept: tuple[Path, str], tmp_path: Path
 ) -> None:
@@ -127,6 +133,7 @@ def test_what_is_damaged_is_made_anew_and_said_once(
     assert work(folder) == (kept[1], "")
 
 
+@pytest.mark.long
 def test_without_a_folder_it_works_in_a_temporary_one(
     work: Work, kept: tuple[Path, str], tmp_path: Path
 ) -> None:
@@ -136,6 +143,24 @@ def test_without_a_folder_it_works_in_a_temporary_one(
     assert said == kept[1]
     assert trouble.count("\n") == 1 and "cannot be used" in trouble and str(place) in trouble
     assert "Traceback" not in trouble
+
+
+@pytest.mark.long
+def test_a_second_checkout_compiles_nothing_again(tmp_path: Path) -> None:
+    """Continuous integration and a second clone start from what the first one left."""
+    cached = tmp_path / "cache"
+    environment = {**os.environ, cache.VARIABLE: str(cached)}
+    kept = []
+    for place in ("first", "second"):
+        shutil.copytree(
+            cache.PACKAGE, tmp_path / place / "core", ignore=shutil.ignore_patterns("__pycache__")
+        )
+        subprocess.run(
+            [sys.executable, "-c", "import core.arm.calls"],
+            cwd=tmp_path / place, env=environment | {"PYTHONPATH": "."}, check=True,
+        )  # fmt: skip
+        kept.append({p: p.stat().st_mtime_ns for p in cached.rglob("*.nb?")})
+    assert kept[0] and kept[1] == kept[0]
 
 
 def test_a_disk_that_becomes_full_is_said_and_another_folder_is_used(

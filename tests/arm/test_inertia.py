@@ -12,7 +12,7 @@ from core.arm.kinematics import Kinematics, components
 from core.arm.segment import Segment
 from core.arm.slots import arm_vector, weighing
 from core.arm.straight import StraightArm
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, jacobian, loaded, random_state, straight
 
 ROUNDING = 1e-12

@@ -9,7 +9,7 @@ import sympy as sp
 from core.arm.energies import gravity_potential
 from core.arm.kinematics import Kinematics
 from core.arm.slots import arm_vector
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from tests.helpers import ARMS, EVERY_ARM, compiled, jacobian, loaded, random_state
 
 BALANCE = 1e-8

@@ -17,7 +17,7 @@ from core.arm.checksums import kept_module, module_file
 from core.arm.compiled import _name as name_of
 from core.arm.compiled import compile_wide_arm
 from core.arm.solvers import MOST_WRITTEN_OUT, solver_functions
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.lanes.wide import LANES
 from tests.helpers import chain
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from core.arm.compiled import compile_arm
-from core.arm.symbols import Structure
+from core.arm.structure import Structure
 from core.diagnose.announce import Steps, aside, fit_title, round_title
 from core.diagnose.columns import Trial
 from core.effects import catalogue, effect

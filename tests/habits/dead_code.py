@@ -29,7 +29,7 @@ DECORATED = ["@model_validator", "@field_validator", "@infer_global", "@register
 PROTOCOLS = [
     "_print_*", "_pythoncode", "_numpycode", "eval", "fdiff", "is_real",  # SymPy's printers
     "get_source", "fullname",  # importlib's loaders
-    "model_config", "_repr_html_", "__*", "_", "CACHE_DIR",
+    "model_config", "_repr_html_", "__*", "_", "CACHE_DIR", "get_suitable_cache_subpath",
     "animated", "up_direction", "cell_color", "section_color", "colors",  # viser's handles
     "_plotly_json_str", "_sanctioned_dead_writes", "_lower", "_Typing",
 ]  # fmt: skip

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import sympy as sp
+if TYPE_CHECKING:
+    import sympy as sp
 
 
 class Placement(NamedTuple):

@@ -1,8 +1,13 @@
 """A joint that slides."""
 
-import sympy as sp
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from core.arm.joints.joint import Joint, Placement
+
+if TYPE_CHECKING:
+    import sympy as sp
 
 
 class Prismatic(Joint):
@@ -14,4 +19,6 @@ class Prismatic(Joint):
     inertia_unit = "kg"
 
     def place(self, coordinate: sp.Symbol, axis_angle: sp.Symbol) -> Placement:
+        import sympy as sp
+
         return Placement(turn=sp.Integer(0), slide=coordinate, direction=axis_angle)

@@ -1,8 +1,13 @@
 """A joint that turns."""
 
-import sympy as sp
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 from core.arm.joints.joint import Joint, Placement
+
+if TYPE_CHECKING:
+    import sympy as sp
 
 
 class Revolute(Joint):
@@ -14,4 +19,6 @@ class Revolute(Joint):
     inertia_unit = "kg m²"
 
     def place(self, coordinate: sp.Symbol, axis_angle: sp.Symbol) -> Placement:
+        import sympy as sp
+
         return Placement(turn=coordinate, slide=sp.Integer(0), direction=sp.Integer(0))

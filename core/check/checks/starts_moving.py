@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
+import scipy
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
@@ -147,4 +147,6 @@ def _from_rest(case: Case, name: str) -> np.ndarray | None:
     ]  # fmt: skip
     if not loops or loops[0].expected is None:
         return None
-    return cumulative_trapezoid(_rate_from_rest(case, loops[0]), dx=case.mended.step, initial=0)
+    return scipy.integrate.cumulative_trapezoid(
+        _rate_from_rest(case, loops[0]), dx=case.mended.step, initial=0
+    )

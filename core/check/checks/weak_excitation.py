@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.signal import welch
+import scipy
 
 from core.check.case import Case
 from core.check.checks.outliers import far_out
@@ -43,7 +43,7 @@ def quiet_noise(x: np.ndarray) -> float:
     a lively motion reaches up to half the sample rate, but not evenly."""
     if len(x) < 8 * BANDS:
         return noise_of(x)
-    frequencies, power = welch(np.diff(x), nperseg=min(len(x) - 1, 256))
+    frequencies, power = scipy.signal.welch(np.diff(x), nperseg=min(len(x) - 1, 256))
     white = power / (2.0 * np.sin(np.pi * np.maximum(frequencies, 1e-9))) ** 2
     high = white[frequencies > LOWEST]
     least = min(float(np.mean(band)) for band in np.array_split(high, BANDS))

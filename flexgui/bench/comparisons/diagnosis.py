@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from core.arm.presets import presets
 from core.diagnose.acceptance import Round
@@ -102,7 +102,7 @@ def _peer(begun: Begun, candidates: Sequence[Effect]) -> tuple[float, float]:
         start = hypothesis(begun.data, [one], begun.base.hypothesis.values())
         begin_at = time.perf_counter()
         limits = start.limits
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             lambda x, h=start, s=limits.scales: h.residuals(x * s),
             np.clip(start.vector, limits.lower, limits.upper) / limits.scales,
             bounds=(limits.lower / limits.scales, limits.upper / limits.scales),

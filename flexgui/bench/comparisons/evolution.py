@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import OptimizeResult, differential_evolution
+import scipy
 
 from core.identify.evolution import CROSSOVER, DIFFERENTIAL_WEIGHT, evolve, first_population
 from flexgui.bench.case import GENERATIONS, LOWER, MEMBERS, UPPER, Case, glocal_case
@@ -23,7 +23,7 @@ def rows(size: Size) -> list[Row]:
     ours = median_seconds(
         lambda: _search(case, GENERATIONS), max(size.peer_repeats, FEWEST_REPEATS)
     )
-    found: list[OptimizeResult] = []
+    found: list[scipy.optimize.OptimizeResult] = []
     some = seconds(lambda: found.append(peer_search(case, size.peer_generations)))
     expected = _search(case, size.peer_generations)
     same = abs(float(found[0].fun) / expected - 1.0) < SAME
@@ -44,10 +44,10 @@ def _search(case: Case, generations: int) -> float:
     return found.cost
 
 
-def peer_search(case: Case, generations: int) -> OptimizeResult:
+def peer_search(case: Case, generations: int) -> scipy.optimize.OptimizeResult:
     """The same settings, one vector at a time."""
     rng = np.random.default_rng(SEED)
-    return differential_evolution(
+    return scipy.optimize.differential_evolution(
         lambda x: peer_cost(case, lsim_response, x),
         list(zip(LOWER, UPPER, strict=True)),
         strategy="rand1bin",

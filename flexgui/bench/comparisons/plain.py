@@ -10,7 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy
 
 from core.identify.predictor import Predictor
 from core.identify.prepared import prepare
@@ -130,7 +130,7 @@ def _evaluations(residuals: Residuals, start: np.ndarray) -> int:
 
     p = residuals.unknowns.parameters
     bounds = (p.lower() / scales, p.upper() / scales)
-    least_squares(counted, start / scales, bounds=bounds, x_scale="jac")
+    scipy.optimize.least_squares(counted, start / scales, bounds=bounds, x_scale="jac")
     return count
 
 

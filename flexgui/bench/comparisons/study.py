@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scipy.optimize import OptimizeResult
+import scipy
 
 from core.identify.evolution import evolve
 from core.identify.predictor import Predictor
@@ -55,7 +55,7 @@ def _ours(settings: StudySettings) -> float:
 def _peer(rig: Rig, data: list[Recording], generations: int) -> tuple[float, bool]:
     """Seconds of one whole search, and whether ours has the same best cost after as many."""
     case = _case(rig, data)
-    found: list[OptimizeResult] = []
+    found: list[scipy.optimize.OptimizeResult] = []
     some = seconds(lambda: found.append(peer_search(case, generations)))
     expected = evolve(case.cost, LOWER, UPPER, MEMBERS, generations, SEED, lambda _: False).cost
     evaluations = MEMBERS * (GENERATIONS + 1)

@@ -6,7 +6,7 @@ import io
 from typing import Any
 
 import numpy as np
-from scipy.io import savemat
+import scipy
 
 from core.results import DescriptorModel, Outcome
 from flexgui.export.model_format import ModelFormat, linear_header
@@ -23,7 +23,7 @@ class MatFile(ModelFormat):
         content = mat_content(outcome.model)
         content["limits"] = "\n".join(linear_header(outcome, "the linear model"))
         file = io.BytesIO()
-        savemat(file, content, oned_as="column")
+        scipy.io.savemat(file, content, oned_as="column")
         return {"model.mat": file.getvalue()}
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from core.results import Link, Mechanism, Outcome
 from flexgui.export.model_format import ModelFormat, header
