@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report study test long load fuzz bench evidence blind matrix mujoco lint format clean chromium axe
+.PHONY: help run report study test sample long load fuzz bench evidence blind matrix mujoco lint format clean chromium axe
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -15,14 +15,21 @@ TRIES ?=
 # Each process takes its half of the tests in their order, then some of the other's: what the tests
 # of a file share is made once.
 SHARED := -n 2 --dist worksteal
+# Kept from checkout to checkout, as compiled kernels are; a cold run only takes longer.
+CACHE := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/flexgui/tools
+export MYPY_CACHE_DIR := $(CACHE)/mypy
+export RUFF_CACHE_DIR := $(CACHE)/ruff
+# Every test with its seconds.
+DURATIONS := reports/durations.xml
 PIP := $(BIN)/python -m pip install --quiet --constraint constraints.txt
 
 help:
 	@echo "make run     the workbench in the browser"
 	@echo "make report  a report from $(SCENARIO) (SCENARIO=... OUT=... for another)"
 	@echo "make study   the paper's Monte Carlo study with tables, figures and baselines; goes on where it stopped"
-	@echo "make test    ruff, mypy and the tests"
-	@echo "make long    the studies that take minutes: many seeds, whole recordings of real rigs"
+	@echo "make test    ruff, mypy and the tests; prints the slowest and writes all durations to $(DURATIONS)"
+	@echo "make sample  thirty diagnoses with a known truth beside a stored reference; goes on where it stopped"
+	@echo "make long    the tests that take minutes: many seeds, every page, killed processes, real rigs"
 	@echo "make load    thirty and sixty browsers for two minutes, 300 that come and go: delays, memory, leftovers"
 	@echo "make fuzz    1,500 damaged recordings, scenarios, archives and command lines (SEED=... for others),"
 	@echo "             then a table of all that was once open or fragile, tried again (TRIES=--quick)"
@@ -64,11 +71,18 @@ matrix: $(VENV)/.installed-test
 mujoco: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.mujoco.generate
 
-test: lint chromium
-	@$(BIN)/python -m pytest $(SHARED)
+# What lint has to say comes last, also where it is long done.
+test: $(VENV)/.installed-test chromium
+	@said=$$(mktemp); $(MAKE) lint >$$said 2>&1 & lint=$$!; \
+	$(BIN)/python -m pytest $(SHARED) --durations 25 --junit-xml $(DURATIONS) -o cache_dir=$(CACHE)/pytest; \
+	tests=$$?; wait $$lint; linted=$$?; cat $$said; rm $$said; \
+	echo "Seconds of every test: $(DURATIONS)"; exit $$((tests + linted))
+
+sample: $(VENV)/.installed-test
+	@$(BIN)/python -m tests.sample $(CASES)
 
 long: $(VENV)/.installed-test axe
-	@$(BIN)/python -m pytest $(SHARED) -m long --ignore tests/server/test_latency.py
+	@$(BIN)/python -m pytest $(SHARED) --durations 25 -m long --ignore tests/server/test_latency.py
 
 load: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.server.load
@@ -90,7 +104,7 @@ format: $(VENV)/.installed-test
 	@$(BIN)/ruff format .
 
 clean:
-	@rm -rf $(VENV) build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) build dist *.egg-info .hypothesis
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The first python that starts and is new enough; a shim that names a missing python does not.

@@ -59,7 +59,9 @@ def test_large_motions_seen_well_need_the_full_equations() -> None:
     assert "full equations" in found.notes[0]
 
 
-@pytest.mark.parametrize("factor", [0.25, 0.7, 1.3, 4.0])
+@pytest.mark.parametrize(
+    "factor", [0.25, *(pytest.param(far, marks=pytest.mark.long) for far in (0.7, 1.3, 4.0))]
+)
 def test_a_nominal_stiffness_that_is_far_off_is_found_and_nothing_else(factor: float) -> None:
     sensors = {"camera_noise": 3e-5, "encoder_noise": 1e-5, "deflection_noise": 1e-5}
     document = scenario(
@@ -89,6 +91,7 @@ def test_what_the_linear_model_misses_is_no_missing_effect() -> None:
     assert found.linear_model.tip_rms > 2.0 * found.linear_model.full_equations_tip_rms
 
 
+@pytest.mark.long
 def test_the_stiffness_that_is_stated_in_the_end_is_that_of_the_model_with_what_was_found() -> None:
     """Identified without the friction that is there, it is biased."""
     sensors = {"camera_noise": 3e-5, "encoder_noise": 1e-5, "deflection_noise": 1e-5}

@@ -81,6 +81,7 @@ def begun(modes: int) -> Begun:
     return begin_on(setup, asked.identify, recordings, ASKED, Silent())
 
 
+@pytest.mark.long
 def test_a_missing_shape_is_named_though_a_soft_joint_imitates_it() -> None:
     """Of the second segment alone: where both bend, the arms that are tried take a minute to
     compile, and the steps of one shape then explain most of the cause; here they explain none."""
@@ -111,6 +112,7 @@ def test_a_finer_model_is_refitted_however_little_straight_lines_show_of_it() ->
     assert [s.effect.kind for s in promising(seen, 100)] == [*others[:REFITTED], MODE]
 
 
+@pytest.mark.long
 def test_a_soft_joint_is_named_where_the_shapes_suffice() -> None:
     hidden = "joint_elasticity = { Jh1 = 0.1, Jh2 = 0.05, c1 = 3e-4, c2 = 6e-4 }"
     found = run_scenario(scenario((0, 1), hidden)).diagnosis

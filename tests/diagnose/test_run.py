@@ -132,6 +132,7 @@ def hidden_pair(limit: int) -> Diagnosis:
     return found
 
 
+@pytest.mark.long
 def test_at_the_limit_one_more_look_tells_whether_the_rest_is_on_the_list() -> None:
     found = hidden_pair(1)
     assert (found.verdict, found.final_verdict) == ("missing", "missing")

@@ -67,6 +67,7 @@ def rms(found: list[float]) -> float:
     return float(np.sqrt(np.mean(np.square(found))))
 
 
+@pytest.mark.long
 def test_deviations_hold_what_the_noise_did_to_the_estimates() -> None:
     plain = {seed: settled(begun(seed).base) for seed in SEEDS}
     wide = [off(widened(begun(seed).data, fit, {})) for seed, fit in plain.items()]

@@ -20,6 +20,8 @@ from tests.evidence.emps_rules import (
 )
 from tests.evidence.frame import PAGE, answer_text, cases, missing, page, parts, run
 
+pytestmark = pytest.mark.long
+
 MASS, VISCOUS, KP, GAIN, VOLT = 95.0, 200.0, 150.0, 9000.0, 40.0
 """Of a slide without dry friction, whose motion is known in closed form."""
 RECOVERED = 0.01

@@ -9,6 +9,8 @@ import pytest
 
 from tests.evidence.frame import PAGE, parts
 
+pytestmark = pytest.mark.long
+
 README = Path(__file__).resolve().parents[2] / "README.md"
 ROWS = [
     line.strip("|\n ").split(" | ")

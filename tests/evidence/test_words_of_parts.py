@@ -15,6 +15,8 @@ from tests.evidence.engine_words import first_right, misses, set_right, text
 from tests.evidence.figures import beside, confusion, ladder, svg
 from tests.evidence.slide_run import NAMES, fitted_over, free_error
 
+pytestmark = pytest.mark.long
+
 SLIDE = np.array([95.0, 200.0, 20.0, -40.0])
 """kg, N s/m, N, N s/m."""
 FOLLOWS = 0.01

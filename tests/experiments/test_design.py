@@ -46,8 +46,8 @@ def used_by_the_machine(limits: Allowed, drive: str, wish: Wish) -> list[float]:
     return shares
 
 
-@pytest.mark.parametrize("drive", [LOOP, TORQUE])
-@pytest.mark.parametrize("limits", [LimitsSpec(), TIGHT])
+@pytest.mark.parametrize("drive", [LOOP, pytest.param(TORQUE, marks=pytest.mark.long)])
+@pytest.mark.parametrize("limits", [TIGHT, pytest.param(LimitsSpec(), marks=pytest.mark.long)])
 def test_the_machine_keeps_every_limit(drive: str, limits: LimitsSpec) -> None:
     wish = Wish(seconds=3.0, limits=limits)
     shares = used_by_the_machine(planned(wish, drive).limits, drive, wish)
@@ -62,6 +62,7 @@ def test_what_is_not_stated_is_what_was_recorded() -> None:
     assert np.all(np.isinf(limits.reach))
 
 
+@pytest.mark.long
 def test_stated_limits_replace_what_was_recorded_one_for_all_or_one_each() -> None:
     stated = planned(Wish(seconds=3.0, limits=TIGHT)).limits
     assert stated.speed.tolist() == [0.1, 0.2]
@@ -69,6 +70,7 @@ def test_stated_limits_replace_what_was_recorded_one_for_all_or_one_each() -> No
     assert one.speed.tolist() == [0.1, 0.1]
 
 
+@pytest.mark.long
 def test_a_weaker_limit_allows_more() -> None:
     strong, weak = (
         planned(Wish(seconds=1.0, limits=LimitsSpec(torque=(x, x)))).chosen[0] for x in (40.0, 10.0)

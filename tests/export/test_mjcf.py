@@ -69,8 +69,12 @@ def at(model: Model, outcome: Outcome) -> Posture:
 
 @pytest.mark.parametrize(
     "arm",
-    [with_modes(3, 3), loaded(with_modes(3, 3)), chain(3, 3, 3), loaded(chain(3, 3, 3))],
-    ids=["the paper's", "loaded", "three segments", "three loaded segments"],
+    [
+        pytest.param(with_modes(3, 3), id="the paper's"),
+        pytest.param(loaded(with_modes(3, 3)), id="loaded"),
+        pytest.param(chain(3, 3, 3), id="three segments", marks=pytest.mark.long),
+        pytest.param(loaded(chain(3, 3, 3)), id="three loaded segments", marks=pytest.mark.long),
+    ],
 )
 def test_the_first_three_frequencies_are_the_models(arm) -> None:  # type: ignore[no-untyped-def]
     outcome = outcome_of(looped(arm, 20.0))

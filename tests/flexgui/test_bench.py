@@ -17,6 +17,8 @@ from flexgui.bench.case import MEMBERS, glocal_case, population
 from flexgui.bench.comparisons.peak import ACCUMULATORS, multiply_add, operations
 from flexgui.bench.row import Row, duration, median_seconds, table
 
+pytestmark = pytest.mark.long
+
 ROUNDING = 1e-12
 """Relative: the same arithmetic, shared out differently."""
 PEERS = ("lsim", "forced_response", "differential evolution", "solve_ivp")

@@ -48,7 +48,7 @@ def shares(model: Model, task, substeps: int) -> np.ndarray:  # type: ignore[no-
     return np.asarray(states[:, task.start.size :])
 
 
-@pytest.mark.parametrize("way", [1e-3, 1e-5])
+@pytest.mark.parametrize("way", [1e-3, pytest.param(1e-5, marks=pytest.mark.long)])
 def test_bristles_agree_with_a_reference_solution(way: float) -> None:
     """SciPy's implicit integrator over the same equations, turn-rounds included."""
     model = rubbing(looped(PAPER), way)

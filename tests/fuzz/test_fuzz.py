@@ -14,6 +14,8 @@ from tests.fuzz.cases import FAMILIES, case
 from tests.fuzz.judge import fault, perform
 from tests.fuzz.run import _progress, _wait, arrange
 
+pytestmark = pytest.mark.long
+
 SEED = 2
 CASES = 180
 """Nine of each kind."""

@@ -79,6 +79,7 @@ def test_close_leaves_no_worker_and_no_thread_even_in_mid_work():
     assert set(threading.enumerate()) <= before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
 def test_workers_end_with_a_server_that_is_killed(tmp_path, number):
     server, pids = start_server(tmp_path, "time.sleep(60)")

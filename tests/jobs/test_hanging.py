@@ -27,6 +27,8 @@ from tests.jobs.helpers import (
     task,
 )
 
+pytestmark = pytest.mark.long
+
 SILENCE = 4.0
 """s: eight signs of life of these workers, so that a busy one is not taken for a hanging one."""
 OFTEN = replace(LIGHT, silence=SILENCE, warm_up="tests.jobs.helpers:beat_often")

@@ -42,6 +42,7 @@ def test_too_much_memory_is_a_sentence_and_the_worker_stays(pool: JobPool) -> No
     assert pool.worker_pids == before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("work", [sleep_deaf, spin])
 def test_too_much_time_is_a_sentence_and_the_next_job_runs(pool: JobPool, work) -> None:  # type: ignore[no-untyped-def]
     heard, after = Listener(), Listener()

@@ -245,6 +245,7 @@ def test_a_worker_is_replaced_after_its_share_of_jobs():
     assert pids[0] == pids[1] != pids[2] == pids[3]
 
 
+@pytest.mark.long
 def test_workers_that_never_start_are_told_instead_of_waited_for(caplog):
     settings = PoolSettings(warm_up="tests.jobs.helpers:never_there")
     with JobPool(1, settings) as pool:

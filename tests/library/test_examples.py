@@ -47,7 +47,16 @@ def test_an_example_says_what_one_learns(path: Path) -> None:
     assert "What you learn" in path.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("path", SCRIPTS, ids=lambda p: p.stem)
+SLOW = ("03", "04")
+"""Examples that diagnose."""
+
+
+def marked(path: Path) -> object:
+    marks = [pytest.mark.long] if path.name[:2] in SLOW else []
+    return pytest.param(path, id=path.stem, marks=marks)
+
+
+@pytest.mark.parametrize("path", map(marked, SCRIPTS))
 def test_a_script_runs_in_another_folder(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

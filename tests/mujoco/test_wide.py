@@ -21,6 +21,8 @@ from tests.mujoco.wide_files import ROLES, scenario_text  # noqa: E402
 from tests.mujoco.wide_rig import Rig  # noqa: E402
 from tests.mujoco.wide_run import Motion, World, run  # noqa: E402
 
+pytestmark = pytest.mark.long
+
 REFERENCE = Path(__file__).resolve().parents[2] / "docs" / "scenario.md"
 SHORT = 100
 """Samples: 0.2 s, longer than a reference is held."""

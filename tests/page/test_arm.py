@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from core.scenario.read import read_scenario
 from flexgui.session import Session
@@ -54,6 +55,7 @@ def test_each_slider_changes_the_plots_and_the_arm(
     assert session.live.snr_db == 35
 
 
+@pytest.mark.long
 def test_exaggeration_bends_the_drawn_arm_only(page: Any, desktop: Desktop) -> None:
     before, arm = still(page), beams(desktop)
     enter(page, "Exaggerate", "50")
@@ -61,6 +63,7 @@ def test_exaggeration_bends_the_drawn_arm_only(page: Any, desktop: Desktop) -> N
     assert still(page) == before
 
 
+@pytest.mark.long
 def test_an_arrow_key_moves_the_slider_and_not_the_view(page: Any, desktop: Desktop) -> None:
     label = page.get_by_text("θ2 [deg]", exact=True).first.get_attribute("for")
     before, camera = still(page), desktop.pages[-1].context.client.camera.position.copy()
@@ -70,6 +73,7 @@ def test_an_arrow_key_moves_the_slider_and_not_the_view(page: Any, desktop: Desk
     assert np.array_equal(desktop.pages[-1].context.client.camera.position, camera)
 
 
+@pytest.mark.long
 def test_equations_and_matrices_are_rendered(page: Any) -> None:
     page.get_by_text("Equations of this model", exact=True).click()
     page.locator("math").first.wait_for()
@@ -77,6 +81,7 @@ def test_equations_and_matrices_are_rendered(page: Any) -> None:
     sees(page, "E1, times cos(theta2)")
 
 
+@pytest.mark.long
 def test_a_mode_swings_the_arm(page: Any, desktop: Desktop, session: Session) -> None:
     session.set_live(mode=0)
     for _ in range(3):  # it goes on
@@ -86,6 +91,7 @@ def test_a_mode_swings_the_arm(page: Any, desktop: Desktop, session: Session) ->
     until(lambda: not desktop.pages[-1]._scene._swings)
 
 
+@pytest.mark.long
 def test_the_page_is_rebuilt_from_the_session(
     page: Any, desktop: Desktop, session: Session
 ) -> None:
@@ -100,6 +106,7 @@ def test_the_page_is_rebuilt_from_the_session(
     assert box.input_value() == "1.5"
 
 
+@pytest.mark.long
 def test_a_follower_sees_the_stage_and_changes_nothing(
     page: Any, desktop: Desktop, session: Session
 ) -> None:
@@ -114,6 +121,7 @@ def test_a_follower_sees_the_stage_and_changes_nothing(
     sees(page, "7 to fit, 1 to validate.")
 
 
+@pytest.mark.long
 def test_a_controller_with_rows_of_gains_has_no_slider_of_them(
     page: Any, desktop: Desktop, session: Session
 ) -> None:

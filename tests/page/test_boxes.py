@@ -5,6 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+pytestmark = pytest.mark.long
+
 BOXES = (Path(__file__).parent / "boxes.js").read_text(encoding="utf-8")
 
 CUT = "<div style='width: 60px; overflow: hidden; white-space: nowrap'>much too long for it</div>"

@@ -5,10 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from flexgui.session import Session
 from tests.page.helpers import press
 from tests.session.helpers import until
+
+pytestmark = pytest.mark.long
 
 AT = """() => [...document.querySelectorAll('.js-plotly-plot')].flatMap(node => {
   const k = (node.layout.shapes ?? []).findIndex(shape => shape.name === 'cursor');

@@ -108,6 +108,7 @@ def test_the_hidden_effect_is_found_added_and_taken_back(page: Any, session: Ses
     until(lambda: len(bars(page)) == 1 and not present(session.scenario))
 
 
+@pytest.mark.long
 def test_a_worst_place_is_one_click_away(page: Any, session: Session) -> None:
     few(session)
     press(page, "Identify")
@@ -121,6 +122,7 @@ def test_a_worst_place_is_one_click_away(page: Any, session: Session) -> None:
     assert f"recording {session.cursor.recording}: " in label
 
 
+@pytest.mark.long
 def test_a_click_on_the_map_in_the_scene_goes_there(
     page: Any, desktop: Desktop, session: Session
 ) -> None:
@@ -148,6 +150,7 @@ def test_a_click_on_the_map_in_the_scene_goes_there(
     until(lambda: errors._board is None)
 
 
+@pytest.mark.long
 def test_an_effect_is_demonstrated_beside_its_story(page: Any, session: Session) -> None:
     few(session)
     press(page, "Diagnose")
@@ -160,6 +163,7 @@ def test_an_effect_is_demonstrated_beside_its_story(page: Any, session: Session)
     page.get_by_text("where it changes most.").wait_for(state="hidden")
 
 
+@pytest.mark.long
 def test_a_typed_formula_is_fitted_and_ranked_and_a_hostile_one_refused(
     page: Any, session: Session
 ) -> None:
@@ -185,6 +189,7 @@ def test_a_typed_formula_is_fitted_and_ranked_and_a_hostile_one_refused(
     page.get_by_role("button", name="Add Own effect 1 at joint1", exact=True).wait_for()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("moment", ["at once", "first look", "ranking"])
 def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) -> None:
     """On whole recordings with every effect. Held from that moment on, since on a busy machine the
@@ -207,6 +212,7 @@ def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) ->
     assert not present(session.scenario) and len(session.looks) <= 1
 
 
+@pytest.mark.long
 def test_guess_and_reveal(page: Any, session: Session) -> None:
     """The recordings are made by the session's tests; here the seal is opened by hand."""
     few(session)
@@ -247,6 +253,7 @@ AT_ONCE = """([field, button, texts]) => {
 that the click would take the place of the last key."""
 
 
+@pytest.mark.long
 def test_a_size_is_committed_as_the_field_shows_it(page: Any, session: Session) -> None:
     few(session)
     session.challenge = Challenge(4, "easy", "sealed")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from flexgui.panels.in_browser import PURPOSE
 from flexgui.panels.page_layout import DARK
 from flexgui.server.front import LONGEST, SLOW, behind_curtain
@@ -25,6 +27,7 @@ def test_the_tour_and_the_own_recordings_stand_side_by_side(page: Any) -> None:
     assert boxes[0]["x"] + boxes[0]["width"] < boxes[1]["x"]
 
 
+@pytest.mark.long
 def test_the_systems_theme_is_followed_and_a_choice_is_kept(
     desktop: Desktop, chromium: Any, session: Session
 ) -> None:
@@ -43,6 +46,7 @@ def test_the_systems_theme_is_followed_and_a_choice_is_kept(
     context.close()
 
 
+@pytest.mark.long
 def test_space_plays_and_arrows_step(page: Any, session: Session) -> None:
     press(page, "Data")
     until(lambda: session.playback is not None)
@@ -59,6 +63,7 @@ def test_space_plays_and_arrows_step(page: Any, session: Session) -> None:
     until(lambda: session.cursor.time < stepped)
 
 
+@pytest.mark.long
 def test_every_slider_and_icon_has_a_name(page: Any) -> None:
     page.wait_for_function(
         """() => [...document.querySelectorAll('[role=slider], button, input[inputmode]')]

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from flexgui.panels.in_browser import PURPOSE
 from flexgui.session import Session
 from tests.page.conftest import PATIENCE, Desktop
 from tests.page.helpers import FIRST, sees
+
+pytestmark = pytest.mark.long
 
 BANNER = "You follow the teacher."
 

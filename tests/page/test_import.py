@@ -103,6 +103,7 @@ def test_a_foreign_file_is_fitted_right_in_six_clicks(
     assert columns["theta1"].name == "enc_2 [deg]" and columns["theta2"].name == "enc_1 [deg]"
 
 
+@pytest.mark.long
 def test_a_finding_is_shown_and_mended_with_one_click(
     page: Any, session: Session, foreign: Path
 ) -> None:
@@ -125,6 +126,7 @@ def test_a_finding_is_shown_and_mended_with_one_click(
     assert session.scenario.recordings[0].columns["z1"].sign == -1
 
 
+@pytest.mark.long
 def test_nothing_of_the_table_is_cut_off(
     desktop: Desktop, chromium: Any, session: Session, foreign: Path
 ) -> None:
@@ -151,6 +153,7 @@ def cut_off(desktop: Desktop, chromium: Any, size: tuple[int, int]) -> list[Any]
     return list(found)
 
 
+@pytest.mark.long
 def test_another_rig_asks_for_other_signals(page: Any, session: Session) -> None:
     press(page, "Data")
     field = page.get_by_text("Rig", exact=True).first.get_attribute("for")
@@ -162,6 +165,7 @@ def test_another_rig_asks_for_other_signals(page: Any, session: Session) -> None
     assert session.scenario.recordings == ()
 
 
+@pytest.mark.long
 def test_several_files_of_one_choice_share_one_table(
     page: Any, session: Session, foreign: Path
 ) -> None:
@@ -189,6 +193,7 @@ DROP = """names => {
 }"""
 
 
+@pytest.mark.long
 def test_files_that_are_dropped_on_the_page_are_brought(
     page: Any, session: Session, foreign: Path
 ) -> None:

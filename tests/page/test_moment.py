@@ -7,6 +7,8 @@ from typing import Any
 
 import pytest
 
+pytestmark = pytest.mark.long
+
 DRAW = """async level => {
   const node = window.fxTest ??= document.body.appendChild(document.createElement('div'));
   const layout = {width: 300, height: 200, meta: {morph: true}, yaxis: {range: [-3, 3]}};

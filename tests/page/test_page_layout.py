@@ -21,6 +21,8 @@ from flexgui.panels.page_layout import (
     window_of,
 )
 
+pytestmark = pytest.mark.long
+
 ROUNDED = 1.0
 """px: widths are whole."""
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -56,6 +57,7 @@ def give(page: Any, path: Path) -> None:
     chooser.value.set_files(path)
 
 
+@pytest.mark.long
 def test_good_and_bad_recordings(page: Any, session: Session, good: Path) -> None:
     press(page, "Data")
     before = session.scenario
@@ -73,6 +75,7 @@ def test_good_and_bad_recordings(page: Any, session: Session, good: Path) -> Non
     sees(page, "8 to fit, 1 to validate.")
 
 
+@pytest.mark.long
 def test_experiments_are_simulated_as_asked(page: Any, session: Session) -> None:
     press(page, "Data")
     enter(page, "Points", "3")
@@ -95,18 +98,8 @@ def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Pat
     until(lambda: "residual" in plots(page))
     press(page, "Show the validation")
     sees(page, "sweep, validation, fit of all recordings")
-    press(page, "Export")
-    for name, ending in (("Scenario file", ".toml"), ("Report (HTML)", ".html"),
-                         ("Model (.json)", ".json"), ("All tables (zip)", ".zip"),
-                         ("Model for MATLAB (.mat)", ".mat"), ("Model in C (.zip)", ".zip"),
-                         ("Model as FMU 3.0 (.fmu)", ".fmu"), ("Arm for MuJoCo (.xml)", ".xml"),
-                         ("Model for python-control (.py)", ".py"),
-                         ("3-D playback (HTML)", ".html")):  # fmt: skip
-        with page.expect_download() as download:
-            press(page, name)
-        path = tmp_path / download.value.suggested_filename
-        download.value.save_as(path)
-        assert path.suffix == ending and path.stat().st_size > 100
+    download(page, tmp_path, (("Scenario file", ".toml"), ("Report (HTML)", ".html"),
+                              ("Model (.json)", ".json")))  # fmt: skip
     assert "E_terms" in json.loads((tmp_path / "Seven_working_points_model.json").read_text())
     scenario = tmp_path / "Seven_working_points.toml"
     assert len(tomllib.loads(scenario.read_text())["recordings"]) == 3
@@ -114,6 +107,31 @@ def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Pat
     fit = session.outcome.fits[0]
     ours = {e.name: e.value for e in (*fit.estimates, *fit.derived)}
     assert exported(scenario, tmp_path / "out") == pytest.approx(ours, rel=SAME)
+
+
+@pytest.mark.long
+def test_every_kind_of_file_is_downloaded(page: Any, session: Session, tmp_path: Path) -> None:
+    small(session)
+    press(page, "Identify")
+    press(page, "Start identification")
+    sees(page, "EI (follows)")
+    press(page, "Export")
+    download(page, tmp_path, (
+        ("All tables (zip)", ".zip"), ("Model for MATLAB (.mat)", ".mat"),
+        ("Model in C (.zip)", ".zip"), ("Model as FMU 3.0 (.fmu)", ".fmu"),
+        ("Arm for MuJoCo (.xml)", ".xml"), ("Model for python-control (.py)", ".py"),
+        ("3-D playback (HTML)", ".html"),
+    ))  # fmt: skip
+
+
+def download(page: Any, folder: Path, files: Sequence[tuple[str, str]]) -> None:
+    """Presses each button and keeps the file that comes, which has the ending beside it."""
+    for name, ending in files:
+        with page.expect_download() as coming:
+            press(page, name)
+        path = folder / coming.value.suggested_filename
+        coming.value.save_as(path)
+        assert path.suffix == ending and path.stat().st_size > 100
 
 
 def exported(scenario: Path, out: Path) -> dict[str, float]:
@@ -124,6 +142,7 @@ def exported(scenario: Path, out: Path) -> dict[str, float]:
     return {p["name"]: p["value"] for p in told}
 
 
+@pytest.mark.long
 def test_columns_with_other_names_are_chosen_on_the_page(
     page: Any, session: Session, good: Path
 ) -> None:
@@ -176,6 +195,7 @@ def test_stop_in_mid_run_keeps_the_last_result(page: Any, session: Session) -> N
     assert session.outcome is complete
 
 
+@pytest.mark.long
 def test_the_cursor_moves_arm_and_plots(page: Any, session: Session) -> None:
     press(page, "Data")
     page.wait_for_function("document.querySelectorAll('.js-plotly-plot').length >= 1")
@@ -192,6 +212,7 @@ def test_the_cursor_moves_arm_and_plots(page: Any, session: Session) -> None:
     until(lambda: session.cursor.time > stands)
 
 
+@pytest.mark.long
 def test_texts_of_a_file_are_shown_and_not_run(page: Any, session: Session) -> None:
     evil = "<img src=x onerror='window.evil=1'>"
     session.change(lambda d: d.update(title=evil))
@@ -203,6 +224,7 @@ def test_texts_of_a_file_are_shown_and_not_run(page: Any, session: Session) -> N
     assert page.evaluate("window.evil") is None
 
 
+@pytest.mark.long
 def test_the_next_experiment_is_planned_and_taken_away(
     page: Any, session: Session, tmp_path: Path
 ) -> None:

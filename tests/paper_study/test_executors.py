@@ -35,6 +35,7 @@ def test_the_order_of_the_cases_changes_nothing(expected: dict[str, object]) -> 
     assert numbers(records_of(study(short(), executor=Backwards(), only=FITS))) == expected
 
 
+@pytest.mark.long
 def test_a_killed_worker_is_replaced_and_the_numbers_are_the_same(
     expected: dict[str, object],
 ) -> None:

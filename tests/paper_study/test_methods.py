@@ -40,6 +40,7 @@ def test_subspace_finds_a_system_from_its_noise_free_response() -> None:
     assert pole_error(np.linalg.eigvals(found.A), np.linalg.eigvals(true.A)) < EXACT
 
 
+@pytest.mark.long
 def test_subspace_is_consistent_in_noise() -> None:
     rng = np.random.default_rng(2)
     true = system(rng)
@@ -58,6 +59,7 @@ def test_other_coordinates_change_no_response() -> None:
     assert np.allclose(true.transformed(rng.standard_normal((4, 4))).respond(u), true.respond(u))
 
 
+@pytest.mark.long
 def test_an_interpolated_black_box_has_the_arms_poles_at_its_points() -> None:
     rig = Rig(short(points=5))
     scenario = rig.settings.experiments

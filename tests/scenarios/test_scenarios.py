@@ -118,14 +118,22 @@ def test_there_are_scenarios_to_run() -> None:
     assert {"paper_glocal.toml", "paper_local.toml"} <= {p.name for p in SCENARIOS}
 
 
-@pytest.mark.parametrize("path", SCENARIOS, ids=lambda p: p.stem)
+def those(*quick: str) -> pytest.MarkDecorator:
+    """One test per shipped scenario; all but the `quick` ones belong to the long tests."""
+    marks = {path: [] if path.stem in quick else [pytest.mark.long] for path in SCENARIOS}
+    return pytest.mark.parametrize(
+        "path", [pytest.param(p, id=p.stem, marks=marks[p]) for p in SCENARIOS]
+    )
+
+
+@those("paper_glocal", "paper_local", "hidden_friction", "emps")
 def test_a_scenario_runs_and_reports(path: Path, once: Callable[[Path], Run]) -> None:
     require_files(path)
     made, out, found = once(path)
     check_report(found, out, made)
 
 
-@pytest.mark.parametrize("path", SCENARIOS, ids=lambda p: p.stem)
+@those("paper_local", "emps")
 def test_a_scenario_runs_twice_to_the_same_result(
     path: Path, once: Callable[[Path], Run], tmp_path: Path
 ) -> None:
@@ -136,8 +144,7 @@ def test_a_scenario_runs_twice_to_the_same_result(
     assert {**first, "seconds": None} == {**second, "seconds": None}
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("path", SCENARIOS, ids=lambda p: p.stem)
+@those()
 def test_a_whole_scenario_runs(path: Path, tmp_path: Path) -> None:
     require_files(path)
     check_report(exported(path, tmp_path / "out"), tmp_path / "out", path)

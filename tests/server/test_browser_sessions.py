@@ -78,6 +78,7 @@ def test_a_reload_keeps_sliders_and_data(mine: Any) -> None:
     shows(mine, THETA2, "100")
 
 
+@pytest.mark.long
 def test_two_browsers_do_not_see_each_other(server: Served, browser: Any, mine: Any) -> None:
     with visit(browser, server.address) as yours:
         before = drawn(yours)
@@ -92,6 +93,7 @@ def test_two_browsers_do_not_see_each_other(server: Served, browser: Any, mine: 
         shows(yours, THETA2, "60")
 
 
+@pytest.mark.long
 def test_a_follower_sees_the_teacher_and_takes_a_copy(
     taught: tuple[Served, Any], browser: Any
 ) -> None:
@@ -131,6 +133,7 @@ def test_a_follower_sees_the_teacher_and_takes_a_copy(
         assert "Traceback" not in demo.log, demo.log
 
 
+@pytest.mark.long
 def test_a_copy_in_a_small_window_is_a_live_page(taught: tuple[Served, Any], browser: Any) -> None:
     """Its figures are narrower than those of a wide window, from which they begin."""
     demo, _ = taught
@@ -150,6 +153,7 @@ def test_a_copy_in_a_small_window_is_a_live_page(taught: tuple[Served, Any], bro
         assert not demo.log, demo.log
 
 
+@pytest.mark.long
 def test_a_lost_connection_is_told_and_the_work_is_offered_again(
     tmp_path: Path, browser: Any
 ) -> None:

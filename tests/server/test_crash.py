@@ -15,6 +15,8 @@ from tests.server.helpers import Browser, announcement, part
 from tests.server.served import Served, sees, served, texts, until, widget
 from tests.session.helpers import good_csv
 
+pytestmark = pytest.mark.long
+
 JOB = 90.0
 """s for a worker to be warm and a small job to end, on a busy machine."""
 SLOW = 600.0

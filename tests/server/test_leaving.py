@@ -22,6 +22,8 @@ from tests.server.conftest import Place
 from tests.server.helpers import Browser, FakeClock
 from tests.server.served import until, widget
 
+pytestmark = pytest.mark.long
+
 MANY, SOME = 100, 8
 """Visits of a page that does nothing, and of one with everything on it, which takes a second."""
 PATIENCE = 20.0 + LINGER

@@ -28,6 +28,8 @@ from tests.server.load import (
 )
 from tests.server.served import Served, served
 
+pytestmark = pytest.mark.long
+
 FEW, SECONDS, LOOK = 3, 5.0, 1.0
 """s: a look at the memory in each quarter of the time. The workers' processor time is counted in
 hundredths of a second, and one that searches alone takes most of a core."""

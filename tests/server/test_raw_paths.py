@@ -59,6 +59,7 @@ def press(browser: Browser, label: str) -> None:
     browser.set(widget(browser, label, "GuiButton"), True)
 
 
+@pytest.mark.long
 def test_nothing_of_the_server_reaches_a_browser(
     server: PageServer[Session], sessions: list[Session], tmp_path: Path
 ) -> None:

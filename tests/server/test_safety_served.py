@@ -93,6 +93,7 @@ def press(browser: Browser, label: str, **value: Any) -> None:
     browser.set(widget(browser, label, "GuiButton"), value.get("value", True))
 
 
+@pytest.mark.long
 def test_a_killed_worker_is_replaced_and_its_job_starts_again(server: Served) -> None:
     with server.browser() as browser:
         press(browser, "Stage", value="Identify")

@@ -28,6 +28,7 @@ TRUTH = {
 }
 
 
+@pytest.mark.long
 def test_from_hiding_to_the_truth(session: Session, services: Offered) -> None:
     assert not session.guess((FRICTION,), services) and session.message.bad
     assert session.hide(SEED, "easy", services)

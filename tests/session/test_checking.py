@@ -47,6 +47,7 @@ def stated(session: Session) -> Session:
     return session
 
 
+@pytest.mark.long
 def test_a_file_that_arrives_is_checked_and_mended_by_buttons(brought: Session) -> None:
     """One fault hides the other: it is found once the first is mended."""
     (first,) = brought.findings_of("rig")

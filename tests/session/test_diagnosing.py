@@ -174,6 +174,7 @@ def headless(scenario: str, folder: Path) -> dict[str, Any]:
     return result
 
 
+@pytest.mark.long
 def test_a_formula_is_fitted_and_a_hostile_one_refused(
     friction: Session, services: Offered
 ) -> None:
@@ -222,6 +223,7 @@ def test_a_stop_and_a_failure_leave_the_last_result(friction: Session, services:
     assert friction.looks == complete
 
 
+@pytest.mark.long
 def test_an_effect_in_the_middle_can_go(friction: Session, services: Offered) -> None:
     friction.add("viscous_friction", services)
     over(friction)

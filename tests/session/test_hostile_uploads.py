@@ -37,6 +37,7 @@ def bomb(file: str) -> bytes:
     return gzip.compress(b"t,theta1\n" + b"0,0\n" * (LARGE // 4), 6)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not STATM.exists(), reason="Linux tells the memory of a process")
 @pytest.mark.parametrize("file", ["one.mat", "rows.csv.gz"])
 def test_a_bomb_is_refused_and_this_process_does_not_grow(

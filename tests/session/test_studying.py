@@ -156,6 +156,7 @@ def test_a_session_that_leaves_stops_its_study(quick: Session, services: Offered
     assert quick.study.phase == STOPPED and quick.study.done < quick.study.total
 
 
+@pytest.mark.long
 def test_a_killed_worker_costs_no_case(quick: Session, services: Offered) -> None:
     quick.choose_study(runs=20)
     quick.start_study(services)

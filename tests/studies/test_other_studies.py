@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from core.arm.presets import presets
 from core.scenario.schema import Scenario
 from tests.studies import next_experiments, nothing_hidden
 from tests.studies.nothing_hidden import SEEDS, SHIPPED, cases, document
+
+pytestmark = pytest.mark.long
 
 
 def test_every_shipped_scenario_and_preset_is_tried_with_nothing_hidden() -> None:

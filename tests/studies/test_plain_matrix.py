@@ -11,6 +11,8 @@ from tests.studies.plain_matrix import CASES, COUNTS, STAND_INS, cases
 from tests.studies.plain_matrix_judge import judged, tables
 from tests.studies.plain_matrix_rigs import drawn
 
+pytestmark = pytest.mark.long
+
 SEEDS = range(1, 13)
 
 

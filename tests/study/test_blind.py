@@ -19,6 +19,8 @@ from tests.studies.blind_tables import both, near_floor, right, tables, unlisted
 from tests.study import counting
 from tests.study.counting import MORTAL, UNLUCKY, Number
 
+pytestmark = pytest.mark.long
+
 MEAN_SQUARE = 0.15
 """Relative scatter of the mean square of four thousand coloured samples, three deviations."""
 

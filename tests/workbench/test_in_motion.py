@@ -95,7 +95,7 @@ def run(folder: Path, drive: str, more: str = "", most: int = 3) -> Outcome:
     return run_scenario(scenario(drive, 380.0, more, most), folder=folder)
 
 
-@pytest.mark.parametrize("drive", DRIVES)
+@pytest.mark.parametrize("drive", ["loop", pytest.param("torque", marks=pytest.mark.long)])
 def test_what_is_hidden_is_found_although_the_arm_moves_already(tmp_path: Path, drive) -> None:
     write(tmp_path, drive, CUT)
     outcome = run(tmp_path, drive)
