@@ -18,6 +18,7 @@ from core.arm.compiled import _name as name_of
 from core.arm.compiled import compile_wide_arm
 from core.arm.structure import Structure
 from tests.helpers import PAPER
+from tests.marks import long_but
 
 WORK = """
 import numpy as np
@@ -113,9 +114,7 @@ OFTEN = "garbled machine code"
 """Each costs several starts of a process."""
 
 
-@pytest.mark.parametrize(
-    "damage", [d if d == OFTEN else pytest.param(d, marks=pytest.mark.long) for d in DAMAGE]
-)
+@pytest.mark.parametrize("damage", long_but((OFTEN,), DAMAGE))
 def test_what_is_damaged_is_made_anew_and_said_once(
     damage: str, work: Work, kept: tuple[Path, str], tmp_path: Path
 ) -> None:

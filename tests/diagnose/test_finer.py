@@ -54,7 +54,12 @@ simulate = {{ theta2 = 2.2, seconds = 1.0, sample_time = 0.002, seed = 2, hidden
 
 
 @pytest.mark.parametrize(
-    "noise, of_given", [(3e-4, (1.06, 1.1)), (5e-4, (1.0, 1.03)), (1e-3, (0.98, 1.0))]
+    "noise, of_given",
+    [
+        pytest.param(3e-4, (1.06, 1.1), marks=pytest.mark.long),
+        (5e-4, (1.0, 1.03)),
+        pytest.param(1e-3, (0.98, 1.0), marks=pytest.mark.long),
+    ],
 )
 def test_a_shape_is_named_although_the_coarse_model_leaves_hardly_more_than_noise(
     noise: float, of_given: tuple[float, float]
