@@ -76,6 +76,7 @@ def test_another_rig_is_named_in_the_validation(rigs: list[Rig]) -> None:
     assert check_all(together, stopped=lambda: True) == []
 
 
+@pytest.mark.long
 def test_the_start_of_a_stiff_arm_is_no_motion_where_the_model_has_too_few_modes() -> None:
     stiff = independent("plain/nothing-one_mode", 7)
     for k in (4, 5):
@@ -92,6 +93,7 @@ CAMERA_DELAY = 6e-3
 """s, hidden in the recordings of that name."""
 
 
+@pytest.mark.long
 def test_a_delay_is_stated_right_or_not_at_all_by_a_model_that_is_late_itself() -> None:
     """A stiffness 30 % off shifts the tip by 2 ms: 6 ms would be stated as 4."""
     wrong = independent("plain/camera_delay")

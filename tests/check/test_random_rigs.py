@@ -36,6 +36,7 @@ def test_a_fault_is_named_where_the_stated_stiffness_is_wrong(seed: int, fault: 
     assert named_or_not(checked_rig(seed), fault)
 
 
+@pytest.mark.long
 def test_nothing_is_found_where_the_stated_stiffness_is_wrong() -> None:
     for seed in (4, 8):
         assert false_findings(checked_rig(seed), seed) == []

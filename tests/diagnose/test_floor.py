@@ -266,6 +266,7 @@ def pushed(seed: int, draw: int) -> Recording:
     return Recording(f"r{seed}", task.time, channels)
 
 
+@pytest.mark.long
 def test_of_a_flexible_arm_that_is_led_along_coarse_encoders_from_rest():
     """The noise shakes links that are hardly damped, in the draws as in the recordings."""
     plain = Model(FLEXIBLE, Torque(), "nonlinear")

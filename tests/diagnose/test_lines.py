@@ -96,6 +96,7 @@ def red(seed: int, e: Prepared) -> np.ndarray:
     return e.processing.apply(3.0 * (wandering - wandering.mean(axis=0)) / wandering.std(), DT)
 
 
+@pytest.mark.long
 def test_an_error_that_wanders_is_no_machine():
     e = prepared(still=True)
     told = [unexplained_line([e], [red(seed, e)], None, ABOVE) for seed in range(SEEDS)]
@@ -124,6 +125,7 @@ def test_a_slow_cameras_line_has_its_own_frequency():
     assert found(slow, errors_with(e, (MACHINE, 3.0))) == pytest.approx(MACHINE, abs=NEAR)
 
 
+@pytest.mark.long
 def test_noise_holds_none():
     e = prepared()
     told = [found_anywhere(e, errors_with(e, seed=seed, noise=2.0)) for seed in range(100)]

@@ -202,6 +202,7 @@ def test_errors_say_where_their_floor_comes_from() -> None:
     assert sources == {"z": "stated", "theta": "stated", "deflection": "estimated"}
 
 
+@pytest.mark.long
 def test_an_early_effect_that_includes_a_simpler_one_gives_way_to_it() -> None:
     """A delay bends what dry friction leaves; once it is known the plain level is enough."""
     hidden = HIDDEN.replace("{ coulomb", "{ camera_delay = { td = 0.012 }, coulomb")

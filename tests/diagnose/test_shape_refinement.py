@@ -138,10 +138,8 @@ ORDER = 0.01
 """Relative, of an order from three recordings of 0.6 s."""
 
 
-@pytest.mark.parametrize(
-    "stated",
-    [pytest.param(True, id="stated", marks=pytest.mark.long), pytest.param(False, id="unstated")],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("stated", [True, False], ids=["stated", "unstated"])
 def test_the_orders_are_found_though_what_is_compared_is_filtered(stated: bool) -> None:
     data, stuck = with_a_filter(stated)
     found = refine_shape(data, stuck, effect("torque_ripple"), lambda: False)

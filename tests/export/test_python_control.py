@@ -16,6 +16,7 @@ from flexgui.export.formats.python_control import ControlScript, script
 from tests.export.arms import MODELS
 from tests.export.helpers import outcome_of
 from tests.helpers import ARMS, looped
+from tests.marks import long_but
 
 pytest.importorskip("control", reason="python-control is not installed: pip install control")
 
@@ -44,7 +45,9 @@ def folder(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("folder", ["loop 2-2", "loop ground", "torque"], indirect=True)
+@pytest.mark.parametrize(
+    "folder", long_but(("torque",), ("loop 2-2", "loop ground", "torque")), indirect=True
+)
 def test_it_runs_and_prints_its_poles(folder: Path) -> None:
     assert "Hz, damping" in answered(folder, "model_control.py")
 

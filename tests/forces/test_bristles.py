@@ -53,7 +53,7 @@ def shares(model: Model, task, substeps: int) -> np.ndarray:  # type: ignore[no-
 def test_bristles_agree_with_a_reference_solution(way: float) -> None:
     """SciPy's implicit integrator over the same equations, turn-rounds included."""
     model = rubbing(looped(PAPER), way)
-    task, numbers = excited(model, 60), model.numbers()
+    task, numbers = excited(model, 25), model.numbers()
     n, dt = PAPER.coordinates, task.sample_time
     found = [np.concatenate([task.start, np.zeros(2)])]
     for r in task.references[:-1]:

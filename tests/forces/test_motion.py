@@ -76,7 +76,7 @@ def excited(model: Model, samples: int = 200):  # type: ignore[no-untyped-def]
 def test_all_kinds_of_elements_agree_with_a_reference_solution() -> None:
     """SciPy's implicit integrator over the equations as they are written down."""
     model = forced(looped(PAPER), *elements_of_all_kinds(PAPER))
-    task, numbers = excited(model, 60), model.numbers()
+    task, numbers = excited(model, 25), model.numbers()
     n, dt = PAPER.coordinates, task.sample_time
     y = np.zeros(2 * n + 2)
     y[: 2 * n] = task.start

@@ -56,7 +56,7 @@ def marked(path: Path) -> object:
     return pytest.param(path, id=path.stem, marks=marks)
 
 
-@pytest.mark.parametrize("path", map(marked, SCRIPTS))
+@pytest.mark.parametrize("path", [marked(path) for path in SCRIPTS])
 def test_a_script_runs_in_another_folder(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

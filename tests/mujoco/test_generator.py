@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install '.[test]'")
+pytestmark = pytest.mark.long
 
 from tests.mujoco.cases import CASES, EXPERIMENTS, Case, Experiment  # noqa: E402
 from tests.mujoco.chain import PAPER, Beam, Motor, Plant, clamped, mjcf  # noqa: E402
@@ -121,7 +122,6 @@ def test_half_the_step_gives_the_same_smooth_motion(name: str) -> None:
     assert _halving(CASE[name], seconds=0.2) < SMOOTH_HALVING
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", ["coulomb_friction", "drive_saturation"])
 def test_half_the_step_gives_the_same_motion_with_corners(name: str) -> None:
     assert _halving(CASE[name], seconds=0.06) < HARD_HALVING
@@ -202,7 +202,6 @@ def test_a_late_camera_shows_the_past() -> None:
         delayed(tip, 0.3 * SAMPLE)
 
 
-@pytest.mark.long
 def test_the_instruments_add_their_noise_and_nothing_else() -> None:
     reference = np.zeros((1001, 2))
     rows = table("any", "any", run(Plant(), 1.0, reference, 1e-5))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 import flexgui as fg
 from flexgui.session import Session, Topic
 from flexgui.views.of_recording import recording_views
@@ -25,6 +27,7 @@ def pick(page: Any, title: str) -> None:
     page.get_by_role("option", name=title, exact=True).click()
 
 
+@pytest.mark.long
 def test_each_view_of_the_folder_is_offered_and_drawn(page: Any, session: Session) -> None:
     found = compared()
     assert session.change(lambda document: document.update(found.project.scenario.model_dump()))

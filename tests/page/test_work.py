@@ -98,6 +98,7 @@ def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Pat
     until(lambda: "residual" in plots(page))
     press(page, "Show the validation")
     sees(page, "sweep, validation, fit of all recordings")
+    press(page, "Export")
     download(page, tmp_path, (("Scenario file", ".toml"), ("Report (HTML)", ".html"),
                               ("Model (.json)", ".json")))  # fmt: skip
     assert "E_terms" in json.loads((tmp_path / "Seven_working_points_model.json").read_text())

@@ -126,7 +126,7 @@ def those(*quick: str) -> pytest.MarkDecorator:
     )
 
 
-@those("paper_glocal", "paper_local", "hidden_friction", "emps")
+@those("paper_glocal", "paper_local", "emps")
 def test_a_scenario_runs_and_reports(path: Path, once: Callable[[Path], Run]) -> None:
     require_files(path)
     made, out, found = once(path)

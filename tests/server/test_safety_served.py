@@ -46,6 +46,7 @@ def test_a_foreign_page_is_refused(server: Served) -> None:
     assert server.alive
 
 
+@pytest.mark.long
 def test_a_wrong_join_code_is_refused(tmp_path: Path) -> None:
     options = ("--lan", "--host", "127.0.0.1", "--join-code", "ROBOT-ARM", "--workers", "1")
     with served(tmp_path, *options) as locked:

@@ -80,6 +80,7 @@ def test_the_hidden_effect_comes_first_and_streams_with_residuals_in_floors(
     assert mean == pytest.approx(np.sqrt(found.step.cost_per_sample), rel=1e-3)
 
 
+@pytest.mark.long
 def test_add_lets_the_error_fall_and_undo_brings_it_back(
     friction: Session, services: Offered, tmp_path: Path
 ) -> None:

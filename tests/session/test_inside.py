@@ -124,6 +124,7 @@ def test_neither_do_those_that_look_into_what_was_brought(
             assert SECRET not in said and room not in said, file
 
 
+@pytest.mark.long
 def test_a_followers_copy_takes_nothing_from_elsewhere(trapped: Trapped) -> None:
     """Neither by the scenario's names nor by links in the teacher's folder."""
     for k, file in enumerate(trapped.names):

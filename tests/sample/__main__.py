@@ -1,0 +1,128 @@
+"""`make sample`: thirty diagnoses with a known truth, beside a stored reference.
+
+The yardstick of every change of the method. What a version of `core` was once asked is kept in
+`reports/`, so a second call goes on where the first one stopped; a changed `core` begins anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import core
+from core.resumable.journal import Journal
+from tests.sample.cases import Case, cases
+from tests.sample.judge import line, summary
+
+REFERENCE = Path(__file__).with_name("reference.jsonl")
+WORKERS = 2
+SECONDS = 75.0
+"""of CPU that a case may take; then it counts as one that did not end."""
+PATIENCE = 2.5
+"""Times as long by the clock: other work may go on beside."""
+
+
+def answer(case: Case) -> dict[str, Any]:
+    """What a diagnosis says of the files of one case, as plain values."""
+    from core.identify.predictor import single_threaded
+    from core.scenario.read import read_scenario
+    from core.workbench import run_scenario
+    from flexgui.export.result import result
+
+    with TemporaryDirectory() as folder, single_threaded():
+        path = case.write(Path(folder))
+        begun = time.process_time()
+        limit = int(begun + SECONDS)
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 1))
+        outcome = run_scenario(read_scenario(path), folder=path.parent)
+        cpu = time.process_time() - begun
+    assert outcome.diagnosis is not None
+    found, last = result(outcome, []), outcome.diagnosis.steps[-1]
+    return {
+        "key": case.name,
+        "kept": list(last.model),
+        "verdict": found["verdict"],
+        "final_verdict": found["final_verdict"],
+        "values": {p["name"]: float(f"{p['value']:.8g}") for p in found["parameters"]},
+        "error": round(float(last.cost_per_sample) ** 0.5, 4),
+        "cpu": round(cpu, 1),
+    }
+
+
+def asked(name: str) -> dict[str, Any]:
+    """The record of one case, from a process of its own that may take SECONDS."""
+    command = [sys.executable, "-m", "tests.sample", "--answer", name]
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=PATIENCE * SECONDS, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return {"key": name, "failed": "did not end", "cpu": SECONDS}
+    if done.returncode:
+        said = done.stderr.strip().splitlines() or [f"ended with {done.returncode}"]
+        failed = "did not end" if done.returncode < 0 else said[-1]
+        return {"key": name, "failed": failed, "cpu": SECONDS}
+    return dict(json.loads(done.stdout.splitlines()[-1]))
+
+
+def version() -> str:
+    """Changes with any source of `core`."""
+    root = Path(core.__file__).parent
+    digest = hashlib.sha256()
+    for file in sorted(root.rglob("*.py")):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def run(chosen: Mapping[str, Case], reference: Mapping[str, Any]) -> dict[str, Any]:
+    """The records of all cases; those that are not known yet are asked."""
+    journal = Journal(Path("reports") / f"sample_{version()}.jsonl")
+    records = {n: r for n, r in journal.records.items() if n in chosen}
+    for name in records:
+        print(line(chosen[name], records[name], reference.get(name)), flush=True)
+    left = [name for name in chosen if name not in records]
+    with journal.writing() as writer, ThreadPoolExecutor(WORKERS) as pool:
+        for done in as_completed([pool.submit(asked, name) for name in left]):
+            record = done.result()
+            writer.line(json.dumps(record))
+            name = record["key"]
+            records[name] = record
+            print(line(chosen[name], record, reference.get(name)), flush=True)
+    return records
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Exit code 1 where a case is worse than in the reference."""
+    parser = argparse.ArgumentParser(prog="make sample", description=__doc__)
+    parser.add_argument("words", nargs="*", help="only cases whose names hold one of these")
+    parser.add_argument("--store", action="store_true", help="the result becomes the reference")
+    parser.add_argument("--answer", help=argparse.SUPPRESS)
+    given = parser.parse_args(arguments)
+    known = cases()
+    if given.answer:
+        print(json.dumps(answer(known[given.answer])))
+        return 0
+    words = given.words or [""]
+    chosen = {n: c for n, c in known.items() if any(word in n for word in words)}
+    reference = Journal(REFERENCE).records
+    records = run(chosen, reference)
+    told = summary(known, records, {n: r for n, r in reference.items() if n in chosen})
+    print(told)
+    if given.store:
+        lines = [json.dumps(records[name]) for name in known if name in records]
+        REFERENCE.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return int("as a whole: worse" in told)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
