@@ -13,8 +13,8 @@ SEED ?= 1
 # TRIES=--quick leaves out the tries that take minutes; TRIES="--items 1 3": only these items.
 TRIES ?=
 # Each process takes its part of the tests in their order, then some of the others': what the tests
-# of a file share is made once. Three on two cores, since tests of pages and workers mostly wait.
-SHARED := -n 3 --dist worksteal
+# of a file share is made once.
+SHARED := -n 2 --dist worksteal
 # Kept from checkout to checkout, as compiled kernels are; a cold run only takes longer.
 CACHE := $(or $(XDG_CACHE_HOME),$(HOME)/.cache)/flexgui/tools
 export MYPY_CACHE_DIR := $(CACHE)/mypy

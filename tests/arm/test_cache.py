@@ -18,7 +18,6 @@ from core.arm.compiled import _name as name_of
 from core.arm.compiled import compile_wide_arm
 from core.arm.structure import Structure
 from tests.helpers import PAPER
-from tests.marks import long_but
 
 WORK = """
 import numpy as np
@@ -110,11 +109,8 @@ DAMAGE: dict[str, tuple[str, Callable[[bytes], bytes]]] = {
 }
 
 
-OFTEN = "garbled machine code"
-"""Each costs several starts of a process."""
-
-
-@pytest.mark.parametrize("damage", long_but((OFTEN,), DAMAGE))
+@pytest.mark.long
+@pytest.mark.parametrize("damage", DAMAGE)
 def test_what_is_damaged_is_made_anew_and_said_once(
     damage: str, work: Work, kept: tuple[Path, str], tmp_path: Path
 ) -> None:

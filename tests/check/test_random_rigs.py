@@ -31,7 +31,9 @@ def false_findings(one: Rig, seed: int) -> list[tuple[str, str, str]]:
     ]
 
 
-@pytest.mark.parametrize("seed, fault", QUICK)
+@pytest.mark.parametrize(
+    "seed, fault", [QUICK[0], *(pytest.param(*one, marks=pytest.mark.long) for one in QUICK[1:])]
+)
 def test_a_fault_is_named_where_the_stated_stiffness_is_wrong(seed: int, fault: str) -> None:
     assert named_or_not(checked_rig(seed), fault)
 

@@ -59,7 +59,7 @@ def test_under_a_filter_of_any_width_and_noise_of_any_colour(stated, colour, cut
 
 
 @pytest.mark.parametrize("stated", [True, False], ids=["stated", "estimated"])
-@pytest.mark.parametrize("cutoff", [None, *CUTOFFS])
+@pytest.mark.parametrize("cutoff", long_but((None, 50.0), (None, *CUTOFFS)))
 def test_of_sensors_that_count_in_coarse_steps(stated, cutoff):
     case = Case(cutoff=cutoff, step=STEP, std=0.0)
     check(case, "stated" if stated else "estimated", stated=stated)

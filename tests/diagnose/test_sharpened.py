@@ -154,6 +154,7 @@ def test_noise_shakes_an_arm_on_a_soft_base_more_than_one_on_rock() -> None:
     assert above(state) < SURELY
 
 
+@pytest.mark.long
 def test_floors_of_led_arms_that_are_right_are_left_alone() -> None:
     state, given = on_a_soft_base()
     floors = shaken_more(state, Options())
@@ -162,6 +163,7 @@ def test_floors_of_led_arms_that_are_right_are_left_alone() -> None:
     assert shaken_more(state, Options()) is None
 
 
+@pytest.mark.long
 def test_what_a_led_arm_may_miss_of_itself_raises_no_floor(monkeypatch: pytest.MonkeyPatch) -> None:
     """In a wrong valley that was eighty times what the model left."""
     state, given = on_a_soft_base()

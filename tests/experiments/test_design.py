@@ -87,6 +87,7 @@ SLOW = 0.004
 """s between samples, in which the second beam swings more than once."""
 
 
+@pytest.mark.long
 def test_what_the_recordings_show_is_what_their_fit_states() -> None:
     """Not so with the few steps of a search, which damp a fast vibration."""
     document = scenario().model_dump()
@@ -119,6 +120,7 @@ def test_the_experiment_that_tells_two_effects_apart_is_chosen() -> None:
     assert "the wrong one would be worse" in " ".join(words(apart))
 
 
+@pytest.mark.long
 def test_what_is_not_there_is_not_told_apart_and_it_is_said() -> None:
     apart = planned(Wish(seconds=1.0, between=PAIR))
     assert not apart.decides

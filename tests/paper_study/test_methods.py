@@ -82,6 +82,7 @@ def test_poles_that_are_missing_count_as_wrong() -> None:
     assert pole_error(true[:2], true) == pytest.approx(1.0 / 3.0)
 
 
+@pytest.mark.long
 def test_the_arms_poles_are_found_by_one_local_black_box() -> None:
     rig = Rig(short())
     experiment = rig.settings.experiments[1].simulate
