@@ -104,7 +104,7 @@ format: $(VENV)/.installed-test
 	@$(BIN)/ruff format .
 
 clean:
-	@rm -rf $(VENV) build dist *.egg-info .hypothesis
+	@rm -rf $(VENV) build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The first python that starts and is new enough; a shim that names a missing python does not.

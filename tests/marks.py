@@ -8,6 +8,6 @@ from typing import Any
 import pytest
 
 
-def long_but(quick: Collection[Any], values: Iterable[Any]) -> list[Any]:
+def long_except(quick: Collection[Any], values: Iterable[Any]) -> list[Any]:
     """The values for `parametrize`; all that are not among the quick ones go to `make long`."""
     return [v if v in quick else pytest.param(v, marks=pytest.mark.long) for v in values]

@@ -15,7 +15,7 @@ from core.check.measured import Measured
 from core.check.run import check_all, checks
 from tests.check.faults import FAULTS, Seeded
 from tests.check.rigs import SCENARIOS, Rig, independent, real, rig, simulated
-from tests.marks import long_but
+from tests.marks import long_except
 
 SIZE = 0.1
 """Share by which a size may be wrong: what a person needs to know it by."""
@@ -52,7 +52,7 @@ SKIPPED_FAST = ("starts_moving",)
 QUICK = [f for f in FAULTS if f not in SKIPPED_FAST]
 
 
-@pytest.mark.parametrize("fault", long_but(QUICK[::2], QUICK))
+@pytest.mark.parametrize("fault", long_except(QUICK[::2], QUICK))
 def test_a_fault_is_named_with_its_channel_and_size(fault: str, rigs: list[Rig]) -> None:
     order = rigs if list(FAULTS).index(fault) % 2 else rigs[::-1]  # one of the two is enough here
     found = next((f for one in order if (f := outcome(one, 1, fault, seed=1)) is not None), None)

@@ -30,7 +30,7 @@ from core.simulate.nonlinear import simulate_within
 from tests.diagnose import floors
 from tests.diagnose.floors import Case, found_and_true
 from tests.helpers import task_from
-from tests.marks import long_but
+from tests.marks import long_except
 
 FACTOR = 1.5
 """Asked of every floor, both ways."""
@@ -52,14 +52,14 @@ def check(case: Case, source: str, **how) -> None:  # type: ignore[no-untyped-de
 
 @pytest.mark.parametrize("stated", [True, False], ids=["stated", "estimated"])
 @pytest.mark.parametrize("colour", COLOURS)
-@pytest.mark.parametrize("cutoff", long_but((None, 50.0), (None, *CUTOFFS)))
+@pytest.mark.parametrize("cutoff", long_except((None, 50.0), (None, *CUTOFFS)))
 def test_under_a_filter_of_any_width_and_noise_of_any_colour(stated, colour, cutoff):
     case = Case(cutoff=cutoff, colour=COLOURS[colour])
     check(case, "stated" if stated else "estimated", stated=stated)
 
 
 @pytest.mark.parametrize("stated", [True, False], ids=["stated", "estimated"])
-@pytest.mark.parametrize("cutoff", long_but((None, 50.0), (None, *CUTOFFS)))
+@pytest.mark.parametrize("cutoff", long_except((None, 50.0), (None, *CUTOFFS)))
 def test_of_sensors_that_count_in_coarse_steps(stated, cutoff):
     case = Case(cutoff=cutoff, step=STEP, std=0.0)
     check(case, "stated" if stated else "estimated", stated=stated)
@@ -134,7 +134,7 @@ def test_differences_of_a_filtered_channel_would_have_been_hundreds_of_times_too
 
 
 @pytest.mark.parametrize("colour", COLOURS)
-@pytest.mark.parametrize("cutoff", long_but((None, 50.0), (None, 10.0, 50.0, 200.0)))
+@pytest.mark.parametrize("cutoff", long_except((None, 50.0), (None, 10.0, 50.0, 200.0)))
 def test_from_cycles_within_a_recording(cutoff, colour):
     """Even where the stated noise is wrong, and where the model lacks something."""
     case = Case(cutoff=cutoff, colour=COLOURS[colour], excitation="multisine", seconds=4.0)

@@ -25,7 +25,7 @@ from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
 from core.simulate.nonlinear import simulate_within
 from tests.experiments.rig import LOOP, TORQUE, planned, recorded, recordings, scenario
-from tests.marks import long_but
+from tests.marks import long_except
 
 NEAR = 0.2
 """Share by which a deviation may differ from the predicted: the deviation of a fit is itself
@@ -47,8 +47,8 @@ def used_by_the_machine(limits: Allowed, drive: str, wish: Wish) -> list[float]:
     return shares
 
 
-@pytest.mark.parametrize("drive", long_but((LOOP,), (LOOP, TORQUE)))
-@pytest.mark.parametrize("limits", long_but((TIGHT,), (TIGHT, LimitsSpec())))
+@pytest.mark.parametrize("drive", long_except((LOOP,), (LOOP, TORQUE)))
+@pytest.mark.parametrize("limits", long_except((TIGHT,), (TIGHT, LimitsSpec())))
 def test_the_machine_keeps_every_limit(drive: str, limits: LimitsSpec) -> None:
     wish = Wish(seconds=3.0, limits=limits)
     shares = used_by_the_machine(planned(wish, drive).limits, drive, wish)

@@ -16,7 +16,7 @@ from flexgui.export.formats.python_control import ControlScript, script
 from tests.export.arms import MODELS
 from tests.export.helpers import outcome_of
 from tests.helpers import ARMS, looped
-from tests.marks import long_but
+from tests.marks import long_except
 
 pytest.importorskip("control", reason="python-control is not installed: pip install control")
 
@@ -46,7 +46,7 @@ def folder(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize(
-    "folder", long_but(("torque",), ("loop 2-2", "loop ground", "torque")), indirect=True
+    "folder", long_except(("torque",), ("loop 2-2", "loop ground", "torque")), indirect=True
 )
 def test_it_runs_and_prints_its_poles(folder: Path) -> None:
     assert "Hz, damping" in answered(folder, "model_control.py")

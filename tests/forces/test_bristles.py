@@ -17,7 +17,7 @@ from core.simulate.nonlinear import law_arrays, run, simulate_within
 from core.simulate.rosenbrock import implicit_parts, integrate
 from tests.forces.test_motion import AGAINST_SCIPY, DAMPER, _rate, at, excited, forced
 from tests.helpers import ARMS, PAPER, looped, task_from
-from tests.marks import long_but
+from tests.marks import long_except
 
 F = sp.Symbol("f", positive=True)
 DRY = bristle_law(F, (F,))
@@ -49,7 +49,7 @@ def shares(model: Model, task, substeps: int) -> np.ndarray:  # type: ignore[no-
     return np.asarray(states[:, task.start.size :])
 
 
-@pytest.mark.parametrize("way", long_but((1e-3,), (1e-3, 1e-5)))
+@pytest.mark.parametrize("way", long_except((1e-3,), (1e-3, 1e-5)))
 def test_bristles_agree_with_a_reference_solution(way: float) -> None:
     """SciPy's implicit integrator over the same equations, turn-rounds included."""
     model = rubbing(looped(PAPER), way)

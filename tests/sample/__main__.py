@@ -1,6 +1,6 @@
 """`make sample`: thirty diagnoses with a known truth, beside a stored reference.
 
-The yardstick of every change of the method. What a version of `core` was once asked is kept in
+The yardstick of every change of the method. What a version of `core` has answered is kept in
 `reports/`, so a second call goes on where the first one stopped; a changed `core` begins anew.
 """
 
@@ -24,7 +24,8 @@ from core.resumable.journal import Journal
 from tests.sample.cases import Case, cases
 from tests.sample.judge import line, summary
 
-REFERENCE = Path(__file__).with_name("reference.jsonl")
+CASES = Path(__file__).parent
+REFERENCE = CASES / "reference.jsonl"
 WORKERS = 2
 SECONDS = 75.0
 """of CPU that a case may take; then it counts as one that did not end."""
@@ -32,7 +33,7 @@ PATIENCE = 2.5
 """Times as long by the clock: other work may go on beside."""
 
 
-def answer(case: Case) -> dict[str, Any]:
+def diagnose_case(case: Case) -> dict[str, Any]:
     """What a diagnosis says of the files of one case, as plain values."""
     from core.identify.predictor import single_threaded
     from core.scenario.read import read_scenario
@@ -59,7 +60,7 @@ def answer(case: Case) -> dict[str, Any]:
     }
 
 
-def asked(name: str) -> dict[str, Any]:
+def diagnose_in_process(name: str) -> dict[str, Any]:
     """The record of one case, from a process of its own that may take SECONDS."""
     command = [sys.executable, "-m", "tests.sample", "--answer", name]
     try:
@@ -76,23 +77,23 @@ def asked(name: str) -> dict[str, Any]:
 
 
 def version() -> str:
-    """Changes with any source of `core`."""
-    root = Path(core.__file__).parent
+    """Changes with any source of `core`, and with the cases."""
     digest = hashlib.sha256()
-    for file in sorted(root.rglob("*.py")):
-        digest.update(file.read_bytes())
+    for folder in (Path(core.__file__).parent, CASES, CASES.parent / "mujoco"):
+        for file in sorted([*folder.rglob("*.py"), *folder.glob("*truth.json")]):
+            digest.update(file.read_bytes())
     return digest.hexdigest()[:12]
 
 
 def run(chosen: Mapping[str, Case], reference: Mapping[str, Any]) -> dict[str, Any]:
-    """The records of all cases; those that are not known yet are asked."""
+    """The records of all cases; those that are not known yet are run."""
     journal = Journal(Path("reports") / f"sample_{version()}.jsonl")
     records = {n: r for n, r in journal.records.items() if n in chosen}
     for name in records:
         print(line(chosen[name], records[name], reference.get(name)), flush=True)
     left = [name for name in chosen if name not in records]
     with journal.writing() as writer, ThreadPoolExecutor(WORKERS) as pool:
-        for done in as_completed([pool.submit(asked, name) for name in left]):
+        for done in as_completed([pool.submit(diagnose_in_process, name) for name in left]):
             record = done.result()
             writer.line(json.dumps(record))
             name = record["key"]
@@ -110,18 +111,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     known = cases()
     if given.answer:
-        print(json.dumps(answer(known[given.answer])))
+        print(json.dumps(diagnose_case(known[given.answer])))
         return 0
     words = given.words or [""]
     chosen = {n: c for n, c in known.items() if any(word in n for word in words)}
     reference = Journal(REFERENCE).records
     records = run(chosen, reference)
-    told = summary(known, records, {n: r for n, r in reference.items() if n in chosen})
-    print(told)
+    comparison = summary(known, records, {n: r for n, r in reference.items() if n in chosen})
+    print(comparison)
     if given.store:
         lines = [json.dumps(records[name]) for name in known if name in records]
         REFERENCE.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    return int("as a whole: worse" in told)
+    return int("as a whole: worse" in comparison)
 
 
 if __name__ == "__main__":

@@ -57,7 +57,7 @@ def grade(case: Case, record: Record) -> tuple[int, ...]:
     )
 
 
-def beside(case: Case, record: Record, reference: Record) -> str:
+def compare(case: Case, record: Record, reference: Record) -> str:
     """BETTER, EQUAL or WORSE than the reference."""
     now, before = grade(case, record), grade(case, reference)
     if now != before:
@@ -75,7 +75,7 @@ def pace(record: Record, reference: Record) -> str:
 
 def line(case: Case, record: Record, reference: Record | None) -> str:
     """One case in one line."""
-    said = "+".join(record["kept"]) or "nothing" if "kept" in record else record["failed"]
+    named_or_why = "+".join(record["kept"]) or "nothing" if "kept" in record else record["failed"]
     size, error = worst_size(case, record), record.get("error")
     parts = [
         f"{case.name:44.44s}",
@@ -86,8 +86,8 @@ def line(case: Case, record: Record, reference: Record | None) -> str:
         f"{record['cpu']:5.0f} s",
     ]
     if reference is not None:
-        parts += [f"{beside(case, record, reference):6s}", f"{pace(record, reference):7s}"]
-    return "  ".join(parts) + f"  {said}"
+        parts += [f"{compare(case, record, reference):6s}", f"{pace(record, reference):7s}"]
+    return "  ".join(parts) + f"  {named_or_why}"
 
 
 def summary(
@@ -95,7 +95,7 @@ def summary(
 ) -> str:
     """Sums over all cases, and what changed."""
     known = [n for n in records if n in reference]
-    verdicts = {n: beside(cases[n], records[n], reference[n]) for n in known}
+    verdicts = {n: compare(cases[n], records[n], reference[n]) for n in known}
     lines = [_sums("now", cases, records), _sums("reference", cases, reference)]
     for word in (BETTER, WORSE):
         names = [n for n in known if verdicts[n] == word]

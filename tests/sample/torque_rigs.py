@@ -55,11 +55,11 @@ class TorqueRig:
     """N m or N per joint."""
     payload: float = 0.0
     """kg, a point at the tip."""
-    hub: float = 0.0
+    hub_inertia: float = 0.0
     """kg m² of each motor, which is stated."""
-    shaken: tuple[float, ...] = ()
+    disturbance: tuple[float, ...] = ()
     """N m or N with which something nearby shakes each joint: no effect of the catalogue."""
-    shaken_hz: float = 0.0
+    disturbance_hz: float = 0.0
     recordings: int = 2
 
     @property
@@ -72,8 +72,8 @@ class TorqueRig:
         return (1.0 if self.slide else 2.0 * np.pi) / 2.0**self.bits
 
     @property
-    def numbers(self) -> np.ndarray:
-        """What `_rate` takes: inertias, coupling, then viscous, dry and shaking of each joint."""
+    def constants(self) -> np.ndarray:
+        """What `_rate` takes: inertias, coupling, then both frictions and what disturbs each joint."""
         m, length, p = self.masses, self.lengths, self.payload
         two = self.joints == 2
         if self.slide:
@@ -84,8 +84,8 @@ class TorqueRig:
             first = m[0] * length[0] ** 2 / 3.0 + (m[1] + p) * length[0] ** 2
             own, cross = (m[1] / 3.0 + p) * length[1] ** 2, (m[1] / 2.0 + p) * length[0] * length[1]
         none = (0.0,) * self.joints
-        each = [x or none for x in (self.viscous, self.coulomb, self.shaken)]
-        return np.array([first, own, cross, self.shaken_hz, *np.ravel(each)])
+        each = [x or none for x in (self.viscous, self.coulomb, self.disturbance)]
+        return np.array([first, own, cross, self.disturbance_hz, *np.ravel(each)])
 
 
 @njit(cache=True)
@@ -112,7 +112,7 @@ def _rate(n, t, y, u, e):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _gone_on(n, t, y, u, e, h):  # type: ignore[no-untyped-def]
+def _advanced(n, t, y, u, e, h):  # type: ignore[no-untyped-def]
     """The state SUBSTEPS steps of length h later, by fourth-order Runge-Kutta."""
     for _ in range(SUBSTEPS):
         a = _rate(n, t, y, u, e)
@@ -138,11 +138,11 @@ class _Integrated:
     def tip(self) -> np.ndarray:
         return np.zeros(0)
 
-    def go_on(self, torque: np.ndarray) -> None:
+    def advance(self, torque: np.ndarray) -> None:
         """By one sample, with the torque held."""
         dt, n = 1.0 / self.rig.rate, self.rig.joints
         at = self.samples * dt
-        self.state = _gone_on(n, at, self.state, torque, self.rig.numbers, dt / SUBSTEPS)
+        self.state = _advanced(n, at, self.state, torque, self.rig.constants, dt / SUBSTEPS)
         self.samples += 1
 
 
@@ -158,7 +158,7 @@ class _Chain:
         viscous = rig.viscous or (0.0,) * rig.joints
         coulomb = rig.coulomb or (0.0,) * rig.joints
         motors = tuple(
-            Motor(1.0, c, v, inertia=rig.hub) for v, c in zip(viscous, coulomb, strict=True)
+            Motor(1.0, c, v, inertia=rig.hub_inertia) for v, c in zip(viscous, coulomb, strict=True)
         )
         text = mjcf(Plant(beams, motors, tip_mass=rig.payload), STEP)
         for k in range(rig.joints):
@@ -184,7 +184,7 @@ class _Chain:
         mujoco.mj_kinematics(self.model, self.data)
         return np.array(self.data.site_xpos[self._site, :2])
 
-    def go_on(self, torque: np.ndarray) -> None:
+    def advance(self, torque: np.ndarray) -> None:
         """By one sample, with the torque held."""
         self.data.ctrl[:] = torque
         mujoco.mj_step(self.model, self.data, round(1.0 / self.rig.rate / STEP))
@@ -211,9 +211,9 @@ def recorded(rig: TorqueRig, posture: Sequence[float], seed: int) -> dict[str, n
     place, speed, acceleration = _wanted(rig, rng)
     middle = np.array(posture, dtype=float)
     world = _Chain(rig, middle) if rig.stiffness else _Integrated(rig, middle)
-    first, own, cross, *_ = rig.numbers
+    first, own, cross, *_ = rig.constants
     whole = np.array([first + own + 2.0 * cross * np.cos(middle[-1]) * (rig.joints > 1), own])
-    inertia = WRONG_MASS * whole[: rig.joints] + rig.hub
+    inertia = WRONG_MASS * whole[: rig.joints] + rig.hub_inertia
     stiff, damping = FEEDBACK**2 * inertia, 2.0 * FEEDBACK * inertia
     rows, before = [], middle
     for i, (q, v, a) in enumerate(zip(place + middle, speed, acceleration, strict=True)):
@@ -224,7 +224,7 @@ def recorded(rig: TorqueRig, posture: Sequence[float], seed: int) -> dict[str, n
         torque, before = np.round(torque, 6), seen
         tip = world.tip + 3e-5 * rng.normal(size=world.tip.shape)
         rows.append(np.concatenate([[i / rig.rate], torque, seen, tip]))
-        world.go_on(torque)
+        world.advance(torque)
     return dict(zip(columns(rig), np.array(rows).T, strict=True))
 
 
@@ -243,7 +243,7 @@ def scenario_text(rig: TorqueRig) -> str:
         text += f"[[arm.segments]]\nlength = {rig.lengths[k]!r}\nmass = {mass!r}\n"
         if rig.stiffness:
             text += f"EI = {rig.stiffness[k] * WRONG_STIFFNESS[k]!r}\nmodes = 2\n"
-            text += f"hub_inertia = {rig.hub!r}\n"
+            text += f"hub_inertia = {rig.hub_inertia!r}\n"
         else:
             text += "modes = 0\n"
         text += 'joint = "prismatic"\n\n' if rig.slide else "\n"

@@ -118,7 +118,7 @@ def test_there_are_scenarios_to_run() -> None:
     assert {"paper_glocal.toml", "paper_local.toml"} <= {p.name for p in SCENARIOS}
 
 
-def those(*quick: str) -> pytest.MarkDecorator:
+def per_scenario(*quick: str) -> pytest.MarkDecorator:
     """One test per shipped scenario; all but the `quick` ones belong to the long tests."""
     marks = {path: [] if path.stem in quick else [pytest.mark.long] for path in SCENARIOS}
     return pytest.mark.parametrize(
@@ -126,14 +126,14 @@ def those(*quick: str) -> pytest.MarkDecorator:
     )
 
 
-@those("paper_glocal", "paper_local", "emps")
+@per_scenario("paper_glocal", "paper_local", "emps")
 def test_a_scenario_runs_and_reports(path: Path, once: Callable[[Path], Run]) -> None:
     require_files(path)
     made, out, found = once(path)
     check_report(found, out, made)
 
 
-@those("paper_local", "emps")
+@per_scenario("paper_local", "emps")
 def test_a_scenario_runs_twice_to_the_same_result(
     path: Path, once: Callable[[Path], Run], tmp_path: Path
 ) -> None:
@@ -144,7 +144,7 @@ def test_a_scenario_runs_twice_to_the_same_result(
     assert {**first, "seconds": None} == {**second, "seconds": None}
 
 
-@those()
+@per_scenario()
 def test_a_whole_scenario_runs(path: Path, tmp_path: Path) -> None:
     require_files(path)
     check_report(exported(path, tmp_path / "out"), tmp_path / "out", path)

@@ -23,7 +23,7 @@ from core.scenario.schema import IdentifySpec, Scenario
 from core.simulate.motion import Task, at_rest
 from core.simulate.nonlinear import simulate_within
 from core.workbench import base_model, run_scenario
-from tests.marks import long_but
+from tests.marks import long_except
 
 STEP, SAMPLES, HOLD = 4e-3, 400, 5
 CUT = 83
@@ -96,7 +96,7 @@ def run(folder: Path, drive: str, more: str = "", most: int = 3) -> Outcome:
     return run_scenario(scenario(drive, 380.0, more, most), folder=folder)
 
 
-@pytest.mark.parametrize("drive", long_but(("loop",), DRIVES))
+@pytest.mark.parametrize("drive", long_except(("loop",), DRIVES))
 def test_what_is_hidden_is_found_although_the_arm_moves_already(tmp_path: Path, drive) -> None:
     write(tmp_path, drive, CUT)
     outcome = run(tmp_path, drive)
