@@ -73,7 +73,7 @@ class TorqueRig:
 
     @property
     def constants(self) -> np.ndarray:
-        """What `_rate` takes: inertias, coupling, then both frictions and what disturbs each joint."""
+        """What `_rate` takes: inertias, coupling, frictions and what disturbs each joint."""
         m, length, p = self.masses, self.lengths, self.payload
         two = self.joints == 2
         if self.slide:
