@@ -42,6 +42,7 @@ def moved(page: Any, desktop: Desktop, label: str, value: str, arm_too: bool = T
         until(lambda: not np.array_equal(beams(desktop), arm))
 
 
+@pytest.mark.long
 def test_each_slider_changes_the_plots_and_the_arm(
     page: Any, desktop: Desktop, session: Session
 ) -> None:

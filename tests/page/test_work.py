@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
-import sys
 import tomllib
 import zipfile
 from collections.abc import Sequence
@@ -19,9 +17,6 @@ from flexgui.session import Session
 from flexgui.stage.recorded import read_one
 from tests.page.helpers import enter, field, plots, press, sees, small
 from tests.session.helpers import until
-
-SAME = 1e-9
-"""Relative: the same code on the same data; results go through a file with all their digits."""
 
 
 @pytest.fixture
@@ -104,10 +99,6 @@ def test_from_the_button_to_the_files(page: Any, session: Session, tmp_path: Pat
     assert "E_terms" in json.loads((tmp_path / "Seven_working_points_model.json").read_text())
     scenario = tmp_path / "Seven_working_points.toml"
     assert len(tomllib.loads(scenario.read_text())["recordings"]) == 3
-    assert session.outcome is not None
-    fit = session.outcome.fits[0]
-    ours = {e.name: e.value for e in (*fit.estimates, *fit.derived)}
-    assert exported(scenario, tmp_path / "out") == pytest.approx(ours, rel=SAME)
 
 
 @pytest.mark.long
@@ -133,14 +124,6 @@ def download(page: Any, folder: Path, files: Sequence[tuple[str, str]]) -> None:
         path = folder / coming.value.suggested_filename
         coming.value.save_as(path)
         assert path.suffix == ending and path.stat().st_size > 100
-
-
-def exported(scenario: Path, out: Path) -> dict[str, float]:
-    """The parameters that the command line finds."""
-    command = [sys.executable, "-m", "flexgui", "export", str(scenario), "--out", str(out)]
-    subprocess.run([*command, "--quiet"], check=True, timeout=120)
-    told = json.loads((out / "result.json").read_text())["parameters"]
-    return {p["name"]: p["value"] for p in told}
 
 
 @pytest.mark.long
@@ -178,6 +161,7 @@ def pick(page: Any, label: str, option: str) -> None:
     page.get_by_role("option").filter(has_text=re.compile(f"^{option}")).first.click()
 
 
+@pytest.mark.long
 def test_stop_in_mid_run_keeps_the_last_result(page: Any, session: Session) -> None:
     small(session)
     press(page, "Identify")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from flexgui.session import Session
 from flexgui.session.edit import Document
 from tests.session.conftest import Offered
@@ -34,6 +36,7 @@ def test_the_files_to_play_and_the_words_are_handed_on(session: Session, service
     assert "speed = [" in text and 'played = "play1.csv"' in text
 
 
+@pytest.mark.long
 def test_a_shorter_plan_leaves_nothing_of_the_one_before(
     session: Session, services: Offered
 ) -> None:

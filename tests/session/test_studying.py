@@ -57,6 +57,7 @@ def titles(session: Session) -> list[str]:
     return [section.title for section in session.study.sections]
 
 
+@pytest.mark.long
 def test_a_study_gives_the_same_numbers_as_without_a_page(
     quick: Session, services: Offered
 ) -> None:
