@@ -92,8 +92,8 @@ def cost_of(blocks: Blocks) -> float:
 
 
 def normal_equations(blocks: Blocks, slopes: Slopes) -> tuple[np.ndarray, np.ndarray]:
-    """J'J (P, P) and J'r (P,)."""
-    P = slopes[0].shape[2]
+    """J'J (P, P) and J'r (P,) of errors (..., ) and their slopes (..., P) per recording."""
+    P = slopes[0].shape[-1]
     A, b = np.zeros((P, P)), np.zeros(P)
     for r, S in zip(blocks, slopes, strict=True):
         flat = S.reshape(r.size, P)  # a model may have no unknown but one, and that is held

@@ -19,7 +19,7 @@ from core.diagnose.minimum import converged, precise
 from core.diagnose.refit import Refit, nominal_values, whitened
 from core.diagnose.screen import Screen, screen
 from core.diagnose.valleys import in_the_right_valley
-from core.diagnose.whitening import Whitener, fit_whitener, rows_apart
+from core.diagnose.whitening import Whitener, fit_whitener, whitened_rows
 from core.effects.effect import Effect
 
 
@@ -47,7 +47,7 @@ def finer_round(
         return None
     there, after = _fitted(data, before, [*present, finer], stopped)
     data, before = at_its_best(data, before, stopped)
-    whitener = fit_whitener(after.errors, rows_apart(data.experiments))
+    whitener = fit_whitener(after.errors, [whitened_rows(e) for e in data.experiments])
     before, after = (_whitened(one, whitener) for one in (before, after))
     weighed = weigh(seen.candidates[0], before, after, data.count, 1)
     if stopped() or not weighed.white_drop > TIE or gate(there, after):

@@ -53,17 +53,18 @@ def gram(
     residuals: Sequence[np.ndarray],
     slopes: Sequence[np.ndarray],
     columns: Sequence[Sequence[np.ndarray]],
-    filtered: Callable[[np.ndarray], np.ndarray],
+    whiten: Callable[[int, np.ndarray], np.ndarray],
 ) -> Gram:
     """From residuals (M, k), nuisance slopes (M, k, P) and columns (M, k) per recording.
 
-    Slopes are of errors, columns of outputs; both are taken as directions of the outputs.
+    Slopes are of errors, columns of outputs; both are taken as directions of the outputs. `whiten`
+    makes samples (K, ...) of a recording's number and block (M, k, ...).
     """
     parts = []
     for i, r in enumerate(residuals):
         own = np.stack([c[i] for c in columns], axis=-1) if columns else r[..., None][..., :0]
         both = np.concatenate([-slopes[i], own, r[..., None]], axis=-1)
-        flat = filtered(both).reshape(-1, both.shape[-1])
+        flat = whiten(i, both)
         parts.append(flat.T @ flat)
     P = slopes[0].shape[2]
     return Gram(np.array(parts), P)

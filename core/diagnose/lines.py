@@ -197,7 +197,7 @@ class _Known:
     @classmethod
     def of(cls, e: Prepared, fitted: Hypothesis | None, i: int) -> _Known:
         dt, N = e.recording.sample_time, len(e.recording.time)
-        filters = [f for f in (e.processing.filter, e.processing.output_filter) if f is not None]
+        filters = [f for kind in {*e.kinds} for f in e.processing.filters(kind)]
         commanded = not isinstance(e.model.steering, FollowingServo)
         references = e.task.references if commanded else np.zeros((N, 0))
         cycle = period(inputs_of(e))

@@ -12,7 +12,7 @@ from core.diagnose.data import Data, hypothesis
 from core.diagnose.evidence import RELEVANT, TIE
 from core.diagnose.refit import Refit, fit, settled, whitened
 from core.diagnose.verdict import within_noise
-from core.diagnose.whitening import fit_whitener, rows_apart
+from core.diagnose.whitening import fit_whitener, whitened_rows
 from core.effects import effect
 from core.effects.effect import Effect
 from core.identify import predictor
@@ -123,7 +123,7 @@ def _coarser_and_less_likely(data: Data, found: Refit, refit: Refit) -> bool:
     )
     if shapes == before:
         return False
-    whitener = fit_whitener(refit.errors, rows_apart(data.experiments))
+    whitener = fit_whitener(refit.errors, [whitened_rows(e) for e in data.experiments])
     without, with_them = (whitened(r.hypothesis, r.descended, whitener)[0] for r in (found, refit))
     return without - with_them > TIE
 

@@ -90,8 +90,8 @@ def whitened(at: Hypothesis, found: Descended, whitener: Whitener) -> tuple[floa
 
     Parameters at a bound stay there.
     """
-    slopes = [whitener(s) for s in found.slopes]
-    blocks = [whitener(b) for b in found.blocks]
+    slopes = [whitener(i, s) for i, s in enumerate(found.slopes)]
+    blocks = [whitener(i, b) for i, b in enumerate(found.blocks)]
     A, b = normal_equations(blocks, slopes)
     cost = float(sum(np.sum(x * x) for x in blocks))
     limits, x = at.limits, found.vector

@@ -94,7 +94,7 @@ differentiated twice to a torque; at most a quarter of a recording is given away
 
 def _away_from_the_ends(e: Prepared) -> np.ndarray:
     """(M,) bool: where a filter's answer to the recording's ends has died out."""
-    filters = [f for f in (e.processing.filter, e.processing.output_filter) if f is not None]
+    filters = [f for kind in {*e.kinds} for f in e.processing.filters(kind)]
     time, ends = e.time, max((RINGS / f.cutoff_hz for f in filters), default=0.0)
     ends = min(ends, 0.25 * float(time[-1] - time[0]))
     return np.asarray((time >= time[0] + ends) & (time <= time[-1] - ends))

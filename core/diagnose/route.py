@@ -282,7 +282,7 @@ class Route:
         """(M, k): what is measured, less what the model answers where a servo leads it along."""
         e = self.experiment
         columns = [measured_outputs(e.model, recording, s)[0] for s in e.outputs]
-        measured = e.processing.apply(np.hstack(columns), recording.sample_time)
+        measured = replace(e, recording=recording).processed(np.hstack(columns))
         if not self.driven:
             return measured
         again = replace(e, recording=recording, task=make_task(e.model, recording))

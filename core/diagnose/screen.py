@@ -14,7 +14,7 @@ from core.diagnose.data import Data, Hypothesis
 from core.diagnose.descent import whole
 from core.diagnose.gram import NOTHING, Gram, explain, gram
 from core.diagnose.shapes import best_shape, own_shape
-from core.diagnose.whitening import Whitener, fit_whitener, no_whitening, rows_apart
+from core.diagnose.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
 from core.effects.effect import Effect
 from core.identify import predictor
 
@@ -101,11 +101,11 @@ def screen(
     new = {i for i, t in enumerate(planned) if must_compile(t, base.model.arm)}
     rounds = in_rounds(planned, new)
     zeros, columns = Zeros(base), dict[int, Column]()
-    apart = rows_apart(data.experiments)
+    rows = [whitened_rows(e) for e in data.experiments]
 
     def scored() -> Screen:
         known = [columns[i] for i in sorted(columns)]
-        return _scored(errors, slopes, known, candidates, len(planned) - len(columns), apart)
+        return _scored(errors, slopes, known, candidates, len(planned) - len(columns), rows)
 
     for number, which in enumerate(rounds, start=1):
         tried = map_threads(lambda i: simulated(data, base, accepted, planned[i], zeros), which)  # noqa: B023
@@ -147,11 +147,11 @@ def _scored(
     columns: list[Column],
     candidates: Sequence[Effect],
     to_come: int,
-    apart: int,
+    rows: Sequence[Sequence[np.ndarray]],
 ) -> Screen:
     blocks = [c.blocks for c in columns]
-    plain = gram(errors, slopes, blocks, no_whitening(errors[0].shape[1]))
-    whitener = fit_whitener(_remainders(plain, errors, slopes, blocks), apart)
+    plain = gram(errors, slopes, blocks, no_whitening)
+    whitener = fit_whitener(_remainders(plain, errors, slopes, blocks), rows)
     white = gram(errors, slopes, blocks, whitener)
     w, u = white.projected(), plain.projected()
     found = [_score(c, columns, w, u) for c in candidates]

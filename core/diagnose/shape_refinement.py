@@ -60,7 +60,8 @@ def _unfiltered(data: Data) -> Data:
     """
     noise = np.random.default_rng(0).standard_normal((NOISE, 1))
     left = [
-        float(np.std(e.processing.apply(noise, e.recording.sample_time))) for e in data.experiments
+        np.array([np.std(e.processing.apply(noise, e.recording.sample_time, [k])) for k in e.kinds])
+        for e in data.experiments
     ]
     return replace(
         data,

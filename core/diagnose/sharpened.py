@@ -216,5 +216,4 @@ def _step(known: LadderStep, floors: Mapping[str, Floor], counts: Mapping[str, i
 
 
 def _screen(seen: Screen, scale: np.ndarray) -> Screen:
-    whitener = replace(seen.whitener, deviations=seen.whitener.deviations * scale)
-    return replace(seen, whitener=whitener)
+    return replace(seen, whitener=seen.whitener.scaled(scale))

@@ -124,6 +124,8 @@ class FollowingServo:
     guided: bool = False
     """Whether the joints are led between samples as the model answers to the recorded torque
     (core.identify.guide), not along splines alone."""
+    torque_hz: float = np.inf
+    """Hz beyond which no torque is compared, of which friction along the joints is a part."""
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
         """The drive's own feedback acts on the measured joints; the servo on the difference."""
@@ -181,7 +183,8 @@ class FollowingServo:
         vibration exaggerates it, and a viscous friction came out 10 % too small. Not through a
         symmetric low-pass, which sees a motion before it begins (EMPS: 8 % more error).
         """
-        compared = self.band_hz if np.isfinite(self.band_hz) else self.hz
+        band = min(self.band_hz, self.torque_hz)
+        compared = band if np.isfinite(band) else self.hz
         smooth = self.response(place, dt, max(self.hz, BEYOND * compared))
         return smooth, slopes(smooth, dt)
 

@@ -11,7 +11,7 @@ from core.drives.servo import FollowingServo
 from core.effects.sizes import deflection_rows
 from core.errors import InputError
 from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import TORQUE, Prepared, Processing, prepare
 from core.identify.unknowns import Unknown, Unknowns
 from core.model import Model
 from core.recording.recording import Recording
@@ -115,7 +115,8 @@ def _missing(
     if not isinstance(model.steering, FollowingServo):
         return ()
     _, speed = model.steering.motion(experiment.recording, model.arm)
-    speed = experiment.processing.apply(speed, experiment.recording.sample_time)
+    dt, kinds = experiment.recording.sample_time, (TORQUE,) * model.arm.joints
+    speed = experiment.processing.apply(speed, dt, kinds)
     torques = [c for c in channels if c.channel.startswith("u")]
     found = []
     for k, c in enumerate(torques):

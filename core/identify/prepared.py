@@ -43,27 +43,50 @@ class Processing:
     output_filter: ZeroPhaseLowPass | None = None
     """A further low-pass of the outputs alone: a torque may need a narrower band than the motion
     from which it is computed."""
+    torque_filter: ZeroPhaseLowPass | None = None
+    """A low-pass of the joint torques alone, to the band in which the encoders show a motion."""
 
-    def apply(self, y: np.ndarray, dt: float) -> np.ndarray:
-        """(N, k) -> (ceil(N / decimate), k)"""
+    def filters(self, kind: str) -> tuple[ZeroPhaseLowPass, ...]:
+        """What the signals of a sensor pass."""
+        own = self.torque_filter if kind == TORQUE else None
+        return tuple(f for f in (self.filter, self.output_filter, own) if f is not None)
+
+    def apply(self, y: np.ndarray, dt: float, kinds: Sequence[str] = ()) -> np.ndarray:
+        """(N, k) -> (ceil(N / decimate), k); `kinds` (k,) of the sensors of the columns, where
+        some may be torques."""
+        alike = {kind: self.filters(kind) for kind in kinds or ("",)}
+        if len(set(alike.values())) == 1:
+            return self._filtered(y, dt, next(iter(alike.values())))[:: self.decimate]
+        out = np.array(y)
+        for kind, filters in alike.items():
+            columns = [c for c, one in enumerate(kinds) if one == kind]
+            out[:, columns] = self._filtered(y[:, columns], dt, filters)
+        return out[:: self.decimate]
+
+    def _filtered(
+        self, y: np.ndarray, dt: float, filters: Sequence[ZeroPhaseLowPass]
+    ) -> np.ndarray:
         complete = y.size > 0 and bool(np.isfinite(y).all())
-        for low_pass in (self.filter, self.output_filter):
-            if low_pass is not None and complete:
+        for low_pass in filters:
+            if complete:
                 y = filtered(low_pass, y, dt)
-            elif low_pass is not None:
+            else:
                 y = np.column_stack([low_pass.apply(column, dt) for column in y.T])
-        return y[:: self.decimate]
+        return y
 
-    @property
-    def band_hz(self) -> float:
-        """Hz beyond which nothing is compared, as the filters leave less than UNSEEN of it."""
-        filters = [f for f in (self.filter, self.output_filter) if f is not None]
-        return min((f.reach_hz(UNSEEN) for f in filters), default=np.inf)
+    def band_hz(self, kinds: Sequence[str]) -> float:
+        """Hz beyond which nothing of these sensors is compared, as the filters leave less than
+        UNSEEN of it."""
+        bands = [
+            min((f.reach_hz(UNSEEN) for f in self.filters(kind)), default=np.inf) for kind in kinds
+        ]
+        return max(bands, default=np.inf)
 
     @property
     def nothing(self) -> bool:
         """Whether measurement and model stay as they are."""
-        return self.filter is None and self.output_filter is None and self.decimate == 1
+        filters = (self.filter, self.output_filter, self.torque_filter)
+        return all(f is None for f in filters) and self.decimate == 1
 
 
 @dataclass(frozen=True)
@@ -85,6 +108,12 @@ class Prepared:
         """(name, unit) of the k outputs."""
         arm = self.model.arm
         return tuple((c.name, c.unit) for s in self.outputs for c in s.channels(arm))
+
+    @cached_property
+    def kinds(self) -> tuple[str, ...]:
+        """Of the sensors of the k channels."""
+        arm = self.model.arm
+        return tuple(s.kind for s in self.outputs for _ in s.channels(arm))
 
     @property
     def time(self) -> np.ndarray:
@@ -142,7 +171,7 @@ class Prepared:
     ) -> np.ndarray:
         """(M, k): the model's outputs by the route that the measured ones took."""
         raw = self.readings(trajectory, numbers, values)
-        return self.processing.apply(raw, self.recording.sample_time)
+        return self.processed(raw)
 
     def readings(
         self, trajectory: Trajectory, numbers: Numbers, values: Mapping[str, float]
@@ -158,13 +187,19 @@ class Prepared:
             raw[:, k] = values.get(GAIN + name, 1.0) * raw[:, k] + values.get(OFFSET + name, 0.0)
         return raw
 
+    def processed(self, raw: np.ndarray) -> np.ndarray:
+        """(M, k): readings (N, k) behind the filters of the comparison."""
+        return self.processing.apply(raw, self.recording.sample_time, self.kinds)
+
     def processed_change(self, raw: np.ndarray) -> np.ndarray:
         """(M, k): what a change (N, k) of the readings becomes in what is compared, as filters are
         linear; channels that do not change cost nothing."""
         found = np.zeros((len(self.time), raw.shape[1]))
         moved = np.any(raw != 0.0, axis=0)
         if moved.any():
-            found[:, moved] = self.processing.apply(raw[:, moved], self.recording.sample_time)
+            kinds = [kind for kind, one in zip(self.kinds, moved, strict=True) if one]
+            dt = self.recording.sample_time
+            found[:, moved] = self.processing.apply(raw[:, moved], dt, kinds)
         return found
 
     def sensed(
@@ -271,9 +306,10 @@ def prepare(
     dt = recording.sample_time
     raw = np.hstack(measured) if measured else np.zeros((len(recording.time), 0))
     mask = np.hstack(counted) if counted else np.zeros((len(recording.time), 0), dtype=bool)
-    processed = processing.apply(raw, dt)
-    if isinstance(model.steering, FollowingServo):
-        mask = mask & _inside(processing, len(mask), dt)[:, None]
+    kinds = [s.kind for s in outputs for _ in s.channels(arm)]
+    processed = processing.apply(raw, dt, kinds)
+    if isinstance(model.steering, FollowingServo) and kinds:
+        mask = mask & np.column_stack([_inside(processing, k, len(mask), dt) for k in kinds])
     counts = mask[:: processing.decimate] & np.isfinite(processed)
     task = make_task(model, recording)
     if outputs and not counts.any():
@@ -285,14 +321,14 @@ def prepare(
     return Prepared(model, recording, tuple(outputs), processing, task, processed, counts)
 
 
-def _inside(processing: Processing, N: int, dt: float) -> np.ndarray:
+def _inside(processing: Processing, kind: str, N: int, dt: float) -> np.ndarray:
     """(N,) whether a sample is further from both ends than a filter's answer to them lasts.
 
     What a filter must invent beyond the ends of a torque stands beside it there. A Butterworth
     filter of order n at f answers for about twice its group delay, which is below n / (2 pi f).
     Without a filter the first and the last sample have no second difference.
     """
-    filters = [f for f in (processing.filter, processing.output_filter) if f is not None]
+    filters = processing.filters(kind)
     edge = max((f.order / (np.pi * f.cutoff_hz) for f in filters), default=0.0)
     count = max(int(np.ceil(edge / dt)), 1)
     at = np.arange(N)

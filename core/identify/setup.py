@@ -14,6 +14,8 @@ from core.identify.prepared import TORQUE, Processing, start_joints
 from core.identify.unknowns import first_states, starts_unknown
 from core.model import Model
 from core.recording.recording import Recording
+from core.recording.velocity import ZeroPhaseLowPass
+from core.recording.visible_band import visible_band
 from core.scenario.schema import IdentifySpec
 from core.sensors import Sensor, sensor, sensors
 from core.simulate.motion import at_rest
@@ -44,13 +46,17 @@ def make_setup(model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
     """The setup for the estimation recordings; InputError where they lack what is compared."""
     chosen = [r for r in recordings if r.role == "estimate"]
     outputs = _outputs(model, spec, chosen)
-    processing = Processing(spec.filter, spec.decimate, spec.output_filter)
-    servo = None
+    processing = Processing(spec.filter or None, spec.decimate, spec.output_filter)
+    servo, band = None, ""
     unknown = not model.drive.torque_known
-    if spec.servo_hz is not None or unknown or any(s.kind == TORQUE for s in outputs):
-        servo = _servo(model, spec, chosen, processing.band_hz)
+    compared = any(s.kind == TORQUE for s in outputs)
+    if spec.servo_hz is not None or unknown or compared:
+        if compared and spec.filter is None and spec.output_filter is None:
+            low_pass, band = torque_band(model.arm.joints, chosen)
+            processing = replace(processing, torque_filter=low_pass)
+        servo = _servo(model, spec, chosen, processing, [s.kind for s in outputs])
         model = model.steered_by(servo)
-    notes = tuple(_notes(model, spec, outputs, chosen, servo))
+    notes = (*_notes(model, spec, outputs, chosen, servo), *([band] if band else []))
     return Setup(model, outputs, processing, notes)
 
 
@@ -95,6 +101,33 @@ def _with_known_torque(
     return left
 
 
+BAND_PERIODS = 10.0
+"""Of the highest frequency compared within a recording, at least."""
+
+
+def torque_band(
+    joints: int, recordings: Sequence[Recording]
+) -> tuple[ZeroPhaseLowPass | None, str]:
+    """The low-pass of the torques along measured motions, and the sentence that states it; none
+    where the encoders show a motion at nearly all frequencies, or are too short to say."""
+    found = {}
+    for k in range(joints):
+        name = f"theta{k + 1}"
+        band = visible_band([(r[name], r.sample_time) for r in recordings if r.has(name)])
+        if band is not None:
+            found[name] = band
+    if not found or any(band.whole for band in found.values()):
+        return None, ""
+    shortest = min(float(r.time[-1] - r.time[0]) for r in recordings)
+    hz = max(max(band.hz for band in found.values()), BAND_PERIODS / shortest)
+    noises = ", ".join(f"{name} {band.noise:.1e}" for name, band in found.items())
+    return ZeroPhaseLowPass(cutoff_hz=float(f"{hz:.3g}")), (
+        f"Torques are compared up to {hz:.3g} Hz: beyond, the encoders show no motion above their "
+        f"noise ({noises} rad or m). [identify] filter = {{ cutoff_hz = ... }} states another "
+        f"band, filter = false none."
+    )
+
+
 def _replayed(model: Model) -> bool:
     """Whether the recorded torque moves the arm with nothing fed back: alone it would drift away,
     so a servo has to hold it on the encoders."""
@@ -113,15 +146,19 @@ def _usable(candidate: Sensor, model: Model, recording: Recording) -> bool:
 
 
 def _servo(
-    model: Model, spec: IdentifySpec, recordings: Sequence[Recording], band_hz: float
-) -> FollowingServo:
+    model: Model, spec: IdentifySpec, recordings: Sequence[Recording], processing: Processing,
+    kinds: Sequence[str],
+) -> FollowingServo:  # fmt: skip
     """A servo whose double pole sits on the rigid inertia of each joint at the first posture."""
     n = model.arm.coordinates
     p = model.numbers().p
     posture = at_rest(start_joints(model, recordings[0]), n)[:n]
     inertia = np.diag(model.compiled.mass_matrix(posture, p))[: model.arm.joints]
     hz = spec.servo_hz or DEFAULT_HZ
-    servo = FollowingServo(model.drive, hz, tuple(float(x) for x in inertia), band_hz)
+    servo = FollowingServo(
+        model.drive, hz, tuple(float(x) for x in inertia), processing.band_hz(kinds),
+        torque_hz=processing.band_hz([TORQUE]),
+    )  # fmt: skip
     between = max(r.sample_time for r in recordings)
     known = model.drive.torque_known and hidden_between(model, servo, between)
     return replace(servo, guided=known)
@@ -163,7 +200,7 @@ def _notes(
             "ydot was obtained from sampled tip places by central differences; the model's output "
             "went the same way."
         )
-    if spec.filter is not None:
+    if spec.filter:
         sentences.append(f"Measurement and model passed the same filter. {spec.filter.sentence()}")
     if spec.output_filter is not None:
         sentences.append(

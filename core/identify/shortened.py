@@ -122,8 +122,7 @@ def _longest_sample_time(
         if isinstance(steering, FollowingServo):
             rates.append(steering.hz)
         rates += [one.frequency / (2.0 * np.pi) for one in e.recording.logger_filters.values()]
-        filters = (e.processing.filter, e.processing.output_filter)
-        rates += [one.cutoff_hz for one in filters if one is not None]
+        rates += [one.cutoff_hz for kind in {*e.kinds} for one in e.processing.filters(kind)]
         delays += [e.recording.camera.delay] if e.recording.camera.delay else []
         delays += _stated_delays(e)
     if not any(isinstance(e.model.steering, FollowingServo) for e in experiments):

@@ -80,15 +80,20 @@ class Colour:
 def colour(r: np.ndarray) -> Colour:
     """Of residuals (M, k), zero where a sample does not count: those are no products of errors."""
     width = bandwidth(r)
-    gamma = cross_covariances(r, 2 * width)
-    counts = r != 0.0
+    return Colour(_covariances_where_sampled(r, 2 * width)[0], width)
+
+
+def _covariances_where_sampled(r: np.ndarray, lags: int) -> tuple[np.ndarray, np.ndarray]:
+    """(lags + 1, k, k) each: the covariances of residuals (M, k) as if all samples counted, from
+    the pairs that do, zero where there is none; and how many pairs there are."""
+    M, counts = len(r), r != 0.0
+    gamma = cross_covariances(r, lags)
+    complete = (M - np.arange(lags + 1.0))[:, None, None]
     if np.all(counts):
-        return Colour(gamma, width)
-    M = len(r)
-    lags = np.arange(2 * width + 1)[:, None, None]
-    pairs = M * cross_covariances(counts.astype(float), 2 * width) / np.maximum(M - lags, 1)
-    shown = pairs * (M - lags) > FEWEST_PAIRS
-    return Colour(np.where(shown, gamma / np.where(shown, pairs, 1.0), 0.0), width)
+        return gamma, np.broadcast_to(complete, gamma.shape)
+    pairs = M * cross_covariances(counts.astype(float), lags)
+    shown = pairs > FEWEST_PAIRS
+    return np.where(shown, gamma * complete / np.where(shown, pairs, 1.0), 0.0), pairs * shown
 
 
 FEWEST_PAIRS = 0.5
@@ -143,17 +148,27 @@ def flat_top(width: int) -> np.ndarray:
 
 
 def bandwidth(r: np.ndarray) -> int:
-    """The first lag after which QUIET_LAGS correlations of every channel are insignificant."""
+    """The first lag after which QUIET_LAGS correlations of every two channels are insignificant; of
+    a slow sensor, lags at which it has samples."""
     M, k = r.shape
     longest = max(int(LONGEST_SHARE * M) // 2, 1)
-    bound = 2.0 * np.sqrt(np.log10(max(M, 10)) / M)
-    loud = np.zeros(longest + QUIET_LAGS + 1, dtype=bool)
-    gamma = cross_covariances(r, min(longest + QUIET_LAGS, M - 1))
+    gamma, pairs = _covariances_where_sampled(r, min(longest * (QUIET_LAGS + 1), M - 1))
     scale = np.sqrt(np.maximum(np.diag(gamma[0]), 1e-300))
-    rho = np.abs(gamma / np.outer(scale, scale)).max(axis=(1, 2))
-    loud[: len(rho)] = rho > bound
-    loud[0] = False
-    for lag in range(longest + 1):
-        if not loud[lag + 1 : lag + 1 + QUIET_LAGS].any():
-            return lag
-    return longest
+    rho = np.abs(gamma / np.outer(scale, scale))
+    counted = np.maximum(pairs[0], np.minimum(*np.meshgrid(np.diag(pairs[0]), np.diag(pairs[0]))))
+    bound = 2.0 * np.sqrt(np.log10(np.maximum(counted, 10.0)) / np.maximum(counted, 1.0))
+    widths = [
+        _quiet_after(rho[:, a, b] > bound[a, b], pairs[:, a, b] > 0.0, longest)
+        for a in range(k) for b in range(k)
+    ]  # fmt: skip
+    return max(widths, default=0)
+
+
+def _quiet_after(loud: np.ndarray, shown: np.ndarray, longest: int) -> int:
+    """The first lag, `longest` at most, after which the next QUIET_LAGS of those `shown` (L + 1,)
+    are not loud."""
+    lags = np.flatnonzero(shown[1:]) + 1
+    noisy = np.concatenate([loud[lags], np.zeros(QUIET_LAGS, dtype=bool)])
+    windows = np.lib.stride_tricks.sliding_window_view(noisy, QUIET_LAGS)[: len(lags) + 1]
+    after = np.concatenate([[0], lags])[~windows.any(axis=1)]
+    return int(min(after[0], longest)) if len(after) else longest

@@ -241,8 +241,10 @@ class IdentifySpec(Settings):
     """Names of what is estimated."""
     output: Annotated[tuple[Output, ...] | None, BeforeValidator(_one_as_list)] = None
     """Ids of the sensors that are compared; None: what suits level and recordings."""
-    filter: ZeroPhaseLowPass | None = None
-    """Low-pass of measurement and model alike."""
+    filter: ZeroPhaseLowPass | Literal[False] | None = None
+    """Low-pass of measurement and model alike. Where torques along recorded motions are compared
+    and no filter is stated, they pass one at the end of the band in which the encoders show a
+    motion above their noise; false: none."""
     output_filter: ZeroPhaseLowPass | None = None
     """A further low-pass of the compared outputs, measured and modelled alike."""
     decimate: Annotated[Whole, Field(ge=1)] = 1

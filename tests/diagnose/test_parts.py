@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.stats import chi2, kstest
 
 from core.diagnose.descent import Limits, descend
 from core.diagnose.gram import explain, gram
 from core.diagnose.lines import line_of
 from core.diagnose.sensor_noise import noise_of
-from core.diagnose.whitening import LEFT, fit_whitener, no_whitening
-from core.recording.velocity import ZeroPhaseLowPass
+from core.diagnose.whitening import no_whitening
 
 ROUNDING = 1e-8
 """Relative: small dense problems, solved two ways."""
@@ -50,7 +48,7 @@ def test_the_explained_drop_is_that_of_least_squares_with_the_nuisance_beside(se
     def left(A: np.ndarray) -> float:
         return float(np.sum((r - A @ np.linalg.lstsq(A, r, rcond=None)[0]) ** 2))
 
-    found = gram(residuals, slopes, columns, no_whitening(2)).projected()
+    found = gram(residuals, slopes, columns, no_whitening).projected()
     both = explain(found, [0, 2], [False, False])
     expected = left(S) - left(np.column_stack([S, G[:, [0, 2]]]))
     assert both.drop == pytest.approx(expected, rel=ROUNDING, abs=1e-7)
@@ -59,7 +57,7 @@ def test_the_explained_drop_is_that_of_least_squares_with_the_nuisance_beside(se
 @given(st.integers(0, 10**6))
 @settings(max_examples=25, deadline=None)
 def test_a_one_sided_size_is_never_negative_and_explains_no_more_than_a_free_one(seed: int) -> None:
-    found = gram(*problem(seed), no_whitening(2)).projected()
+    found = gram(*problem(seed), no_whitening).projected()
     free = explain(found, [0, 1, 3], [False] * 3)
     fixed = explain(found, [0, 1, 3], [True, False, True])
     assert fixed.coefficients[0] >= 0.0 and fixed.coefficients[2] >= 0.0
@@ -69,7 +67,7 @@ def test_a_one_sided_size_is_never_negative_and_explains_no_more_than_a_free_one
 def test_a_column_that_moves_nothing_explains_nothing() -> None:
     residuals, slopes, columns = problem(1)
     columns[0] = [np.zeros_like(x) for x in columns[0]]
-    found = explain(gram(residuals, slopes, columns, no_whitening(2)).projected(), [0], [True])
+    found = explain(gram(residuals, slopes, columns, no_whitening).projected(), [0], [True])
     assert found.drop == pytest.approx(0.0, abs=1e-9)
     assert np.all(np.isfinite(found.coefficients))
 
@@ -107,17 +105,6 @@ def test_the_noise_is_found_beside_a_smooth_motion_with_jumps(motion: float) -> 
     assert noise_of(smooth + 0.01 * rng.standard_normal(len(t))) == pytest.approx(0.01, rel=SPREAD)
 
 
-def test_whitening_leaves_unit_noise_without_memory() -> None:
-    rng = np.random.default_rng(5)
-    drive = 0.2 * rng.standard_normal((2, 10_000, 1))
-    coloured = np.zeros_like(drive)
-    for i in range(1, drive.shape[1]):
-        coloured[:, i] = 0.9 * coloured[:, i - 1] + drive[:, i]
-    white = fit_whitener(list(coloured))(coloured[0])[10:, 0]
-    assert np.std(white) == pytest.approx(1.0, rel=SPREAD)
-    assert abs(np.mean(white[1:] * white[:-1])) < SPREAD
-
-
 def test_a_line_is_told_from_noise_and_its_frequency_is_right() -> None:
     rng = np.random.default_rng(7)
     dt, N = 1e-3, 2000
@@ -127,40 +114,3 @@ def test_a_line_is_told_from_noise_and_its_frequency_is_right() -> None:
     assert found is not None and silent is not None
     assert found[0] < 1e-6 and found[1] == pytest.approx(25.0, abs=1.0)
     assert silent[0] > 1e-3
-
-
-DT, CUTOFF_HZ = 1e-3, 20.0
-
-SIMULATED = 1e-2
-"""Of the noise: what a simulation misses, in model and response alike."""
-
-UNLIKELY = 0.01
-"""Chance below which a hundred p-values are not called uniform."""
-
-
-def behind_a_filter(seed: int) -> tuple[np.ndarray, np.ndarray]:
-    """(N, 1) noise and a response that has nothing to do with it, as a filter leaves them. The
-    simulation's own error is in the residual and in the response: the filter left nothing there."""
-    rng = np.random.default_rng(seed)
-    low_pass = ZeroPhaseLowPass(cutoff_hz=CUTOFF_HZ)
-    noise, response = (low_pass.apply(rng.standard_normal(4800), DT) for _ in range(2))
-    rest = SIMULATED * rng.standard_normal(4800)
-    inner = slice(400, -400)  # the ends of what a filter run both ways gives do not count
-    return (noise + rest)[inner, None], (response + rest)[inner, None]
-
-
-def chance(seed: int, apart: int) -> float:
-    """p-value of the response in the noise."""
-    noise, response = behind_a_filter(seed)
-    whitener = fit_whitener([noise], apart)
-    r, d = whitener(noise)[20:, 0], whitener(response)[20:, 0]  # the filter's beginning
-    return float(chi2.sf((d @ r) ** 2 / (d @ d), 1))
-
-
-def test_behind_a_filter_chances_are_uniform() -> None:
-    """With all rows whitening lifts what the filter left of the simulation's error, the same in
-    residual and response, to the height of the noise: a certainty out of nothing."""
-    apart = int(1.0 / (DT * 2.0 * ZeroPhaseLowPass(cutoff_hz=CUTOFF_HZ).reach_hz(LEFT)))
-    found = [chance(seed, apart) for seed in range(100)]
-    assert kstest(found, "uniform").pvalue > UNLIKELY
-    assert max(chance(seed, 1) for seed in range(20)) < 1e-10

@@ -43,7 +43,7 @@ def test_each_joint_has_its_own_shape() -> None:
     tried = columns()
     errors = [0.7 * wave(1, 3.0) - 0.2 * wave(2, 8.0)]
     slopes = [np.zeros((SAMPLES, 2, 0))]
-    w = gram(errors, slopes, [c.blocks for c in tried], no_whitening(2)).projected()
+    w = gram(errors, slopes, [c.blocks for c in tried], no_whitening).projected()
     found = best_shape(range(len(tried)), tried, w)
     shape: dict[str, float] = {}
     for i in found.chosen:

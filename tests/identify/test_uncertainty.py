@@ -92,6 +92,18 @@ def test_samples_that_do_not_count_make_no_deviation_smaller(pole, counts):
     assert found.stated == pytest.approx(found.true, rel=AGREES)
 
 
+SLOW = np.column_stack(2 * [PLACES % 10 == 0])
+"""Of a camera that has a tenth of the samples."""
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.9])
+def test_a_slow_sensor_whose_noise_has_a_memory_makes_no_deviation_smaller(memory):
+    """`memory` from one of its samples to the next. The first lags, at which it has no samples,
+    were taken for an end of it, and the deviation of slow noise came out a third of what it is."""
+    found = repeated(memory ** (1.0 / 10.0), 0.5, SLOW)
+    assert found.stated == pytest.approx(found.true, rel=AGREES)
+
+
 @pytest.mark.parametrize("pole", [0.9, 0.98])
 def test_the_white_formula_is_misled_by_coloured_residuals(pole):
     found = repeated(pole, 0.5)

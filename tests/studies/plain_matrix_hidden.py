@@ -320,9 +320,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
         own = _own_names(sight, one, rest)
         kept = [j for j, name in enumerate(labels) if name not in own]
         blocks = [c.blocks for c in columns]
-        products = gram(
-            missing, [S[:, :, kept] for S in slopes], blocks, no_whitening(missing[0].shape[1])
-        ).projected()
+        products = gram(missing, [S[:, :, kept] for S in slopes], blocks, no_whitening).projected()
         lefts, taken = dict[str, float](), dict[str, dict[str, float]]()
         for c in tested:
             mine = [i for i, column in enumerate(columns) if column.effect is c]

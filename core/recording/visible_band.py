@@ -1,0 +1,111 @@
+"""The band of frequencies in which recorded places show a motion, and not their own noise.
+
+A torque along a recorded motion needs the second derivative of what an encoder says. There white
+noise grows with the square of the frequency, and at a thousand samples per second it is all that is
+left. So, as the field does (Gautier 1997; Janot, Vandanjon & Gautier 2014), a torque is compared
+within the band of the motion. Here the band is read from the places themselves: a motion falls
+steeply with frequency, noise does not, and the band ends where the one drowns in the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+ABOVE = 4.0
+"""Times the noise's power that a motion has within the band: twice its amplitude."""
+
+TOP = (0.25, 0.5, 0.95)
+"""Of half the sampling rate: the two octaves at the top; noise stands alone in one of them."""
+
+WIDTH = 1.06
+"""From an end of a band of frequencies to the other: a twelfth of an octave."""
+
+FEWEST = 6
+"""Ordinates of a periodogram in a band, whose mean is then good to two fifths."""
+
+SHORTEST = 256
+"""Samples of which a spectrum tells the motion from the noise."""
+
+
+class VisibleBand(NamedTuple):
+    """What is seen of one column."""
+
+    hz: float
+    """Where it ends"""
+    noise: float
+    """Standard deviation of white noise, in the column's unit"""
+    whole: bool
+    """Whether it goes on to frequencies at which the samples would show no noise alone."""
+
+
+class _Spectrum(NamedTuple):
+    hz: np.ndarray
+    """(B,), the upper ends of bands"""
+    ordinates: np.ndarray
+    """(B,) how many are in each"""
+    power: np.ndarray
+    """(B,) mean power; of white noise its variance"""
+    rate: float
+    """Hz, of the samples"""
+
+
+def visible_band(columns: Sequence[tuple[np.ndarray, float]]) -> VisibleBand | None:
+    """The band of one joint in all recordings together.
+
+    Args:
+        columns: Places (N,) of each recording, rad or m, and its sample time, s.
+
+    Returns:
+        None where the recordings are too short, or the joint stands still.
+    """
+    spectra = [s for x, dt in columns if (s := _spectrum(x, dt)) is not None]
+    if not spectra:
+        return None
+    noises = [_noise(s) for s in spectra]
+    hz = np.concatenate([s.hz for s in spectra])
+    evidence = np.concatenate([
+        s.ordinates * np.log(np.maximum(s.power / (ABOVE * noise), 1e-3))
+        for s, noise in zip(spectra, noises, strict=True)
+    ])  # fmt: skip
+    order = np.argsort(hz)
+    # The likeliest place of a step between two levels; a line beyond it moves it by little.
+    gained = np.cumsum(evidence[order])
+    best = int(np.argmax(gained))
+    if gained[best] <= 0.0:
+        return None
+    rate = min(s.rate for s in spectra)
+    return VisibleBand(
+        float(hz[order][best]), float(np.sqrt(np.mean(noises))),
+        bool(hz[order][best] > 0.5 * TOP[0] * rate),
+    )  # fmt: skip
+
+
+def _spectrum(x: np.ndarray, dt: float) -> _Spectrum | None:
+    """Of places x (N,), from their second differences: a window leaks little of these."""
+    if len(x) < SHORTEST or not np.isfinite(x).all() or not np.ptp(x):
+        return None
+    change = np.diff(x, 2)
+    window = np.hanning(len(change))
+    power = np.abs(np.fft.rfft((change - change.mean()) * window)) ** 2 / np.sum(window**2)
+    angle = np.linspace(0.0, np.pi, len(power))[1:]
+    power = power[1:] / (2.0 - 2.0 * np.cos(angle)) ** 2
+    ends = [0]
+    while ends[-1] < len(power):
+        ends.append(min(max(ends[-1] + FEWEST, int(ends[-1] * WIDTH) + 1), len(power)))
+    count = np.diff(ends)
+    mean = np.add.reduceat(power, ends[:-1]) / count
+    upper = angle[np.array(ends[1:]) - 1]
+    return _Spectrum(upper / (2.0 * np.pi * dt), count, mean, 1.0 / dt)
+
+
+def _noise(s: _Spectrum) -> float:
+    """Variance of white noise: the lower one of the levels of the two octaves at the top."""
+    levels = []
+    for low, high in zip(TOP[:-1], TOP[1:], strict=True):
+        inside = (s.hz >= 0.5 * low * s.rate) & (s.hz < 0.5 * high * s.rate)
+        if inside.any():
+            levels.append(float(np.median(s.power[inside])))
+    return max(min(levels), 1e-300)
