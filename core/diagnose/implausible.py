@@ -43,7 +43,9 @@ def take_out_refuted(state: State, progress: Progress) -> bool:
     gone = [e for e in state.found if e.kind in ended]
     if not gone or progress.stopped():
         return False
-    kept = without_refuted(state.data, state.refit, state.present, state.given, ended)
+    kept = without_refuted(
+        state.data, state.refit, state.present, state.given, ended, progress.stopped
+    )
     state.data, state.refit = converged(state.data, kept.refit.hypothesis, None, progress.stopped)
     state.present = list(kept.effects)
     state.passed += [e.title for e in gone]

@@ -73,7 +73,7 @@ def choose_level(
     for k, (channel, _) in enumerate(exact[0].channels):
         apart = np.concatenate([x[:, k] - y[:, k] for x, y in zip(a, b, strict=True)])
         ratio = float(np.sqrt(np.mean(apart**2))) / floors[channel].value
-        if not ratio <= worst:
+        if not ratio <= worst and not np.isnan(worst):  # nothing is worse than no number
             worst, name = ratio, channel
     number = format_number(worst, 2)
     if worst <= BELOW:

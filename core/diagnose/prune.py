@@ -64,8 +64,9 @@ Option = tuple[int, list[tuple[Effect, ...]]]
 
 
 def without_refuted(
-    data: Data, refit: Refit, present: Sequence[Effect], given: int, kinds: Collection[str]
-) -> Kept:
+    data: Data, refit: Refit, present: Sequence[Effect], given: int, kinds: Collection[str],
+    stopped: Callable[[], bool],
+) -> Kept:  # fmt: skip
     """Without the effects `kinds` but for the first `given`; what they include stays where the
     recordings call for it."""
     kept: list[tuple[Effect, ...]] = [(one,) for one in present]
@@ -76,7 +77,7 @@ def without_refuted(
         for instead in _instead(kept, place):
             rest = [*kept[:place], instead, *kept[place + 1 :]]
             start = hypothesis(data, _flat(rest), refit.hypothesis.values())
-            tried.append((fit(start, None, lambda: False, ITERATIONS), rest))
+            tried.append((fit(start, None, stopped, ITERATIONS), rest))
         if tried:
             refit, kept = min(tried, key=lambda one: priced(one[0], data))
     return Kept(settled(refit), _flat(kept))

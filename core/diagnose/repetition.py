@@ -20,10 +20,6 @@ UNLIKE = 0.1
 SAME_START = 0.01
 """rad (m): from where the same references make the same motion, as far as a floor goes."""
 
-INTEGRATED = ("z", "y", "theta")
-"""Channels whose mean drifts from cycle to cycle by whatever the model lacks, where a velocity
-loop leaves positions free; their means are no noise."""
-
 FEWEST_CYCLES = 2
 
 
@@ -60,12 +56,14 @@ def scatter(
     squares: dict[str, list[np.ndarray]] = {}
     for group in groups:
         first = experiments[group.stretches[0].recording]
+        drifts = [s.drifts for s in first.outputs for _ in s.channels(first.model.arm)]
         for k, (name, _) in enumerate(first.channels):
             stacked = _stacked(group, experiments, errors, k)
             whole = stacked[:, np.isfinite(stacked).all(axis=0)]
             if not whole.shape[1]:
                 continue
-            if name.startswith(INTEGRATED) and not first.model.steering:
+            # Where a velocity loop leaves positions free, their means are no noise.
+            if drifts[k] and not first.model.steering:
                 whole = whole - whole.mean(axis=1, keepdims=True)
             squares.setdefault(name, []).append(np.var(whole, axis=0, ddof=1))
     return {n: float(np.sqrt(np.mean(np.concatenate(s)))) for n, s in squares.items()}

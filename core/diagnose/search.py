@@ -135,7 +135,7 @@ def _look(
     seen = _round(state, candidates, most, steps, on_ranking)
     ranking = ranking_of(seen, state.data)
     next_ones = deciding(seen, ranking, state.data, progress)
-    refused = next(iter(state.refuted.values()), seen.refused)
+    refused = refusals(state, seen.refused)
     keep_implausible(state, seen, DiagnosisRound(ranking, None, seen.refused))
     sentence = next_ones[0].sentence if next_ones else refused
     kinds: list[str | None] = [a.weighed.screened.effect.kind for a in seen.added]
@@ -146,6 +146,11 @@ def _look(
     state.first = state.first or seen.screen
     _go_on_with(state, seen.data)
     return seen
+
+
+def refusals(state: State, refused: str) -> str:
+    """Why effects were taken out again, and the sentence of a round that refused one."""
+    return " ".join(dict.fromkeys(s for s in (*state.refuted.values(), refused) if s))
 
 
 def _go_on_with(state: State, data: Data) -> None:

@@ -20,6 +20,13 @@ ABOVE = 4.0
 TOP = (0.25, 0.5, 0.95)
 """Of half the sampling rate: the two octaves at the top; noise stands alone in one of them."""
 
+FALLING = 5.0
+"""Times the level of the uppermost octave that the one below has where it is a motion still and no
+noise: a white acceleration falls by seven."""
+
+NEAR_TOP = 0.1
+"""Of the sampling rate: a band that ends below leaves the two octaves at the top to the noise."""
+
 WIDTH = 1.06
 """From an end of a band of frequencies to the other: a twelfth of an octave."""
 
@@ -51,6 +58,23 @@ class _Spectrum(NamedTuple):
     rate: float
     """Hz, of the samples"""
 
+    @property
+    def levels(self) -> list[float]:
+        """Median power in the two octaves at the top."""
+        ends = [0.5 * share * self.rate for share in TOP]
+        inside = [(self.hz >= a) & (self.hz < b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        return [float(np.median(self.power[where])) for where in inside if where.any()]
+
+    @property
+    def noise(self) -> float:
+        """Variance of white noise: the lower one of these levels."""
+        return max(min(self.levels), 1e-300)
+
+    @property
+    def falling(self) -> float:
+        """By how much the upper one is lower."""
+        return self.levels[0] / self.noise
+
 
 def visible_band(columns: Sequence[tuple[np.ndarray, float]]) -> VisibleBand | None:
     """The band of one joint in all recordings together.
@@ -64,7 +88,7 @@ def visible_band(columns: Sequence[tuple[np.ndarray, float]]) -> VisibleBand | N
     spectra = [s for x, dt in columns if (s := _spectrum(x, dt)) is not None]
     if not spectra:
         return None
-    noises = [_noise(s) for s in spectra]
+    noises = [s.noise for s in spectra]
     hz = np.concatenate([s.hz for s in spectra])
     evidence = np.concatenate([
         s.ordinates * np.log(np.maximum(s.power / (ABOVE * noise), 1e-3))
@@ -76,11 +100,9 @@ def visible_band(columns: Sequence[tuple[np.ndarray, float]]) -> VisibleBand | N
     best = int(np.argmax(gained))
     if gained[best] <= 0.0:
         return None
-    rate = min(s.rate for s in spectra)
-    return VisibleBand(
-        float(hz[order][best]), float(np.sqrt(np.mean(noises))),
-        bool(hz[order][best] > 0.5 * TOP[0] * rate),
-    )  # fmt: skip
+    end, rate = float(hz[order][best]), min(s.rate for s in spectra)
+    falling = float(np.median([s.falling for s in spectra])) > FALLING
+    return VisibleBand(end, float(np.sqrt(np.mean(noises))), falling and end > NEAR_TOP * rate)
 
 
 def _spectrum(x: np.ndarray, dt: float) -> _Spectrum | None:
@@ -99,13 +121,3 @@ def _spectrum(x: np.ndarray, dt: float) -> _Spectrum | None:
     mean = np.add.reduceat(power, ends[:-1]) / count
     upper = angle[np.array(ends[1:]) - 1]
     return _Spectrum(upper / (2.0 * np.pi * dt), count, mean, 1.0 / dt)
-
-
-def _noise(s: _Spectrum) -> float:
-    """Variance of white noise: the lower one of the levels of the two octaves at the top."""
-    levels = []
-    for low, high in zip(TOP[:-1], TOP[1:], strict=True):
-        inside = (s.hz >= 0.5 * low * s.rate) & (s.hz < 0.5 * high * s.rate)
-        if inside.any():
-            levels.append(float(np.median(s.power[inside])))
-    return max(min(levels), 1e-300)

@@ -20,6 +20,7 @@ class Camera(Sensor):
     """Place z of the end effector in the plane, (3) of the paper."""
 
     kind = "z"
+    drifts = True
     title = "tip camera"
     noise = "camera_noise"
     primary = True

@@ -13,6 +13,7 @@ class Encoder(Sensor):
     """Position of each joint."""
 
     kind = "encoder"
+    drifts = True
     title = "joint encoders"
     noise = "encoder_noise"
     primary = True

@@ -26,6 +26,7 @@ class LinkEncoder(Sensor):
     """Position of each joint on the side of the link: with an elastic joint the twist is in it."""
 
     kind = "link_encoder"
+    drifts = True
     title = "link-side encoders"
     noise = "link_encoder_noise"
     primary = True

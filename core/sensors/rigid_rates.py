@@ -31,6 +31,7 @@ class RigidAngles(Sensor):
     """y with g(y) = z, the encoders telling the elbow's side; C1 q in the linear model."""
 
     kind = "y"
+    drifts = True
     title = "angles of the fictitious rigid arm"
     from_camera = True
 
@@ -80,6 +81,7 @@ class RigidRates(RigidAngles):
     """
 
     kind = "ydot"
+    drifts = False
     title = "velocities of the fictitious rigid arm"
     noise = "rates_noise"
 

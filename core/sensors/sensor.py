@@ -45,6 +45,9 @@ class Sensor(ABC):
     primary: bool = False
     """Whether it measures something of its own: with the full equations it is compared unless the
     scenario says otherwise. What follows from other sensors, or drives the arm, does not."""
+    drifts: bool = False
+    """Whether it is a place, whose mean drifts by whatever a model lacks where only speeds are
+    controlled."""
     from_camera: bool = False
     """Whether the camera gives it: the stated signal-to-noise ratio of a simulation is about it."""
     at_camera_rate: bool = False

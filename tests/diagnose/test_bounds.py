@@ -104,13 +104,13 @@ def test_without_a_refuted_effect_the_simpler_one_stays_where_it_is_called_for()
     data, sliding = bare().data, effect("presliding_friction")
     h = hypothesis(data, [sliding], bare().base.hypothesis.values())
     found = fit(h, None, lambda: False, ITERATIONS)
-    kept = without_refuted(data, found, [sliding], 0, [sliding.kind])
+    kept = without_refuted(data, found, [sliding], 0, [sliding.kind], lambda: False)
     assert [e.kind for e in kept.effects] == ["coulomb_friction"]
     both = [effect("viscous_friction"), sliding]
     none = {"fv1": 6.0, "fv2": 3.0, "fc1": 0.0, "fc2": 0.0}
     h = hypothesis(data, both, {**bare().base.hypothesis.values(), **none})
     found = fit(h, None, lambda: False, most=0)
-    kept = without_refuted(data, found, both, 0, [sliding.kind])
+    kept = without_refuted(data, found, both, 0, [sliding.kind], lambda: False)
     assert [e.kind for e in kept.effects] == ["viscous_friction"]
-    kept = without_refuted(data, found, both, 2, [sliding.kind])
+    kept = without_refuted(data, found, both, 2, [sliding.kind], lambda: False)
     assert len(kept.effects) == 2, "what the user stated stays"

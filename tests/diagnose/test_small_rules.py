@@ -1,0 +1,47 @@
+"""Rules of a line or two, each of which once hid something."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from core.diagnose import level
+from core.diagnose.repetition import Group, Stretch, scatter
+from core.diagnose.search import refusals
+from core.diagnose.state import State
+from core.identify.prepared import Processing, prepare
+from core.sensors import sensor
+from tests.diagnose import floors
+
+
+@pytest.mark.parametrize("kind, moved", [("ydot", np.sqrt(2.0)), ("y", 0.0), ("z", 0.0)])
+def test_only_places_drift_from_cycle_to_cycle(kind: str, moved: float) -> None:
+    """The means of a speed's cycles are its noise; the rule went by the first letter."""
+    recording = floors.clean(1e-3, 1.0, "prbs", 1)
+    e = prepare(floors.BARE, recording, [sensor(kind)], Processing())
+    half = len(e.measured) // 2
+    block = np.ones_like(e.measured)
+    block[half:] = -1.0
+    found = scatter([Group((Stretch(0, 0), Stretch(0, half)), half)], [e], [block])
+    assert list(found.values()) == pytest.approx([moved, moved])
+
+
+def test_a_refusal_hides_no_other() -> None:
+    state = cast(State, SimpleNamespace(refuted={"a": "A was not added.", "b": "B neither."}))
+    assert refusals(state, "C makes others worse.") == (
+        "A was not added. B neither. C makes others worse."
+    )
+    assert refusals(state, "B neither.") == "A was not added. B neither."
+
+
+def test_a_channel_without_a_number_decides_the_level(monkeypatch: Any) -> None:
+    """The next channel's ratio took its place."""
+    recording = floors.clean(1e-3, 1.0, "prbs", 1)
+    known = defaultdict(lambda: SimpleNamespace(value=1.0), z1=SimpleNamespace(value=np.nan))
+    monkeypatch.setattr(level, "channel_floors", lambda *_: known)
+    found = level.choose_level(floors.BARE, [sensor("z")], Processing(), [recording], {}, 1e-3)
+    assert found.level == "nonlinear" and "z1" in found.sentence
