@@ -25,8 +25,9 @@ LARGE, SMALL = 1e6, 1e-3
 def format_value(value: float, std: float, unit: str = "") -> str:
     """'520.83 ± 0.02 N m²': the value, rounded to its standard deviation.
 
-    The deviation keeps one digit, or two where the first is a 1. Without a finite deviation the
-    value keeps four digits and no '±' is claimed.
+    The deviation keeps one digit, or two where the first is a 1; the value at least two of its own,
+    so that one that is hardly known is still read as it is. Without a finite deviation the value
+    keeps four digits and no '±' is claimed.
     """
     if not math.isfinite(value):
         return "–"
@@ -42,10 +43,19 @@ def _rounded(value: float, std: float) -> str:
     exponent = math.floor(math.log10(std))
     first = round(std / 10.0**exponent, 1)
     decimals = -exponent + (1 if first < 2.0 else 0)
-    if decimals >= 0:
-        return f"{value:.{decimals}f} ± {std:.{decimals}f}"
-    step = 10.0**-decimals
-    return f"{round(value / step) * step:.0f} ± {round(std / step) * step:.0f}"
+    own = 1 - math.floor(math.log10(abs(value))) if value else decimals
+    own = min(max(own, decimals), decimals + MOST_BEYOND)
+    return f"{_to_decimals(value, own)} ± {_to_decimals(std, decimals)}"
+
+
+MOST_BEYOND = 3
+"""Digits of a value beyond those of its deviation: a millionth of it is nought."""
+
+
+def _to_decimals(x: float, decimals: int) -> str:
+    """In fixed notation; to tens, hundreds, … where `decimals` are negative."""
+    step = 10.0 ** max(-decimals, 0)
+    return f"{round(x / step) * step if step > 1.0 else x:.{max(decimals, 0)}f}"
 
 
 def _power(size: float) -> int:

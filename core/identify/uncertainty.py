@@ -102,8 +102,24 @@ FEWEST_PAIRS = 0.5
 
 def scatter(S: np.ndarray, errors: Colour) -> np.ndarray:
     """S' cov(r) S (P, P) for one recording with sensitivities (M, k, P)."""
+    total = _tapered(S, errors.gamma, flat_top(errors.width))
+    d = np.sqrt(np.maximum(np.abs(np.diag(total)), 1e-300))
+    if np.linalg.eigvalsh(total / np.outer(d, d)).min(initial=0.0) >= -ROUNDING:
+        return total
+    # Of errors without slow parts, such as noise that was differentiated twice, a flat top may
+    # leave less than nothing, where a triangle is never negative.
+    total = _tapered(S, errors.gamma, triangle(errors.width))
+    values, vectors = np.linalg.eigh(total)
+    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
+
+
+ROUNDING = 1e-9
+"""Of the eigenvalues of scaled covariances."""
+
+
+def _tapered(S: np.ndarray, gamma: np.ndarray, taper: np.ndarray) -> np.ndarray:
+    """(P, P) of sensitivities (M, k, P) and covariances (2 width + 1, k, k) times a taper."""
     _, k, P = S.shape
-    gamma, taper = errors.gamma, flat_top(errors.width)
     total = np.zeros((P, P))
     for a in range(k):
         for b in range(k):
@@ -112,8 +128,7 @@ def scatter(S: np.ndarray, errors: Colour) -> np.ndarray:
             )  # lags -2w..2w: gamma_ab(-l) = gamma_ba(l)
             smooth = scipy.signal.fftconvolve(S[:, b, :], kernel[::-1, None], mode="same", axes=0)
             total += S[:, a, :].T @ smooth
-    values, vectors = np.linalg.eigh(0.5 * (total + total.T))
-    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
+    return np.asarray(0.5 * (total + total.T))
 
 
 FEW_LAGS = 50
@@ -145,6 +160,11 @@ def flat_top(width: int) -> np.ndarray:
         return np.ones(1)
     lags = np.arange(2 * width + 1)
     return np.clip(2.0 - lags / width, 0.0, 1.0)
+
+
+def triangle(width: int) -> np.ndarray:
+    """(2 width + 1,): a straight fall to zero beyond twice the width (Bartlett)."""
+    return np.asarray(1.0 - np.arange(2 * width + 1) / (2 * width + 1.0))
 
 
 def bandwidth(r: np.ndarray) -> int:

@@ -23,6 +23,7 @@ from core.progress import Silent
 from core.scenario.schema import Scenario
 from core.study.rig import bare_model
 from core.workbench import base_model
+from tests.marks import long_except
 
 SAMPLES, DT = 2000, 1e-3
 TRAVEL, APART = 0.02, 0.4
@@ -138,8 +139,7 @@ ORDER = 0.01
 """Relative, of an order from three recordings of 0.6 s."""
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("stated", [True, False], ids=["stated", "unstated"])
+@pytest.mark.parametrize("stated", long_except((True,), (True, False)), ids=["stated", "unstated"])
 def test_the_orders_are_found_though_what_is_compared_is_filtered(stated: bool) -> None:
     data, stuck = with_a_filter(stated)
     found = refine_shape(data, stuck, effect("torque_ripple"), lambda: False)

@@ -175,7 +175,6 @@ def headless(scenario: str, folder: Path) -> dict[str, Any]:
     return result
 
 
-@pytest.mark.long
 def test_a_formula_is_fitted_and_a_hostile_one_refused(
     friction: Session, services: Offered
 ) -> None:
