@@ -58,12 +58,15 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
     _, _, null = identifiability.analyse(unknowns, x, jacobian)
     seen = identifiability.identified(null, len(unknowns))
     shared = [i for i, u in enumerate(unknowns.items) if u.recording is None]
-    fixed = {unknowns.items[i].parameter.name for i in shared if seen[i]}
+    known = np.nan_to_num(robust_covariance(refit, BY_DIFFERENCES))
+    alone = identifiability.determined(unknowns, x, known, null)
+    shown = {unknowns.items[i].parameter.name: bool(alone[i]) for i in shared if seen[i]}
     listed = [
-        e if e.name in fixed else replace(e, std=float("nan"), identifiable=False)
+        replace(e, identifiable=shown[e.name])
+        if e.name in shown
+        else replace(e, std=float("nan"), identifiable=False)
         for e in estimates(refit)
     ]
-    known = np.nan_to_num(robust_covariance(refit, BY_DIFFERENCES))
     return (*listed, *derived_estimates(h.model, unknowns, x, known, null))
 
 

@@ -50,7 +50,7 @@ def describe(label: str, found: Found) -> Fit:
     )
     cov = covariance(sensitivities, blocks, rank) if P else np.zeros((0, 0))
     seen = identifiability.identified(null, P) if P else np.zeros(0, dtype=bool)
-    correlation = _correlation(cov)
+    known = identifiability.determined(unknowns, vector, cov, null) if P else seen
     fast, floor = residuals.population(vector), UNSEEN * residuals.magnitude
 
     def cost(v: np.ndarray) -> float:
@@ -60,12 +60,12 @@ def describe(label: str, found: Found) -> Fit:
     return Fit(
         label=label,
         recordings=recordings,
-        estimates=_estimates(unknowns, vector, cov, seen),
-        correlation=correlation,
+        estimates=_estimates(unknowns, vector, cov, seen, known),
+        correlation=identifiability.correlation_of(cov),
         cost=refined.cost if np.isfinite(refined.cost) else _sum_of_squares(blocks),
         residual_count=residuals.count,
         convergence=found.history,
-        identifiability=identifiability.verdict(unknowns, vector, jacobian, correlation, cost),
+        identifiability=identifiability.verdict(unknowns, vector, jacobian, cov, cost),
         gradient_norm=refined.gradient,
         message=found.agreement,
         stopped=found.stopped,
@@ -78,8 +78,9 @@ def _sum_of_squares(blocks: Sequence[np.ndarray]) -> float:
 
 
 def _estimates(
-    unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray, seen: np.ndarray
+    unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray, seen: np.ndarray, known: np.ndarray
 ) -> tuple[Estimate, ...]:
+    """`seen`: has no part in what nothing shows; `known`: is determined by itself."""
     found = []
     for i, item in enumerate(unknowns.items):
         p = item.parameter
@@ -91,7 +92,7 @@ def _estimates(
                 value=value,
                 std=float(np.sqrt(max(cov[i, i], 0.0))) if seen[i] else float("nan"),
                 unit=p.unit,
-                identifiable=bool(seen[i]),
+                identifiable=bool(known[i]),
                 symbol=p.symbol,
                 start=p.value,
                 lower=p.lower,
@@ -101,13 +102,6 @@ def _estimates(
             )
         )
     return tuple(found)
-
-
-def _correlation(cov: np.ndarray) -> np.ndarray:
-    d = np.sqrt(np.maximum(np.diag(cov), 0.0))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        rho = cov / np.outer(d, d)
-    return np.nan_to_num(rho)
 
 
 def first_estimate(unknowns: Unknowns, vector: np.ndarray) -> str:

@@ -6,7 +6,7 @@ outputs show; the null directions tell which changes leave them as they are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -32,6 +32,11 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 TOGETHER = 0.99
 """Correlation above which two estimates are said to be told apart poorly."""
+
+ALIKE = 0.999
+"""Correlation above which neither of two is determined: each deviation is more than twenty times
+what it is with the other known. Effects of one law end there, as differences leave them a
+hundred-thousandth apart, which no rank shows."""
 
 VALLEY_POINTS = 41
 
@@ -77,6 +82,28 @@ def identified(null: np.ndarray, count: int) -> np.ndarray:
     return np.asarray(np.abs(null).max(axis=0) < INVOLVED)
 
 
+def determined(
+    unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray, null: np.ndarray
+) -> np.ndarray:
+    """(P,) bool: parameters with no part in any null direction, whose deviation is below their
+    size, and which no other one imitates."""
+    seen = identified(null, len(vector))
+    deviations = np.sqrt(np.maximum(np.diag(cov), 0.0))
+    alike = np.abs(correlation_of(cov)) > ALIKE
+    np.fill_diagonal(alike, False)
+    alike &= np.outer(seen, seen)
+    wide = deviations > relative_scales(unknowns, vector)
+    return np.asarray(seen & ~wide & ~alike.any(axis=1))
+
+
+def correlation_of(cov: np.ndarray) -> np.ndarray:
+    """(P, P); zero where nothing is known."""
+    d = np.sqrt(np.maximum(np.diag(cov), 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rho = cov / np.outer(d, d)
+    return np.nan_to_num(rho)
+
+
 def invariant(direction: np.ndarray, names: Sequence[str]) -> str:
     """The product of powers of two names that a null direction leaves as it is."""
     first, second = (int(i) for i in np.flatnonzero(np.abs(direction) >= INVOLVED))
@@ -106,8 +133,11 @@ def written(label: str) -> str:
 STARTS_FREE = "The data do not determine all of the state in which each recording begins."
 
 
-def sentences(unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray) -> tuple[str, ...]:
-    """What a person should know before using the estimates."""
+def sentences(
+    unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray, wide: Iterable[int] = ()
+) -> tuple[str, ...]:
+    """What a person should know before using the estimates; `wide` are the indices of those whose
+    deviation exceeds their size."""
     labels = [written(label) for label in unknowns.labels]
     if not len(labels):
         return ("Nothing was estimated.",)
@@ -117,10 +147,17 @@ def sentences(unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray) -> 
     lines = [
         _about(d, labels) for d, seen in zip(null, involved, strict=True) if np.any(seen & own)
     ]
+    alike, correlated = _correlated(correlation, labels, identified(null, len(labels)), own)
+    lines += alike
+    if not alike:
+        lines += [
+            f"The data hardly determine {labels[i]}: its standard deviation exceeds its value."
+            for i in wide if own[i]
+        ]  # fmt: skip
     if not lines:
         lines = ["All estimated parameters are identifiable."]
         lines += [STARTS_FREE] if len(null) else []
-    return tuple(lines + _correlated(correlation, labels, identified(null, len(labels)), own))
+    return tuple(lines + correlated)
 
 
 def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
@@ -144,16 +181,23 @@ def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
 
 def _correlated(
     correlation: np.ndarray, labels: Sequence[str], seen: np.ndarray, own: np.ndarray
-) -> list[str]:
-    lines = []
+) -> tuple[list[str], list[str]]:
+    """Of pairs that are not determined, and of those that are so poorly."""
+    alike, poorly = [], []
     for i in range(len(labels)):
         for j in range(i):
-            if (own[i] or own[j]) and seen[i] and seen[j] and abs(correlation[i, j]) > TOGETHER:
-                lines.append(
-                    f"{labels[j]} and {labels[i]} are poorly distinguishable "
-                    f"(correlation {correlation[i, j]:+.3f})."
+            rho = correlation[i, j]
+            if not ((own[i] or own[j]) and seen[i] and seen[j] and abs(rho) > TOGETHER):
+                continue
+            pair = f"{labels[j]} and {labels[i]}"
+            if abs(rho) > ALIKE:
+                alike.append(
+                    f"The data do not determine {pair} separately (correlation {rho:+.5f}): fix "
+                    f"one of them to get the other."
                 )
-    return lines
+            else:
+                poorly.append(f"{pair} are poorly distinguishable (correlation {rho:+.3f}).")
+    return alike, poorly
 
 
 def valley(
@@ -196,16 +240,17 @@ def verdict(
     unknowns: Unknowns,
     vector: np.ndarray,
     jacobian: np.ndarray,
-    correlation: np.ndarray,
+    cov: np.ndarray,
     cost: Callable[[np.ndarray], float],
 ) -> Identifiability:
     """All of the above as one record."""
     rank, values, null = analyse(unknowns, vector, jacobian)
+    known = determined(unknowns, vector, cov, null) | ~identified(null, len(vector))
     return Identifiability(
         names=unknowns.labels,
         rank=rank,
         singular_values=values,
         null_directions=null,
-        sentences=sentences(unknowns, null, correlation),
+        sentences=sentences(unknowns, null, correlation_of(cov), np.flatnonzero(~known)),
         valley=valley(unknowns, vector, null, cost),
     )

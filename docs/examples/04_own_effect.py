@@ -62,7 +62,9 @@ def main() -> None:
 
     text = "-a*dtheta1*sqrt(dtheta1**2 + 1e-6)"
     formula = fg.formula("joint1", text, a={"start": 1.0, "unit": "N m s²/rad²"})
-    by_formula = rig.with_effects(formula, {"id": "oil_bath", "oil2": 3.0}).identify()
+    by_formula = rig.with_effects(
+        formula, {"id": "oil_bath", "oil1": {"start": 0.0, "vary": False}, "oil2": 3.0}
+    ).identify()
     print(f"As a formula: a = {by_formula['a'].value:.2f} {by_formula['a'].unit}")
 
     candidates = ["oil_bath", "viscous_friction", "coulomb_friction"]

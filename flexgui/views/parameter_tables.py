@@ -129,8 +129,7 @@ def _cells(estimate: Estimate, derived: bool) -> tuple[str, ...]:
 def estimate_text(estimate: Estimate) -> str:
     """'520.83 ± 0.02 N m²'; without a deviation where the data leave the parameter free."""
     unit = shown_unit(estimate.value, estimate.unit)
-    std = estimate.std * unit.factor if estimate.identifiable else float("nan")
-    return format_value(estimate.value * unit.factor, std, unit.name)
+    return format_value(estimate.value * unit.factor, estimate.std * unit.factor, unit.name)
 
 
 def equation(estimate: Estimate) -> Markup:
@@ -141,7 +140,7 @@ def equation(estimate: Estimate) -> Markup:
 def interval(estimate: Estimate, unit: ShownUnit) -> str:
     """'520.79 … 520.87 N m²', or '–' where the data leave the parameter free."""
     std = estimate.std
-    if not estimate.identifiable or not np.isfinite(std) or std <= 0.0:
+    if not np.isfinite(std) or std <= 0.0:
         return "–"
     decimals = max(0, int(1 - np.floor(np.log10(std * unit.factor))))
     ends = [(estimate.value + s * NORMAL_95 * std) * unit.factor for s in (-1, 1)]
@@ -178,8 +177,9 @@ def _caption(fits: Sequence[Fit]) -> str:
 
 def _caption_of(derived: bool, count: int) -> str:
     text = (
-        "The standard deviation (std) allows for coloured residuals. A parameter that is not "
-        "identifiable has no standard deviation: the data do not determine it within its bounds."
+        "The standard deviation (std) allows for coloured residuals. A parameter is not "
+        "identifiable where the data leave it free, which has no deviation, where another one "
+        "imitates it, or where its deviation exceeds its value."
     )
     if derived:
         text += " (follows): computed from the other estimates."

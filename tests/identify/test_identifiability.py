@@ -16,6 +16,8 @@ from core.identify.identifiability import (
     STARTS_FREE,
     TOGETHER,
     analyse,
+    correlation_of,
+    determined,
     identified,
     invariant,
     relative_scales,
@@ -257,3 +259,26 @@ def test_a_quantity_that_may_vanish_is_relative_to_itself_unless_it_nearly_does(
     gains = Unknowns(tuple(Unknown(Parameter(n, 60.0, "", 0.0, 600.0, scale=60.0)) for n in "abc"))
     found = relative_scales(gains, np.array([90.0, 0.0, 1e-6]))
     assert found.tolist() == [90.0, 60.0, 60.0]
+
+
+def test_two_parameters_of_one_law_are_named_as_a_pair():
+    """Differences leave a hundred-thousandth between their columns, which no rank shows."""
+    rng = np.random.default_rng(3)
+    column = rng.standard_normal((400, 1))
+    J = np.hstack([column, column + 1e-4 * rng.standard_normal((400, 1))])
+    cov = 0.01**2 * np.linalg.inv(J.T @ J)
+    unknowns, at = named("ab", 5.0), np.full(2, 5.0)
+    _, _, null = analyse(unknowns, at, J)
+    assert not len(null)
+    assert not determined(unknowns, at, cov, null).any()
+    (told,) = sentences(unknowns, null, correlation_of(cov))
+    assert told.startswith("The data do not determine a and b separately")
+
+
+def test_a_deviation_larger_than_the_value_is_said():
+    unknowns, at = named("ab", 1.0), np.ones(2)
+    cov, null = np.diag([817.0**2, 0.1**2]), np.zeros((0, 2))
+    assert determined(unknowns, at, cov, null).tolist() == [False, True]
+    assert sentences(unknowns, null, np.eye(2), [0]) == (
+        "The data hardly determine a: its standard deviation exceeds its value.",
+    )
