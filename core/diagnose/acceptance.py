@@ -69,6 +69,8 @@ class Round:
     """What leads from `before` to `after`, in the order of what each explains."""
     refusals: Sequence[Refusal] = ()
     """What was good enough by itself and was refused, best first."""
+    unfitted: tuple[str, ...] = ()
+    """Titles of effects of which no refit could be simulated."""
 
     @property
     def refused(self) -> str:

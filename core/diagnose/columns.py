@@ -47,7 +47,9 @@ class Column(Trial):
 
     blocks: tuple[np.ndarray, ...]
     """(M, k) per recording, in floors: by how much the outputs change when the parameters go from
-    neutral to `values`."""
+    neutral to `values`; zero where it is astray."""
+    astray: bool = False
+    """Whether the simulation came apart at every size that was tried."""
 
 
 def trials(base: Hypothesis, candidate: Effect, data: Data) -> list[Trial]:
@@ -132,6 +134,9 @@ MARGIN = 0.5
 SMALLEST_SHARE = 1e-2
 """Of the size before it."""
 
+NEARER = 0.1
+"""Of a size at which a simulation came apart: where the next one is tried."""
+
 
 def simulated(
     data: Data,
@@ -143,15 +148,18 @@ def simulated(
     """The column of one trial, with COARSE of the steps.
 
     A slope is asked for at a size that moves the outputs by less than they are off: where a
-    vibration falls out of step, a line through a larger size says nothing of the smaller ones.
+    vibration falls out of step, a line through a larger size says nothing of the smaller ones. A
+    simulation that comes apart is tried at smaller sizes, too.
     """
     for _ in range(SMALLER_TRIES):
         blocks, zero = _moved(data, base, accepted, trial, zeros)
+        held = all(np.all(np.abs(b) < FAR_OFF) for b in blocks)
         share = WITHIN * _rms(zero) / max(_rms(blocks), 1e-300)
-        if trial.scanned or not share < 1.0:
+        if held and (trial.scanned or not share < 1.0) or not trial.values:
             break
-        trial = _smaller(trial, max(MARGIN * share, SMALLEST_SHARE))
-    return Column(**vars(trial), blocks=tuple(_finite(b) for b in blocks))
+        trial = _smaller(trial, max(MARGIN * share, SMALLEST_SHARE) if held else NEARER)
+    blocks = blocks if held else [np.zeros_like(b) for b in blocks]
+    return Column(**vars(trial), blocks=tuple(blocks), astray=not held)
 
 
 def _moved(
@@ -188,6 +196,9 @@ FAR_OFF = 1e7
 """In floors: a trial that moves an output this far has come apart."""
 
 
-def _finite(block: np.ndarray) -> np.ndarray:
-    """A simulation that went astray moves nothing."""
-    return block if np.all(np.abs(block) < FAR_OFF) else np.zeros_like(block)
+def nearer(effect: Effect, arm: Arm, data: Data, values: Mapping[str, float]) -> dict[str, float]:
+    """The values with the sizes of an effect nearer to its neutral ones."""
+    drive = data.bare.drive
+    neutral = {k.parameter.name: k.neutral for k in effect.parameters(arm, drive, data.sizes)}
+    return {n: neutral[n] + NEARER * (v - neutral[n]) if n in neutral else v
+            for n, v in values.items()}  # fmt: skip

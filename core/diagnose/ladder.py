@@ -14,6 +14,7 @@ from core.diagnose.acceptance import (
     Gate,
     Round,
 )
+from core.diagnose.columns import nearer
 from core.diagnose.data import Data, sharing_motions
 from core.diagnose.evidence import (
     Weighed,
@@ -92,12 +93,13 @@ def one_round(
     white, _ = whitened(before.hypothesis, before.descended, seen.whitener)
     before = replace(before, white_cost=white)
     found: list[Weighed] = []
-    for one in _refitted(data, before, present, seen, len(candidates), on_progress):
+    lost: list[str] = []
+    for one in _refitted(data, before, present, seen, len(candidates), on_progress, lost):
         found.append(one)
         on_progress(f"{one.screened.effect.title} refitted")
         on_refit(Round(seen, tuple(ranked(found)), None, before, before, data))
     found = ranked(found)
-    still = Round(seen, tuple(found), None, before, before, data)
+    still = Round(seen, tuple(found), None, before, before, data, unfitted=tuple(lost))
     if on_progress("") or not found:
         return still
     work = Acceptance(data, before, present, seen, len(candidates), lambda: on_progress(""), gate)
@@ -133,13 +135,18 @@ def _refitted(
     seen: Screen,
     tried: int,
     on_progress: OnProgress,
+    lost: list[str],
 ) -> Iterator[Weighed]:
-    """The promising candidates, refitted on all cores, as they end."""
+    """The promising candidates, refitted on all cores, as they end; the titles of those of which
+    no simulation held together are added to `lost`."""
     stopped = lambda: on_progress("")  # noqa: E731
 
     def look(s: Screened) -> Runner:
         effects, base = [*present, s.effect], before.hypothesis
         begun = started(data, base, effects, s.values, seen.slopes, s.scanned, stopped)
+        if not np.isfinite(begun.refit.cost):
+            values = nearer(s.effect, base.model.arm, data, s.values)
+            begun = started(data, base, effects, values, seen.slopes, s.scanned, stopped)
         return in_its_best_valley(data, begun, stopped) if s.effect.resolution else begun
 
     if within_noise(data, before.errors):
@@ -154,8 +161,10 @@ def _refitted(
         }
         for done in as_completed(waiting):
             refit = done.result()
-            if np.isfinite(refit.cost):  # else no simulation of it held together
+            if np.isfinite(refit.cost):
                 yield weigh(waiting[done], before, refit, data.count, tried)
+            else:
+                lost.append(waiting[done].effect.title)
 
 
 def promising(seen: Screen, count: int) -> list[Screened]:

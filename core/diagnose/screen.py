@@ -63,6 +63,13 @@ class Screen:
     to_come: int = 0
     """Sizes that are still to be tried."""
 
+    @property
+    def astray(self) -> tuple[str, ...]:
+        """Titles of effects that could not be simulated at any size."""
+        held = {c.effect.kind for c in self.columns if not c.astray}
+        lost = (c.effect for c in self.columns if c.effect.kind not in held)
+        return tuple(dict.fromkeys(e.title for e in lost))
+
 
 def map_threads(work: Callable[[int], Column], which: Sequence[int]) -> Generator[Column]:
     """The columns in their order, made on all cores; closing it drops what has not begun."""

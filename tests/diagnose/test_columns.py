@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from core.arm.arm import Arm, Segment
-from core.diagnose.columns import WITHIN, Column, Trial, Zeros, simulated, trials
+from core.diagnose import columns
+from core.diagnose.columns import NEARER, WITHIN, Column, Trial, Zeros, simulated, trials
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.drives.velocity_loop import VelocityLoop
 from core.effects import effect
@@ -102,3 +103,26 @@ def test_what_moves_the_outputs_less_than_they_are_off_is_tried_as_it_is(data: D
     found = column(data, base, trial)
     assert rms(found.blocks) < WITHIN * MISSED
     assert found.values == trial.values
+
+
+def test_a_size_at_which_the_simulation_comes_apart_is_tried_nearer_to_neutral(
+    data: Data, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One of a grid became a column of zeros, which explains nothing, without a word."""
+    base, trial = base_and_trial(data, "link_mass_error")
+    trial = replace(trial, scanned=True)
+    whole = column(data, base, trial)
+    most = max(float(np.abs(b).max()) for b in whole.blocks)
+    monkeypatch.setattr(columns, "FAR_OFF", 0.5 * most)
+    found = column(data, base, trial)
+    assert not found.astray and 0.0 < rms(found.blocks) < rms(whole.blocks)
+    assert found.sizes[found.parameter] == pytest.approx(NEARER * trial.sizes[trial.parameter])
+
+
+def test_what_comes_apart_at_every_size_is_said(
+    data: Data, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    base, trial = base_and_trial(data, "link_mass_error")
+    monkeypatch.setattr(columns, "FAR_OFF", 0.0)
+    found = column(data, base, trial)
+    assert found.astray and rms(found.blocks) == 0.0

@@ -36,6 +36,7 @@ def test_a_refusal_hides_no_other() -> None:
         "A was not added. B neither. C makes others worse."
     )
     assert refusals(state, "B neither.") == "A was not added. B neither."
+    assert refusals(state, "", ["Play"]).endswith("at any size that was tried: Play.")
 
 
 def test_a_channel_without_a_number_decides_the_level(monkeypatch: Any) -> None:
