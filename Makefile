@@ -1,6 +1,6 @@
 # FlexGUI: `make run` opens the workbench, `make test` checks everything.
 .DEFAULT_GOAL := help
-.PHONY: help run report study test sample long load fuzz bench evidence blind matrix mujoco lint format clean chromium axe
+.PHONY: help run report study test sample long load fuzz bench evidence matrix mujoco lint format clean chromium axe
 MAKEFLAGS += --no-print-directory
 export PIP_DISABLE_PIP_VERSION_CHECK = 1
 
@@ -35,7 +35,6 @@ help:
 	@echo "             then a table of all that was once open or fragile, tried again (TRIES=--quick)"
 	@echo "make bench   how fast and how exact it is on this machine"
 	@echo "make evidence  docs/evidence.md: published recordings, an independent engine, peers; goes on"
-	@echo "make blind   hundreds of hidden effects to find, up to three hours; goes on where it stopped"
 	@echo "make matrix  480 plain scenarios of random rigs, 100 with nothing hidden, 200 planned experiments;"
 	@echo "             some hours; goes on where it stopped"
 	@echo "make mujoco  the recordings of the independent engine in scenarios/mujoco, where they are missing"
@@ -59,9 +58,6 @@ bench: $(VENV)/.installed-test
 # PARTS="emps peers": only these.
 evidence: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.evidence $(PARTS)
-
-blind: $(VENV)/.installed-test
-	@$(BIN)/python -m tests.studies.blind
 
 matrix: $(VENV)/.installed-test
 	@$(BIN)/python -m tests.studies.nothing_hidden --workers 2

@@ -1,1 +1,1 @@
-"""Studies: hidden effects of a chosen size, the blind matrix, and challenges for people."""
+"""Studies: hidden effects of a chosen size, and challenges for people."""

@@ -33,7 +33,7 @@ from typing import Any
 
 from core.plugins import modules_of
 from core.resumable.journal import Journal
-from tests.studies.blind_run import kept, run_all
+from tests.studies.study_run import kept, run_all
 
 PACKAGE = f"{__package__}.parts"
 HERE = Path(__file__).resolve().parent

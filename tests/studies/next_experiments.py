@@ -31,9 +31,9 @@ from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
 from core.sensors import sensor
 from core.simulate.nonlinear import simulate_within
-from tests.studies.blind_run import record_text, run_study, study_parser
 from tests.studies.plain_matrix import written
 from tests.studies.plain_matrix_rigs import Rig, drawn
+from tests.studies.study_run import record_text, run_study, study_parser
 
 OUT = Path("reports/next_experiments.jsonl")
 

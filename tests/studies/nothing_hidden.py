@@ -26,8 +26,8 @@ from core.arm.structure import Structure
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
 from core.workbench import run_scenario
-from tests.studies.blind_run import record_text, run_study, study_parser
 from tests.studies.plain_matrix import answered
+from tests.studies.study_run import record_text, run_study, study_parser
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 OUT = Path("reports/nothing_hidden.jsonl")

@@ -26,6 +26,10 @@ Shown = list[np.ndarray]
 """Outputs (N, 4) per recording, without noise."""
 
 
+STRONG = 3.0
+"""How much what is hidden shows: noise rms per sample."""
+
+
 @dataclass(frozen=True)
 class Disturbed:
     """Outputs with a disturbance in them, and what was done."""

@@ -27,11 +27,11 @@ from core.scenario.read import read_scenario, write_scenario
 from core.scenario.schema import Scenario
 from core.study.detectability import UnreachableError
 from core.workbench import run_scenario
-from tests.studies.blind_run import record_text, run_study, study_parser
 from tests.studies.plain_matrix_hidden import Sight, hide
 from tests.studies.plain_matrix_judge import judged, tables
 from tests.studies.plain_matrix_outside import OUTSIDE, disturbed
 from tests.studies.plain_matrix_rigs import Rig, drawn
+from tests.studies.study_run import record_text, run_study, study_parser
 
 OUT = Path("reports/plain_matrix.jsonl")
 

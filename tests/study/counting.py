@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.studies.blind_run import kept
+from tests.studies.study_run import kept
 
 UNLUCKY, MORTAL = 13, 66
 """Fails; kills the process that works on it, as a system that is short of memory does."""

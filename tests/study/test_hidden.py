@@ -19,7 +19,7 @@ from core.study.hidden import (
     parameters_on,
 )
 from core.study.rig import CHANNELS, IDENTIFY, STDS, STEPS, Experiment, bare_model, readings
-from tests.studies.blind_cases import STRONG, sized
+from tests.studies.outside import STRONG
 from tests.study.helpers import least_squares_rest
 
 EXPERIMENTS = [
@@ -34,7 +34,9 @@ sizing takes fixed steps and straight lines."""
 ABSORBED = 0.01
 """What a thousandth of the stiffness leaves, being no straight line."""
 
-SIMPLE = sorted(k for k, e in candidates().items() if sized(e) and not known_before(e))
+SIMPLE = sorted(
+    k for k, e in candidates().items() if parameters_on(e, bare_model()) and not known_before(e)
+)
 
 
 @pytest.mark.parametrize("kind", ["viscous_friction", "tip_payload", "camera_delay"])

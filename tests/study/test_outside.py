@@ -11,8 +11,7 @@ from core.recording.spec import SimulateSpec
 from core.simulate.nonlinear import run
 from core.study.detectability import CLOSE, Detectability
 from core.study.rig import STEPS, Experiment, bare_model
-from tests.studies.blind_cases import STRONG
-from tests.studies.outside import CABLE, OUTSIDE, PIECES, disturbed, in_pieces
+from tests.studies.outside import CABLE, OUTSIDE, PIECES, STRONG, disturbed, in_pieces
 
 EXPERIMENTS = [Experiment("r", SimulateSpec(theta2=1.2, seconds=0.4, seed=1))]
 

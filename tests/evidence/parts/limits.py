@@ -22,9 +22,9 @@ TEXT = """\
 - **ε and d** of a square section cannot be distinguished by any recording of this arm; see
   `docs/teaching/2_valley.md`.
 
-Studies with their own commands, whose figures are not on this page yet: the blind matrix over plain
-scenarios (`make matrix`), hidden effects (`make blind`), the shipped recordings of the independent
-engine (`python -m pytest -m long tests/mujoco`), the paper's Monte Carlo study (`make study`).\
+Studies with their own commands, whose figures are not on this page yet: plain scenarios of random
+rigs (`make matrix`), the shipped recordings of the independent engine
+(`python -m pytest -m long tests/mujoco`), the paper's Monte Carlo study (`make study`).\
 """
 
 
