@@ -33,6 +33,8 @@ class Floor:
     noise: float
     source: str
     """Where the noise comes from: repetition, stated or estimated"""
+    each: tuple[float, ...] = ()
+    """Per recording, times the value; empty where all are alike"""
 
 
 def channel_floors(
@@ -53,9 +55,12 @@ def channel_floors(
     missed = _led_errors(experiments, motions)
     found = {}
     for name, spread in _spreads(experiments).items():
-        noise, source = (again[name], REPETITION) if name in again else drawn[name]
-        value = float(np.linalg.norm([noise, fidelity * spread, missed.get(name, 0.0)]))
-        found[name] = Floor(value or 1e-12, noise, source)
+        alike = (1.0,) * len(experiments)
+        noise, source, each = (again[name], REPETITION, alike) if name in again else drawn[name]
+        beside = [fidelity * spread, missed.get(name, 0.0)]
+        value = float(np.linalg.norm([noise, *beside])) or 1e-12
+        own = [float(np.linalg.norm([noise * one, *beside])) / value for one in each]
+        found[name] = Floor(value, noise, source, () if each == alike else tuple(own))
     return found
 
 

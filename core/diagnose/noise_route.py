@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from core.diagnose.sensor_noise import (
     ColumnNoise,
     common_step,
     estimated,
+    loudness,
     quietest,
     with_colour,
 )
@@ -30,29 +32,46 @@ COUNTED = 5.0
 digits of a file, and its noise may be coloured, which its own past foretells."""
 
 
+class ChannelNoise(NamedTuple):
+    """Of one output."""
+
+    level: float
+    """rms over all recordings, SI"""
+    source: str
+    each: tuple[float, ...]
+    """Per recording, times that level; all one where the recordings agree"""
+
+
 def noise_in_outputs(
     experiments: Sequence[Prepared],
     motions: Sequence[Motion],
     stated: Mapping[str, float],
     without: Collection[str] = (),
-) -> dict[str, tuple[float, str]]:
-    """channel -> rms of its noise over all recordings, and its source; `without` some channels."""
+) -> dict[str, ChannelNoise]:
+    """channel -> its noise; `without` some channels."""
     routes = [Route(e, *m) for e, m in zip(experiments, motions, strict=True)]
     known = _columns(routes, stated)
     drawn: dict[str, list[list[np.ndarray]]] = {}
     sources: dict[str, set[str]] = {}
+    differ = any(one != known[0] for one in known)
     for i, route in enumerate(routes):
         feeding = [(c.name, s) for s in route.outputs for c in s.channels(route.arm)]
         if all(name in without for name, _ in feeding):
             continue
-        for (name, s), found in zip(feeding, route.noise(known, i), strict=True):
+        for (name, s), found in zip(feeding, route.noise(known[i], i), strict=True):
             drawn.setdefault(name, []).append(found)
-            columns = route.feeding(s)
-            sources.setdefault(name, set()).update(known[c].source for c in columns if c in known)
+            columns = [known[i][c] for c in route.feeding(s) if c in known[i]]
+            sources.setdefault(name, set()).update(noise.source for noise in columns)
     scatters = any(route.driven for route in routes)
-    return {
-        name: (_level_of(parts, scatters), _source(sources[name])) for name, parts in drawn.items()
-    }
+    noises = dict[str, ChannelNoise]()
+    for name, parts in drawn.items():
+        level = _level_of(parts, scatters)
+        each = (1.0,) * len(routes)
+        if differ and level and len(parts) == len(routes):
+            whole = _rms(np.concatenate([x for draws in parts for x in draws]))
+            each = tuple(_rms(np.concatenate(draws)) / whole or 1.0 for draws in parts)
+        noises[name] = ChannelNoise(level, _source(sources[name]), each)
+    return noises
 
 
 def noise_drawn(
@@ -67,7 +86,7 @@ def noise_drawn(
     routes = [Route(e, *m) for e, m in zip(experiments, motions, strict=True)]
     known = _columns(routes, stated)
     return [
-        [np.where(e.counted & np.isfinite(x), x, 0.0) for x in route.draws(known, i, each)]
+        [np.where(e.counted & np.isfinite(x), x, 0.0) for x in route.draws(known[i], i, each)]
         for i, (e, route) in enumerate(zip(experiments, routes, strict=True))
     ]
 
@@ -92,10 +111,11 @@ def _source(found: Collection[str]) -> str:
     return STATED if set(found) == {STATED} else ESTIMATED
 
 
-def _columns(routes: Sequence[Route], stated: Mapping[str, float]) -> dict[str, ColumnNoise]:
-    """column -> its noise, for all columns that any output comes from."""
+def _columns(routes: Sequence[Route], stated: Mapping[str, float]) -> list[dict[str, ColumnNoise]]:
+    """Per recording column -> its noise, for all columns that any output comes from."""
     wanted = dict.fromkeys(c for r in routes for s in r.experiment.outputs for c in r.feeding(s))
     found = _of_missing_torque(routes, wanted, stated)
+    louder: dict[str, dict[int, float]] = {}
     for name in wanted:
         if name in found:
             continue
@@ -103,19 +123,30 @@ def _columns(routes: Sequence[Route], stated: Mapping[str, float]) -> dict[str, 
         limit = min((r.logged_to(name) for r in able), default=np.pi)
         narrow = limit < NARROW
         step = common_step([r.recording[name] for r in able])
-        pieces = [piece for r in able for piece in r.beyond_the_model(name, undo=not narrow)]
-        pieces = quietest(pieces, step)
+        apart = [r.beyond_the_model(name, undo=not narrow) for r in able]
+        level = _level(able, name, stated)
+        if level is None and not step and not any(r.driven for r in able):
+            times = loudness(apart)
+            louder[name] = {id(r): x for r, x in zip(able, times, strict=True)}
+            apart = [[x / t for x in own] for own, t in zip(apart, times, strict=True)]
+        pieces = quietest([piece for own in apart for piece in own], step)
         if any(r.commanded(name) for r in able):
             found[name] = ColumnNoise(0.0, source=ESTIMATED)
             continue
-        level = _level(able, name, stated)
         if level is not None:
             plain = ColumnNoise(level, step=step)
             found[name] = plain if narrow else with_colour(plain, pieces, limit)
             continue
         seen = estimated(pieces, np.pi if narrow else limit) or ColumnNoise(0.0, source=ESTIMATED)
         found[name] = replace(_beside_steps(seen, step), after_logger=narrow)
-    return {name: _counted(routes, name, noise) for name, noise in found.items()}
+    found = {name: _counted(routes, name, noise) for name, noise in found.items()}
+    return [
+        {
+            name: replace(noise, std=noise.std * louder.get(name, {}).get(id(r), 1.0))
+            for name, noise in found.items()
+        }
+        for r in routes
+    ]
 
 
 def _counted(routes: Sequence[Route], name: str, noise: ColumnNoise) -> ColumnNoise:

@@ -197,6 +197,51 @@ def quietest(pieces: Sequence[np.ndarray], step: float = 0.0) -> list[np.ndarray
     return [x for x, level in zip(pieces, levels, strict=True) if not level > QUIET * least]
 
 
+SURELY_LOUDER = 3.0
+"""Standard deviations of a spectrum's mean power, beyond which a recording's noise is another."""
+
+
+def loudness(recordings: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
+    """How many times as large one sensor's noise is in each recording as in the quietest.
+
+    Noise that is stated by a ratio to its signal, or a camera that stands elsewhere, is another in
+    each recording. It is white or has the same colour there; what a model misses falls with
+    frequency, and is no noise.
+
+    Args:
+        recordings: Even stretches (M,) of each.
+
+    Returns:
+        (recordings,), one where spectra show no difference.
+    """
+    found = np.ones(len(recordings))
+    halves = [_powers_in_halves(pieces) for pieces in recordings]
+    known = [i for i, (_, count) in enumerate(halves) if count.min() >= FEWEST_ORDINATES]
+    if len(known) < 2:
+        return found
+    least, many = min((halves[i] for i in known), key=lambda half: half[0].mean())
+    for i in known:
+        power, count = halves[i]
+        if not least.min() > 0.0 or not power.min() > 0.0:
+            continue
+        ratio, sure = np.log(power / least), SURELY_LOUDER * np.sqrt(1.0 / count + 1.0 / many)
+        louder = ratio.mean() > np.sqrt(np.mean(sure**2) / 2.0)
+        alike = abs(ratio[0] - ratio[1]) < np.sqrt(np.sum(sure**2))
+        flat = abs(np.log(power[0] / power[1])) < SURELY_LOUDER * np.sqrt(np.sum(1.0 / count))
+        if louder and (alike or flat):
+            found[i] = np.exp(0.5 * ratio.mean())
+    return found
+
+
+def _powers_in_halves(pieces: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """(2,) mean power in the lower and the upper half of the high band, and how many ordinates."""
+    s = without_lines(spectrum(pieces))
+    ends = np.linspace(*HIGH, 3)
+    halves = [(s.angle >= a) & (s.angle < b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    power = [float(np.mean(s.power[half])) if half.any() else 0.0 for half in halves]
+    return np.array(power), np.array([half.sum() for half in halves])
+
+
 def quieter(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """That of two series (M,) of one sensor which holds less of what is none of it."""
     return b if _high_power(b) < _high_power(a) else a

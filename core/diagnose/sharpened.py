@@ -160,7 +160,7 @@ def _restate(
         for (name, _), mask in zip(e.channels, e.counted.T, strict=True):
             counts[name] += int(mask.sum())
     state.rounds[:] = [_round(one, scales) for one in state.rounds]
-    state.steps[:] = [_step(one, floors, counts) for one in state.steps]
+    state.steps[:] = [_step(one, floors, shares, counts) for one in state.steps]
     if state.first is not None:
         state.first = _screen(state.first, scales[0])
     if state.validation is not None:
@@ -171,9 +171,9 @@ def _restate(
 
 
 def _against(data: Data, floors: Mapping[str, Floor]) -> Data:
-    weights = tuple(np.array([1.0 / floors[n].value for n in names]) for names in _channels(data))
+    values = {n: f.value for n, f in floors.items()}
     return replace(
-        data, weights=weights, floors={n: f.value for n, f in floors.items()},
+        data, weights=data.weights_at(values), floors=values,
         floor_sources={n: f.source for n, f in floors.items()}, anchor=None, known=KnownMotions(),
     )  # fmt: skip
 
@@ -205,10 +205,13 @@ def _round(known: DiagnosisRound, scales: Sequence[np.ndarray]) -> DiagnosisRoun
     return replace(known, ranking=ranking)
 
 
-def _step(known: LadderStep, floors: Mapping[str, Floor], counts: Mapping[str, int]) -> LadderStep:
+def _step(
+    known: LadderStep, floors: Mapping[str, Floor], shares: Mapping[str, float],
+    counts: Mapping[str, int],
+) -> LadderStep:  # fmt: skip
     """`counts`: channel -> samples that count."""
     errors = tuple(
-        replace(e, floor=floors[e.channel].value, floor_source=floors[e.channel].source)
+        replace(e, floor=e.floor / shares[e.channel], floor_source=floors[e.channel].source)
         for e in known.errors
     )
     cost = sum(counts[e.channel] * (e.rms / e.floor) ** 2 for e in errors)

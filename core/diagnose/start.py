@@ -19,7 +19,7 @@ from core.diagnose.data import (
     hypothesis,
 )
 from core.diagnose.descent import MOST_ITERATIONS
-from core.diagnose.floor import channel_floors
+from core.diagnose.floor import Floor, channel_floors
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit, fit
 from core.diagnose.steps import Validated, validated
@@ -75,12 +75,11 @@ class Begun:
         experiments = tuple(prepare(self.data.bare, r, outputs, processing) for r in able)
         if not experiments:
             return None
-        floors = self.data.floors
-        weights = tuple(np.array([1.0 / floors[n] for n, _ in e.channels]) for e in experiments)
         nuisance = tuple(nuisance_of(model, spec, able))
-        return replace(
-            self.data, experiments=experiments, nuisance=nuisance, weights=weights, anchor=None
+        others = replace(
+            self.data, experiments=experiments, nuisance=nuisance, anchor=None, louder=()
         )
+        return replace(others, weights=others.weights_at(self.data.floors))
 
 
 def outputs_of(model: Model, fitted: Sequence[Sensor], recordings: Sequence[Recording]):  # type: ignore[no-untyped-def]
@@ -144,9 +143,11 @@ def begin(
     known = channel_floors(prepared, unweighted, motions, stated, fidelity)
     floors = {name: floor.value for name, floor in known.items()}
     sources = {name: floor.source for name, floor in known.items()}
-    weights = tuple(np.array([1.0 / floors[n] for n, _ in e.channels]) for e in experiments)
     sizes = sizes_of([m for m, _, _ in motions])
-    data = replace(data, weights=weights, floors=floors, floor_sources=sources, sizes=sizes)
+    data = replace(
+        data, floors=floors, floor_sources=sources, sizes=sizes, louder=_louder(known, experiments)
+    )
+    data = replace(data, weights=data.weights_at(floors))
     values = {**model.effect_values, **rough.hypothesis.values()}
     few = enough_steps(data, effects, values, ANCHORED)
     few = steps_for_directions(data, effects, values, few)
@@ -154,6 +155,16 @@ def begin(
     data = replace(data, steps=steps, few=few, needed=NeededSteps())
     data, base = converged(data, hypothesis(data, effects, values), None, stopped)
     return Begun(*in_the_right_valley(data, base, stopped))
+
+
+def _louder(floors: Mapping[str, Floor], experiments: Sequence[Prepared]) -> tuple[np.ndarray, ...]:
+    """`Data.louder`."""
+    if not any(floor.each for floor in floors.values()):
+        return ()
+    return tuple(
+        np.array([(floors[n].each or {i: 1.0})[i] for n, _ in e.channels])
+        for i, e in enumerate(experiments)
+    )
 
 
 def _check_counted(experiments: Sequence[Prepared]) -> None:

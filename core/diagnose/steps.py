@@ -10,6 +10,7 @@ import numpy as np
 from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
 from core.diagnose.descent import descend
 from core.diagnose.refit import Refit
+from core.diagnose.verdict import channel_rms
 from core.identify.prepared import Prepared
 from core.identify.unknowns import Unknown
 from core.model import Model
@@ -26,7 +27,7 @@ def ladder_step(
     """`names`: parameters of what was added, listed first; with none all unknowns are listed."""
     errors = _by_channel(data, refit.errors)
     unseen = {} if later is None else _by_channel(later.data, later.errors)
-    listed = estimates(refit)
+    listed, floors = estimates(refit), _floors(data, refit.errors, errors)
     return LadderStep(
         added=added,
         model=tuple(one.kind for one in refit.hypothesis.model.effects),
@@ -34,7 +35,7 @@ def ladder_step(
         parameters=_sizes(listed, refit.hypothesis.model, names),
         errors=tuple(
             ChannelError(
-                name, unit, rms, data.floors.get(name, float("nan")),
+                name, unit, rms, floors.get(name, float("nan")),
                 unseen.get(name, (unit, float("nan"), 0.0))[1],
                 data.floor_sources.get(name, ""),
             )
@@ -45,6 +46,17 @@ def ladder_step(
         fit_percent=tuple(f for _, _, f in errors.values()),
         validation_fit_percent=tuple(f for _, _, f in unseen.values()),
     )  # fmt: skip
+
+
+def _floors(
+    data: Data, errors: Sequence[np.ndarray], figures: Mapping[str, tuple[str, float, float]]
+) -> dict[str, float]:
+    """channel -> its noise floor; where recordings have noises of their own, the one against which
+    the error is as often its floor as it is in all of them together."""
+    if not data.louder:
+        return dict(data.floors)
+    times = channel_rms(data.experiments, errors)
+    return {n: rms / times[n] if times[n] else data.floors[n] for n, (_, rms, _) in figures.items()}
 
 
 def _sizes(listed: Sequence[Estimate], model: Model, names: Sequence[str]) -> tuple[Estimate, ...]:

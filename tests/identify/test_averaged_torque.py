@@ -61,7 +61,7 @@ def prepared(drive: Drive, friction: float) -> Prepared:
     place = simulate_within(moved, moved.numbers(), task, 1e-9).trajectory.joint_positions[:, 0]
     name = drive.reference_channels(LINK)[0]
     recording = Recording("r", task.time, {name: signal[:, 0], "theta1": place})
-    servo = FollowingServo(drive, 60.0, (0.29,), PROCESSING.band_hz)
+    servo = FollowingServo(drive, 60.0, (0.29,), PROCESSING.band_hz(["torque"]))
     return prepare(bare.steered_by(servo), recording, [sensor("torque")], PROCESSING)
 
 

@@ -80,7 +80,7 @@ def prepared(guided: bool, friction: bool = False) -> Prepared:
     torque, place = true_motion(friction)
     channels = {"u1": torque[:, 0], "theta1": place[::FINE]}
     recording = Recording("r", np.arange(SAMPLES) * STEP, channels)
-    servo = FollowingServo(Torque(), 60.0, (0.29,), PROCESSING.band_hz, guided)
+    servo = FollowingServo(Torque(), 60.0, (0.29,), PROCESSING.band_hz(["torque"]), guided)
     model = arm(friction).steered_by(servo)
     return prepare(model, recording, [sensor("torque")], PROCESSING)
 

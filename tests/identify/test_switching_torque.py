@@ -92,7 +92,7 @@ def test_a_vibration_that_no_output_shows_needs_no_finer_points() -> None:
     """Where a rig is recorded as fast as its second bending mode swings, and compared below its
     first, finer points cost five times as much and changed nothing."""
     e = prepared(0.0, step=RARELY)
-    blind = replace(e.model.steering, band_hz=SLOW.band_hz)
+    blind = replace(e.model.steering, band_hz=SLOW.band_hz(["torque"]))
     without = replace(e, model=e.model.steered_by(blind), processing=SLOW)
     assert finer_by(e.model, RARELY) > finer_by(without.model, RARELY) == 1
     numbers = e.model.numbers()
@@ -126,7 +126,9 @@ def test_the_noise_floor_is_what_the_encoder_leaves() -> None:
     """What the encoder reads beyond a low-pass is motion; only the missing torque has it not."""
     e = prepared(COUNT)
     numbers = e.model.numbers()
-    floor, source = noise_in_outputs([e], [(motion_of(e, numbers, {}, 4), numbers, {})], {})["u1"]
+    floor, source, _ = noise_in_outputs([e], [(motion_of(e, numbers, {}, 4), numbers, {})], {})[
+        "u1"
+    ]
     assert source == "estimated"
     true = [rms(missing(prepared(COUNT, turned))) for turned in np.linspace(0.0, 0.9, DRAWS)]
     assert max(true) / FACTOR < floor < max(true) * FACTOR

@@ -1,0 +1,99 @@
+"""Noise is a property of a sensor in a recording: each is weighed by its own."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from core.diagnose.sensor_noise import coloured, loudness
+from core.results import Diagnosis
+from core.scenario.schema import Scenario
+from core.workbench import run_scenario
+
+N = 2000
+KNOWN = 0.12
+"""Relative, of a level from some four hundred ordinates of each of two recordings."""
+
+
+def noise(seed: int, level: float, colour: float = 0.0) -> list[np.ndarray]:
+    return [level * coloured(np.random.default_rng(seed), N, colour)]
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000), st.floats(1.5, 30.0), st.sampled_from([0.0, 0.5, 0.9]))
+def test_a_louder_recording_is_known_by_its_factor(seed: int, factor: float, colour: float) -> None:
+    found = loudness([noise(3 * seed, 1.0, colour), noise(3 * seed + 1, factor, colour)])
+    assert found[0] == 1.0
+    assert found[1] == pytest.approx(factor, rel=KNOWN)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10_000))
+def test_recordings_of_one_noise_are_pooled(seed: int) -> None:
+    """Nearly always: three deviations are exceeded by one in hundreds."""
+    found = loudness([noise(7 * seed + k, 1.0) for k in range(2)])
+    assert found == pytest.approx(np.ones(2), abs=2.0 * KNOWN)
+
+
+def test_what_a_model_misses_in_a_recording_is_none_of_its_noise() -> None:
+    rng = np.random.default_rng(4)
+    missed = scipy.signal.lfilter([1.0], [1.0, -1.6, 0.8], rng.standard_normal(N))
+    assert loudness([noise(5, 0.1), [missed]]).tolist() == [1.0, 1.0]
+
+
+def test_a_noisy_recording_among_some_without_noise_is_known() -> None:
+    """What is left at high frequencies of those is their motion, which falls."""
+    still = [1e-9 * np.cumsum(np.cumsum(x)) for x in noise(6, 1.0)]
+    found = loudness([still, noise(7, 1.0), still])
+    assert found[0] == found[2] == 1.0 and found[1] > 100.0
+
+
+def test_recordings_that_are_too_short_have_no_noise_of_their_own() -> None:
+    assert loudness([[np.zeros(10)], noise(8, 1.0)]).tolist() == [1.0, 1.0]
+
+
+def diagnosed(snrs: list[float | None], seed: int, **more: Any) -> Diagnosis:
+    """Of the paper's arm without anything hidden."""
+    recordings: list[dict[str, Any]] = []
+    for k, snr in enumerate(snrs):
+        simulate = {"theta2": 0.3927 * (k + 1), "seconds": 0.7, "seed": seed + k}
+        simulate |= {} if snr is None else {"snr_db": snr}
+        recordings.append({"name": f"th{k + 1}", "simulate": simulate})
+    document = {
+        "title": "Nothing hidden", "arm": {"preset": "paper"},
+        "drive": {"kind": "velocity_loop", "gains": [60.0, 30.0]}, "recordings": recordings,
+        "identify": {"parameters": ["EI1", "EI2"], "generations": 0},
+        "diagnose": {"max_effects": 1, **more},
+    }  # fmt: skip
+    found = run_scenario(Scenario.model_validate(document)).diagnosis
+    assert found is not None
+    return found
+
+
+WHOLE: dict[str, list[float | None]] = {
+    "10 dB": [10.0] * 7, "20 dB": [20.0] * 7, "40 dB": [40.0] * 7, "none": [None] * 7,
+    "one noisy": [None, None, 10.0, None, None, None, None],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("snrs", [[20.0] * 5, [None, 10.0, None]], ids=["20 dB", "one noisy"])
+def test_nothing_hidden_is_nothing_missing_whatever_the_noise_of_each(
+    snrs: list[float | None],
+) -> None:
+    """A ratio to the signal is another noise in each recording; the noise floor was that of the
+    quietest, and the verdict spoke of 0.88 noise floors that nothing explains."""
+    found = diagnosed(snrs, 1, candidates=["viscous_friction", "tip_payload"])
+    assert found.verdict == found.final_verdict == "nothing_missing"
+    assert all(e.rms < 1.2 * e.floor for e in found.steps[-1].errors)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("snrs", WHOLE.values(), ids=WHOLE)
+def test_nothing_hidden_in_a_dozen_draws(snrs: list[float | None]) -> None:
+    verdicts = [diagnosed(snrs, 100 * draw).final_verdict for draw in range(12)]
+    assert verdicts == ["nothing_missing"] * 12
