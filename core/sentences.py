@@ -98,7 +98,7 @@ def validation_sentence(error: ValidationError, root: type[BaseModel]) -> str:
 
 def setting_name(location: Iterable[str | int], root: type[BaseModel]) -> str:
     """`[identify] population`, `[[recordings]] 2 simulate.seconds` or plain `title`."""
-    parts = [part for part in location if part != "[key]"]  # pydantic's mark for a bad key
+    parts = [part for part in _keys(location, root) if part != "[key]"]  # a mark for a bad key
     if not parts:
         return "The document"
     head, rest = str(parts[0]), parts[1:]
@@ -111,6 +111,19 @@ def setting_name(location: Iterable[str | int], root: type[BaseModel]) -> str:
     words = ".".join(str(p) for p in rest if isinstance(p, str))
     entries = "".join(f" entry {p + 1}" for p in rest if isinstance(p, int))
     return f"{head} {words}{entries}".replace("  ", " ").strip()
+
+
+def _keys(location: Iterable[str | int], root: type[BaseModel]) -> list[str | int]:
+    """The location without the alternatives of a union: pydantic names the one it tried."""
+    found: list[str | int] = []
+    model: type[BaseModel] | None = root
+    for part in location:
+        if model is not None and found and part == model.__name__ != found[-1]:
+            continue
+        found.append(part)
+        if model is not None and isinstance(part, str) and part in model.model_fields:
+            model = _model_in(model.model_fields[part].annotation)
+    return found
 
 
 def _settings_at(root: type[BaseModel], location: Iterable[str | int]) -> list[str]:

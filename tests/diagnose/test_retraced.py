@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
+import numpy as np
+
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.evidence import TIE
 from core.diagnose.minimum import converged
@@ -58,7 +60,7 @@ def test_later_evidence_does_not_depend_on_all_that_the_model_as_given_lacked() 
     values = {**start.base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": PAYLOAD}
     data, refit = converged(start.data, hypothesis(start.data, [SMALL, LARGE], values), None, NEVER)
     seen = screen(start.data, start.base.hypothesis, [], [SMALL, LARGE])
-    loud = replace(seen.whitener, deviations=100.0 * seen.whitener.deviations)
+    loud = seen.whitener.scaled(np.full(len(seen.whitener.predictions[0]), 100.0))
 
     def evidence(seen: Screen) -> list[float | None]:
         steps = retraced(data, start.base, refit, [], [SMALL, LARGE], seen, [], NEVER)

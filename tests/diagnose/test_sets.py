@@ -38,7 +38,8 @@ def column(kind: str, block: np.ndarray) -> Column:
 def seen(errors: np.ndarray, blocks: dict[str, np.ndarray]) -> Screen:
     columns = [column(kind, block) for kind, block in blocks.items()]
     slopes = [np.zeros((*errors.shape, 0))]
-    return _scored([errors], slopes, columns, [effect(kind) for kind in blocks], 0, 1)
+    rows = [[np.arange(len(errors))] * errors.shape[1]]
+    return _scored([errors], slopes, columns, [effect(kind) for kind in blocks], 0, rows)
 
 
 def directions(seed: int, names: tuple[str, ...]) -> dict[str, np.ndarray]:

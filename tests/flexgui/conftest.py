@@ -88,8 +88,8 @@ def _fit(label: str, recordings: tuple[str, ...], seed: int = 0) -> Fit:
     eps = 1.0098e9 * (1 + 0.01 * seed)
     d = (EI * 12 / eps) ** 0.25
     estimates = (
-        Estimate("epsilon", eps, 9.24e7, "Pa", False, "\\varepsilon", 1.1e9, 0.8e9, 1.2e9),
-        Estimate("d", d, 1.3e-3, "m", False, "d", 0.045, 0.04, 0.06),
+        Estimate("epsilon", eps, np.nan, "Pa", False, "\\varepsilon", 1.1e9, 0.8e9, 1.2e9),
+        Estimate("d", d, np.nan, "m", False, "d", 0.045, 0.04, 0.06),
         Estimate("lambda1", 60.01, 0.12, "N m s/rad", True, "\\lambda_1", 50.0, 40.0, 80.0),
     )
     derived = (Estimate("EI", EI + 0.003 * seed, 0.0213, "N m²", True, "EI"),)
