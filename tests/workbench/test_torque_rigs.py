@@ -1,0 +1,47 @@
+"""A rig whose torques are recorded, as a newcomer states it: arm, drive, files, parameters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from core.identify.setup import make_setup
+from core.loading import load_recordings
+from core.progress import Silent
+from core.scenario.read import read_scenario
+from core.workbench import base_model, run_scenario
+from tests.sample.torque_rigs import TorqueRig, written
+
+RIG = TorqueRig((3.0,), (0.6,), viscous=(0.8,), rate=500.0, seconds=2.0, bits=17)
+MASSES, FRICTION = 0.03, 0.05
+"""Relative: what such recordings show in two short runs."""
+
+
+def test_the_friction_of_a_rigid_link_is_named_though_no_filter_is_stated(tmp_path: Path) -> None:
+    """Second differences of an encoder are its noise, which was taken for an elastic joint."""
+    found = run_scenario(read_scenario(written(RIG, 5, tmp_path)), folder=tmp_path)
+    assert any("Torques are compared up to" in note for note in found.notes)
+    told = found.diagnosis
+    assert told is not None and told.final_verdict == "nothing_missing"
+    assert [s.added for s in told.steps if s.added] == ["viscous_friction"]
+    values = {p.name: p.value for p in told.parameters}
+    assert values["m1"] == pytest.approx(RIG.masses[0], rel=MASSES)
+    assert values["fv1"] == pytest.approx(RIG.viscous[0], rel=FRICTION)
+
+
+@pytest.mark.parametrize(
+    "stated, filtered", [("filter = false", False), ("filter = { cutoff_hz = 30.0 }", True)]
+)
+def test_a_stated_filter_takes_the_place_of_the_band(
+    tmp_path: Path, stated: str, filtered: bool
+) -> None:
+    path = written(RIG, 5, tmp_path)
+    path.write_text(path.read_text().replace("[identify]\n", f"[identify]\n{stated}\n"))
+    scenario = read_scenario(path)
+    model = base_model(scenario)
+    recordings = load_recordings(scenario, model, tmp_path, None, Silent())
+    setup = make_setup(model, scenario.identify, recordings)
+    assert setup.processing.torque_filter is None
+    assert (setup.processing.filter is not None) == filtered
+    assert not any("Torques are compared up to" in note for note in setup.notes)
