@@ -118,7 +118,7 @@ def _keys(location: Iterable[str | int], root: type[BaseModel]) -> list[str | in
     found: list[str | int] = []
     model: type[BaseModel] | None = root
     for part in location:
-        if model is not None and found and part == model.__name__ != found[-1]:
+        if model is not None and part == model.__name__:
             continue
         found.append(part)
         if model is not None and isinstance(part, str) and part in model.model_fields:

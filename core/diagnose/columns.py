@@ -47,8 +47,8 @@ class Column(Trial):
 
     blocks: tuple[np.ndarray, ...]
     """(M, k) per recording, in floors: by how much the outputs change when the parameters go from
-    neutral to `values`; zero where it is astray."""
-    astray: bool = False
+    neutral to `values`; zero where it diverged."""
+    diverged: bool = False
     """Whether the simulation came apart at every size that was tried."""
 
 
@@ -134,9 +134,6 @@ MARGIN = 0.5
 SMALLEST_SHARE = 1e-2
 """Of the size before it."""
 
-NEARER = 0.1
-"""Of a size at which a simulation came apart: where the next one is tried."""
-
 
 def simulated(
     data: Data,
@@ -157,9 +154,9 @@ def simulated(
         share = WITHIN * _rms(zero) / max(_rms(blocks), 1e-300)
         if held and (trial.scanned or not share < 1.0) or not trial.values:
             break
-        trial = _smaller(trial, max(MARGIN * share, SMALLEST_SHARE) if held else NEARER)
+        trial = _smaller(trial, max(MARGIN * share if held else 0.0, SMALLEST_SHARE))
     blocks = blocks if held else [np.zeros_like(b) for b in blocks]
-    return Column(**vars(trial), blocks=tuple(blocks), astray=not held)
+    return Column(**vars(trial), blocks=tuple(blocks), diverged=not held)
 
 
 def _moved(
@@ -196,9 +193,13 @@ FAR_OFF = 1e7
 """In floors: a trial that moves an output this far has come apart."""
 
 
-def nearer(effect: Effect, arm: Arm, data: Data, values: Mapping[str, float]) -> dict[str, float]:
-    """The values with the sizes of an effect nearer to its neutral ones."""
-    drive = data.bare.drive
-    neutral = {k.parameter.name: k.neutral for k in effect.parameters(arm, drive, data.sizes)}
-    return {n: neutral[n] + NEARER * (v - neutral[n]) if n in neutral else v
-            for n, v in values.items()}  # fmt: skip
+def nearer_to_neutral(
+    effect: Effect, arm: Arm, data: Data, values: Mapping[str, float]
+) -> dict[str, float]:
+    """The values with those of an effect at SMALLEST_SHARE of their distance from neutral."""
+    own = effect.parameters(arm, data.bare.drive, data.sizes)
+    neutral = {k.parameter.name: k.neutral for k in own if not k.secondary}
+    return {
+        n: neutral[n] + SMALLEST_SHARE * (v - neutral[n]) if n in neutral else v
+        for n, v in values.items()
+    }

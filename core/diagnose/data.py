@@ -98,7 +98,7 @@ class Data:
     """What few steps per sample miss, as found on one model; None: nothing is taken off."""
     floor_sources: Mapping[str, str] = field(default_factory=dict)
     """channel -> where its noise comes from: repetition, stated or estimated."""
-    louder: tuple[np.ndarray, ...] = ()
+    noise_ratios: tuple[np.ndarray, ...] = ()
     """(k,) per recording: times those floors, where recordings have a noise of their own."""
     held: Mapping[str, float] = field(default_factory=dict)
     """Parameters of the effects in the model as given that are not estimated, and their values."""
@@ -113,7 +113,7 @@ class Data:
 
     def weights_at(self, floors: Mapping[str, float]) -> tuple[np.ndarray, ...]:
         """(k,) per recording: one over the floor of each channel there."""
-        own = self.louder or [np.ones(len(e.channels)) for e in self.experiments]
+        own = self.noise_ratios or [np.ones(len(e.channels)) for e in self.experiments]
         return tuple(
             np.array([1.0 / floors[n] for n, _ in e.channels]) / times
             for e, times in zip(self.experiments, own, strict=True)

@@ -47,7 +47,7 @@ def finer_round(
         return None
     there, after = _fitted(data, before, [*present, finer], stopped)
     data, before = at_its_best(data, before, stopped)
-    whitener = fit_whitener(after.errors, [whitened_rows(e) for e in data.experiments])
+    whitener = fit_whitener(after.errors, whitened_rows(data.experiments))
     before, after = (_whitened(one, whitener) for one in (before, after))
     weighed = weigh(seen.candidates[0], before, after, data.count, 1)
     if stopped() or not weighed.white_drop > TIE or gate(there, after):

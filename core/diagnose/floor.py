@@ -33,8 +33,8 @@ class Floor:
     noise: float
     source: str
     """Where the noise comes from: repetition, stated or estimated"""
-    each: tuple[float, ...] = ()
-    """Per recording, times the value; empty where all are alike"""
+    ratios: tuple[float, ...] = ()
+    """Of the floor in each recording to this value"""
 
 
 def channel_floors(
@@ -56,11 +56,11 @@ def channel_floors(
     found = {}
     for name, spread in _spreads(experiments).items():
         alike = (1.0,) * len(experiments)
-        noise, source, each = (again[name], REPETITION, alike) if name in again else drawn[name]
+        noise, source, ratios = (again[name], REPETITION, alike) if name in again else drawn[name]
         beside = [fidelity * spread, missed.get(name, 0.0)]
         value = float(np.linalg.norm([noise, *beside])) or 1e-12
-        own = [float(np.linalg.norm([noise * one, *beside])) / value for one in each]
-        found[name] = Floor(value, noise, source, () if each == alike else tuple(own))
+        own = [float(np.linalg.norm([noise * ratio, *beside])) / value for ratio in ratios]
+        found[name] = Floor(value, noise, source, alike if ratios == alike else tuple(own))
     return found
 
 

@@ -14,7 +14,7 @@ from core.diagnose.acceptance import (
     Gate,
     Round,
 )
-from core.diagnose.columns import nearer
+from core.diagnose.columns import nearer_to_neutral
 from core.diagnose.data import Data, sharing_motions
 from core.diagnose.evidence import (
     Weighed,
@@ -93,16 +93,34 @@ def one_round(
     white, _ = whitened(before.hypothesis, before.descended, seen.whitener)
     before = replace(before, white_cost=white)
     found: list[Weighed] = []
-    lost: list[str] = []
-    for one in _refitted(data, before, present, seen, len(candidates), on_progress, lost):
+    # Within the noise nothing can be missing, whatever is explained below the floor.
+    chosen = [] if within_noise(data, before.errors) else promising(seen, data.count)
+    for one in _refitted(data, before, present, seen, chosen, len(candidates), on_progress):
         found.append(one)
         on_progress(f"{one.screened.effect.title} refitted")
         on_refit(Round(seen, tuple(ranked(found)), None, before, before, data))
     found = ranked(found)
-    still = Round(seen, tuple(found), None, before, before, data, unfitted=tuple(lost))
-    if on_progress("") or not found:
+    still = Round(seen, tuple(found), None, before, before, data)
+    if on_progress(""):
         return still
-    work = Acceptance(data, before, present, seen, len(candidates), lambda: on_progress(""), gate)
+    fitted = {w.screened.effect.kind for w in found}
+    unfitted = tuple(s.effect.title for s in chosen if s.effect.kind not in fitted)
+    if found:
+        still = _accepted(still, present, len(candidates), on_progress, most, gate)
+    return replace(still, unfitted=unfitted)
+
+
+def _accepted(
+    still: Round,
+    present: Sequence[Effect],
+    tried: int,
+    on_progress: OnProgress,
+    most: int,
+    gate: Gate,
+) -> Round:
+    """The round with what may be added of what it weighed."""
+    seen, before, data, found = still.screen, still.before, still.data, list(still.weighed)
+    work = Acceptance(data, before, present, seen, tried, lambda: on_progress(""), gate)
     finer = finer_model(found, data)
     if finer is not None:
         alone = work.alone([finer], FoundSet((), 0.0), most)
@@ -133,25 +151,21 @@ def _refitted(
     before: Refit,
     present: Sequence[Effect],
     seen: Screen,
+    chosen: Sequence[Screened],
     tried: int,
     on_progress: OnProgress,
-    lost: list[str],
 ) -> Iterator[Weighed]:
-    """The promising candidates, refitted on all cores, as they end; the titles of those of which
-    no simulation held together are added to `lost`."""
+    """The chosen candidates, refitted on all cores, as they end, of which a simulation held."""
     stopped = lambda: on_progress("")  # noqa: E731
 
     def look(s: Screened) -> Runner:
         effects, base = [*present, s.effect], before.hypothesis
         begun = started(data, base, effects, s.values, seen.slopes, s.scanned, stopped)
         if not np.isfinite(begun.refit.cost):
-            values = nearer(s.effect, base.model.arm, data, s.values)
+            values = nearer_to_neutral(s.effect, base.model.arm, data, s.values)
             begun = started(data, base, effects, values, seen.slopes, s.scanned, stopped)
         return in_its_best_valley(data, begun, stopped) if s.effect.resolution else begun
 
-    if within_noise(data, before.errors):
-        return  # nothing can be missing, whatever is explained below the floor
-    chosen = promising(seen, data.count)
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
         runners = list(pool.map(look, chosen))
         going = in_the_race(runners, before, data.count)
@@ -163,8 +177,6 @@ def _refitted(
             refit = done.result()
             if np.isfinite(refit.cost):
                 yield weigh(waiting[done], before, refit, data.count, tried)
-            else:
-                lost.append(waiting[done].effect.title)
 
 
 def promising(seen: Screen, count: int) -> list[Screened]:

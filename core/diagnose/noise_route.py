@@ -16,7 +16,7 @@ from core.diagnose.sensor_noise import (
     ColumnNoise,
     common_step,
     estimated,
-    loudness,
+    noise_ratios,
     quietest,
     with_colour,
 )
@@ -38,8 +38,8 @@ class ChannelNoise(NamedTuple):
     level: float
     """rms over all recordings, SI"""
     source: str
-    each: tuple[float, ...]
-    """Per recording, times that level; all one where the recordings agree"""
+    ratios: tuple[float, ...]
+    """Of the noise in each recording to that level; all one where the recordings agree"""
 
 
 def noise_in_outputs(
@@ -66,11 +66,11 @@ def noise_in_outputs(
     noises = dict[str, ChannelNoise]()
     for name, parts in drawn.items():
         level = _level_of(parts, scatters)
-        each = (1.0,) * len(routes)
+        ratios = (1.0,) * len(routes)
         if differ and level and len(parts) == len(routes):
             whole = _rms(np.concatenate([x for draws in parts for x in draws]))
-            each = tuple(_rms(np.concatenate(draws)) / whole or 1.0 for draws in parts)
-        noises[name] = ChannelNoise(level, _source(sources[name]), each)
+            ratios = tuple(_rms(np.concatenate(draws)) / whole or 1.0 for draws in parts)
+        noises[name] = ChannelNoise(level, _source(sources[name]), ratios)
     return noises
 
 
@@ -115,7 +115,7 @@ def _columns(routes: Sequence[Route], stated: Mapping[str, float]) -> list[dict[
     """Per recording column -> its noise, for all columns that any output comes from."""
     wanted = dict.fromkeys(c for r in routes for s in r.experiment.outputs for c in r.feeding(s))
     found = _of_missing_torque(routes, wanted, stated)
-    louder: dict[str, dict[int, float]] = {}
+    ratios: dict[str, dict[int, float]] = {}
     for name in wanted:
         if name in found:
             continue
@@ -126,8 +126,8 @@ def _columns(routes: Sequence[Route], stated: Mapping[str, float]) -> list[dict[
         apart = [r.beyond_the_model(name, undo=not narrow) for r in able]
         level = _level(able, name, stated)
         if level is None and not step and not any(r.driven for r in able):
-            times = loudness(apart)
-            louder[name] = {id(r): x for r, x in zip(able, times, strict=True)}
+            times = noise_ratios(apart)
+            ratios[name] = {id(r): x for r, x in zip(able, times, strict=True)}
             apart = [[x / t for x in own] for own, t in zip(apart, times, strict=True)]
         pieces = quietest([piece for own in apart for piece in own], step)
         if any(r.commanded(name) for r in able):
@@ -142,7 +142,7 @@ def _columns(routes: Sequence[Route], stated: Mapping[str, float]) -> list[dict[
     found = {name: _counted(routes, name, noise) for name, noise in found.items()}
     return [
         {
-            name: replace(noise, std=noise.std * louder.get(name, {}).get(id(r), 1.0))
+            name: replace(noise, std=noise.std * ratios.get(name, {}).get(id(r), 1.0))
             for name, noise in found.items()
         }
         for r in routes

@@ -124,7 +124,7 @@ def _coarser_and_less_likely(data: Data, found: Refit, refit: Refit) -> bool:
     )
     if shapes == before:
         return False
-    whitener = fit_whitener(refit.errors, [whitened_rows(e) for e in data.experiments])
+    whitener = fit_whitener(refit.errors, whitened_rows(data.experiments))
     without, with_them = (whitened(r.hypothesis, r.descended, whitener)[0] for r in (found, refit))
     return without - with_them > TIE
 

@@ -63,7 +63,7 @@ def retraced(
     before, left = base, list(found)
     # The first step stands beside what was tried then; later ones are held against the noise as
     # the last model shows it: beside all that the first one lacks they would seem to be nothing.
-    noise = fit_whitener(last.errors, [whitened_rows(e) for e in data.experiments])
+    noise = fit_whitener(last.errors, whitened_rows(data.experiments))
     while left:
         present = [*given, *[c.effect for c in climbed]]
         one, at, after = _next(data, last, present, left, stopped)

@@ -64,9 +64,9 @@ class Screen:
     """Sizes that are still to be tried."""
 
     @property
-    def astray(self) -> tuple[str, ...]:
+    def diverged(self) -> tuple[str, ...]:
         """Titles of effects that could not be simulated at any size."""
-        held = {c.effect.kind for c in self.columns if not c.astray}
+        held = {c.effect.kind for c in self.columns if not c.diverged}
         lost = (c.effect for c in self.columns if c.effect.kind not in held)
         return tuple(dict.fromkeys(e.title for e in lost))
 
@@ -108,7 +108,7 @@ def screen(
     new = {i for i, t in enumerate(planned) if must_compile(t, base.model.arm)}
     rounds = in_rounds(planned, new)
     zeros, columns = Zeros(base), dict[int, Column]()
-    rows = [whitened_rows(e) for e in data.experiments]
+    rows = whitened_rows(data.experiments)
 
     def scored() -> Screen:
         known = [columns[i] for i in sorted(columns)]

@@ -135,7 +135,7 @@ def _look(
     seen = _round(state, candidates, most, steps, on_ranking)
     ranking = ranking_of(seen, state.data)
     next_ones = deciding(seen, ranking, state.data, progress)
-    refused = refusals(state, seen.refused, (*seen.screen.astray, *seen.unfitted))
+    refused = refusals(state, seen.refused, (*seen.screen.diverged, *seen.unfitted))
     keep_implausible(state, seen, DiagnosisRound(ranking, None, seen.refused))
     sentence = next_ones[0].sentence if next_ones else refused
     kinds: list[str | None] = [a.weighed.screened.effect.kind for a in seen.added]
@@ -148,10 +148,10 @@ def _look(
     return seen
 
 
-def refusals(state: State, refused: str, astray: Sequence[str] = ()) -> str:
+def refusals(state: State, refused: str, diverged: Sequence[str] = ()) -> str:
     """Why effects were taken out again, the sentence of a round that refused one, and the titles
     of those that were not judged at all."""
-    names = ", ".join(dict.fromkeys(astray))
+    names = ", ".join(dict.fromkeys(diverged))
     lost = f"Could not be simulated at any size that was tried: {names}." if names else ""
     return " ".join(dict.fromkeys(s for s in (*state.refuted.values(), refused, lost) if s))
 

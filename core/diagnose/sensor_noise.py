@@ -201,7 +201,7 @@ SURELY_LOUDER = 3.0
 """Standard deviations of a spectrum's mean power, beyond which a recording's noise is another."""
 
 
-def loudness(recordings: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
+def noise_ratios(recordings: Sequence[Sequence[np.ndarray]]) -> np.ndarray:
     """How many times as large one sensor's noise is in each recording as in the quietest.
 
     Noise that is stated by a ratio to its signal, or a camera that stands elsewhere, is another in

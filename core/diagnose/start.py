@@ -77,7 +77,7 @@ class Begun:
             return None
         nuisance = tuple(nuisance_of(model, spec, able))
         others = replace(
-            self.data, experiments=experiments, nuisance=nuisance, anchor=None, louder=()
+            self.data, experiments=experiments, nuisance=nuisance, anchor=None, noise_ratios=()
         )
         return replace(others, weights=others.weights_at(self.data.floors))
 
@@ -145,7 +145,11 @@ def begin(
     sources = {name: floor.source for name, floor in known.items()}
     sizes = sizes_of([m for m, _, _ in motions])
     data = replace(
-        data, floors=floors, floor_sources=sources, sizes=sizes, louder=_louder(known, experiments)
+        data,
+        floors=floors,
+        floor_sources=sources,
+        sizes=sizes,
+        noise_ratios=_noise_ratios(known, experiments),
     )
     data = replace(data, weights=data.weights_at(floors))
     values = {**model.effect_values, **rough.hypothesis.values()}
@@ -157,13 +161,14 @@ def begin(
     return Begun(*in_the_right_valley(data, base, stopped))
 
 
-def _louder(floors: Mapping[str, Floor], experiments: Sequence[Prepared]) -> tuple[np.ndarray, ...]:
-    """`Data.louder`."""
-    if not any(floor.each for floor in floors.values()):
+def _noise_ratios(
+    floors: Mapping[str, Floor], experiments: Sequence[Prepared]
+) -> tuple[np.ndarray, ...]:
+    """`Data.noise_ratios`."""
+    if all(set(floor.ratios) <= {1.0} for floor in floors.values()):
         return ()
     return tuple(
-        np.array([(floors[n].each or {i: 1.0})[i] for n, _ in e.channels])
-        for i, e in enumerate(experiments)
+        np.array([floors[n].ratios[i] for n, _ in e.channels]) for i, e in enumerate(experiments)
     )
 
 

@@ -51,12 +51,14 @@ def ladder_step(
 def _floors(
     data: Data, errors: Sequence[np.ndarray], figures: Mapping[str, tuple[str, float, float]]
 ) -> dict[str, float]:
-    """channel -> its noise floor; where recordings have noises of their own, the one against which
-    the error is as often its floor as it is in all of them together."""
-    if not data.louder:
+    """channel -> its noise floor. Where each recording has its own, one that gives the same ratio:
+    the rms error over the rms of what it is in each recording's floor."""
+    if not data.noise_ratios:
         return dict(data.floors)
     times = channel_rms(data.experiments, errors)
-    return {n: rms / times[n] if times[n] else data.floors[n] for n, (_, rms, _) in figures.items()}
+    return {
+        n: rms / times[n] if times.get(n) else data.floors[n] for n, (_, rms, _) in figures.items()
+    }
 
 
 def _sizes(listed: Sequence[Estimate], model: Model, names: Sequence[str]) -> tuple[Estimate, ...]:

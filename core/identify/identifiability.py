@@ -88,12 +88,16 @@ def determined(
     """(P,) bool: parameters with no part in any null direction, whose deviation is below their
     size, and which no other one imitates."""
     seen = identified(null, len(vector))
-    deviations = np.sqrt(np.maximum(np.diag(cov), 0.0))
     alike = np.abs(correlation_of(cov)) > ALIKE
     np.fill_diagonal(alike, False)
-    alike &= np.outer(seen, seen)
-    wide = deviations > relative_scales(unknowns, vector)
-    return np.asarray(seen & ~wide & ~alike.any(axis=1))
+    imitated = (alike & np.outer(seen, seen)).any(axis=1)
+    return np.asarray(seen & ~wide(unknowns, vector, cov) & ~imitated)
+
+
+def wide(unknowns: Unknowns, vector: np.ndarray, cov: np.ndarray) -> np.ndarray:
+    """(P,) bool: parameters whose deviation exceeds their size."""
+    deviations = np.sqrt(np.maximum(np.diag(cov), 0.0))
+    return np.asarray(deviations > relative_scales(unknowns, vector))
 
 
 def correlation_of(cov: np.ndarray) -> np.ndarray:
@@ -134,9 +138,9 @@ STARTS_FREE = "The data do not determine all of the state in which each recordin
 
 
 def sentences(
-    unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray, wide: Iterable[int] = ()
+    unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray, unsure: Iterable[int] = ()
 ) -> tuple[str, ...]:
-    """What a person should know before using the estimates; `wide` are the indices of those whose
+    """What a person should know before using the estimates; `unsure` are the indices of those whose
     deviation exceeds their size."""
     labels = [written(label) for label in unknowns.labels]
     if not len(labels):
@@ -147,13 +151,13 @@ def sentences(
     lines = [
         _about(d, labels) for d, seen in zip(null, involved, strict=True) if np.any(seen & own)
     ]
-    alike, correlated = _correlated(correlation, labels, identified(null, len(labels)), own)
+    seen = identified(null, len(labels))
+    alike, correlated = _correlated(correlation, labels, seen, own)
     lines += alike
-    if not alike:
-        lines += [
-            f"The data hardly determine {labels[i]}: its standard deviation exceeds its value."
-            for i in wide if own[i]
-        ]  # fmt: skip
+    lines += [
+        f"The data hardly determine {labels[i]}: its standard deviation exceeds its value."
+        for i in unsure if own[i] and seen[i]
+    ]  # fmt: skip
     if not lines:
         lines = ["All estimated parameters are identifiable."]
         lines += [STARTS_FREE] if len(null) else []
@@ -245,12 +249,12 @@ def verdict(
 ) -> Identifiability:
     """All of the above as one record."""
     rank, values, null = analyse(unknowns, vector, jacobian)
-    known = determined(unknowns, vector, cov, null) | ~identified(null, len(vector))
+    unsure = np.flatnonzero(wide(unknowns, vector, cov))
     return Identifiability(
         names=unknowns.labels,
         rank=rank,
         singular_values=values,
         null_directions=null,
-        sentences=sentences(unknowns, null, correlation_of(cov), np.flatnonzero(~known)),
+        sentences=sentences(unknowns, null, correlation_of(cov), unsure),
         valley=valley(unknowns, vector, null, cost),
     )

@@ -104,12 +104,16 @@ def _with_known_torque(
 BAND_PERIODS = 10.0
 """Of the highest frequency compared within a recording, at least."""
 
+MOST_OF_RATE = 0.4
+"""Of a sampling rate: beyond, a low-pass leaves out next to nothing."""
+
 
 def torque_band(
     joints: int, recordings: Sequence[Recording]
 ) -> tuple[ZeroPhaseLowPass | None, str]:
     """The low-pass of the torques along measured motions, and the sentence that states it; none
-    where the encoders show a motion at nearly all frequencies, or are too short to say."""
+    where the encoders show a motion at nearly all frequencies of the slowest recording, or are too
+    short to say."""
     found = {}
     for k in range(joints):
         name = f"theta{k + 1}"
@@ -121,6 +125,8 @@ def torque_band(
     shortest = min(float(r.time[-1] - r.time[0]) for r in recordings)
     hz = max(max(band.hz for band in found.values()), BAND_PERIODS / shortest)
     noises = ", ".join(f"{name} {band.noise:.1e}" for name, band in found.items())
+    if hz > MOST_OF_RATE / max(r.sample_time for r in recordings):
+        return None, ""
     return ZeroPhaseLowPass(cutoff_hz=float(f"{hz:.3g}")), (
         f"Torques are compared up to {hz:.3g} Hz: beyond, the encoders show no motion above their "
         f"noise ({noises} rad or m). [identify] filter = {{ cutoff_hz = ... }} states another "

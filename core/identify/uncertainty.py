@@ -172,11 +172,14 @@ def bandwidth(r: np.ndarray) -> int:
     a slow sensor, lags at which it has samples."""
     M, k = r.shape
     longest = max(int(LONGEST_SHARE * M) // 2, 1)
-    gamma, pairs = _covariances_where_sampled(r, min(longest * (QUIET_LAGS + 1), M - 1))
+    counts = np.count_nonzero(r, axis=0)
+    apart = int(np.ceil(M / counts[counts > 0].min(initial=M)))  # the slowest sensor's samples
+    gamma, pairs = _covariances_where_sampled(r, min(longest + QUIET_LAGS * apart, M - 1))
     scale = np.sqrt(np.maximum(np.diag(gamma[0]), 1e-300))
     rho = np.abs(gamma / np.outer(scale, scale))
-    counted = np.maximum(pairs[0], np.minimum(*np.meshgrid(np.diag(pairs[0]), np.diag(pairs[0]))))
-    bound = 2.0 * np.sqrt(np.log10(np.maximum(counted, 10.0)) / np.maximum(counted, 1.0))
+    own = np.diag(pairs[0])
+    counted = np.maximum(np.minimum.outer(own, own), 10.0)
+    bound = 2.0 * np.sqrt(np.log10(counted) / counted)
     widths = [
         _quiet_after(rho[:, a, b] > bound[a, b], pairs[:, a, b] > 0.0, longest)
         for a in range(k) for b in range(k)

@@ -24,9 +24,6 @@ FALLING = 5.0
 """Times the level of the uppermost octave that the one below has where it is a motion still and no
 noise: a white acceleration falls by seven."""
 
-NEAR_TOP = 0.1
-"""Of the sampling rate: a band that ends below leaves the two octaves at the top to the noise."""
-
 WIDTH = 1.06
 """From an end of a band of frequencies to the other: a twelfth of an octave."""
 
@@ -45,7 +42,7 @@ class VisibleBand(NamedTuple):
     noise: float
     """Standard deviation of white noise, in the column's unit"""
     whole: bool
-    """Whether it goes on to frequencies at which the samples would show no noise alone."""
+    """Whether a motion fills the two octaves at the top, so that no noise stands there alone."""
 
 
 class _Spectrum(NamedTuple):
@@ -100,9 +97,9 @@ def visible_band(columns: Sequence[tuple[np.ndarray, float]]) -> VisibleBand | N
     best = int(np.argmax(gained))
     if gained[best] <= 0.0:
         return None
-    end, rate = float(hz[order][best]), min(s.rate for s in spectra)
+    end = float(hz[order][best])
     falling = float(np.median([s.falling for s in spectra])) > FALLING
-    return VisibleBand(end, float(np.sqrt(np.mean(noises))), falling and end > NEAR_TOP * rate)
+    return VisibleBand(end, float(np.sqrt(np.mean(noises))), falling)
 
 
 def _spectrum(x: np.ndarray, dt: float) -> _Spectrum | None:

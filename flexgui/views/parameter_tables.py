@@ -178,8 +178,8 @@ def _caption(fits: Sequence[Fit]) -> str:
 def _caption_of(derived: bool, count: int) -> str:
     text = (
         "The standard deviation (std) allows for coloured residuals. A parameter is not "
-        "identifiable where the data leave it free, which has no deviation, where another one "
-        "imitates it, or where its deviation exceeds its value."
+        "identifiable where the data leave it free (then no deviation is stated), where another "
+        "parameter imitates it, or where its deviation exceeds its value."
     )
     if derived:
         text += " (follows): computed from the other estimates."

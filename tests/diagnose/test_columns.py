@@ -9,7 +9,7 @@ import pytest
 
 from core.arm.arm import Arm, Segment
 from core.diagnose import columns
-from core.diagnose.columns import NEARER, WITHIN, Column, Trial, Zeros, simulated, trials
+from core.diagnose.columns import SMALLEST_SHARE, WITHIN, Column, Trial, Zeros, simulated, trials
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.drives.velocity_loop import VelocityLoop
 from core.effects import effect
@@ -115,8 +115,10 @@ def test_a_size_at_which_the_simulation_comes_apart_is_tried_nearer_to_neutral(
     most = max(float(np.abs(b).max()) for b in whole.blocks)
     monkeypatch.setattr(columns, "FAR_OFF", 0.5 * most)
     found = column(data, base, trial)
-    assert not found.astray and 0.0 < rms(found.blocks) < rms(whole.blocks)
-    assert found.sizes[found.parameter] == pytest.approx(NEARER * trial.sizes[trial.parameter])
+    assert not found.diverged and 0.0 < rms(found.blocks) < rms(whole.blocks)
+    assert found.sizes[found.parameter] == pytest.approx(
+        SMALLEST_SHARE * trial.sizes[trial.parameter]
+    )
 
 
 def test_what_comes_apart_at_every_size_is_said(
@@ -125,4 +127,4 @@ def test_what_comes_apart_at_every_size_is_said(
     base, trial = base_and_trial(data, "link_mass_error")
     monkeypatch.setattr(columns, "FAR_OFF", 0.0)
     found = column(data, base, trial)
-    assert found.astray and rms(found.blocks) == 0.0
+    assert found.diverged and rms(found.blocks) == 0.0

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from core.diagnose import ladder
 from core.diagnose.columns import Trial
 from core.diagnose.ladder import applicable
+from core.diagnose.race import ended
+from core.diagnose.refit import Refit
 from core.diagnose.screen import Screen, in_rounds, screen
 from core.diagnose.start import Begun, begin
 from core.effects import catalogue, effect
@@ -128,3 +134,23 @@ def test_a_screen_stops_after_any_size_and_ranks_what_it_has() -> None:
         found, _, _ = followed(after)
         assert len(found.columns) == after and found.to_come > 0
         assert kinds(found) == {c.effect.kind for c in found.columns}
+
+
+def test_an_effect_whose_refit_diverges_is_named_although_another_one_is_added(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It was dropped without a word, as if it explained nothing."""
+    lost = effect("viscous_friction")
+
+    def diverging(*arguments: Any) -> Refit:
+        found = ended(*arguments)
+        if lost not in found.hypothesis.model.effects:
+            return found
+        return replace(found, descended=replace(found.descended, cost=np.inf))
+
+    monkeypatch.setattr(ladder, "ended", diverging)
+    data, base = begun().data, begun().base
+    candidates = [effect("coulomb_friction"), lost]
+    found = ladder.one_round(data, base, [], candidates, lambda _: False)
+    assert [w.screened.effect.kind for w in found.weighed] == ["coulomb_friction"]
+    assert found.accepted is not None and found.unfitted == (lost.title,)

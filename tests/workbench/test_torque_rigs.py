@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from core.identify.setup import make_setup
+from core.identify.setup import make_setup, torque_band
 from core.loading import load_recordings
 from core.progress import Silent
+from core.recording.recording import Recording
 from core.scenario.read import read_scenario
 from core.workbench import base_model, run_scenario
 from tests.sample.torque_rigs import TorqueRig, written
@@ -45,3 +47,18 @@ def test_a_stated_filter_takes_the_place_of_the_band(
     assert setup.processing.torque_filter is None
     assert (setup.processing.filter is not None) == filtered
     assert not any("Torques are compared up to" in note for note in setup.notes)
+
+
+def test_a_recording_that_cannot_hold_the_band_needs_no_low_pass() -> None:
+    """Its user stated no cut-off, and is not told that one is too high."""
+    rng = np.random.default_rng(2)
+
+    def recording(dt: float, samples: int) -> Recording:
+        time = dt * np.arange(samples)
+        place = 0.1 * np.sin(2.0 * np.pi * 3.0 * time) + 0.01 * np.sin(2.0 * np.pi * 40.0 * time)
+        return Recording("r", time, {"theta1": place + 1e-5 * rng.standard_normal(samples)})
+
+    low_pass, said = torque_band(1, [recording(1e-3, 4000)])
+    assert low_pass is not None and 40.0 <= low_pass.cutoff_hz < 60.0 and "Hz" in said
+    assert torque_band(1, [recording(1e-3, 4000), recording(0.02, 200)]) == (None, "")
+    assert torque_band(1, [recording(1e-3, 4000), recording(1e-3, 20)]) == (None, "")
