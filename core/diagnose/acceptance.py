@@ -187,14 +187,22 @@ class Acceptance:
         return "simulated with finer steps, the model is worse with it than without it."
 
     def _polished(self, best: Weighed) -> tuple[Weighed, Data, Refit]:
-        """Converged, in its best shape; or the simpler effect to which it was fitted down."""
+        """Converged, in its best shape; or the simpler effect to which it was fitted down. What it
+        explains is that of the converged fit."""
         data, after = converged(self.data, best.refit.hypothesis, self.seen.whitener, self.stopped)
         data, after = self._shaped(data, after, [best.screened.effect, *self.present])
         simple = self._simpler(best, after) if degenerate(best, after) else None
         if simple is not None:
+            best = simple
             h = simple.refit.hypothesis
-            return simple, *converged(self.data, h, self.seen.whitener, self.stopped)
-        return best, data, after
+            data, after = converged(self.data, h, self.seen.whitener, self.stopped)
+        return self._with_share(best, self.before, after), data, after
+
+    def _with_share(self, one: Weighed, before: Refit, after: Refit) -> Weighed:
+        """With the share of the error that a step of the ladder shows. Its evidence stays that of
+        the round, in which all candidates were refitted alike."""
+        step = weigh(one.screened, before, after, self.data.count, self.tried)
+        return replace(one, reduction=step.reduction, explained=step.explained)
 
     def _shaped(self, data: Data, after: Refit, effects: Sequence[Effect]) -> tuple[Data, Refit]:
         """Converged anew with each of the effects in its best shape: what came later uncovers the
@@ -279,7 +287,7 @@ class Acceptance:
             fit_now = after if last else self._refit(members[:count], {**s.values, **values}, ())
             alone = known.get(s.effect.kind)
             weighed = alone or weigh(s, base, fit_now, self.data.count, self.tried)
-            added.append(Added(weighed, fit_now))
+            added.append(Added(self._with_share(weighed, base, fit_now), fit_now))
             base = fit_now
         return added
 

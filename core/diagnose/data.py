@@ -12,6 +12,7 @@ import numpy as np
 from core.arm.arm import Arm
 from core.arm.structure import Structure
 from core.diagnose.descent import Limits, limits_of, whole
+from core.diagnose.floor import Floor
 from core.effects import with_included
 from core.effects.effect import Effect, Rig
 from core.effects.sizes import Sizes, typical
@@ -98,6 +99,8 @@ class Data:
     """What few steps per sample miss, as found on one model; None: nothing is taken off."""
     floor_sources: Mapping[str, str] = field(default_factory=dict)
     """channel -> where its noise comes from: repetition, stated or estimated."""
+    floors_within: Mapping[str, float] = field(default_factory=dict)
+    """channel -> the factor within which its floor is known."""
     noise_ratios: tuple[np.ndarray, ...] = ()
     """(k,) per recording: times those floors, where recordings have a noise of their own."""
     held: Mapping[str, float] = field(default_factory=dict)
@@ -118,6 +121,15 @@ class Data:
             np.array([1.0 / floors[n] for n, _ in e.channels]) / times
             for e, times in zip(self.experiments, own, strict=True)
         )
+
+    def in_floors(self, floors: Mapping[str, Floor]) -> Data:
+        """The same recordings in other floors, which no model is anchored in yet."""
+        values = {n: f.value for n, f in floors.items()}
+        return replace(
+            self, weights=self.weights_at(values), floors=values, anchor=None,
+            floor_sources={n: f.source for n, f in floors.items()},
+            floors_within={n: f.within for n, f in floors.items()}, known=KnownMotions(),
+        )  # fmt: skip
 
     @property
     def count(self) -> int:

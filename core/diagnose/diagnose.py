@@ -10,12 +10,11 @@ from core.arm.beforehand import compile_beforehand
 from core.diagnose.announce import fit_title
 from core.diagnose.compared import compared
 from core.diagnose.facts import final_parameters, origins, sizes_of, titles_of
-from core.diagnose.ladder import (
-    not_applicable,
-)
+from core.diagnose.final_ladder import final_ladder
+from core.diagnose.ladder import not_applicable
+from core.diagnose.new_floors import search_with_new_floors
 from core.diagnose.resolution import within_resolution
-from core.diagnose.search import better_given, retrace, settle
-from core.diagnose.sharpened import search_sharply
+from core.diagnose.search import settle
 from core.diagnose.start import Begun, begin
 from core.diagnose.state import Options, RankingCallback, State, begun_state, settings
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
@@ -54,12 +53,11 @@ def diagnose(
     begun = begun or begin_on(setup, spec, recordings, options, progress)
     state = begun_state(setup, begun)
     fitted = time.perf_counter()
-    state, begun, more = search_sharply(state, begun, options, progress, on_ranking)
-    begun = better_given(state, begun, options, progress)
-    retrace(state, begun.base, progress)
+    state, more = search_with_new_floors(state, options, progress, on_ranking)
+    state, begun = final_ladder(state, begun, options, progress)
     settle(state, options, progress)
-    left = remains(state.data.experiments, state.refit.errors, state.refit.hypothesis)
-    given = remains(begun.data.experiments, begun.base.errors, begun.base.hypothesis)
+    left = remains(state.data, state.refit.errors, state.refit.hypothesis)
+    given = remains(begun.data, begun.base.errors, begun.base.hypothesis)
     stopped = progress.stopped()
     verdict = _verdict(bool(more or state.found or (stopped and given.above)), given)
     final = _verdict(more, left) if options.max_effects and not stopped else None

@@ -17,11 +17,16 @@ import numpy as np
 from core.diagnose.led_error import led_errors
 from core.diagnose.noise_route import noise_in_outputs
 from core.diagnose.repetition import repeated, scatter
+from core.diagnose.sensor_noise import ESTIMATED
 from core.diagnose.verdict import channel_rms
 from core.identify.predictor import Motion
 from core.identify.prepared import Prepared
 
 REPETITION = "repetition"
+
+WITHIN = 1.5
+"""Factor within which an estimated noise is the true one (tests/diagnose/test_floor.py); what is
+stated is taken as it is, and what does not repeat is seen in many samples."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,8 @@ class Floor:
     noise: float
     source: str
     """Where the noise comes from: repetition, stated or estimated"""
+    within: float = 1.0
+    """The factor within which it is known"""
     ratios: tuple[float, ...] = ()
     """Of the floor in each recording to this value"""
 
@@ -60,7 +67,8 @@ def channel_floors(
         beside = [fidelity * spread, missed.get(name, 0.0)]
         value = float(np.linalg.norm([noise, *beside])) or 1e-12
         own = [float(np.linalg.norm([noise * ratio, *beside])) / value for ratio in ratios]
-        found[name] = Floor(value, noise, source, alike if ratios == alike else tuple(own))
+        within = WITHIN if source == ESTIMATED else 1.0
+        found[name] = Floor(value, noise, source, within, alike if ratios == alike else tuple(own))
     return found
 
 

@@ -140,12 +140,19 @@ def at_bounds(estimates: Sequence[Estimate], titles: Mapping[str, str]) -> str:
 
 def explained(found: RankedEffect, before: LadderStep, after: LadderStep | None) -> str:
     """The share of the error that one effect explains; of an error at the floor no share is."""
-    if found.refit_drop_percent is None:
-        return ""
-    if after is not None and math.sqrt(before.cost_per_sample) < ABOVE:
+    text = "It explains {} of the error above the noise floor"
+    if after is None:
+        share = found.refit_drop_percent
+        return "" if share is None else f"{text.format(percent(share))}."
+    if math.sqrt(before.cost_per_sample) < ABOVE:
         return f"It is a small effect, seen in many samples: {fell(before, after)}."
-    text = f"It explains {percent(found.refit_drop_percent)} of the error above the noise floor"
-    return f"{text}." if after is None else f"{text}: {fell(before, after)}."
+    return f"{text.format(percent(share_between(before, after)))}: {fell(before, after)}."
+
+
+def share_between(before: LadderStep, after: LadderStep) -> float:
+    """Per cent of the squared error above the floor by which it falls between two steps."""
+    drop = before.cost_per_sample - after.cost_per_sample
+    return 100.0 * max(drop, 0.0) / max(before.cost_per_sample - 1.0, drop, 1e-300)
 
 
 def fell(before: LadderStep, after: LadderStep) -> str:

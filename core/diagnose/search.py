@@ -23,11 +23,9 @@ from core.diagnose.minimum import converged, precise
 from core.diagnose.phrases import times
 from core.diagnose.prune import ITERATIONS, without_needless
 from core.diagnose.refit import Refit, fit, settled
-from core.diagnose.retraced import retraced
 from core.diagnose.screen import Screen, screen
 from core.diagnose.shaken import widened
-from core.diagnose.start import Begun
-from core.diagnose.state import Options, RankingCallback, State, ToCome, given_step, step_of
+from core.diagnose.state import Options, RankingCallback, State, ToCome, step_of
 from core.diagnose.valleys import in_the_right_valley
 from core.diagnose.verdict import remains, within_noise
 from core.effects.effect import Effect
@@ -62,12 +60,28 @@ def _settled(
         prune(state, progress)
         _exchange(state, options, progress)
         refuted = take_out_refuted(state, progress)
-        settled_down = len(state.passed) == before
-        if settled_down or progress.stopped() or returns == MOST_RETURNS:
+        unchanged = len(state.passed) == before
+        if unchanged and _moved_to_a_better_minimum(state, progress):
+            prune(state, progress)
+            unchanged = False
+        if unchanged or progress.stopped() or returns == MOST_RETURNS:
             break
-        if not refuted and not remains(state.data.experiments, state.refit.errors).above:
+        if not refuted and not remains(state.data, state.refit.errors).above:
             return False
     return more
+
+
+def _moved_to_a_better_minimum(state: State, progress: Progress) -> bool:
+    """Whether there is one beyond that of the last model; all is then weighed again in it."""
+    if not state.found or progress.stopped():
+        return False
+    before = state.refit
+    state.data, state.refit = in_the_right_valley(state.data, before, progress.stopped)
+    if state.refit is before:
+        return False
+    state.out_of_date = True
+    state.steps.append(step_of(state, None, "At a better minimum"))
+    return True
 
 
 def _climb(
@@ -79,11 +93,11 @@ def _climb(
     """
     while True:
         most = options.max_effects - len(state.found)
-        seen = _look(state, options, most, progress, on_ranking)
+        seen = look(state, options, most, progress, on_ranking)
         if not seen.added:
             return seen.accepted is not None
         _add(state, seen)
-        above = remains(state.data.experiments, state.refit.errors).above
+        above = remains(state.data, state.refit.errors).above
         full = len(state.found) >= options.max_effects
         within = within_noise(state.data, state.refit.errors)
         if progress.stopped() or within or (full and not above):
@@ -120,15 +134,18 @@ def _add(state: State, seen: Round) -> None:
         state.steps.append(step_of(state, added, added.title))
 
 
-def _look(
+def look(
     state: State,
     options: Options,
     most: int,
     progress: Progress,
-    on_ranking: RankingCallback | None,
+    on_ranking: RankingCallback | None = None,
+    also: Sequence[Effect] = (),
 ) -> Round:
-    """One round, kept with its ranking; what it adds is left to the caller."""
+    """One round, kept with its ranking; what it adds is left to the caller. `also` is ranked beside
+    what is offered."""
     candidates, at = offered(state, options), state.refit
+    candidates += [e for e in also if e.kind not in {c.kind for c in candidates}]
     planned = [t for c in candidates for t in trials(at.hypothesis, c, state.data)]
     steps = Steps(progress, at.hypothesis.model.arm, planned)
     steps.begin(round_title(state.present, bool(options.candidates)), len(candidates) + REFITTED)
@@ -240,46 +257,10 @@ def _replace(
     state.passed += titles
 
 
-def retrace(state: State, base: Refit, progress: Progress) -> None:
-    """Tells the ladder as it would be climbed with what is in the model at the end."""
-    if not state.passed or not state.found or state.first is None:
-        return
-    climbed = retraced(
-        state.data, base, state.refit, state.present[: state.given], state.found, state.first,
-        state.rounds, progress.stopped,
-    )  # fmt: skip
-    if not climbed:
-        return
-    rest = [r for r in state.rounds[-1:] if r.accepted is None]  # the last word is kept
-    state.rounds = [*(c.round for c in climbed), *rest]
-    del state.steps[1:]
-    for one in climbed:
-        state.data, state.refit = one.data, one.refit
-        state.steps.append(step_of(state, one.effect, one.effect.title))
-
-
-def better_given(state: State, begun: Begun, options: Options, progress: Progress) -> Begun:
-    """The model as given where the search has led it: at a better minimum, where an effect that
-    turned out needless took it out of another one."""
-    better = state.passed and not state.found and state.refit.cost < begun.base.cost
-    if not better or progress.stopped():
-        return begun
-    found = replace(
-        begun, data=state.data, base=state.refit, validation=state.validation, known=None
-    )
-    state.passed.clear()
-    state.rounds.clear()
-    state.steps[:] = [given_step(found)]
-    _look(state, options, 0, progress, None)  # the ranking is that of this model
-    return found
-
-
 def settle(state: State, options: Options, progress: Progress) -> None:
     """States the last model at its minimum; what led there needs no such digits."""
     if progress.stopped():
         return
-    if state.found:
-        state.data, state.refit = in_the_right_valley(state.data, state.refit, progress.stopped)
     state.data, state.refit = precise(state.data, state.refit, progress.stopped)
     if state.data.rig.servo:
         state.refit = widened(state.data, state.refit, options.stated_noise)

@@ -141,17 +141,9 @@ def begin(
     unweighted = [b / w for b, w in zip(rough.errors, ones, strict=True)]
     prepared = rough.hypothesis.residuals.experiments
     known = channel_floors(prepared, unweighted, motions, stated, fidelity)
-    floors = {name: floor.value for name, floor in known.items()}
-    sources = {name: floor.source for name, floor in known.items()}
     sizes = sizes_of([m for m, _, _ in motions])
-    data = replace(
-        data,
-        floors=floors,
-        floor_sources=sources,
-        sizes=sizes,
-        noise_ratios=_noise_ratios(known, experiments),
-    )
-    data = replace(data, weights=data.weights_at(floors))
+    data = replace(data, sizes=sizes, noise_ratios=_noise_ratios(known, experiments))
+    data = data.in_floors(known)
     values = {**model.effect_values, **rough.hypothesis.values()}
     few = enough_steps(data, effects, values, ANCHORED)
     few = steps_for_directions(data, effects, values, few)

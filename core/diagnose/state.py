@@ -78,6 +78,11 @@ class State:
     unseen: dict[tuple[int, int | None], tuple[Refit, Validated]] = field(default_factory=dict)
     """What `validated` gave for a refit with so many steps: gate, ladder and figures ask alike."""
 
+    out_of_date: bool = False
+    """Whether rounds and steps were weighed in other floors, or at another minimum."""
+    earlier: State | None = None
+    """The search before its floors changed the first time."""
+
     def validated(self, refit: Refit, fine: int | None = None) -> Validated | None:
         """A refit on the recordings that no fit sees; `fine` steps per sample, else those known."""
         if self.validation is None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -65,26 +65,40 @@ class Remains:
     by_channel: dict[str, float]
     line: tuple[str, float] | None
     """(channel, Hz) of a spectral line in an error above the floor that nothing explains."""
+    within: dict[str, float] = field(default_factory=dict)
+    """channel -> the factor within which its floor is known; one where nothing is said"""
+    rms_within: float = 1.0
+    """The same over all channels."""
 
     @property
     def above(self) -> bool:
-        """Whether the residual exceeds the noise floor."""
-        return self.rms > ABOVE or any(x > ABOVE_IN_ONE for x in self.by_channel.values())
+        """Whether the error exceeds the noise floors, however well these are known."""
+        each = (x > ABOVE_IN_ONE * self.within.get(n, 1.0) for n, x in self.by_channel.items())
+        return self.rms > ABOVE * self.rms_within or any(each)
+
+    @property
+    def seems_above(self) -> bool:
+        """Whether it would if the floors were known exactly."""
+        return replace(self, within={}, rms_within=1.0).above
 
 
-def remains(
-    experiments: Sequence[Prepared],
-    errors: Sequence[np.ndarray],
-    fitted: Hypothesis | None = None,
-) -> Remains:
+def remains(data: Data, errors: Sequence[np.ndarray], fitted: Hypothesis | None = None) -> Remains:
     """From weighted errors (M, k) per recording, and the model that left them."""
     from core.diagnose.lines import unexplained_line
 
-    squares = _by_channel(experiments, errors)
+    squares = _by_channel(data.experiments, errors)
     by_channel = {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
-    everything = np.concatenate(list(squares.values()))
+    within = {name: data.floors_within.get(name, 1.0) for name in squares}
     line = None
     if max(by_channel.values()) >= ABOVE:
-        found = unexplained_line(experiments, errors, fitted, ABOVE)
+        found = unexplained_line(data.experiments, errors, fitted, ABOVE)
         line = None if found is None else (found.channel, found.line.hz)
-    return Remains(float(np.sqrt(np.mean(everything))), by_channel, line)
+    return Remains(
+        _rms(squares), by_channel, line, within,
+        _rms({n: np.full(len(x), within[n] ** 2) for n, x in squares.items()}),
+    )  # fmt: skip
+
+
+def _rms(squares: Mapping[str, np.ndarray]) -> float:
+    """Over all channels."""
+    return float(np.sqrt(np.mean(np.concatenate(list(squares.values())))))

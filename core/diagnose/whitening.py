@@ -65,17 +65,6 @@ class Whitener:
         channels = enumerate(self.predictions[i])
         return np.concatenate([one.whitened(block[:, c]) for c, one in channels])
 
-    def scaled(self, scales: np.ndarray) -> Whitener:
-        """The same where the blocks of each channel are `scales` (k,) times as large."""
-        return Whitener(
-            tuple(
-                tuple(
-                    replace(p, deviation=p.deviation * s) for p, s in zip(own, scales, strict=True)
-                )
-                for own in self.predictions
-            )
-        )
-
 
 def no_whitening(i: int, block: np.ndarray) -> np.ndarray:
     """A block (M, k, ...) of recording `i` as it is, (M k, ...)."""

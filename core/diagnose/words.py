@@ -23,10 +23,11 @@ from core.diagnose.phrases import (
     vibration,
     worth_listing,
 )
-from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains
+from core.diagnose.verdict import ABOVE_IN_ONE, MISSING, NOTHING, UNLISTED, Remains
 from core.effects import catalogue
 from core.results import ChannelError, DiagnosisRound, Estimate, LadderStep, RankedEffect
 from core.sentences import first_sentence, listed
+from core.written import format_number
 
 FLOOR = f"the noise floor. {FLOOR_IS}"
 
@@ -164,7 +165,7 @@ def _remains(facts: VerdictFacts) -> str:
     last = facts.steps[-1]
     endings = {
         None: "",
-        NOTHING: COARSE if facts.coarse else _at_the_floor(last.errors),
+        NOTHING: COARSE if facts.coarse else _at_the_floor(facts.left, last.errors),
         UNLISTED: _unexplained(facts),
         MISSING: _more(facts),
     }
@@ -178,15 +179,17 @@ COARSE = (
     "model could explain."
 )
 
-MISSED = 2.0
-"""Times the floor: an error on unseen recordings from which on the end of a search says so. Below,
-starts that are fitted anew and noise that differs between recordings can be the whole of it."""
 
-
-def _at_the_floor(errors: Sequence[ChannelError]) -> str:
+def _at_the_floor(left: Remains, errors: Sequence[ChannelError]) -> str:
     """The end where nothing is left of what was fitted; unseen recordings may hold more."""
     unseen = unseen_rms(errors)
-    if unseen is None or unseen < MISSED:
+    if left.seems_above:
+        factor = format_number(max(left.within.values()), 2)
+        return (
+            f"The noise was estimated, which is good to a factor of {factor}: what remains may be "
+            f"all noise. State the sensors' noise for a sharper verdict."
+        )
+    if unseen is None or unseen < ABOVE_IN_ONE:
         return "That is the noise floor: these recordings hold nothing more to explain."
     return (
         "The recordings that were fitted hold nothing more to explain, but the unseen ones do: "

@@ -31,8 +31,6 @@ from flexgui.views.pooled import ESTIMATE, VALIDATE, channel_errors, tip_rms, wi
 LEVELS = {"lpv": "the LPV descriptor model", "nonlinear": "the non-linear model"}
 METHODS = {"glocal": "in one fit over all of them", "local": "in a fit for each"}
 FIT_IS = "FIT is 100 % for a perfect match and 0 % for a model no better than a constant."
-NAMED = 6
-"""More estimates than this are counted, not listed."""
 
 
 def summary(outcome: Outcome) -> tuple[str, ...]:
@@ -89,9 +87,7 @@ def _before(outcome: Outcome) -> Markup | str:
 
 
 def _listed(estimates: Sequence[Estimate]) -> Markup:
-    texts = Markup(", ").join(equation(e) for e in estimates[:NAMED])
-    more = len(estimates) - NAMED
-    return texts + (f" and {more} more" if more > 0 else "")
+    return Markup(", ").join(equation(e) for e in estimates)
 
 
 def _quality(comparisons: Sequence[RecordingComparison]) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -228,9 +230,14 @@ def test_the_resonance_of_a_spring_that_was_just_added_is_no_machine():
     assert found(e, block, fitted(soft, e)) is None
 
 
+def only(e: Prepared) -> Any:
+    """Data of one recording, with floors that are known."""
+    return SimpleNamespace(experiments=[e], floors_within={})
+
+
 def test_what_remains_says_the_line_and_its_channel():
     e = prepared()
-    left = remains([e], [errors_with(e, (MACHINE, 3.0))], fitted(BARE, e))
+    left = remains(only(e), [errors_with(e, (MACHINE, 3.0))], fitted(BARE, e))
     assert left.line is not None and left.line[0] == "z1"
     assert left.line[1] == pytest.approx(MACHINE, abs=NEAR)
-    assert remains([e], [errors_with(e)]).line is None
+    assert remains(only(e), [errors_with(e)]).line is None

@@ -9,9 +9,10 @@ from typing import Any
 import pytest
 
 from core.diagnose.acceptance import Refusal
+from core.diagnose.final_ladder import final_ladder
 from core.diagnose.implausible import keep_implausible, stands_in, take_out_refuted
 from core.diagnose.refit import Refit
-from core.diagnose.search import better_given, offered
+from core.diagnose.search import offered
 from core.diagnose.state import Options, State, begun_state
 from core.effects import effect
 from core.progress import Silent
@@ -43,7 +44,7 @@ ASKED = Options(candidates=("torque_offset",))
 
 def test_the_better_minimum_is_the_model_as_given_and_the_ranking_is_its_own() -> None:
     state, begun = searched()
-    found = better_given(state, begun, ASKED, Silent())
+    state, found = final_ladder(state, begun, ASKED, Silent())
     assert found.base is bare().base
     assert [s.added for s in state.steps] == [None]
     assert state.steps[0].cost_per_sample < begun.base.cost / begun.data.count
@@ -58,7 +59,7 @@ def test_it_stays_where_effects_are_kept_or_none_was_taken_out_or_the_minimum_is
     untouched = searched(passed=[])
     no_better = searched(refit=stuck())
     for state, given in (kept, untouched, no_better):
-        assert better_given(state, given, ASKED, Silent()) is given
+        assert final_ladder(state, given, ASKED, Silent())[1] is given
 
 
 def climbed(upper: float, given: int) -> State:

@@ -11,15 +11,21 @@ import pytest
 from core.arm.arm import Arm
 from core.arm.segment import Segment
 from core.diagnose.data import Data, hypothesis
+from core.diagnose.final_ladder import final_ladder
 from core.diagnose.minimum import converged
+from core.diagnose.search import search
+from core.diagnose.start import Begun
+from core.diagnose.state import Options, State, given_step
 from core.diagnose.valleys import better_valley, in_the_right_valley
 from core.diagnose.verdict import within_noise
 from core.drives.velocity_loop import VelocityLoop
+from core.effects import effect
 from core.effects.sizes import typical
 from core.identify.prepared import Processing, prepare
 from core.identify.unknowns import Unknown
 from core.model import Model
 from core.parameters import Parameter
+from core.progress import Silent
 from core.recording.recording import Recording
 from core.sensors import sensor
 from core.simulate.motion import Task, at_rest
@@ -52,6 +58,12 @@ LACKING_LITTLE = 1e-4
 
 SHARP = 0.2
 """Of the noise: so that the little is more than noise."""
+
+SHARPER = 50.0
+"""Times the noise: so that the friction is relevant at the wrong minimum."""
+
+WITHIN_NOISE = 1.0
+"""Squared error per sample, in noise floors."""
 
 MOVED_BY_IT = 0.05
 """Relative; a stiffness bends a little towards what is missing."""
@@ -140,6 +152,30 @@ def test_while_something_else_is_missing_the_valley_is_not_left(data: Data) -> N
     assert better_valley(anchored, stands.hypothesis, never) is not None
     _, found = in_the_right_valley(anchored, stands, never)
     assert found is stands
+
+
+def test_an_effect_that_was_found_at_a_wrong_minimum_is_weighed_again_at_the_right_one(
+    data: Data,
+) -> None:
+    """Friction that took up a little of what a wrong stiffness leaves is needless at the right
+    stiffness, and no step of the ladder stands at the wrong one."""
+    sharp = replace(data, weights=tuple(SHARPER * w for w in data.weights))
+    sharp = replace(sharp, floors={name: f / SHARPER for name, f in data.floors.items()})
+    given, base = converged(sharp, hypothesis(sharp, (), {}), None, never)
+    friction = effect("viscous_friction")
+    start = hypothesis(given, [friction], base.hypothesis.values())
+    begun = Begun(given, base)
+    options = Options(max_effects=1, candidates=(friction.kind,))
+    there = converged(given, start, None, never)
+    state = State(*there, [friction], 0, [], [given_step(begun)], None)
+    assert apart(there[1].hypothesis.values()) > NOT_THERE
+    assert not search(state, options, Silent(), None)
+    assert not state.found
+    state, begun = final_ladder(state, begun, options, Silent())
+    assert apart(begun.base.hypothesis.values()) < EXACT
+    (step,) = state.steps
+    assert step.cost_per_sample < WITHIN_NOISE
+    assert [one.accepted for one in state.rounds] == [None]
 
 
 def test_a_single_unknown_needs_no_other_to_follow(data: Data) -> None:

@@ -1,8 +1,11 @@
-"""The ladder of the effects that are in the model at the end, where the search went a detour.
+"""The ladder as it is stated: one floor, one minimum, and the effects in the order of what each
+explains.
 
 While several effects are missing, what comes first may be an imitation that a later one makes
-needless, or that is exchanged. The set at the end is what counts; so the ladder is told as that set
-would have been climbed: at each step the effect that explains most of what is left.
+needless, or that is exchanged; and a better model may show other noise floors, or a better minimum.
+The set at the end is what counts. So where the search took such a detour, the model as given is
+fitted and ranked again in the last floors, and the ladder is climbed with that set: at each step
+the effect that explains most of what is left.
 """
 
 from __future__ import annotations
@@ -18,9 +21,74 @@ from core.diagnose.minimum import converged
 from core.diagnose.prune import ITERATIONS
 from core.diagnose.refit import Refit, fit, whitened
 from core.diagnose.screen import Screen, Screened
+from core.diagnose.search import look
+from core.diagnose.start import Begun
+from core.diagnose.state import Options, State, given_step, step_of
 from core.diagnose.whitening import Whitener, fit_whitener, whitened_rows
 from core.effects.effect import Effect
+from core.progress import Progress
 from core.results import DiagnosisRound
+
+
+def final_ladder(
+    state: State, begun: Begun, options: Options, progress: Progress
+) -> tuple[State, Begun]:
+    """The search with all of it weighed alike, and the model as given that it is compared with.
+
+    What is stopped on the way goes back to where all was weighed in the first floors.
+    """
+    first, before = begun, state.copied()
+    better = bool(state.passed) and not state.found and state.refit.cost < begun.base.cost
+    if (state.out_of_date or better) and not progress.stopped():
+        begun = _given_again(state, begun, options, progress)
+    if (state.passed or state.out_of_date) and state.found:
+        climbed = _climb_again(state, begun.base, progress)
+        if not climbed and not progress.stopped():
+            return before, first
+    if progress.stopped() and before.out_of_date:
+        return before.earlier or before, first
+    return state, begun
+
+
+def _given_again(state: State, begun: Begun, options: Options, progress: Progress) -> Begun:
+    """The model as given in the last floors with its ranking, which replaces all rounds but the
+    last word; where nothing was added it stands where the search has led it."""
+    data, base = state.data, state.refit
+    if state.found:
+        there = begun.base.hypothesis
+        start = hypothesis(replace(data, anchor=None), there.model.effects, there.values())
+        data, base = converged(replace(data, anchor=None), start, None, progress.stopped)
+    found = replace(begun, data=data, base=base, validation=state.validation, known=None)
+    last = [r for r in state.rounds[-1:] if r.accepted is None and state.found]
+    again = State(
+        data, base, state.present[: state.given], state.given, [], [given_step(found)],
+        state.validation, unseen=state.unseen,
+    )  # fmt: skip
+    look(again, options, 0, progress, also=state.found)
+    state.first, state.rounds, state.steps = again.first, [*again.rounds, *last], again.steps
+    if not state.found:
+        state.passed.clear()
+        state.data = again.data
+    return found
+
+
+def _climb_again(state: State, base: Refit, progress: Progress) -> bool:
+    """The ladder as it would be climbed with what is in the model at the end; whether it was."""
+    if state.first is None:
+        return False
+    climbed = retraced(
+        state.data, base, state.refit, state.present[: state.given], state.found, state.first,
+        state.rounds, progress.stopped,
+    )  # fmt: skip
+    if not climbed:
+        return False
+    rest = [r for r in state.rounds[-1:] if r.accepted is None and len(state.rounds) > 1]
+    state.rounds = [*(c.round for c in climbed), *rest]
+    del state.steps[1:]
+    for one in climbed:
+        state.data, state.refit = one.data, one.refit
+        state.steps.append(step_of(state, one.effect, one.effect.title))
+    return True
 
 
 @dataclass(frozen=True)

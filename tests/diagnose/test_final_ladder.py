@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-import numpy as np
-
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.evidence import TIE
+from core.diagnose.final_ladder import Climbed, retraced
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit
-from core.diagnose.retraced import Climbed, retraced
 from core.diagnose.screen import Screen, screen
+from core.diagnose.whitening import fit_whitener, whitened_rows
 from core.effects import effect
 from core.results import DiagnosisRound
 from tests.diagnose.test_stated import TRUE, bare, begun
@@ -60,7 +59,8 @@ def test_later_evidence_does_not_depend_on_all_that_the_model_as_given_lacked() 
     values = {**start.base.hypothesis.values(), "fv1": TRUE, "fv2": TRUE / 2, "mt2": PAYLOAD}
     data, refit = converged(start.data, hypothesis(start.data, [SMALL, LARGE], values), None, NEVER)
     seen = screen(start.data, start.base.hypothesis, [], [SMALL, LARGE])
-    loud = seen.whitener.scaled(np.full(len(seen.whitener.predictions[0]), 100.0))
+    rows = whitened_rows(start.data.experiments)
+    loud = fit_whitener([100.0 * x for x in start.base.errors], rows)
 
     def evidence(seen: Screen) -> list[float | None]:
         steps = retraced(data, start.base, refit, [], [SMALL, LARGE], seen, [], NEVER)
