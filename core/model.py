@@ -196,8 +196,11 @@ class Model:
         arm = one.changed_arm(self.arm, given)
         quantities = one.parameters(arm, self.drive, sizes)
         names = [quantity.parameter.name for quantity in quantities]
-        some = one.apart and any(name in given for name in names)
-        plain = {k.parameter.name: k.neutral if some else k.parameter.value for k in quantities}
+        some = any(name in given for name in names)
+        plain = {
+            k.parameter.name: k.neutral if some and k.separate else k.parameter.value
+            for k in quantities
+        }
         starts = {name: given.get(name, value) for name, value in plain.items()}
         neutral = {k.parameter.name: k.neutral for k in quantities if not k.secondary}
         if names and not part and all(starts[name] == value for name, value in neutral.items()):

@@ -83,6 +83,7 @@ def loaded(arm: Arm, gravity: tuple[float, float] = (0.0, 0.0)) -> Arm:
                 "tip_mass": 0.5 + 0.3 * k,
                 "tip_inertia": 0.01 * (k + 1),
                 "hub_inertia": 0.2 / (k + 1),
+                "rotor_inertia": 0.05 * (k + 1),
             }
         )
         for k, s in enumerate(arm.segments)

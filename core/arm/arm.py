@@ -66,6 +66,11 @@ class Arm(BaseModel):
             return None
         return self.joints + sum(self.modes) + sum(self.elastic[:segment])
 
+    def carries_motor(self, segment: int) -> bool:
+        """Whether the motor that turns a segment (from 0) stands on a segment that moves."""
+        s = self.segments[segment]
+        return segment > 0 and s.mount == "previous" and s.joint == "revolute"
+
     @property
     def two_revolute(self) -> bool:
         """Whether the fictitious rigid arm (y, design section 2) is defined."""

@@ -139,6 +139,7 @@ class ArmCatalogue:
         title = f"inertia at the tip of {n}"
         self._add_nonnegative(f"Jt{n}", s.tip_inertia, "kg m²", place, title, 0.01)
         self._add_hub(k, s, kind.inertia_unit)
+        self._add_rotor(k, s)
 
     def _add_hub(self, k: int, s: Segment, unit: str) -> None:
         name, title = f"Jh{k + 1}", f"rotor and gear inertia of joint {k + 1}"
@@ -148,6 +149,13 @@ class ArmCatalogue:
         else:
             parameter = self._positive(name, s.hub_inertia, unit, title)
             self._add(parameter, _AtLeast(place, LEAST_MOTOR * s.hub_inertia))
+
+    def _add_rotor(self, k: int, s: Segment) -> None:
+        """Of a motor without a gear; at the first joint it counts as the hub does."""
+        if self.arm.carries_motor(k):
+            title = f"rotor inertia of joint {k + 1}, without a gear"
+            place = (slots.slot(k, slots.ROTOR_INERTIA),)
+            self._add_nonnegative(f"Jr{k + 1}", s.rotor_inertia, "kg m²", place, title, 0.01)
 
     def _add_compliances(self) -> None:
         """Of elastic joints and of an elastic base; a rigid one has none to estimate."""
@@ -226,7 +234,7 @@ class ArmCatalogue:
 
 
 _GREEK = {"epsilon": r"\varepsilon", "tau": r"\tau", "lambda": r"\lambda", "EI": "EI"}
-_LETTERS = {"mt": ("m", "t"), "Jt": ("J", "t"), "Jh": ("J", "h"), "kt": ("k", "t")}
+_LETTERS = {name: (name[0], name[1]) for name in ("mt", "Jt", "Jh", "Jr", "kt")}
 
 
 def symbol(name: str) -> str:

@@ -11,6 +11,7 @@ from core.arm.slots import (
     HUB_INERTIA,
     LENGTH,
     MASS,
+    ROTOR_INERTIA,
     STIFFNESS,
     TIP_INERTIA,
     TIP_MASS,
@@ -74,7 +75,9 @@ def gravity_potential(kinematics: Kinematics) -> sp.Expr:
 
 
 def lumped_inertia(kinematics: Kinematics) -> sp.Matrix:
-    """(n, n) constant part of M: hubs, 1/2 Jh theta'^2, and tip inertias, 1/2 Jt phi_tip'^2."""
+    """(n, n) constant part of M: hubs 1/2 Jh theta'^2, rotors without a gear 1/2 Jr (omega +
+    theta')^2 with the rate omega of the segment's end that carries them, and tip inertias
+    1/2 Jt phi_tip'^2."""
     s = kinematics.symbols
     n = kinematics.structure.coordinates
     total = sp.zeros(n, n)
@@ -82,4 +85,6 @@ def lumped_inertia(kinematics: Kinematics) -> sp.Matrix:
         total[k, k] += s.slot(k, HUB_INERTIA)
         slope = sp.Matrix([kinematics.tip_angle(k)]).jacobian(s.q)
         total += s.slot(k, TIP_INERTIA) * slope.T * slope
+        rotor = sp.Matrix([kinematics.rotor_angle(k)]).jacobian(s.q)
+        total += s.slot(k, ROTOR_INERTIA) * rotor.T * rotor
     return total

@@ -98,6 +98,16 @@ class Kinematics:
         """The end effector, z."""
         return self.segment_tip(self.structure.segments - 1)
 
+    def rotor_angle(self, segment: int) -> sp.Expr:
+        """Direction (rad) of a rotor without a gear at a segment's joint; linear in q. It stands on
+        the end of the segment before, and does not see the twist behind it."""
+        alone = segment == 0 or self.structure.mounts[segment] == "ground"
+        carried = sp.Integer(0) if alone else self.tip_angle(segment - 1)
+        put = joint(self.structure.joints[segment]).place(
+            self.symbols.theta[segment], self.symbols.slot(segment, AXIS_ANGLE)
+        )
+        return carried + put.turn
+
     def tip_angle(self, segment: int) -> sp.Expr:
         """Direction of the end of a segment, rad; linear in q."""
         angle = self._bases[segment][1]

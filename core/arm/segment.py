@@ -31,7 +31,10 @@ class Segment(BaseModel):
     tip_mass: NonNegative = 0.0
     tip_inertia: NonNegative = 0.0
     hub_inertia: NonNegative = 0.0
-    """Rotor and gear on the joint's side, kg m^2 (kg for a prismatic joint)."""
+    """Rotor and gear on the joint's side, kg m^2 (kg for a prismatic joint): behind a high gear
+    they count with the joint's own rate."""
+    rotor_inertia: NonNegative = 0.0
+    """Rotor of a motor without a gear, kg m^2: it turns with the segment that carries it too."""
     joint: str = "revolute"
     joint_compliance: Positive | None = None
     """rad/(N m) (m/N on a slide) of the gear between motor and segment; None: rigid. The motor

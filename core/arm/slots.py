@@ -1,6 +1,6 @@
 """The numeric vector p that the compiled equations of an arm take.
 
-Nine slots per segment, then the two components of gravity and the stiffness of the base.
+Ten slots per segment, then the two components of gravity and the stiffness of the base.
 Structure (joints, modes, mounts) is compiled in; everything here may change without a new
 compilation.
 """
@@ -14,9 +14,11 @@ from core.arm.arm import Arm
 LENGTH, MASS, STIFFNESS, DAMPING_TIME, TIP_MASS, TIP_INERTIA, HUB_INERTIA, AXIS_ANGLE = range(8)
 TWIST_STIFFNESS = 8
 """N m/rad (N/m) of an elastic joint; zero where the joint is rigid."""
-PER_SEGMENT = 9
+ROTOR_INERTIA = 9
+"""kg m^2 of a rotor that turns with the segment that carries it as well."""
+PER_SEGMENT = 10
 
-WEIGHING = [LENGTH, MASS, TIP_MASS, TIP_INERTIA, HUB_INERTIA, AXIS_ANGLE]
+WEIGHING = [LENGTH, MASS, TIP_MASS, TIP_INERTIA, HUB_INERTIA, AXIS_ANGLE, ROTOR_INERTIA]
 """Of a segment's slots, those that the mass matrix depends on."""
 
 
@@ -50,7 +52,7 @@ def _stiffness(compliance: float | None) -> float:
 
 
 def arm_vector(arm: Arm) -> np.ndarray:
-    """p (9 N + 3,) in SI units for an arm as described."""
+    """p (10 N + 3,) in SI units for an arm as described."""
     rows = [
         [
             s.length,
@@ -62,6 +64,7 @@ def arm_vector(arm: Arm) -> np.ndarray:
             s.hub_inertia,
             s.axis_angle,
             _stiffness(s.joint_compliance),
+            s.rotor_inertia,
         ]
         for s in arm.segments
     ]

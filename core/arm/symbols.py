@@ -11,7 +11,7 @@ from core.arm.slots import PER_SEGMENT
 from core.arm.structure import Structure
 
 _LATEX_SLOTS = ("l", "m", "(EI)", r"\tau", r"m_{t}", r"J_{t}", r"J_{h}", r"\alpha", "k_{j}")
-_NAMES = ("l", "m", "EI", "tau", "mt", "Jt", "Jh", "axis", "kj")
+_NAMES = ("l", "m", "EI", "tau", "mt", "Jt", "Jh", "axis", "kj", "Jr")
 
 
 @dataclass(frozen=True)

@@ -121,7 +121,8 @@ def _nominal(model: Model, output: str, k: int) -> float:
     """The apparent inertia of a straight rigid arm, per unit of torque or current; 0: unknown."""
     if output.startswith("deflection"):
         return 0.0
-    inertia, reach = model.arm.segments[k].hub_inertia, 0.0
+    moved = model.arm.segments[k]
+    inertia, reach = moved.hub_inertia + moved.rotor_inertia, 0.0
     turning = model.arm.segments[k].joint == "revolute"
     for segment in model.arm.segments[k:]:
         if not turning:

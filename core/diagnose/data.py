@@ -101,6 +101,8 @@ class Data:
     """channel -> where its noise comes from: repetition, stated or estimated."""
     floors_within: Mapping[str, float] = field(default_factory=dict)
     """channel -> the factor within which its floor is known."""
+    idealised: Mapping[str, float] = field(default_factory=dict)
+    """channel -> mean square, in floors, that the laws of the effects in the model may miss."""
     noise_ratios: tuple[np.ndarray, ...] = ()
     """(k,) per recording: times those floors, where recordings have a noise of their own."""
     held: Mapping[str, float] = field(default_factory=dict)

@@ -21,7 +21,7 @@ from dataclasses import replace
 from core.diagnose.data import ANCHORED, NeededSteps, enough_steps, hypothesis
 from core.diagnose.floor import Floor, channel_floors
 from core.diagnose.minimum import converged
-from core.diagnose.search import prune, search
+from core.diagnose.search import prune, search, trust_laws
 from core.diagnose.start import motions_of
 from core.diagnose.state import Options, RankingCallback, State
 from core.diagnose.verdict import channel_rms, within_noise
@@ -137,3 +137,4 @@ def put_in_floors(state: State, floors: Mapping[str, Floor], stopped: Callable[[
     state.out_of_date = True
     start = hypothesis(data, state.present, values)
     state.data, state.refit = converged(data, start, None, stopped)
+    trust_laws(state)

@@ -1,4 +1,5 @@
-"""What the finest model of the arm cannot follow: a beam bends in more shapes than a model has."""
+"""What a complete model may still miss: a beam bends in more shapes than a model has, and laws such
+as that of dry friction are idealised."""
 
 from __future__ import annotations
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from core.arm.segment import MAX_MODES
 from core.diagnose.data import Data, Hypothesis, hypothesis, moved
+from core.diagnose.refit import Refit
 from core.diagnose.verdict import Remains, channel_rms
 from core.effects.effect import Effect
 from core.identify.predictor import on_all_cores
@@ -41,6 +43,20 @@ def within_resolution(data: Data, h: Hypothesis, left: Remains) -> bool:
     )
 
 
+def missed_by_laws(data: Data, refit: Refit) -> dict[str, float]:
+    """channel -> mean square, in floors, that the laws of the model's effects may miss: of each the
+    share that it states of what it does to the outputs, everything else as it is."""
+    h, missed = refit.hypothesis, dict[str, float]()
+    for one in h.model.effects:
+        if not one.idealised:
+            continue
+        rest = [e for e in h.model.effects if e is not one and one.kind not in e.includes]
+        without = hypothesis(data, rest, {**h.model.effect_values, **h.values()})
+        for name, rms in _change(data, without.errors(without.vector), refit.errors).items():
+            missed[name] = missed.get(name, 0.0) + (one.idealised * rms) ** 2
+    return missed
+
+
 def _errors(data: Data, h: Hypothesis, modes: int) -> list[np.ndarray]:
     """Of the same parameters on an arm with so many shapes per bending segment."""
     arm = data.bare.arm
@@ -60,5 +76,5 @@ def _physical(effects: Sequence[Effect]) -> list[Effect]:
 
 
 def _change(data: Data, a: Sequence[np.ndarray], b: Sequence[np.ndarray]) -> dict[str, float]:
-    """channel -> rms in floors of what one more shape changes."""
+    """channel -> rms in floors of what changes between two models."""
     return channel_rms(data.experiments, [x - y for x, y in zip(a, b, strict=True)])

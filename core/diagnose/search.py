@@ -23,6 +23,7 @@ from core.diagnose.minimum import converged, precise
 from core.diagnose.phrases import times
 from core.diagnose.prune import ITERATIONS, without_needless
 from core.diagnose.refit import Refit, fit, settled
+from core.diagnose.resolution import missed_by_laws
 from core.diagnose.screen import Screen, screen
 from core.diagnose.shaken import widened
 from core.diagnose.state import Options, RankingCallback, State, ToCome, step_of
@@ -132,6 +133,12 @@ def _add(state: State, seen: Round) -> None:
         added, state.refit = one.weighed.screened.effect, one.fit
         state.present.append(added)
         state.steps.append(step_of(state, added, added.title))
+    trust_laws(state)
+
+
+def trust_laws(state: State) -> None:
+    """From now on what is left counts beside what the laws in the model may miss."""
+    state.data = replace(state.data, idealised=missed_by_laws(state.data, state.refit))
 
 
 def look(
@@ -144,6 +151,7 @@ def look(
 ) -> Round:
     """One round, kept with its ranking; what it adds is left to the caller. `also` is ranked beside
     what is offered."""
+    trust_laws(state)
     candidates, at = offered(state, options), state.refit
     candidates += [e for e in also if e.kind not in {c.kind for c in candidates}]
     planned = [t for c in candidates for t in trials(at.hypothesis, c, state.data)]
@@ -193,6 +201,7 @@ def prune(state: State, progress: Progress) -> None:
             state.data, kept.refit.hypothesis, None, progress.stopped
         )
         state.present = list(kept.effects)
+        trust_laws(state)
         state.passed += [e.title for e in removed]
         names = ", ".join(e.title for e in removed)
         state.steps.append(step_of(state, None, f"Without: {names}"))
@@ -253,6 +262,7 @@ def _replace(
     titles = [e.title for e in gone]
     state.steps.append(step_of(state, None, f"Without: {', '.join(titles)}"))
     state.data, state.refit, state.present = data, refit, list(effects)
+    trust_laws(state)
     state.steps.append(step_of(state, came, came.title))
     state.passed += titles
 
@@ -262,6 +272,7 @@ def settle(state: State, options: Options, progress: Progress) -> None:
     if progress.stopped():
         return
     state.data, state.refit = precise(state.data, state.refit, progress.stopped)
+    trust_laws(state)
     if state.data.rig.servo:
         state.refit = widened(state.data, state.refit, options.stated_noise)
     last = state.steps[-1]

@@ -22,6 +22,7 @@ from core.diagnose.descent import MOST_ITERATIONS
 from core.diagnose.floor import Floor, channel_floors
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit, fit
+from core.diagnose.resolution import missed_by_laws
 from core.diagnose.steps import Validated, validated
 from core.diagnose.valleys import in_the_right_valley
 from core.effects.effect import Effect
@@ -150,7 +151,8 @@ def begin(
     steps = enough_steps(data, effects, values, least=few)
     data = replace(data, steps=steps, few=few, needed=NeededSteps())
     data, base = converged(data, hypothesis(data, effects, values), None, stopped)
-    return Begun(*in_the_right_valley(data, base, stopped))
+    data, base = in_the_right_valley(data, base, stopped)
+    return Begun(replace(data, idealised=missed_by_laws(data, base)), base)
 
 
 def _noise_ratios(

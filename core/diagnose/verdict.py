@@ -24,7 +24,8 @@ ABOVE_IN_ONE = 1.2
 
 def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
     """Whether nothing can be missing where errors (M, k) per recording, in noise floors, are left:
-    neither over all channels nor in one of them.
+    neither over all channels nor in one of them. The laws of what is in the model may miss a share
+    of what they do.
 
     Where a servo leads the joints, the encoders' noise shakes the links, and a sharper limit than
     that of the verdict would find what imitates it: links that are damped follow noise less.
@@ -32,10 +33,11 @@ def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
     from core.diagnose.descent import cost_of
 
     share = ABOVE**2 if data.rig.servo else 1.0
-    if not cost_of(errors) <= share * data.count:
-        return False
     each = _by_channel(data.experiments, errors)
-    return all(np.mean(x) <= ABOVE_IN_ONE**2 for x in each.values())
+    missed = sum(data.idealised.get(n, 0.0) * len(x) for n, x in each.items())
+    if not cost_of(errors) <= share * data.count + missed:
+        return False
+    return all(np.mean(x) <= ABOVE_IN_ONE**2 + data.idealised.get(n, 0.0) for n, x in each.items())
 
 
 def _by_channel(
@@ -69,17 +71,31 @@ class Remains:
     """channel -> the factor within which its floor is known; one where nothing is said"""
     rms_within: float = 1.0
     """The same over all channels."""
+    idealised: dict[str, float] = field(default_factory=dict)
+    """channel -> mean square that the laws of the effects in the model may miss"""
+    all_idealised: float = 0.0
+    """The same over all channels."""
 
     @property
     def above(self) -> bool:
-        """Whether the error exceeds the noise floors, however well these are known."""
-        each = (x > ABOVE_IN_ONE * self.within.get(n, 1.0) for n, x in self.by_channel.items())
-        return self.rms > ABOVE * self.rms_within or any(each)
+        """Whether the error exceeds the noise floors, however well these are known, and what the
+        laws in the model may miss."""
+        limits = {
+            n: (ABOVE_IN_ONE * self.within.get(n, 1.0)) ** 2 + self.idealised.get(n, 0.0)
+            for n in self.by_channel
+        }
+        whole = (ABOVE * self.rms_within) ** 2 + self.all_idealised
+        return self.rms**2 > whole or any(x**2 > limits[n] for n, x in self.by_channel.items())
 
     @property
-    def seems_above(self) -> bool:
+    def above_known_floors(self) -> bool:
         """Whether it would if the floors were known exactly."""
         return replace(self, within={}, rms_within=1.0).above
+
+    @property
+    def above_exact_laws(self) -> bool:
+        """Whether it would if the laws in the model were exact."""
+        return replace(self, idealised={}, all_idealised=0.0).above
 
 
 def remains(data: Data, errors: Sequence[np.ndarray], fitted: Hypothesis | None = None) -> Remains:
@@ -93,9 +109,11 @@ def remains(data: Data, errors: Sequence[np.ndarray], fitted: Hypothesis | None 
     if max(by_channel.values()) >= ABOVE:
         found = unexplained_line(data.experiments, errors, fitted, ABOVE)
         line = None if found is None else (found.channel, found.line.hz)
+    missed = {name: data.idealised.get(name, 0.0) for name in squares}
     return Remains(
         _rms(squares), by_channel, line, within,
-        _rms({n: np.full(len(x), within[n] ** 2) for n, x in squares.items()}),
+        _rms({n: np.full(len(x), within[n] ** 2) for n, x in squares.items()}), missed,
+        _rms({n: np.full(len(x), missed[n]) for n, x in squares.items()}) ** 2,
     )  # fmt: skip
 
 

@@ -180,10 +180,18 @@ COARSE = (
 )
 
 
+IDEALISED = (
+    "That is more than the noise, and little beside what the effects in the model explain: their "
+    "laws, such as that of dry friction, are idealised and may miss as much."
+)
+
+
 def _at_the_floor(left: Remains, errors: Sequence[ChannelError]) -> str:
     """The end where nothing is left of what was fitted; unseen recordings may hold more."""
     unseen = unseen_rms(errors)
-    if left.seems_above:
+    if left.above_exact_laws:
+        return IDEALISED
+    if left.above_known_floors:
         factor = format_number(max(left.within.values()), 2)
         return (
             f"The noise was estimated, which is good to a factor of {factor}: what remains may be "

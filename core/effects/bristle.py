@@ -25,6 +25,11 @@ it moves the levels by half a per cent, ten times as much by two; the integrator
 steps for the one than for the other. On a slide of a published benchmark the levels come back
 within half a per cent."""
 
+IDEALISED = 0.05
+"""Measured friction follows one law within some per cent at best: it changes with temperature,
+place and time (B. Armstrong-Helouvry et al., Automatica 30, 1994), and how it turns round at rest
+is nobody's law."""
+
 WAY = "zs"
 """With the joint's number, the value that says over which way dry friction breaks away, where
 anything does."""

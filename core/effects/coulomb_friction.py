@@ -6,7 +6,7 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
-from core.effects.bristle import bristle_law, bristles
+from core.effects.bristle import IDEALISED, bristle_law, bristles
 from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import each_joint, sized
 from core.effects.sizes import Sizes
@@ -36,6 +36,7 @@ class CoulombFriction(Effect):
         r"\dot u = \frac{\dot\theta - |\dot\theta| u}{z_s}"
     )
     dissipative = True
+    idealised = IDEALISED
     longest_step = 1.25e-4
     acts_at = "joints"
 

@@ -60,6 +60,8 @@ class EffectParameter:
     """Freed in refits only: it shapes the effect and is no size of its own."""
     finely: tuple[float, ...] = ()
     """Shapes for a second look, so close that a descent finds what lies between."""
+    separate: bool = False
+    """Whether it is about a thing of its own: neutral where only others are stated."""
 
 
 class Effect(ABC):
@@ -85,9 +87,9 @@ class Effect(ABC):
     has: what a coarse model leaves is settled before anything is called missing."""
     dissipative: bool = False
     """Whether it can only take energy away."""
-    apart: bool = False
-    """Whether its parameters are about separate things: where some are stated, the others are
-    neutral."""
+    idealised: float = 0.0
+    """Share of what it does to the outputs that its law is not trusted to foretell: a law that
+    stands for much that nobody models."""
     longest_step: float = float("inf")
     """s: what a simulation with the effect may step at most; forces that switch have edges, and
     stiff parts bend within a millisecond."""

@@ -4,7 +4,7 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.joint_load import LEAST, hub_parameters, with_twisting_joints
+from core.effects.joint_load import LEAST, hub_parameters, rotor_parameters, with_twisting_joints
 from core.effects.per_joint import each_joint, positive
 from core.effects.sizes import Sizes
 
@@ -57,4 +57,5 @@ class JointElasticity(Effect):
             )
 
         own = [s.hub_inertia for s in arm.segments]
-        return each_joint(arm, make) + hub_parameters(arm, neutral=own, least=LEAST, secondary=True)
+        motors = hub_parameters(arm, neutral=own, least=LEAST, secondary=True)
+        return each_joint(arm, make) + motors + rotor_parameters(arm, secondary=True)

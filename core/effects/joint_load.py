@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import sympy as sp
 
@@ -53,6 +54,27 @@ def hub_parameters(
         )
 
     return tuple(make(k) for k in range(arm.joints))
+
+
+def rotor_parameters(arm: Arm, *, secondary: bool = False) -> tuple[EffectParameter, ...]:
+    """The inertia Jr of a rotor without a gear, of every joint whose motor is carried along."""
+
+    def make(k: int) -> EffectParameter:
+        load, own = joint_load(arm, k), arm.segments[k].rotor_inertia
+        return positive(
+            f"Jr{k + 1}",
+            max(1.2 * own, LEAST * load),
+            joint(arm.segments[k].joint).inertia_unit,
+            f"rotor inertia of joint {k + 1}, without a gear",
+            rf"J_{{r{k + 1}}}",
+            lower=0.0,
+            upper=10.0 * max(own, load),
+            neutral=own,
+            secondary=secondary,
+        )
+
+    carried = [make(k) for k in range(arm.joints) if arm.carries_motor(k)]
+    return tuple(replace(one, separate=True) for one in carried)
 
 
 def with_twisting_joints(

@@ -5,7 +5,7 @@ import sympy as sp
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.bristle import bristle_force, way
+from core.effects.bristle import IDEALISED, bristle_force, way
 from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.per_joint import each_joint, joint_direction, positive
 from core.effects.sizes import Sizes
@@ -49,6 +49,7 @@ class LoadFriction(Effect):
         r"l = l_d \text{ where } u \dot\theta > 0, \text{ else } l_b"
     )
     dissipative = True
+    idealised = IDEALISED
     longest_step = 1.25e-4
     acts_at = "joints"
 

@@ -7,6 +7,7 @@ joint or segment: te1 is the delay of the first encoder.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -38,7 +39,8 @@ def each_channel(
             if kind == "deflection" and not arm.modes[k]:
                 continue
             symbol = rf"{letter}_{{{own}{k + 1}}}"
-            found.append(make(f"{letter}{own}{k + 1}", f"{CALLED[kind]} {k + 1}", symbol))
+            made = make(f"{letter}{own}{k + 1}", f"{CALLED[kind]} {k + 1}", symbol)
+            found.append(replace(made, separate=True))
     return tuple(found)
 
 

@@ -3,12 +3,12 @@
 from core.arm.arm import Arm
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter
-from core.effects.joint_load import hub_parameters
+from core.effects.joint_load import hub_parameters, rotor_parameters
 from core.effects.sizes import Sizes
 
 
 class RotorInertia(Effect):
-    """Frees the arm's own hub inertias, whose names its parameters bear."""
+    """Frees the arm's own inertias of hubs and rotors, whose names its parameters bear."""
 
     kind = "rotor_inertia"
     location = "joint"
@@ -17,11 +17,17 @@ class RotorInertia(Effect):
         "Inside the motor a rotor spins, through a gear many times faster than the joint, and its "
         "inertia counts with the square of the gear ratio. A small rotor can weigh as much as the "
         "arm. The missing joint torque, drawn over the joint's acceleration, is a straight line "
-        "through zero."
+        "through zero. Without a gear, in a direct drive, the rotor is slow, and the turning of "
+        "the segment that carries it counts as well: it is heavy to swing from the joint before "
+        "too. Which of the two it is shows when both joints move."
     )
-    formula = r"\tau = -J_h \, \ddot\theta"
+    formula = (
+        r"T = \tfrac{1}{2} J_h \dot\theta^2 + \tfrac{1}{2} J_r (\omega + \dot\theta)^2, \qquad "
+        r"\omega \text{: rate of the segment that carries the motor}"
+    )
     linear = True
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        return hub_parameters(arm, neutral=[s.hub_inertia for s in arm.segments])
+        hubs = hub_parameters(arm, neutral=[s.hub_inertia for s in arm.segments])
+        return hubs + rotor_parameters(arm)

@@ -44,7 +44,6 @@ class SensorDelay(Effect):
     )
     formula = r"y_{k,\mathrm{measured}}(t) = y_k(t - t_k)"
     linear = True
-    apart = True
     acts_at = "joints"
 
     def not_applicable(self, rig: Rig) -> str:

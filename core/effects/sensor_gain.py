@@ -48,7 +48,6 @@ class SensorGain(Effect):
     )
     formula = r"y_{k,\mathrm{measured}} = (1 + g_k) \, y_k"
     linear = True
-    apart = True
     acts_at = "joints"
 
     def not_applicable(self, rig: Rig) -> str:

@@ -138,6 +138,8 @@ class Link:
     on_ground: bool
     """Whether it hangs on the ground instead of on the segment before."""
     hub_inertia: float
+    rotor_inertia: float
+    """kg m^2, of a rotor without a gear."""
     joint_stiffness: float | None
     """N m/rad (N/m) between motor and segment; None: rigid."""
     joint_damping: float

@@ -114,10 +114,13 @@ def with_effect_parameters(identify: IdentifySpec, model: Model, spec: ModelSpec
 def _left_neutral(
     stated: Sequence[Stated], quantities: Mapping[str, Mapping[str, EffectParameter]]
 ) -> frozenset[str]:
-    """Parameters of effects about separate things of which only others are stated."""
-    some = [each for each in stated if each.effect.apart and each.parameters]
+    """Parameters about separate things of effects of which only others are stated."""
     return frozenset(
-        n for each in some for n in quantities[each.effect.kind] if n not in each.parameters
+        name
+        for each in stated
+        if each.parameters
+        for name, quantity in quantities[each.effect.kind].items()
+        if quantity.separate and name not in each.parameters
     )
 
 

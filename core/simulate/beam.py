@@ -25,6 +25,7 @@ from core.arm.slots import (
     HUB_INERTIA,
     LENGTH,
     MASS,
+    ROTOR_INERTIA,
     STIFFNESS,
     TIP_INERTIA,
     TIP_MASS,
@@ -218,6 +219,13 @@ class StraightArm:
                 found[c] = e * self._value(j, LENGTH) ** (e - 1)
         return found
 
+    def _rotor_slope(self, segment: int) -> np.ndarray:
+        """dphi/dq (n,) of a rotor without a gear, on the end of the segment before."""
+        chain = [j for j in self.links[segment].chain if j != segment]
+        found = self._end_slope(chain[-1]) if chain else np.zeros(self.n)
+        found[segment] += float(self.links[segment].turns)
+        return found
+
     def _inertia_and_weight(self) -> tuple[np.ndarray, np.ndarray]:
         """M (n, n), and the force (n,) of gravity."""
         M, weight = np.zeros((self.n, self.n)), np.zeros(self.n)
@@ -234,6 +242,8 @@ class StraightArm:
             turn = self._end_slope(k)
             M += self._value(k, TIP_INERTIA) * np.outer(turn, turn)
             M[k, k] += self._value(k, HUB_INERTIA)
+            rotor = self._rotor_slope(k)
+            M += self._value(k, ROTOR_INERTIA) * np.outer(rotor, rotor)
         return M, weight
 
     def _stiffness_and_damping(self) -> tuple[np.ndarray, np.ndarray]:

@@ -16,6 +16,7 @@ from core.arm.slots import (
     HUB_INERTIA,
     LENGTH,
     MASS,
+    ROTOR_INERTIA,
     TIP_INERTIA,
     TIP_MASS,
     slot,
@@ -53,7 +54,7 @@ def prepare_equations(model: Model) -> None:
 def _absent(model: Model, kinematics: Kinematics) -> dict[sp.Symbol, int]:
     """Symbols whose value is exactly zero in this arm."""
     p = model.numbers().p
-    optional = (TIP_MASS, TIP_INERTIA, HUB_INERTIA, DAMPING_TIME, AXIS_ANGLE)
+    optional = (TIP_MASS, TIP_INERTIA, HUB_INERTIA, ROTOR_INERTIA, DAMPING_TIME, AXIS_ANGLE)
     symbols = kinematics.symbols
     zero = {
         symbols.slot(k, which): 0
@@ -125,6 +126,11 @@ def _energies(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]
         if s.slot(k, HUB_INERTIA) not in absent:
             hub = s.latex(s.slot(k, HUB_INERTIA))
             parts.append(rf"\tfrac{{1}}{{2}} {hub} \dot{{\theta}}_{{{k + 1}}}^2")
+        if s.slot(k, ROTOR_INERTIA) not in absent:
+            rotor = s.latex(s.slot(k, ROTOR_INERTIA))
+            parts.append(
+                rf"\tfrac{{1}}{{2}} {rotor} (\omega_{{{k}}} + \dot{{\theta}}_{{{k + 1}}})^2"
+            )
         if s.slot(k, TIP_INERTIA) not in absent:
             tip = s.latex(s.slot(k, TIP_INERTIA))
             parts.append(rf"\tfrac{{1}}{{2}} {tip} \dot{{\varphi}}_{{t,{k + 1}}}^2")

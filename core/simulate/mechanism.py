@@ -86,6 +86,7 @@ def _link(model: Model, numbers: Numbers, k: int) -> Link:
         axis_angle=of(slots.AXIS_ANGLE),
         on_ground=k == 0 or segment.mount == "ground",
         hub_inertia=of(slots.HUB_INERTIA),
+        rotor_inertia=of(slots.ROTOR_INERTIA),
         joint_stiffness=of(slots.TWIST_STIFFNESS) or None,
         joint_damping=float(linear_matrices(elements, np.zeros(n))[1][k, k]),
         dry_friction=sum(_level(e) for e in elements if is_dry(e)),

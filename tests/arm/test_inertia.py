@@ -113,6 +113,23 @@ def test_tip_mass_adds_its_own_jacobian_to_the_bent_inertia(name: str) -> None:
     assert np.abs(grown - 0.8 * J.T @ J).max() < DIFFERENCES * np.abs(M).max()
 
 
+@pytest.mark.parametrize("elastic", [False, True])
+def test_a_rotor_without_a_gear_turns_with_the_segment_that_carries_it(elastic: bool) -> None:
+    """T grows by Jr (theta1' + theta2' + 2 l1 v1')^2 / 2, the rate of theta12 in the paper; a gear
+    that twists behind the motor turns the segment and not the rotor."""
+    first, second = PAPER.segments
+    if elastic:
+        second = second.model_copy(update={"joint_compliance": 1e-4, "hub_inertia": 0.1})
+    arm = PAPER.model_copy(update={"segments": (first, second)})
+    carried = second.model_copy(update={"rotor_inertia": 0.3})
+    heavier = arm.model_copy(update={"segments": (first, carried)})
+    q = random_state(arm, seed=6)[0]
+    mass = compiled(arm).mass_matrix
+    rate = np.array([1.0, 1.0, 2.0 * first.length, 0.0, *[0.0] * elastic])
+    grown = mass(q, arm_vector(heavier)) - mass(q, arm_vector(arm))
+    np.testing.assert_allclose(grown, 0.3 * np.outer(rate, rate), atol=ROUNDING)
+
+
 GAUSS_ORDER = 8
 """Points that integrate degree 15 exactly; with three modes the integrand has 14."""
 

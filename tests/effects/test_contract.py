@@ -165,7 +165,7 @@ def test_values_reach_the_model(kind: str) -> None:
     model = with_effect(kind, base)
     for quantity in primary(one):
         name, value = quantity.parameter.name, 1.05 * quantity.parameter.value
-        built = with_effect(kind, base, {name: value}).numbers()
+        built = with_effect(kind, base, {**model.effect_values, name: value}).numbers()
         varied = model.numbers({name: value})
         assert np.array_equal(built.p, varied.p)
         assert np.array_equal(built.law.limit, varied.law.limit)

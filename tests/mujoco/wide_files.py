@@ -64,11 +64,16 @@ def written(case: Case, folder: Path) -> Path:
     arm, rig, _ = case.made()
     for number, posture in enumerate(arm.postures):
         motion = run(rig, posture, references(arm, number), STEP)
-        rows = _noisy(case.name, number, motion)
-        write_table(rows, folder / f"posture{number}.csv.gz", _columns(arm), _decimals(arm))
+        write_posture(case.name, arm, number, motion, folder)
     path = folder / "scenario.toml"
     path.write_text(scenario_text(arm), encoding="utf-8")
     return path
+
+
+def write_posture(case: str, arm: Arm, number: int, motion: Motion, folder: Path) -> None:
+    """One recording with noise, as a file."""
+    rows = _noisy(case, number, motion)
+    write_table(rows, folder / f"posture{number}.csv.gz", _columns(arm), _decimals(arm))
 
 
 def _columns(arm: Arm) -> tuple[str, ...]:

@@ -37,6 +37,8 @@ class Rig:
     """Torques at the motors."""
     friction: Law | None = None
     """Levels of dry friction that change on the way; else those of the motors."""
+    friction_time: float = 0.0
+    """s, in which a joint that sticks loses its rate; none: as short as the engine can."""
     lag: float = 0.0
     """s, of the drives' torque."""
     drag: float = 0.0
@@ -75,6 +77,9 @@ def text(rig: Rig, step: float) -> str:
         found = _on_soft_base(found, 1.0 / rig.base_compliance)
     if rig.friction is not None:
         found = found.replace('constraint="disable"', 'constraint="enable"')
+    if rig.friction_time:
+        soft = f'solreffriction="{rig.friction_time!r} 1"'
+        found = re.sub(r'solreffriction="[^"]*" solimpfriction="[^"]*"', soft, found)
     if rig.torque_driven:
         found = re.sub(
             r'<velocity (name="\S+" joint="\S+") kv="\S+" ?[^/]*/>', r"<motor \1/>", found

@@ -106,8 +106,8 @@ def _add_link(place: _Place, link: Link, number: int) -> _Place:
     for i, piece in enumerate(pieces(link)):
         body = ElementTree.SubElement(place.body, "body", pos=_along(place.x))
         if i == 0:
+            body = _add_joints(body, link, number)
             body.set("name", f"segment{number}")
-            _add_joints(body, link, number)
         else:
             _hinge(body, stiffness=piece.stiffness, damping=link.damping_time * piece.stiffness)
         _inertial_of(body, piece)
@@ -118,8 +118,9 @@ def _add_link(place: _Place, link: Link, number: int) -> _Place:
     return place
 
 
-def _add_joints(body: ElementTree.Element, link: Link, number: int) -> None:
-    """The motor's joint, and behind it the spring's where there is one."""
+def _add_joints(body: ElementTree.Element, link: Link, number: int) -> ElementTree.Element:
+    """The motor's joint, and behind it the spring's where there is one; the body behind both. A
+    rotor without a gear is a body of its own between them."""
     given = {
         "armature": link.hub_inertia,
         "damping": link.joint_damping,
@@ -127,8 +128,13 @@ def _add_joints(body: ElementTree.Element, link: Link, number: int) -> None:
     }
     moves = _motion(link)
     _joint(body, {"name": f"motor{number}", **moves}, **given)
+    if link.rotor_inertia:
+        body.set("name", f"rotor{number}")
+        _inertial(body, 0.0, POINT, link.rotor_inertia + POINT)
+        body = ElementTree.SubElement(body, "body", pos=_along(0.0))
     if link.joint_stiffness is not None:
         _joint(body, {"name": f"spring{number}", **moves}, stiffness=link.joint_stiffness)
+    return body
 
 
 def _motion(link: Link) -> dict[str, str]:
@@ -270,6 +276,7 @@ class _Chain:
             turns = link.joint == "revolute"
             slide = np.exp(1j * (angle + link.axis_angle))
             angle, root = (angle + position, root) if turns else (angle, root + position * slide)
+            self._bodies.append((root, 0.0, link.rotor_inertia, hanging))
             if link.joint_stiffness is not None:
                 hanging = (*hanging, self._spring(link.joint_stiffness, root, slide, turns))
             root, hanging = self._link(link, root, np.exp(1j * angle), hanging)
