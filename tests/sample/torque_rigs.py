@@ -49,6 +49,10 @@ class TorqueRig:
     seconds: float = 3.0
     bits: int = 18
     """Counts of an encoder are 2 π / 2^bits rad, or 1 m / 2^bits on a slide."""
+    counts: float = 1.0
+    """Standard deviation of the white noise before it counts, in counts."""
+    modes: int = 2
+    """Stated of each segment that bends."""
     viscous: tuple[float, ...] = ()
     """N m s/rad or N s/m per joint."""
     coulomb: tuple[float, ...] = ()
@@ -57,6 +61,8 @@ class TorqueRig:
     """kg, a point at the tip."""
     hub_inertia: float = 0.0
     """kg m² of each motor, which is stated."""
+    springs: tuple[float, ...] = ()
+    """N m/rad between each motor, which then needs an inertia, and its link; none: rigid."""
     disturbance: tuple[float, ...] = ()
     """N m or N with which something nearby shakes each joint: no effect of the catalogue."""
     disturbance_hz: float = 0.0
@@ -71,54 +77,92 @@ class TorqueRig:
         """rad or m, of an encoder."""
         return (1.0 if self.slide else 2.0 * np.pi) / 2.0**self.bits
 
+    def per_joint(self, values: tuple[float, ...]) -> np.ndarray:
+        """(joints,) zeros where nothing is said."""
+        return np.array(values or (0.0,) * self.joints)
+
     @property
-    def constants(self) -> np.ndarray:
-        """What `_rate` takes: inertias, coupling, frictions and what disturbs each joint."""
-        m, length, p = self.masses, self.lengths, self.payload
-        two = self.joints == 2
+    def couplings(self) -> np.ndarray:
+        """(n, n) of the kinetic energy, 1/2 sum_jk a_jk cos(p_j - p_k) p_j' p_k', of uniform rods
+        in a row with absolute directions p; of a slide its mass."""
+        m, n = np.array(self.masses), self.joints
         if self.slide:
-            first, own, cross = m[0] + p, 0.0, 0.0
-        elif not two:
-            first, own, cross = (m[0] / 3.0 + p) * length[0] ** 2, 0.0, 0.0
-        else:
-            first = m[0] * length[0] ** 2 / 3.0 + (m[1] + p) * length[0] ** 2
-            own, cross = (m[1] / 3.0 + p) * length[1] ** 2, (m[1] / 2.0 + p) * length[0] * length[1]
-        none = (0.0,) * self.joints
-        each = [x or none for x in (self.viscous, self.coulomb, self.disturbance)]
-        return np.array([first, own, cross, self.disturbance_hz, *np.ravel(each)])
+            return np.array([[m[0] + self.payload]])
+        beyond = np.cumsum(m[::-1])[::-1] - m + self.payload
+        found = np.zeros((n, n))
+        for j in range(n):
+            for k in range(j, n):
+                share = m[k] / (3.0 if j == k else 2.0) + beyond[k]
+                found[j, k] = found[k, j] = share * self.lengths[j] * self.lengths[k]
+        return found
+
+    def inertia(self, place: np.ndarray) -> np.ndarray:
+        """(n, n) of the links over the joints' rates, at joint positions (n,)."""
+        across = np.tril(np.ones((self.joints, self.joints)))
+        directions = across @ place
+        apart = np.cos(directions[:, None] - directions)
+        return np.asarray(across.T @ (self.couplings * apart) @ across)
+
+    @property
+    def constants(self) -> tuple[np.ndarray, ...]:
+        """What `_rate` takes."""
+        return (
+            self.couplings, np.full(self.joints, self.hub_inertia), self.per_joint(self.viscous),
+            self.per_joint(self.coulomb), self.per_joint(self.disturbance),
+            self.per_joint(self.springs), np.array([self.disturbance_hz]),
+        )  # fmt: skip
 
 
 @njit(cache=True)
-def _rate(n, t, y, u, e):  # type: ignore[no-untyped-def]
-    """Of the state [q, q'] of n rigid links: M q'' + h = u - friction + what shakes them."""
-    first, own, cross, hz = e[0], e[1], e[2], e[3]
-    pushed = np.empty(n)
-    for k in range(n):
-        v = y[n + k]
-        pushed[k] = u[k] - e[4 + k] * v - e[4 + n + k] * np.tanh(v / SLIDING)
-        pushed[k] += e[4 + 2 * n + k] * np.sin(2.0 * np.pi * hz * t)
-    found = np.empty(2 * n)
-    found[:n] = y[n:]
-    if n == 1:
-        found[1] = pushed[0] / first
-        return found
-    c, s = np.cos(y[1]), np.sin(y[1])
-    pushed[0] += cross * s * y[3] * (2.0 * y[2] + y[3])
-    pushed[1] -= cross * s * y[2] ** 2
-    a, b = first + own + 2.0 * cross * c, own + cross * c
-    found[2] = (own * pushed[0] - b * pushed[1]) / (a * own - b * b)
-    found[3] = (a * pushed[1] - b * pushed[0]) / (a * own - b * b)
+def _rate(t, y, u, constants):  # type: ignore[no-untyped-def]
+    """Of the state [place, rate] of the motors, and where joints are soft then of the links behind
+    them, each by joint: u less friction moves a motor, and what is left of it or a spring the link.
+    """
+    A, hub, viscous, coulomb, disturbance, spring, hz = constants
+    n, soft = len(hub), spring[0] > 0.0
+    v = y[n : 2 * n]
+    pushed = u - viscous * v - coulomb * np.tanh(v / SLIDING)
+    pushed = pushed + disturbance * np.sin(2.0 * np.pi * hz[0] * t)
+    found = np.empty(len(y))
+    found[:n] = v
+    link, rates = (y[2 * n : 3 * n], y[3 * n :]) if soft else (y[:n], v)
+    through = spring * (y[:n] - link) if soft else pushed
+    p, w = np.cumsum(link), np.cumsum(rates)
+    M, force = np.empty((n, n)), np.empty(n)
+    for j in range(n):
+        force[j] = through[j] - (through[j + 1] if j + 1 < n else 0.0)
+        for k in range(n):
+            M[j, k] = A[j, k] * np.cos(p[j] - p[k])
+            force[j] -= A[j, k] * np.sin(p[j] - p[k]) * w[k] ** 2
+            if not soft:  # the hub's own rate, in absolute directions
+                M[j, k] += _geared(hub, j, k)
+    turned = np.linalg.solve(M, force)
+    bent = turned.copy()
+    bent[1:] -= turned[:-1]
+    if soft:
+        found[n : 2 * n] = (pushed - through) / hub
+        found[2 * n : 3 * n], found[3 * n :] = rates, bent
+    else:
+        found[n:] = bent
     return found
 
 
 @njit(cache=True)
-def _advanced(n, t, y, u, e, h):  # type: ignore[no-untyped-def]
+def _geared(hub, j, k):  # type: ignore[no-untyped-def]
+    """Of sum_k hub_k (p_k' - p_(k-1)')^2, the entry (j, k) of its matrix."""
+    if j == k:
+        return hub[j] + (hub[j + 1] if j + 1 < len(hub) else 0.0)
+    return -hub[max(j, k)] if abs(j - k) == 1 else 0.0
+
+
+@njit(cache=True)
+def _advanced(t, y, u, constants, h):  # type: ignore[no-untyped-def]
     """The state SUBSTEPS steps of length h later, by fourth-order Runge-Kutta."""
     for _ in range(SUBSTEPS):
-        a = _rate(n, t, y, u, e)
-        b = _rate(n, t + h / 2, y + h / 2 * a, u, e)
-        c = _rate(n, t + h / 2, y + h / 2 * b, u, e)
-        d = _rate(n, t + h, y + h * c, u, e)
+        a = _rate(t, y, u, constants)
+        b = _rate(t + h / 2, y + h / 2 * a, u, constants)
+        c = _rate(t + h / 2, y + h / 2 * b, u, constants)
+        d = _rate(t + h, y + h * c, u, constants)
         y, t = y + h / 6 * (a + 2 * b + 2 * c + d), t + h
     return y
 
@@ -128,7 +172,8 @@ class _Integrated:
 
     def __init__(self, rig: TorqueRig, place: np.ndarray) -> None:
         self.rig, self.samples = rig, 0
-        self.state = np.concatenate([place, np.zeros(rig.joints)])
+        still = np.concatenate([place, np.zeros(rig.joints)])
+        self.state = np.tile(still, 2 if rig.springs else 1)
 
     @property
     def place(self) -> np.ndarray:
@@ -140,9 +185,9 @@ class _Integrated:
 
     def advance(self, torque: np.ndarray) -> None:
         """By one sample, with the torque held."""
-        dt, n = 1.0 / self.rig.rate, self.rig.joints
+        dt = 1.0 / self.rig.rate
         at = self.samples * dt
-        self.state = _advanced(n, at, self.state, torque, self.rig.constants, dt / SUBSTEPS)
+        self.state = _advanced(at, self.state, torque, self.rig.constants, dt / SUBSTEPS)
         self.samples += 1
 
 
@@ -155,10 +200,10 @@ class _Chain:
             Beam(length, mass, EI, hinges=10)
             for length, mass, EI in zip(rig.lengths, rig.masses, rig.stiffness, strict=True)
         )
-        viscous = rig.viscous or (0.0,) * rig.joints
-        coulomb = rig.coulomb or (0.0,) * rig.joints
+        frictions_and_springs = map(rig.per_joint, (rig.viscous, rig.coulomb, rig.springs))
         motors = tuple(
-            Motor(1.0, c, v, inertia=rig.hub_inertia) for v, c in zip(viscous, coulomb, strict=True)
+            Motor(1.0, float(c), float(v), inertia=rig.hub_inertia, spring=float(k) or None)
+            for v, c, k in zip(*frictions_and_springs, strict=True)
         )
         text = mjcf(Plant(beams, motors, tip_mass=rig.payload), STEP)
         for k in range(rig.joints):
@@ -211,13 +256,11 @@ def recorded(rig: TorqueRig, posture: Sequence[float], seed: int) -> dict[str, n
     place, speed, acceleration = _wanted(rig, rng)
     middle = np.array(posture, dtype=float)
     world = _Chain(rig, middle) if rig.stiffness else _Integrated(rig, middle)
-    first, own, cross, *_ = rig.constants
-    whole = np.array([first + own + 2.0 * cross * np.cos(middle[-1]) * (rig.joints > 1), own])
-    inertia = WRONG_MASS * whole[: rig.joints] + rig.hub_inertia
+    inertia = WRONG_MASS * np.diag(rig.inertia(middle)) + rig.hub_inertia
     stiff, damping = FEEDBACK**2 * inertia, 2.0 * FEEDBACK * inertia
     rows, before = [], middle
     for i, (q, v, a) in enumerate(zip(place + middle, speed, acceleration, strict=True)):
-        counts = world.place / rig.step + rng.normal(size=rig.joints)
+        counts = world.place / rig.step + rig.counts * rng.normal(size=rig.joints)
         seen = rig.step * np.round(counts)
         rate = (seen - before) * rig.rate if i else np.zeros(rig.joints)
         torque = inertia * a + stiff * (q - seen) + damping * (v - rate)
@@ -242,10 +285,11 @@ def scenario_text(rig: TorqueRig) -> str:
         mass = rig.masses[k] * (1.0 if rig.stiffness else WRONG_MASS)
         text += f"[[arm.segments]]\nlength = {rig.lengths[k]!r}\nmass = {mass!r}\n"
         if rig.stiffness:
-            text += f"EI = {rig.stiffness[k] * WRONG_STIFFNESS[k]!r}\nmodes = 2\n"
-            text += f"hub_inertia = {rig.hub_inertia!r}\n"
+            text += f"EI = {rig.stiffness[k] * WRONG_STIFFNESS[k]!r}\nmodes = {rig.modes}\n"
         else:
             text += "modes = 0\n"
+        if rig.hub_inertia:
+            text += f"hub_inertia = {rig.hub_inertia!r}\n"
         text += 'joint = "prismatic"\n\n' if rig.slide else "\n"
     text += '[drive]\nkind = "torque"\n\n[identify]\nparameters = '
     letter = "EI" if rig.stiffness else "m"
@@ -259,7 +303,7 @@ def scenario_text(rig: TorqueRig) -> str:
 def written(rig: TorqueRig, seed: int, folder: Path) -> Path:
     """Recordings and scenario as files; the scenario's path."""
     for i in range(rig.recordings):
-        posture = [0.0] if rig.joints == 1 else [0.0, 0.7 + 0.8 * i]
+        posture = [0.0, 0.7 + 0.8 * i, -0.9 + 0.6 * i][: rig.joints]
         table = recorded(rig, posture, seed + i)
         np.savetxt(
             folder / f"r{i + 1}.csv", np.column_stack(list(table.values())), "%.9g", ",",
