@@ -4,8 +4,10 @@ Where no noise is stated and no motion repeats, it is estimated from what the re
 the model, and what the model as given lacks counts as noise: the encoders of an arm whose torque
 was limited and rippled seemed twenty times as noisy as they were, and the ripple stayed below. A
 model that leaves no more than such a floor is therefore compared with the floor that it shows
-itself. What is above that may still be noise, or what no shape of the arm can follow: an effect is
-missing where one explains it, and else the floor is what is left.
+itself, and noise is at most what all effects together do not explain of the errors, as straight
+lines have it: a torque that its own feedback makes rough is no noise of a sensor. What is above
+that may still be noise, or what no shape of the arm can follow: an effect is missing where one
+explains it, and else the floor is what is left.
 
 Where a servo leads the joints, a better model may also show that there is more: the encoders' noise
 shakes the links, and how far depends on what they are. A soft base doubled it in the torques.
@@ -18,13 +20,24 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from core.diagnose.data import ANCHORED, NeededSteps, enough_steps, hypothesis
+import numpy as np
+
+from core.diagnose.data import (
+    ANCHORED,
+    NeededSteps,
+    enough_steps,
+    hypothesis,
+    sharing_motions,
+)
 from core.diagnose.floor import Floor, channel_floors
 from core.diagnose.minimum import converged
-from core.diagnose.search import prune, search, trust_laws
+from core.diagnose.screen import screen
+from core.diagnose.search import offered, prune, search, trust_laws
+from core.diagnose.sensor_noise import ESTIMATED
 from core.diagnose.start import motions_of
 from core.diagnose.state import Options, RankingCallback, State
 from core.diagnose.verdict import channel_rms, within_noise
+from core.diagnose.whitening import whitened_rows
 from core.progress import Progress
 
 LOWER = 1.25
@@ -48,7 +61,7 @@ def search_with_new_floors(
             prune(state, progress)
             more = more and not within_noise(state.data, state.refit.errors)
             continue
-        floors = lower_floors(state, options)
+        floors = lower_floors(state, options, progress)
         if floors is None or progress.stopped():
             break
         before = state.copied()
@@ -65,15 +78,47 @@ def search_with_new_floors(
     return state, more
 
 
-def lower_floors(state: State, options: Options) -> dict[str, Floor] | None:
+def lower_floors(state: State, options: Options, progress: Progress) -> dict[str, Floor] | None:
     """channel -> the floor that the last model shows, at most the one before; None where none is
-    much lower, where nothing was found, or where that model leaves more than noise already."""
-    if not state.found or not within_noise(state.data, state.refit.errors):
+    much lower, or where that model leaves more than noise already."""
+    if not within_noise(state.data, state.refit.errors):
         return None
-    old = state.data.floors
-    floors = {n: replace(f, value=min(f.value, old[n])) for n, f in _shown(state, options).items()}
+    old, most = state.data.floors, _unexplained(state, options, progress)
+    floors = {}
+    for name, f in _shown(state, options).items():
+        noise = min(f.noise, most[name]) if f.source == ESTIMATED else f.noise
+        value = float(np.sqrt(max(f.value**2 - f.noise**2, 0.0) + noise**2))
+        floors[name] = replace(f, value=min(value, old[name]), noise=noise)
     lower = max(old[n] / f.value for n, f in floors.items()) >= LOWER
     return floors if lower else None
+
+
+def _unexplained(state: State, options: Options, progress: Progress) -> dict[str, float]:
+    """channel -> rms, SI, of what the last model leaves and no effect explains, of as many
+    independent samples as there are beside the columns that were tried."""
+    data, refit = state.data, state.refit
+    if all(source != ESTIMATED for source in data.floor_sources.values()):
+        return dict.fromkeys(data.floors, np.inf)
+    seen = state.first
+    if seen is None or state.found or state.passed:
+        data = sharing_motions(data, refit.hypothesis)
+        seen = screen(
+            data, refit.hypothesis, state.present, offered(state, options),
+            lambda _: progress.stopped(),
+        )  # fmt: skip
+    rows = whitened_rows(data.experiments)
+    squares, counts = dict.fromkeys(data.floors, 0.0), dict.fromkeys(data.floors, 0)
+    for e, own, r in zip(data.experiments, rows, seen.remainders, strict=True):
+        for c, (name, _) in enumerate(e.channels):
+            squares[name] += float(np.sum(r[own[c], c] ** 2))
+            counts[name] += len(own[c])
+    spent = seen.slopes[0].shape[-1] + len(seen.columns)
+    free = 1.0 - spent / max(sum(counts.values()), 1)
+    if free <= 0.0:
+        return dict.fromkeys(data.floors, np.inf)
+    return {
+        n: data.floors[n] * float(np.sqrt(x / max(counts[n], 1) / free)) for n, x in squares.items()
+    }
 
 
 def higher_floors(state: State, options: Options) -> dict[str, Floor] | None:
@@ -81,13 +126,17 @@ def higher_floors(state: State, options: Options) -> dict[str, Floor] | None:
     much higher, where nothing was found, or where no servo leads the joints: then noise does not
     move the arm, and a model says of it only how much it is at most.
 
-    What an arm may miss of itself because it is led does not count here: a model in a wrong valley
-    was said to miss eighty times what it left, and an offset of the torque was lost below.
+    No noise is more than what is left. What an arm may miss of itself because it is led does not
+    count here: a model in a wrong valley was said to miss eighty times what it left, and an offset
+    of the torque was lost below.
     """
     if not state.found or not state.data.rig.servo:
         return None
-    old = state.data.floors
-    floors = {n: replace(f, value=max(f.noise, old[n])) for n, f in _shown(state, options).items()}
+    old, left = state.data.floors, _left(state)
+    floors = {
+        n: replace(f, value=max(min(f.noise, left[n]), old[n]))
+        for n, f in _shown(state, options).items()
+    }
     higher = max(f.value / old[n] for n, f in floors.items()) >= LOWER
     return floors if higher else None
 

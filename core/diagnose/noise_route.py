@@ -20,9 +20,9 @@ from core.diagnose.sensor_noise import (
     quietest,
     with_colour,
 )
-from core.diagnose.servo_noise import MissingTorque, levels
 from core.identify.predictor import Motion
 from core.identify.prepared import Prepared
+from core.recording.visible_band import visible_band
 
 NARROW = 0.25 * np.pi
 """rad per sample: a logger that lets less through leaves nothing but the motion's own band."""
@@ -114,7 +114,7 @@ def _source(found: Collection[str]) -> str:
 def _columns(routes: Sequence[Route], stated: Mapping[str, float]) -> list[dict[str, ColumnNoise]]:
     """Per recording column -> its noise, for all columns that any output comes from."""
     wanted = dict.fromkeys(c for r in routes for s in r.experiment.outputs for c in r.feeding(s))
-    found = _of_missing_torque(routes, wanted, stated)
+    found = _of_led_encoders(routes, wanted, stated)
     ratios: dict[str, dict[int, float]] = {}
     for name in wanted:
         if name in found:
@@ -156,7 +156,8 @@ def _counted(routes: Sequence[Route], name: str, noise: ColumnNoise) -> ColumnNo
     as well, and hid itself behind five times the noise; no equation is needed here.
     """
     able = [r for r in routes if r.recording.has(name) and name in r.places]
-    if noise.source != ESTIMATED or not noise.step or noise.colour or not able:
+    fed_back = any(r.driven for r in able)
+    if noise.source != ESTIMATED or not noise.step or noise.colour or not able or fed_back:
         return noise
     others = [n for n in (*able[0].places, *able[0].references) if n != name]
     most = unforeseen([r.recording for r in able], name, others)
@@ -176,33 +177,25 @@ def _level(routes: Sequence[Route], name: str, stated: Mapping[str, float]) -> f
     return next((x for r in routes if (x := r.stated(name, stated)) is not None), None)
 
 
-def _of_missing_torque(
+def _of_led_encoders(
     routes: Sequence[Route], wanted: Collection[str], stated: Mapping[str, float]
 ) -> dict[str, ColumnNoise]:
-    """column -> its noise, of the encoders that a virtual servo follows.
-
-    A torque that was measured makes a part of the high band, but is seen better in itself. Where
-    nobody knows the torque, all of it would be missing, the motion's too.
-    """
+    """column -> its noise, of the encoders along which a virtual servo leads the joints: what their
+    spectra show above the motion. The torque that they feed back foretells them, so that nothing
+    but they themselves tells."""
     driven = [r for r in routes if r.driven and r.experiment.model.drive.torque_known]
-    names = [n for n in dict.fromkeys(n for r in driven for n in r.leading()) if n in wanted]
-    able = [r for r in driven if all(r.recording.has(n) for n in names)]
-    if not able or any(r.recording.logger_filters.get(n) for r in able for n in names):
-        return {}
-    steps = {n: common_step([r.recording[n] for r in able]) for n in names}
-    known = {
-        n: ColumnNoise(level, step=steps[n])
-        for n in names if (level := _level(able, n, stated)) is not None
-    }  # fmt: skip
-    units = {n: able[0].unit(n, steps[n]) for n in names}
-    missing = [MissingTorque(r.experiment, r.numbers, r.values) for r in able]
-    return {
-        n: _beside_steps(
-            ColumnNoise(min(level, _itself(able, n, steps[n])), source=ESTIMATED), steps[n]
-        )
-        for n, level in levels(missing, names, known, units).items()
-        if n in able[0].places
-    }
+    found = {}
+    for name in dict.fromkeys(n for r in driven for n in r.places if n in wanted):
+        able = [r for r in driven if r.recording.has(name)]
+        filtered = any(r.recording.logger_filters.get(name) for r in able)
+        if filtered or _level(able, name, stated) is not None:
+            continue
+        step = common_step([r.recording[name] for r in able])
+        band = visible_band([(r.recording[name], r.recording.sample_time) for r in able])
+        itself = _itself(able, name, step)
+        level = itself if band is None or band.whole else min(band.noise, itself)
+        found[name] = _beside_steps(ColumnNoise(level, source=ESTIMATED), step)
+    return found
 
 
 def _itself(routes: Sequence[Route], name: str, step: float) -> float:

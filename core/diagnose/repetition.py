@@ -79,23 +79,10 @@ def _stacked(
         every = e.processing.decimate
         first, count = int(round(s.start / every)), group.length // every
         part = slice(first, first + count)
-        counts = (e.counted[:, k] & _away_from_the_ends(e))[part]
+        counts = e.counted[part, k]
         rows.append(np.where(counts, errors[s.recording][part, k], np.nan))
     shortest = min(len(row) for row in rows)
     return np.array([row[:shortest] for row in rows])
-
-
-RINGS = 4.0
-"""Over a filter's cut-off, in s: how long it answers to a recording's end, where what passed it is
-differentiated twice to a torque; at most a quarter of a recording is given away."""
-
-
-def _away_from_the_ends(e: Prepared) -> np.ndarray:
-    """(M,) bool: where a filter's answer to the recording's ends has died out."""
-    filters = [f for kind in {*e.kinds} for f in e.processing.filters(kind)]
-    time, ends = e.time, max((RINGS / f.cutoff_hz for f in filters), default=0.0)
-    ends = min(ends, 0.25 * float(time[-1] - time[0]))
-    return np.asarray((time >= time[0] + ends) & (time <= time[-1] - ends))
 
 
 def _cycles(i: int, e: Prepared) -> Group | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.diagnose.first_state import answers_to, without
-from core.diagnose.sensor_noise import ColumnNoise, is_command, noise_of, quieter
+from core.diagnose.sensor_noise import ColumnNoise, is_command, quieter
 from core.drives.servo import FollowingServo
 from core.identify.held import points_led
 from core.identify.predictor import motion_of
@@ -81,11 +81,6 @@ class Route:
         assert isinstance(steering, FollowingServo)
         return steering
 
-    def leading(self) -> list[str]:
-        """The noisy columns of which the torque of a virtual servo is made."""
-        own = [n for n in self.references if n[0] in "ui" and not self.commanded(n)]
-        return [*own, *self.places]
-
     @property
     def references(self) -> tuple[str, ...]:
         """The columns that drive the arm."""
@@ -96,13 +91,6 @@ class Route:
     def places(self) -> list[str]:
         """The columns of the encoders."""
         return [f"theta{k + 1}" for k in range(self.experiment.model.arm.joints)]
-
-    def unit(self, name: str, step: float) -> float:
-        """A level of noise of a column that a model answers linearly; the column's own at most."""
-        if step:
-            return step / np.sqrt(12.0)
-        column = self.recording[name]
-        return noise_of(column) or 1e-9 * float(np.ptp(column)) or 1e-9
 
     def followed(self, s: Sensor) -> bool:
         """Whether the output is the torque of a virtual servo."""

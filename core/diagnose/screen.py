@@ -60,6 +60,8 @@ class Screen:
     """The base's errors (M, k) per recording, in floors."""
     slopes: tuple[np.ndarray, ...]
     columns: tuple[Column, ...]
+    remainders: tuple[np.ndarray, ...]
+    """What the errors hold that neither the base's unknowns nor all candidates together explain."""
     to_come: int = 0
     """Sizes that are still to be tried."""
 
@@ -158,14 +160,16 @@ def _scored(
 ) -> Screen:
     blocks = [c.blocks for c in columns]
     plain = gram(errors, slopes, blocks, no_whitening)
-    whitener = fit_whitener(_remainders(plain, errors, slopes, blocks), rows)
+    remainders = _remainders(plain, errors, slopes, blocks)
+    whitener = fit_whitener(remainders, rows)
     white = gram(errors, slopes, blocks, whitener)
     w, u = white.projected(), plain.projected()
     found = [_score(c, columns, w, u) for c in candidates]
     kept = sorted((s for s in found if s is not None), key=lambda s: -s.score)
     return Screen(
-        tuple(kept), white, plain, whitener, tuple(errors), tuple(slopes), tuple(columns), to_come
-    )
+        tuple(kept), white, plain, whitener, tuple(errors), tuple(slopes), tuple(columns),
+        tuple(remainders), to_come,
+    )  # fmt: skip
 
 
 def _remainders(  # type: ignore[no-untyped-def]

@@ -11,11 +11,12 @@ import hashlib
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from numba import njit, types
 
 from core.arm.signatures import OPTIONS, vector
 from core.arm.structure import Structure
-from core.drives.servo import FollowingServo, averaged
+from core.drives.servo import FollowingServo
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law
 from core.forces.element import Element
@@ -31,7 +32,7 @@ from core.simulate.nonlinear import law_arrays
 from core.trajectory import Trajectory
 
 FINER = 4
-"""Steps per sample of a friction state: where its speed turns round within a sample."""
+"""Points per sample at which forces are evaluated: where a speed turns round within a sample."""
 
 TRIES = 50
 """Newton's steps to the torque of a drive that its own losses depend on; they are piecewise
@@ -136,16 +137,24 @@ def _overcome(
     """(N,) torque at joint k (from 0) with what overcomes one element, of what it was without."""
     law, scale, joints = e.law, float(e.directions[0][k]), model.arm.joints
     seen, dt = _seen(model, simulated, motion), float(motion.time[1] - motion.time[0])
-    x, v = (np.ascontiguousarray(scale * seen[:, at]) for at in (k, joints + k))
+    x, v = (_finer(scale * seen[:, at]) for at in (k, joints + k))
     values = np.array([*e.values, 0.0], dtype=float)
     loaded_at = len(e.values) - 1 if law.loaded else -1
     out = np.zeros(law.size)
-    address, whole = compile_law(law).address, torque.copy()
+    address, whole = compile_law(law).address, _finer(torque)
     _along(address, len(law.states), loaded_at, x, v, dt / FINER, values, scale, whole, out)
     if law.loaded or not is_prescribed(model, simulated):
-        return whole
+        return np.ascontiguousarray(whole[::FINER])
     # As the rest of this torque is, which a loaded force already sees.
-    return torque + averaged((whole - torque)[:, None])[:, 0]
+    weights = (FINER - np.abs(np.arange(1 - FINER, FINER))) / FINER**2
+    added = scipy.ndimage.convolve1d(whole - _finer(torque), weights, mode="nearest")
+    return torque + added[::FINER]
+
+
+def _finer(x: np.ndarray) -> np.ndarray:
+    """(FINER (N - 1) + 1,) straight between samples x (N,)."""
+    at = np.arange(FINER * (len(x) - 1) + 1) / FINER
+    return np.interp(at, np.arange(len(x)), x)
 
 
 @njit(**OPTIONS)
@@ -173,14 +182,11 @@ def _along(address, states, loaded_at, x, v, step, values, scale, torque, out): 
     w, at_x, at_v = np.zeros(1), np.zeros(1), np.zeros(1)
     for t in range(x.size):
         if t > 0 and states > 0:
-            for i in range(FINER):
-                share = (i + 0.5) / FINER
-                at_x[0] = x[t - 1] + share * (x[t] - x[t - 1])
-                at_v[0] = v[t - 1] + share * (v[t] - v[t - 1])
-                call_element(address, at_x, 0, at_v, 0, w, 0, values, 0, out)
-                slope = out[6] * step
-                grown = np.expm1(slope) / slope if abs(slope) > 1e-12 else 1.0
-                w[0] += step * out[3] * grown
+            at_x[0], at_v[0] = 0.5 * (x[t - 1] + x[t]), 0.5 * (v[t - 1] + v[t])
+            call_element(address, at_x, 0, at_v, 0, w, 0, values, 0, out)
+            slope = out[6] * step
+            grown = np.expm1(slope) / slope if abs(slope) > 1e-12 else 1.0
+            w[0] += step * out[3] * grown
         at_x[0], at_v[0] = x[t], v[t]
         known = torque[t]
         u = known

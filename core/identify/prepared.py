@@ -54,22 +54,22 @@ class Processing:
     def apply(self, y: np.ndarray, dt: float, kinds: Sequence[str] = ()) -> np.ndarray:
         """(N, k) -> (ceil(N / decimate), k); `kinds` (k,) of the sensors of the columns, where
         some may be torques."""
-        alike = {kind: self.filters(kind) for kind in kinds or ("",)}
+        alike = {kind: (self.filters(kind), kind == TORQUE) for kind in kinds or ("",)}
         if len(set(alike.values())) == 1:
-            return self._filtered(y, dt, next(iter(alike.values())))[:: self.decimate]
+            return self._filtered(y, dt, *next(iter(alike.values())))[:: self.decimate]
         out = np.array(y)
-        for kind, filters in alike.items():
+        for kind, (filters, even) in alike.items():
             columns = [c for c, one in enumerate(kinds) if one == kind]
-            out[:, columns] = self._filtered(y[:, columns], dt, filters)
+            out[:, columns] = self._filtered(y[:, columns], dt, filters, even)
         return out[:: self.decimate]
 
     def _filtered(
-        self, y: np.ndarray, dt: float, filters: Sequence[ZeroPhaseLowPass]
+        self, y: np.ndarray, dt: float, filters: Sequence[ZeroPhaseLowPass], even: bool
     ) -> np.ndarray:
         complete = y.size > 0 and bool(np.isfinite(y).all())
         for low_pass in filters:
             if complete:
-                y = filtered(low_pass, y, dt)
+                y = filtered(low_pass, y, dt, even)
             else:
                 y = np.column_stack([low_pass.apply(column, dt) for column in y.T])
         return y
@@ -326,11 +326,16 @@ def _inside(processing: Processing, kind: str, N: int, dt: float) -> np.ndarray:
 
     What a filter must invent beyond the ends of a torque stands beside it there. A Butterworth
     filter of order n at f answers for about twice its group delay, which is below n / (2 pi f).
-    Without a filter the first and the last sample have no second difference.
+    The noise of a second difference at an end is 1 / (2 pi f dt)^1.5 times that within, where it
+    takes itself away in the sum of neighbours; it counts again once the filter has forgotten as
+    much. Without a filter the first and the last sample have no second difference.
     """
     filters = processing.filters(kind)
-    edge = max((f.order / (np.pi * f.cutoff_hz) for f in filters), default=0.0)
-    count = max(int(np.ceil(edge / dt)), 1)
+    edges = [int(np.ceil(f.order / (np.pi * f.cutoff_hz * dt))) for f in filters]
+    if kind == TORQUE:
+        sizes = [min(2.0 * np.pi * f.cutoff_hz * dt, 1.0) ** 1.5 for f in filters]
+        edges += [f.memory(dt, size) for f, size in zip(filters, sizes, strict=True)]
+    count = max([1, *edges])
     at = np.arange(N)
     return np.asarray((at >= count) & (at < N - count))
 

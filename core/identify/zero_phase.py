@@ -14,13 +14,17 @@ from core.arm.signatures import OPTIONS, matrix
 from core.recording.velocity import ZeroPhaseLowPass
 
 
-def filtered(low_pass: ZeroPhaseLowPass, x: np.ndarray, dt: float) -> np.ndarray:
+def filtered(
+    low_pass: ZeroPhaseLowPass, x: np.ndarray, dt: float, even: bool = False
+) -> np.ndarray:
     """`low_pass.apply` along the first axis of signals without empty samples.
 
     Args:
         low_pass: Its order and cut-off.
         x: (N, ...), without NaN.
         dt: s
+        even: whether the ends are mirrored as they are, not in their last sample: the noise of a
+            second difference there would go on beyond it.
 
     Returns:
         (N, ...); NaN where N is too short for the filter.
@@ -32,7 +36,8 @@ def filtered(low_pass: ZeroPhaseLowPass, x: np.ndarray, dt: float) -> np.ndarray
         return np.full(x.shape, np.nan)
     sections, steady = low_pass.design(dt)
     flat = np.ascontiguousarray(x.reshape(len(x), -1))
-    return _both_ways(sections, steady, flat, low_pass.padding(len(x), dt)).reshape(x.shape)
+    padding = low_pass.padding(len(x), dt)
+    return _both_ways(sections, steady, flat, padding, 0.0 if even else 2.0).reshape(x.shape)
 
 
 @njit(types.void(matrix, matrix, matrix, types.boolean), **OPTIONS)
@@ -56,15 +61,17 @@ def _through(sections, steady, x, back):  # type: ignore[no-untyped-def]
                 x[n, c] = y
 
 
-@njit(matrix(matrix, matrix, matrix, types.int64), **OPTIONS)
-def _both_ways(sections, steady, x, padding):  # type: ignore[no-untyped-def]
-    """(N, k) of x (N, k), whose ends are extended by as many mirrored samples."""
+@njit(matrix(matrix, matrix, matrix, types.int64, types.float64), **OPTIONS)
+def _both_ways(sections, steady, x, padding, around):  # type: ignore[no-untyped-def]
+    """(N, k) of x (N, k), whose ends are extended by as many samples, mirrored `around` / 2 times
+    the last one and, where it is zero, upright."""
+    sign = -1.0 if around else 1.0
     N, k = x.shape
     y = np.empty((N + 2 * padding, k))
     for n in range(padding):
         for c in range(k):
-            y[n, c] = 2.0 * x[0, c] - x[padding - n, c]
-            y[padding + N + n, c] = 2.0 * x[N - 1, c] - x[N - 2 - n, c]
+            y[n, c] = around * x[0, c] + sign * x[padding - n, c]
+            y[padding + N + n, c] = around * x[N - 1, c] + sign * x[N - 2 - n, c]
     y[padding : padding + N] = x
     _through(sections, steady, y, False)
     _through(sections, steady, y, True)
