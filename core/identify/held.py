@@ -16,7 +16,7 @@ from numba import njit, types
 
 from core.arm.signatures import OPTIONS, vector
 from core.arm.structure import Structure
-from core.drives.servo import FollowingServo
+from core.drives.servo import FollowingServo, averaged
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law
 from core.forces.element import Element
@@ -113,16 +113,16 @@ def _force_along(
 
 
 def _seen(model: Model, simulated: Numbers, motion: Trajectory) -> np.ndarray:
-    """(N, 2 joints): place and speed of the joints as friction sees them."""
+    """(FINER (N - 1) + 1, 2 joints): place and speed of the joints as friction sees them."""
     joints = model.arm.joints
 
     def made() -> np.ndarray:
         place, speed = motion.q[:, :joints], motion.v[:, :joints]
         if not is_prescribed(model, simulated) or is_guided(model):
-            return np.hstack([place, speed])
+            return _curved(np.hstack([place, speed]))
         dt, servo = float(motion.time[1] - motion.time[0]), joint_servo(model)
         key = hashlib.blake2b(place.tobytes(), digest_size=16).digest(), dt, servo.hz, servo.band_hz
-        return _SEEN.get(key, lambda: np.hstack(servo.seen_by_friction(place, dt)))
+        return _SEEN.get(key, lambda: _curved(np.hstack(servo.seen_by_friction(place, dt))))
 
     return motion.kept(("seen", is_prescribed(model, simulated)), made)
 
@@ -137,24 +137,35 @@ def _overcome(
     """(N,) torque at joint k (from 0) with what overcomes one element, of what it was without."""
     law, scale, joints = e.law, float(e.directions[0][k]), model.arm.joints
     seen, dt = _seen(model, simulated, motion), float(motion.time[1] - motion.time[0])
-    x, v = (_finer(scale * seen[:, at]) for at in (k, joints + k))
+    x, v = (np.ascontiguousarray(scale * seen[:, at]) for at in (k, joints + k))
     values = np.array([*e.values, 0.0], dtype=float)
     loaded_at = len(e.values) - 1 if law.loaded else -1
     out = np.zeros(law.size)
-    address, whole = compile_law(law).address, _finer(torque)
+    address, whole = compile_law(law).address, _straight(torque)
     _along(address, len(law.states), loaded_at, x, v, dt / FINER, values, scale, whole, out)
     if law.loaded or not is_prescribed(model, simulated):
         return np.ascontiguousarray(whole[::FINER])
     # As the rest of this torque is, which a loaded force already sees.
+    if not law.states:
+        return torque + averaged((whole[::FINER] - torque)[:, None])[:, 0]
     weights = (FINER - np.abs(np.arange(1 - FINER, FINER))) / FINER**2
-    added = scipy.ndimage.convolve1d(whole - _finer(torque), weights, mode="nearest")
+    added = scipy.ndimage.convolve1d(whole - _straight(torque), weights, mode="nearest")
     return torque + added[::FINER]
 
 
-def _finer(x: np.ndarray) -> np.ndarray:
+def _straight(x: np.ndarray) -> np.ndarray:
     """(FINER (N - 1) + 1,) straight between samples x (N,)."""
-    at = np.arange(FINER * (len(x) - 1) + 1) / FINER
-    return np.interp(at, np.arange(len(x)), x)
+    return np.interp(np.arange(FINER * (len(x) - 1) + 1) / FINER, np.arange(len(x)), x)
+
+
+def _curved(x: np.ndarray) -> np.ndarray:
+    """(FINER (N - 1) + 1, k) along the cubic splines through x (N, k), so that a fast vibration
+    keeps its size; NaN where a sample is."""
+    count = FINER * (len(x) - 1) + 1
+    if len(x) < 2 or not np.isfinite(x).all():
+        return np.full((count, x.shape[1]), np.nan)
+    spline = scipy.interpolate.CubicSpline(np.arange(len(x)), x)
+    return np.asarray(spline(np.arange(count) / FINER))
 
 
 @njit(**OPTIONS)

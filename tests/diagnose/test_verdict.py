@@ -16,7 +16,9 @@ SAMPLES = 1000
 def data(servo: bool = False) -> Any:
     counted = np.ones((SAMPLES, 2), dtype=bool)
     one = SimpleNamespace(channels=[("z1", "m"), ("theta1", "rad")], counted=counted)
-    return SimpleNamespace(experiments=[one], count=2 * SAMPLES, rig=SimpleNamespace(servo=servo))
+    return SimpleNamespace(
+        experiments=[one], count=2 * SAMPLES, rig=SimpleNamespace(servo=servo), idealised={}
+    )
 
 
 def left(z: float, theta: float) -> list[np.ndarray]:

@@ -122,8 +122,9 @@ def test_a_rig_whose_samples_hardly_show_its_vibration_is_told() -> None:
     assert f"about {hz:.0f} Hz" in said and said.endswith("Hz or more.")
 
 
-def test_the_noise_floor_is_what_the_encoder_leaves() -> None:
-    """What the encoder reads beyond a low-pass is motion; only the missing torque has it not."""
+def test_the_noise_floor_is_at_least_what_the_encoder_leaves() -> None:
+    """What the encoder reads at all frequencies is motion, so that its spectrum says only how much
+    noise there is at most; a diagnosis goes on from what no effect explains."""
     e = prepared(COUNT)
     numbers = e.model.numbers()
     floor, source, _ = noise_in_outputs([e], [(motion_of(e, numbers, {}, 4), numbers, {})], {})[
@@ -131,4 +132,4 @@ def test_the_noise_floor_is_what_the_encoder_leaves() -> None:
     ]
     assert source == "estimated"
     true = [rms(missing(prepared(COUNT, turned))) for turned in np.linspace(0.0, 0.9, DRAWS)]
-    assert max(true) / FACTOR < floor < max(true) * FACTOR
+    assert max(true) / FACTOR < floor

@@ -149,8 +149,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     path = Path("reports") / f"torque_rigs{'_filtered' * given.filter}.jsonl"
     path.parent.mkdir(exist_ok=True)
-    jobs = [(seed, given.filter) for seed in given.seeds]
-    found = []
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    found = [json.loads(text) for text in lines]
+    jobs = [(n, given.filter) for n in given.seeds if n not in {one["seed"] for one in found}]
+    for one in found:
+        print(one.get("failed") or line(one), flush=True)
     with ProcessPoolExecutor(given.workers, get_context("spawn")) as pool:
         for one in pool.map(_answered, jobs):
             found.append(one)
