@@ -19,6 +19,7 @@ from core.diagnose.led_error import led_errors
 from core.diagnose.noise_route import noise_drawn
 from core.diagnose.refit import Refit
 from core.diagnose.start import motions_of
+from core.diagnose.verdict import channel_rms
 from core.identify.uncertainty import pseudo_inverse
 
 DRAWN = 24
@@ -48,19 +49,27 @@ def _variances(
     data: Data, refit: Refit, known: np.ndarray, stated: Mapping[str, float]
 ) -> np.ndarray:
     """(p,) of the unknowns `known`: of (S'S)^-1 S'e over draws e, which recordings make apart, and
-    of the error that all make by being led."""
+    of the error that all make by being led. A channel's draws are at most its floor, where the
+    model has shown that its columns are less noisy than they seemed."""
     h = refit.hypothesis
     slopes = [S[:, :, known].reshape(-1, len(known)) for S in refit.descended.slopes]
     inverse = pseudo_inverse(np.asarray(sum(S.T @ S for S in slopes)))
     meat = np.zeros_like(inverse)
     experiments, motions = h.residuals.experiments, motions_of(h)
-    drawn = noise_drawn(experiments, motions, stated, DRAWN)
+    drawn = [
+        np.array([x * weights for x in draws])
+        for draws, weights in zip(
+            noise_drawn(experiments, motions, stated, DRAWN), data.weights, strict=True
+        )
+    ]
+    sizes = channel_rms(experiments, [np.sqrt(np.mean(x**2, axis=0)) for x in drawn])
+    most = np.array([1.0 / max(sizes.get(n, 0.0), 1.0) for n, _ in experiments[0].channels])
     led = led_errors(experiments, motions)
     pull = np.zeros(len(known))
     for S, e, weights, draws, one in zip(
         slopes, experiments, data.weights, drawn, led, strict=True
     ):
-        pulls = np.array([S.T @ (x * weights).ravel() for x in draws])
+        pulls = np.array([S.T @ (x * most).ravel() for x in draws])
         meat += pulls.T @ pulls / len(pulls)
         if one is not None:
             pull += S.T @ (np.where(e.counted, one, 0.0) * weights).ravel()
