@@ -7,7 +7,7 @@ model that leaves no more than such a floor is therefore compared with the floor
 itself, and noise is at most what all effects together do not explain of the errors, as straight
 lines have it: a torque that its own feedback makes rough is no noise of a sensor. What is above
 that may still be noise, or what no shape of the arm can follow: an effect is missing where one
-explains it, and else the floor is what is left.
+explains it, and else all stays as it was.
 
 Where a servo leads the joints, a better model may also show that there is more: the encoders' noise
 shakes the links, and how far depends on what they are. A soft base doubled it in the torques.
@@ -27,12 +27,10 @@ from core.diagnose.data import (
     NeededSteps,
     enough_steps,
     hypothesis,
-    sharing_motions,
 )
 from core.diagnose.floor import Floor, channel_floors
 from core.diagnose.minimum import converged
-from core.diagnose.screen import screen
-from core.diagnose.search import offered, prune, search, trust_laws
+from core.diagnose.search import prune, search, trust_laws
 from core.diagnose.sensor_noise import ESTIMATED
 from core.diagnose.start import motions_of
 from core.diagnose.state import Options, RankingCallback, State
@@ -61,53 +59,42 @@ def search_with_new_floors(
             prune(state, progress)
             more = more and not within_noise(state.data, state.refit.errors)
             continue
-        floors = lower_floors(state, options, progress)
-        if floors is None or progress.stopped():
+        floors = lower_floors(state, options)
+        if floors is None or progress.stopped() or not surely_above(state, floors):
             break
         before = state.copied()
-        if surely_above(state, floors):
-            put_in_floors(state, floors, progress.stopped)
-            further = search(state, options, progress, on_ranking)
-            if state.found != before.found:
-                more = further
-                continue
-        if not progress.stopped():
-            state = before
-            put_in_floors(state, _at_most_left(state, floors), progress.stopped)
-        break
+        put_in_floors(state, floors, progress.stopped)
+        further = search(state, options, progress, on_ranking)
+        if state.found == before.found or progress.stopped():
+            return before, more
+        more = further
     return state, more
 
 
-def lower_floors(state: State, options: Options, progress: Progress) -> dict[str, Floor] | None:
+def lower_floors(state: State, options: Options) -> dict[str, Floor] | None:
     """channel -> the floor that the last model shows, at most the one before; None where none is
     much lower, or where that model leaves more than noise already."""
     if not within_noise(state.data, state.refit.errors):
         return None
-    old, most = state.data.floors, _unexplained(state, options, progress)
+    old, most = state.data.floors, _unexplained(state)
     floors = {}
     for name, f in _shown(state, options).items():
-        noise = min(f.noise, most[name]) if f.source == ESTIMATED else f.noise
+        noise = min(f.noise, most.get(name, np.inf)) if f.source == ESTIMATED else f.noise
         value = float(np.sqrt(max(f.value**2 - f.noise**2, 0.0) + noise**2))
         floors[name] = replace(f, value=min(value, old[name]), noise=noise)
     lower = max(old[n] / f.value for n, f in floors.items()) >= LOWER
     return floors if lower else None
 
 
-def _unexplained(state: State, options: Options, progress: Progress) -> dict[str, float]:
-    """channel -> rms, SI, of what the last model leaves and no effect explains, of as many
-    independent samples as there are beside the columns that were tried."""
-    data, refit = state.data, state.refit
-    if all(source != ESTIMATED for source in data.floor_sources.values()):
-        return dict.fromkeys(data.floors, np.inf)
-    seen = state.first
+def _unexplained(state: State) -> dict[str, float]:
+    """channel -> rms, SI, of what the model as given leaves and no effect explains, of as many
+    independent samples as there are beside the columns that were tried; nothing once another model
+    stands, of which `_shown` knows more."""
+    data, seen = state.data, state.first
     if seen is None or state.found or state.passed:
-        data = sharing_motions(data, refit.hypothesis)
-        seen = screen(
-            data, refit.hypothesis, state.present, offered(state, options),
-            lambda _: progress.stopped(),
-        )  # fmt: skip
-    rows = whitened_rows(data.experiments)
+        return {}
     squares, counts = dict.fromkeys(data.floors, 0.0), dict.fromkeys(data.floors, 0)
+    rows = whitened_rows(data.experiments)
     for e, own, r in zip(data.experiments, rows, seen.remainders, strict=True):
         for c, (name, _) in enumerate(e.channels):
             squares[name] += float(np.sum(r[own[c], c] ** 2))
@@ -115,7 +102,7 @@ def _unexplained(state: State, options: Options, progress: Progress) -> dict[str
     spent = seen.slopes[0].shape[-1] + len(seen.columns)
     free = 1.0 - spent / max(sum(counts.values()), 1)
     if free <= 0.0:
-        return dict.fromkeys(data.floors, np.inf)
+        return {}
     return {
         n: data.floors[n] * float(np.sqrt(x / max(counts[n], 1) / free)) for n, x in squares.items()
     }
@@ -154,13 +141,6 @@ def surely_above(state: State, floors: Mapping[str, Floor]) -> bool:
     """Whether the last model leaves more than these floors in a channel, however well they are
     known."""
     return any(rms > floors[n].within * floors[n].value for n, rms in _left(state).items())
-
-
-def _at_most_left(state: State, floors: Mapping[str, Floor]) -> dict[str, Floor]:
-    """The floors where no effect explains what is above: that is noise too, or what no model of
-    this kind can follow. As weights of a fit they are nearer to the truth than those before."""
-    left, old = _left(state), state.data.floors
-    return {n: replace(f, value=min(max(f.value, left[n]), old[n])) for n, f in floors.items()}
 
 
 def _left(state: State) -> dict[str, float]:
