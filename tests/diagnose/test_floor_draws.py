@@ -1,0 +1,57 @@
+"""Noise floors of rigs driven by torque hang on the draws of the noise by little."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from core.diagnose import route
+from core.diagnose.diagnose import begin_on
+from core.diagnose.new_floors import LOWER
+from core.diagnose.noise_route import noise_in_outputs
+from core.diagnose.start import motions_of
+from core.diagnose.state import Options
+from core.identify.setup import make_setup
+from core.loading import load_recordings
+from core.progress import Silent
+from core.scenario.read import read_scenario
+from core.scenario.stated_effects import with_effect_parameters
+from core.workbench import base_model
+from tests.sample.cases import TORQUE
+from tests.sample.torque_rigs import written
+
+RIGS = (
+    "rigid_two_nothing",
+    "rigid_one_viscous_coulomb",
+    "slide_nothing",
+    "flexible_one_nothing",
+    "flexible_two_payload",
+)
+SEEDS = 20
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", RIGS)
+def test_a_floor_is_the_same_whatever_the_draws(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By less than what makes anything be weighed anew, in nine of ten draws of all seeds."""
+    scenario = read_scenario(written(TORQUE[name], 100, tmp_path))
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    recordings = load_recordings(scenario, model, tmp_path, None, Silent())
+    setup = make_setup(model, spec, recordings)
+    begun = begin_on(setup, spec, recordings, Options(), Silent())
+    h = begun.base.hypothesis
+    experiments, motions = h.residuals.experiments, motions_of(h)
+    floors = []
+    for seed in range(SEEDS):
+        monkeypatch.setattr(route, "SEED", seed)
+        found = noise_in_outputs(experiments, motions, {})
+        floors.append([found[channel].level for channel, _ in experiments[0].channels])
+    ratios = np.array(floors) / np.median(floors, axis=0)
+    scatter = np.exp(np.abs(np.log(ratios)))
+    assert np.mean(scatter < LOWER) > 0.9
+    assert scatter.max() < 1.5
