@@ -156,9 +156,9 @@ def _geared(hub, j, k):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _advanced(t, y, u, constants, h):  # type: ignore[no-untyped-def]
-    """The state SUBSTEPS steps of length h later, by fourth-order Runge-Kutta."""
-    for _ in range(SUBSTEPS):
+def _advanced(t, y, u, constants, h, steps):  # type: ignore[no-untyped-def]
+    """The state so many steps of length h later, by fourth-order Runge-Kutta."""
+    for _ in range(steps):
         a = _rate(t, y, u, constants)
         b = _rate(t + h / 2, y + h / 2 * a, u, constants)
         c = _rate(t + h / 2, y + h / 2 * b, u, constants)
@@ -174,6 +174,8 @@ class _Integrated:
         self.rig, self.samples = rig, 0
         still = np.concatenate([place, np.zeros(rig.joints)])
         self.state = np.tile(still, 2 if rig.springs else 1)
+        swing = max(rig.springs, default=0.0) / (rig.hub_inertia or np.inf)
+        self.steps = max(SUBSTEPS, int(np.ceil(5.0 * np.sqrt(swing) / rig.rate)))
 
     @property
     def place(self) -> np.ndarray:
@@ -187,7 +189,8 @@ class _Integrated:
         """By one sample, with the torque held."""
         dt = 1.0 / self.rig.rate
         at = self.samples * dt
-        self.state = _advanced(at, self.state, torque, self.rig.constants, dt / SUBSTEPS)
+        n = self.steps
+        self.state = _advanced(at, self.state, torque, self.rig.constants, dt / n, n)
         self.samples += 1
 
 

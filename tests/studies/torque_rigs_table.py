@@ -72,8 +72,10 @@ def drawn(seed: int) -> tuple[TorqueRig, str, dict[str, float]]:
         rig = replace(rig, payload=float(round(rng.uniform(0.08, 0.25) * rig.masses[-1], 4)))
         truth[f"mt{rig.joints}"] = rig.payload
     if kind == "joint_elasticity":
-        hub = rig.hub_inertia or 0.05
-        rig = replace(rig, hub_inertia=hub, springs=_values(torque / (0.02 * share + 0.002)))
+        # A loop holds a motor behind a spring by itself: a light one, sampled seldom, is unstable.
+        hub = rig.hub_inertia or float(round(0.3 * inertia.max(), 3))
+        rig = replace(rig, rate=max(rig.rate, 500.0), hub_inertia=hub)
+        rig = replace(rig, springs=_values(torque / (0.02 * share + 0.002)))
         truth |= {f"c{k + 1}": 1.0 / x for k, x in enumerate(rig.springs)}
     return rig, kind, truth
 
