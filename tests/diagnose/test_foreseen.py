@@ -73,7 +73,10 @@ def test_without_noise_next_to_nothing_is_unforeseen() -> None:
 
 def bounded(found: list[Recording], seen: ColumnNoise) -> float:
     """Level, counting included, of what was estimated as `seen`."""
-    routes = [SimpleNamespace(recording=r, places=["theta1"], references=("u1",)) for r in found]
+    routes = [
+        SimpleNamespace(driven=False, recording=r, places=["theta1"], references=("u1",))
+        for r in found
+    ]
     noise = _counted(routes, "theta1", seen)  # type: ignore[arg-type]
     return float(np.hypot(noise.std, noise.step / np.sqrt(12.0)))
 
