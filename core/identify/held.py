@@ -142,8 +142,10 @@ def _overcome(
     loaded_at = len(e.values) - 1 if law.loaded else -1
     out = np.zeros(law.size)
     address, whole = compile_law(law).address, _straight(torque)
-    _along(address, len(law.states), loaded_at, x, v, dt / FINER, values, scale, whole, out)
-    if law.loaded or not is_prescribed(model, simulated):
+    as_it_is = law.loaded or not is_prescribed(model, simulated)
+    every = FINER if as_it_is or not law.states else 1
+    _along(address, len(law.states), loaded_at, x, v, dt / FINER, values, scale, every, whole, out)
+    if as_it_is:
         return np.ascontiguousarray(whole[::FINER])
     # As the rest of this torque is, which a loaded force already sees.
     if not law.states:
@@ -180,13 +182,13 @@ def _force(address, x, v, w, values, loaded_at, u, out):  # type: ignore[no-unty
 @njit(
     types.void(
         types.int64, types.int64, types.int64, vector, vector, types.float64, vector,
-        types.float64, vector, vector,
+        types.float64, types.int64, vector, vector,
     ),
     **OPTIONS,
 )  # fmt: skip
-def _along(address, states, loaded_at, x, v, step, values, scale, torque, out):  # type: ignore[no-untyped-def]
-    """torque (N,) -= scale times the force along x, v (N,); a state (states is 0 or 1) begins at
-    zero.
+def _along(address, states, loaded_at, x, v, step, values, scale, every, torque, out):  # type: ignore[no-untyped-def]
+    """torque (N,) -= scale times the force along x, v (N,), at each `every`-th of them; a state
+    (states is 0 or 1) begins at zero.
 
     The rate of a state is of first degree in it, so each step is exact at a constant speed.
     """
@@ -198,6 +200,8 @@ def _along(address, states, loaded_at, x, v, step, values, scale, torque, out): 
             slope = out[6] * step
             grown = np.expm1(slope) / slope if abs(slope) > 1e-12 else 1.0
             w[0] += step * out[3] * grown
+        if t % every:
+            continue
         at_x[0], at_v[0] = x[t], v[t]
         known = torque[t]
         u = known
