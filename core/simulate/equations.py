@@ -134,7 +134,9 @@ def _energies(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]
         if s.slot(k, TIP_INERTIA) not in absent:
             tip = s.latex(s.slot(k, TIP_INERTIA))
             parts.append(rf"\tfrac{{1}}{{2}} {tip} \dot{{\varphi}}_{{t,{k + 1}}}^2")
-    found = [Equation("Kinetic energy", "T = " + " + ".join(parts))]
+    rotors = any(s.slot(k, ROTOR_INERTIA) not in absent for k in range(1, model.arm.joints))
+    note = "Omega is the rate of the end of the segment that carries a motor." if rotors else ""
+    found = [Equation("Kinetic energy", "T = " + " + ".join(parts), note)]
     energy = bending(kinematics)
     if energy != 0:
         found.append(Equation("Bending energy", rf"V = {s.latex(energy)}"))
