@@ -144,7 +144,7 @@ class ArmCatalogue:
     def _add_hub(self, k: int, s: Segment, unit: str) -> None:
         name, title = f"Jh{k + 1}", f"rotor and gear inertia of joint {k + 1}"
         place = slots.slot(k, slots.HUB_INERTIA)
-        if s.joint_compliance is None:
+        if s.joint_compliance is None or s.hub_inertia == 0.0:
             self._add_nonnegative(name, s.hub_inertia, unit, (place,), title, 0.01)
         else:
             parameter = self._positive(name, s.hub_inertia, unit, title)

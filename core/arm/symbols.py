@@ -10,7 +10,9 @@ import sympy as sp
 from core.arm.slots import PER_SEGMENT
 from core.arm.structure import Structure
 
-_LATEX_SLOTS = ("l", "m", "(EI)", r"\tau", r"m_{t}", r"J_{t}", r"J_{h}", r"\alpha", "k_{j}")
+_LATEX_SLOTS = (
+    "l", "m", "(EI)", r"\tau", r"m_{t}", r"J_{t}", r"J_{h}", r"\alpha", "k_{j}", r"J_{r}"
+)  # fmt: skip
 _NAMES = ("l", "m", "EI", "tau", "mt", "Jt", "Jh", "axis", "kj", "Jr")
 
 

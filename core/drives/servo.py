@@ -102,9 +102,6 @@ class Recorded(NamedTuple):
     speed: np.ndarray
 
 
-SMOOTHED = 0.9
-"""Of half the sampling rate: up to there a low-pass is a filter of its cut-off."""
-
 BEYOND = 2.0
 """Times the highest frequency that is compared: there a servo's response exaggerates by 12 %, where
 the filters leave a thousandth, and by 2 % at the cut-off of a filter of fourth order."""
@@ -206,7 +203,7 @@ class FollowingServo:
         place = np.column_stack([recording[f"theta{k + 1}"] for k in range(arm.joints)])
         at_rest = not recording.in_motion and begins_at_rest(place)
         hz, dt = BEYOND * self.torque_hz, recording.sample_time
-        if hz < 0.5 * SMOOTHED / dt:
+        if hz < 0.5 / dt:
             low_pass = ZeroPhaseLowPass(cutoff_hz=hz)
             place = np.column_stack([low_pass.apply(x, dt) for x in place.T])
         return place, np.repeat(place[:1], LEAD, axis=0) if at_rest else None

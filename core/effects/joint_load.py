@@ -38,43 +38,39 @@ def hub_parameters(
     arm: Arm, *, neutral: Sequence[float], least: float = 0.0, secondary: bool = False
 ) -> tuple[EffectParameter, ...]:
     """The hub inertia Jh of every joint, at least `least` times what the joint moves."""
-
-    def make(k: int) -> EffectParameter:
-        load, own = joint_load(arm, k), arm.segments[k].hub_inertia
-        return positive(
-            f"Jh{k + 1}",
-            max(1.2 * own, SHARE * load),
-            joint(arm.segments[k].joint).inertia_unit,
-            f"rotor and gear inertia of joint {k + 1}",
-            rf"J_{{h{k + 1}}}",
-            lower=least * load,
-            upper=10.0 * max(own, load),
-            neutral=neutral[k],
-            secondary=secondary,
-        )
-
-    return tuple(make(k) for k in range(arm.joints))
+    title = "rotor and gear inertia of joint {}"
+    return tuple(
+        _inertia(arm, k, "h", title, neutral[k], SHARE, least, secondary) for k in range(arm.joints)
+    )
 
 
 def rotor_parameters(arm: Arm, *, secondary: bool = False) -> tuple[EffectParameter, ...]:
     """The inertia Jr of a rotor without a gear, of every joint whose motor is carried along."""
+    title = "rotor inertia of joint {}, without a gear"
+    return tuple(
+        replace(_inertia(arm, k, "r", title, s.rotor_inertia, LEAST, 0.0, secondary), separate=True)
+        for k, s in enumerate(arm.segments)
+        if arm.carries_motor(k)
+    )
 
-    def make(k: int) -> EffectParameter:
-        load, own = joint_load(arm, k), arm.segments[k].rotor_inertia
-        return positive(
-            f"Jr{k + 1}",
-            max(1.2 * own, LEAST * load),
-            joint(arm.segments[k].joint).inertia_unit,
-            f"rotor inertia of joint {k + 1}, without a gear",
-            rf"J_{{r{k + 1}}}",
-            lower=0.0,
-            upper=10.0 * max(own, load),
-            neutral=own,
-            secondary=secondary,
-        )
 
-    carried = [make(k) for k in range(arm.joints) if arm.carries_motor(k)]
-    return tuple(replace(one, separate=True) for one in carried)
+def _inertia(
+    arm: Arm, k: int, letter: str, title: str, own: float, share: float, least: float,
+    secondary: bool,
+) -> EffectParameter:  # fmt: skip
+    """J of joint k (from 0), that begins at a `share` of what the joint moves, or above its own."""
+    load = joint_load(arm, k)
+    return positive(
+        f"J{letter}{k + 1}",
+        max(1.2 * own, share * load),
+        joint(arm.segments[k].joint).inertia_unit,
+        title.format(k + 1),
+        rf"J_{{{letter}{k + 1}}}",
+        lower=least * load,
+        upper=10.0 * max(own, load),
+        neutral=own,
+        secondary=secondary,
+    )
 
 
 def with_twisting_joints(

@@ -128,14 +128,13 @@ def _energies(kinematics: Kinematics, model: Model, absent: dict[sp.Symbol, int]
             parts.append(rf"\tfrac{{1}}{{2}} {hub} \dot{{\theta}}_{{{k + 1}}}^2")
         if s.slot(k, ROTOR_INERTIA) not in absent:
             rotor = s.latex(s.slot(k, ROTOR_INERTIA))
-            parts.append(
-                rf"\tfrac{{1}}{{2}} {rotor} (\omega_{{{k}}} + \dot{{\theta}}_{{{k + 1}}})^2"
-            )
+            carried = rf"\omega_{{{k}}} + " if model.arm.carries_motor(k) else ""
+            parts.append(rf"\tfrac{{1}}{{2}} {rotor} ({carried}\dot{{\theta}}_{{{k + 1}}})^2")
         if s.slot(k, TIP_INERTIA) not in absent:
             tip = s.latex(s.slot(k, TIP_INERTIA))
             parts.append(rf"\tfrac{{1}}{{2}} {tip} \dot{{\varphi}}_{{t,{k + 1}}}^2")
-    rotors = any(s.slot(k, ROTOR_INERTIA) not in absent for k in range(1, model.arm.joints))
-    note = "Omega is the rate of the end of the segment that carries a motor." if rotors else ""
+    rates = any(r"\omega" in part for part in parts)
+    note = "ω is the rate of the end of the segment that carries a motor." if rates else ""
     found = [Equation("Kinetic energy", "T = " + " + ".join(parts), note)]
     energy = bending(kinematics)
     if energy != 0:

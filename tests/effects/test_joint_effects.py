@@ -19,6 +19,7 @@ from core.effects.joint_load import LEAST, joint_load
 from core.effects.torque_ripple import LAW as RIPPLE
 from core.forces.compiled import compile_law
 from core.model import Model
+from core.simulate.equations import equations
 from core.simulate.nonlinear import difference, run, simulate_fixed, simulate_within
 from tests.drives.test_contract import OPTIONS
 from tests.effects.helpers import experiment, moved, with_effect
@@ -203,6 +204,18 @@ def test_a_motor_of_an_elastic_joint_keeps_some_inertia_whatever_a_fit_tries() -
 def test_an_elastic_joint_without_a_motor_is_refused_in_words() -> None:
     with pytest.raises(ValueError, match="needs a hub_inertia above zero"):
         Segment(length=0.5, mass=1.0, modes=0, joint_compliance=1e-4)
+
+
+def test_a_rotor_without_a_gear_is_motor_enough_for_an_elastic_joint() -> None:
+    segment = Segment(length=0.5, mass=1.0, modes=0, joint_compliance=1e-4, rotor_inertia=0.1)
+    arm = PAPER.model_copy(update={"segments": (PAPER.segments[0], segment)})
+    model = looped(arm)
+    hub, rotor = model.parameters["Jh2"], model.parameters["Jr2"]
+    assert (hub.value, hub.lower, rotor.value) == (0.0, 0.0, 0.1)
+    assert hub.upper > 0.0 and np.isfinite(model.numbers({"Jh2": 0.0}).p).all()
+    energy = next(e for e in equations(model) if e.title == "Kinetic energy")
+    assert r"J_{r2} (\omega_{1} + \dot{\theta}_{2})^2" in energy.latex
+    assert "segment that carries a motor" in energy.note
 
 
 GAP = {"bl1": 2e-3, "bl2": 1e-3, "Jh1": 0.1, "Jh2": 0.05}
