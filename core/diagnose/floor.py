@@ -55,15 +55,17 @@ def channel_floors(
 
     `errors` (M, k) per recording, measured minus model, of the fitted `motions`; `stated` standard
     deviations by column of a recording, as the sensor writes it; `fidelity` the share of a
-    channel's spread that no model of this kind is asked to explain.
+    channel's spread that no model of this kind is asked to explain. What the model leaves
+    refutes an estimated noise that is more than WITHIN times as large.
     """
     again = scatter(repeated(experiments), experiments, errors)
     drawn = noise_in_outputs(experiments, motions, stated, without=again)
-    missed = _led_errors(experiments, motions)
+    missed, left = _led_errors(experiments, motions), channel_rms(experiments, errors)
     found = {}
     for name, spread in _spreads(experiments).items():
         alike = (1.0,) * len(experiments)
         noise, source, ratios = (again[name], REPETITION, alike) if name in again else drawn[name]
+        noise = min(noise, WITHIN * left[name]) if source == ESTIMATED else noise
         beside = [fidelity * spread, missed.get(name, 0.0)]
         value = float(np.linalg.norm([noise, *beside])) or 1e-12
         own = [float(np.linalg.norm([noise * ratio, *beside])) / value for ratio in ratios]

@@ -22,12 +22,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.diagnose.data import (
-    ANCHORED,
-    NeededSteps,
-    enough_steps,
-    hypothesis,
-)
+from core.diagnose.data import ANCHORED, NeededSteps, enough_steps, hypothesis
 from core.diagnose.floor import Floor, channel_floors
 from core.diagnose.minimum import converged
 from core.diagnose.search import prune, search, trust_laws

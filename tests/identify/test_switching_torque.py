@@ -9,7 +9,7 @@ import pytest
 
 from core.arm.arm import Arm
 from core.arm.segment import Segment
-from core.diagnose.noise_route import noise_in_outputs
+from core.diagnose.floor import channel_floors
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.identify.led_points import finer_by, sampled_seldom
@@ -122,14 +122,13 @@ def test_a_rig_whose_samples_hardly_show_its_vibration_is_told() -> None:
     assert f"about {hz:.0f} Hz" in said and said.endswith("Hz or more.")
 
 
-def test_the_noise_floor_is_at_least_what_the_encoder_leaves() -> None:
-    """What the encoder reads at all frequencies is motion, so that its spectrum says only how much
-    noise there is at most; a diagnosis goes on from what no effect explains."""
+def test_the_noise_floor_is_what_the_encoder_leaves() -> None:
+    """What the encoder reads beyond a low-pass is motion; only the missing torque has it not."""
     e = prepared(COUNT)
     numbers = e.model.numbers()
-    floor, source, _ = noise_in_outputs([e], [(motion_of(e, numbers, {}, 4), numbers, {})], {})[
-        "u1"
-    ]
-    assert source == "estimated"
+    motion = motion_of(e, numbers, {}, 4)
+    error = e.measured - e.predicted(motion, numbers, {})
+    found = channel_floors([e], [error], [(motion, numbers, {})], {}, 0.0)["u1"]
+    assert found.source == "estimated"
     true = [rms(missing(prepared(COUNT, turned))) for turned in np.linspace(0.0, 0.9, DRAWS)]
-    assert max(true) / FACTOR < floor
+    assert max(true) / FACTOR < found.noise < max(true) * FACTOR
