@@ -67,6 +67,8 @@ class TorqueRig:
     """N m or N with which something nearby shakes each joint: no effect of the catalogue."""
     disturbance_hz: float = 0.0
     recordings: int = 2
+    hinges: int = 10
+    """Of a chain in the engine, per segment that bends."""
 
     @property
     def joints(self) -> int:
@@ -200,7 +202,7 @@ class _Chain:
     def __init__(self, rig: TorqueRig, place: np.ndarray) -> None:
         self.rig = rig
         beams = tuple(
-            Beam(length, mass, EI, hinges=10)
+            Beam(length, mass, EI, rig.hinges)
             for length, mass, EI in zip(rig.lengths, rig.masses, rig.stiffness, strict=True)
         )
         frictions_and_springs = map(rig.per_joint, (rig.viscous, rig.coulomb, rig.springs))

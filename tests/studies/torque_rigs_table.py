@@ -33,9 +33,13 @@ ARMS = (
     TorqueRig((6.0,), (0.8,), hub_inertia=0.3),
     TorqueRig((3.0, 2.0), (0.4, 0.4), hub_inertia=0.1),
     TorqueRig((6.0, 3.0, 2.0), (0.5, 0.4, 0.3), hub_inertia=0.05),
-    TorqueRig((4.0,), (0.8,), stiffness=(200.0,), hub_inertia=0.1, modes=3),
-    TorqueRig((5.0, 3.0), (0.5, 0.5), stiffness=(500.0, 300.0), hub_inertia=0.1, modes=3),
+    TorqueRig((4.0,), (0.8,), stiffness=(800.0,), hub_inertia=0.1, modes=3, hinges=20),
+    TorqueRig(
+        (5.0, 3.0), (0.5, 0.5), stiffness=(2000.0, 1200.0), hub_inertia=0.1, modes=3, hinges=20
+    ),
 )
+"""Those that bend stay within about a hundredth of their lengths. Further, a real beam stiffens
+(its energy has a term 1/2 EI (w' w'')^2), which is rightly called cubic stiffness."""
 CUTOFFS = {False: 20.0, True: 60.0}
 """Hz, of the stated filter: of arms that are rigid, and of those that bend."""
 CLOSE, FRICTION_CLOSE = 0.03, 0.05
