@@ -17,10 +17,18 @@ from core.written import format_number, shown_unit, with_unit
 from flexgui import __version__
 from flexgui.export.report_motion import Motion
 from flexgui.export.report_plot import Plot, packed_plotly, plot
-from flexgui.export.report_sections import diagnosis_block, glance, has_ladder
+from flexgui.export.report_sections import diagnosis_block, glance
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
-from flexgui.views.fit_table import ROLES, bar_label, fit_bars, fit_table, in_unit, variants
+from flexgui.views.fit_table import (
+    ROLES,
+    bar_label,
+    fit_bars,
+    fit_table,
+    in_unit,
+    overview,
+    variants,
+)
 from flexgui.views.headline import beside, final_comparisons, given_comparisons, grown
 from flexgui.views.html import mathml
 from flexgui.views.identifiability import correlation, valley
@@ -29,7 +37,7 @@ from flexgui.views.missing_torque import missing_over_time, missing_over_velocit
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import Seen, believable_floors
 from flexgui.views.parameter_tables import between_runs, given_parameters, standing_parameters
-from flexgui.views.summary import distinguishable, summary
+from flexgui.views.summary import distinguishable, lead
 from flexgui.views.table import Column, Row, Table, affine, matrices
 
 _NUMBER = r"\d[\d.,]*\)?(?:~×~10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
@@ -89,7 +97,7 @@ def report_html(outcome: Outcome, scenario_text: str, motion: Motion | None = No
 
 def _rendered(outcome: Outcome, scenario_text: str, motion: Motion | None) -> str:
     return (
-        _environment()
+        environment()
         .get_template("report.html.j2")
         .render(
             plotly=packed_plotly(),
@@ -103,7 +111,8 @@ def _rendered(outcome: Outcome, scenario_text: str, motion: Motion | None) -> st
 
 
 @cache
-def _environment() -> Environment:
+def environment() -> Environment:
+    """Of the templates."""
     made = Environment(
         loader=PackageLoader("flexgui.export"),
         autoescape=True,
@@ -117,11 +126,13 @@ def _environment() -> Environment:
 
 def _content(outcome: Outcome) -> dict[str, Any]:
     shown, before = final_comparisons(outcome), given_comparisons(outcome)
+    diagnosed = diagnosis_block(outcome)
     return {
         "title": outcome.title,
-        "summary": summary(outcome),
+        "lead": lead(outcome),
+        "overview": overview(shown, before),
         "which_fit": distinguishable(outcome),
-        "diagnosis": diagnosis_block(outcome),
+        "diagnosis": diagnosed,
         "parameters": standing_parameters(outcome) if outcome.fits else None,
         "parameters_as_given": given_parameters(outcome),
         "between_runs": between_runs(outcome.repeated),
@@ -132,7 +143,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "valley": plot(valley(outcome.fits)),
         "fit_table": fit_table(shown, before) if shown else None,
         # Without a ladder they are the figure of the first page.
-        "fit_bars": plot(fit_bars(shown)) if has_ladder(outcome) else None,
+        "fit_bars": plot(fit_bars(shown)) if diagnosed else None,
         "variants": variants(outcome),
         "recordings": _recordings(shown, before),
         "missing": _missing(shown),

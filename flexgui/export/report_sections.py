@@ -47,7 +47,6 @@ class DiagnosisBlock:
 
     words: tuple[str, ...]
     formulas: tuple[tuple[str, Markup], ...]
-    ladder: Plot | None
     ladder_table: Table
     sizes: Table | None
     """All parameters after each step."""
@@ -70,12 +69,11 @@ def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
     return DiagnosisBlock(
         words=found.paragraphs,
         formulas=_formulas(found),
-        ladder=plot(ladder(found.steps)),
         ladder_table=ladder_table(found),
         sizes=sizes_table(found),
         rounds=tuple(_round(k, one) for k, one in enumerate(found.rounds, start=1)),
         by_frequency=plot(error_map(maps.by_frequency)),
-        by_time=plot(error_map(maps.by_time)),
+        by_time=plot(error_map(maps.by_time, narrow=True)),
         over=plot(residual_over(patterns(maps))),
         worst=worst_table(maps.worst),
         left=_left(found),
@@ -84,7 +82,8 @@ def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
 
 
 def _left(found: Diagnosis) -> Plot | None:
-    return plot(error_map(error_maps(found.left, found.floors).by_time)) if found.left else None
+    maps = error_maps(found.left, found.floors) if found.left else None
+    return plot(error_map(maps.by_time, narrow=True)) if maps else None
 
 
 def _formulas(found: Diagnosis) -> tuple[tuple[str, Markup], ...]:
@@ -159,11 +158,6 @@ def glance(outcome: Outcome, scenario_text: str) -> Glance:
         figure=plot(shown),
         facts=_facts(outcome, scenario_text),
     )
-
-
-def has_ladder(outcome: Outcome) -> bool:
-    """Whether the figure of the first page is the error ladder."""
-    return outcome.diagnosis is not None and bool(outcome.diagnosis.steps)
 
 
 def _facts(outcome: Outcome, scenario_text: str) -> tuple[tuple[str, str], ...]:

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import pandas as pd
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from core.errors import InputError
 from core.montecarlo.comparison import LEVELS
@@ -18,6 +16,7 @@ from core.montecarlo.valley import explained, pooled
 from core.scenario.read import scenario_toml
 from flexgui import __version__
 from flexgui.export.folder import dumps, swap_in, work_folder
+from flexgui.export.report import environment
 from flexgui.export.report_plot import Plot, packed_plotly, plot
 from flexgui.views.study_estimates import (
     deviation_table,
@@ -99,7 +98,7 @@ def study_result(summary: Summary) -> dict[str, object]:
 
 def study_html(summary: Summary) -> str:
     """The whole page as text."""
-    template = _environment().get_template("study.html.j2")
+    template = environment().get_template("study.html.j2")
     return template.render(
         plotly=packed_plotly(),
         version=__version__,
@@ -108,14 +107,6 @@ def study_html(summary: Summary) -> str:
         sections=tuple(sections(summary)),
         scenario_text=scenario_toml(summary.settings.scenario),
     )
-
-
-@cache
-def _environment() -> Environment:
-    return Environment(
-        loader=PackageLoader("flexgui.export"), autoescape=True, undefined=StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
 
 
 def sections(s: Summary) -> Iterator[Section]:

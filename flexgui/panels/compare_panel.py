@@ -16,11 +16,11 @@ from flexgui.panels.tour import to_diagnosis
 from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.views.comparison import live_comparison
-from flexgui.views.fit_table import ROLES, fit_table, in_unit, live_fit
+from flexgui.views.fit_table import FIT_IS, ROLES, fit_table, in_unit, live_fit
 from flexgui.views.html import html_table
 from flexgui.views.names import channel_symbol, format_percent, output_title
 from flexgui.views.pooled import VALIDATE
-from flexgui.views.summary import FIT_IS, which_fit
+from flexgui.views.summary import which_fit
 from flexgui.views.table import Row, Table
 
 NONE = "nothing to compare yet"

@@ -13,9 +13,18 @@ from core.written import format_number, shown_unit, with_unit
 from flexgui.views.colours import channel_colour, channel_edge
 from flexgui.views.layout import Figure, ax, figure, styled
 from flexgui.views.names import channel_symbol, format_percent
-from flexgui.views.pooled import ESTIMATE, VALIDATE, ChannelError, channel_errors, mean, with_role
+from flexgui.views.pooled import (
+    ESTIMATE,
+    VALIDATE,
+    ChannelError,
+    channel_errors,
+    mean,
+    tip_rms,
+    with_role,
+)
 from flexgui.views.table import Column, Row, Table
 
+FIT_IS = "FIT is 100 % for a perfect match and 0 % for a model no better than a constant."
 ROLES = {ESTIMATE: "estimation", VALIDATE: "validation"}
 
 COLUMNS = (
@@ -54,6 +63,37 @@ def fit_table(
         "FIT = 100 (1 − ‖r‖ / ‖y − mean‖), not below 0. "
         "In the rows of all recordings FIT is a mean and the rms error counts all samples alike.",
     )
+
+
+def overview(
+    comparisons: Sequence[RecordingComparison], before: Sequence[RecordingComparison] = ()
+) -> Table | None:
+    """A row per fitted output and one for the tip, over all recordings of each role; `before` as
+    in `fit_table`. None where nothing was compared."""
+    heads: list[Column] = []
+    columns: list[dict[str, str]] = []
+    for role in (ESTIMATE, VALIDATE):
+        for title, chosen in (("", comparisons), (" as given", before)):
+            if with_role(chosen, role):
+                heads += [
+                    Column(f"{what}, {ROLES[role]}{title}", True) for what in ("FIT [%]", "Rms")
+                ]
+                columns += _pooled(with_role(chosen, role))
+    names = list(dict.fromkeys(name for column in columns for name in column))
+    rows = tuple(Row((n, *(column.get(n, "") for column in columns))) for n in names)
+    return Table((Column("Output"), *heads), rows, FIT_IS) if rows else None
+
+
+def _pooled(chosen: Sequence[RecordingComparison]) -> tuple[dict[str, str], dict[str, str]]:
+    """Output -> its FIT, and output or tip -> its rms error."""
+    fitted = [e for e in channel_errors(chosen) if e.fitted]
+    symbols = [channel_symbol(e.channel, e.unit) for e in fitted]
+    fits = (format_percent(e.fit_percent) for e in fitted)
+    errors = dict(zip(symbols, (in_unit(e.rms, e.unit) for e in fitted), strict=True))
+    distance = tip_rms(chosen)
+    if distance is not None and np.isfinite(distance):
+        errors["tip"] = in_unit(distance, "m")
+    return dict(zip(symbols, fits, strict=True)), errors
 
 
 GIVEN_COLUMNS = (
@@ -181,17 +221,15 @@ def _row_of_variants(key: Key, values: Sequence[float], strong: bool = False) ->
 
 
 def fit_bars(comparisons: Sequence[RecordingComparison]) -> go.Figure | None:
-    """One group of bars per recording, one bar per fitted output; None without a FIT."""
+    """What each FIT leaves to 100 %: one group of bars per recording, one bar per fitted output;
+    None without a FIT. On a logarithmic axis good models differ too."""
     known = [c for r in comparisons for c in r.channels if c.fitted and np.isfinite(c.fit_percent)]
-    names = list(dict.fromkeys(c.channel for c in known))
-    if not names:
-        return None
     figure = go.Figure()
-    for name in names:
+    for name in dict.fromkeys(c.channel for c in known):
         bars = [(r, c) for r in comparisons for c in r.channels if c.fitted and c.channel == name]
         figure.add_bar(
             x=[bar_label(r, comparisons) for r, _ in bars],
-            y=[c.fit_percent for _, c in bars],
+            y=[100.0 * c.normalised_error for _, c in bars],
             name=channel_symbol(name, bars[0][1].unit),
             marker={
                 "color": channel_colour(name),
@@ -201,11 +239,13 @@ def fit_bars(comparisons: Sequence[RecordingComparison]) -> go.Figure | None:
                     "fillmode": "overlay",
                 },
             },
-            hovertemplate="%{x}: %{y:.2f} %",
+            hovertemplate="%{x}: %{y:.3g} %",
         )
-    figure.update_yaxes(title_text="FIT [%]", range=[0, 100])
+    if not known:
+        return None
+    figure.update_yaxes(title_text="error [% of the motion]", type="log", dtick="D2")
     figure.update_xaxes(title_text="recording", type="category", automargin=True)
-    text = "FIT = 100 max(1 − ‖measured − model‖ / ‖measured − its mean‖, 0), in per cent."
+    text = "‖measured − model‖ / ‖measured − its mean‖, in per cent: 100 % minus the FIT."
     if any(r.role == VALIDATE for r in comparisons):
         text += " Hatched: recordings that no fit has seen."
     return styled(figure, 360, text, barmode="group", bargap=0.25)

@@ -12,7 +12,7 @@ from core.identify.unknowns import START
 from core.results import Estimate, Fit, Outcome, RecordingComparison
 from core.sentences import listed
 from core.written import format_number, split_name
-from flexgui.views.fit_table import in_unit
+from flexgui.views.fit_table import FIT_IS, in_unit
 from flexgui.views.headline import (
     BIASED,
     COMPLETE,
@@ -30,7 +30,6 @@ from flexgui.views.pooled import ESTIMATE, VALIDATE, channel_errors, tip_rms, wi
 
 LEVELS = {"lpv": "the LPV descriptor model", "nonlinear": "the non-linear model"}
 METHODS = {"glocal": "in one fit over all of them", "local": "in a fit for each"}
-FIT_IS = "FIT is 100 % for a perfect match and 0 % for a model no better than a constant."
 
 
 def summary(outcome: Outcome) -> tuple[str, ...]:
@@ -44,24 +43,38 @@ def summary(outcome: Outcome) -> tuple[str, ...]:
             sentences.append(f"{words} the model reaches {text}{was}.")
     if any("FIT" in each for each in sentences):
         sentences.append(FIT_IS)
-    sentences.append(_doubt(outcome))
-    if any(fit.stopped for fit in outcome.fits):
-        sentences.append("The search was stopped early; the numbers are the best until then.")
+    return (*(s for s in sentences if s), *_sure(outcome))
+
+
+def lead(outcome: Outcome) -> tuple[str, ...]:
+    """The sentences of `summary` that no table of a report tells."""
+    return f"{_basis(outcome)}.", *_sure(outcome)
+
+
+def _sure(outcome: Outcome) -> tuple[str, ...]:
+    stopped = "The search was stopped early; the numbers are the best until then."
+    sentences = (_doubt(outcome), stopped if any(fit.stopped for fit in outcome.fits) else "")
     return tuple(s for s in sentences if s)
 
 
-def _what(outcome: Outcome) -> str:
+def _basis(outcome: Outcome) -> str:
+    """From what, how and with which model, without a full stop."""
     names = {name for fit in outcome.fits for name in fit.recordings}
     level = LEVELS.get(outcome.level, outcome.level)
     if not outcome.fits:
-        return f"Nothing was estimated: {level} is compared as given."
+        return f"Nothing was estimated: {level} is compared as given"
     count = f"{len(names)} recording{'s' if len(names) != 1 else ''}"
     how = METHODS.get(outcome.method, outcome.method) if len(names) > 1 else "in one fit"
-    estimates = [e for e in standing(outcome) if e.recording is None]
-    sure = [e for e in estimates if e.identifiable]
-    text = f"From {count}, {how}, with {level}"
     if grown(outcome):
-        text = f"From {count}, with the full equations and {_with(outcome)} in the model"
+        return f"From {count}, with the full equations and {_with(outcome)} in the model"
+    return f"From {count}, {how}, with {level}"
+
+
+def _what(outcome: Outcome) -> str:
+    text = _basis(outcome)
+    if not outcome.fits:
+        return f"{text}."
+    sure = [e for e in standing(outcome) if e.recording is None and e.identifiable]
     if not sure:
         return f"{text}, no parameter could be determined by itself."
     several = len(outcome.fits) > 1 and outcome.diagnosis is None

@@ -6,6 +6,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -130,13 +131,49 @@ def test_the_report_tells_verdict_ladder_ranking_and_maps(out: Path) -> None:
     assert "What remains: nothing." in section
     for heading in ("How the error falls", "Candidate effects", "Where the model as given fails"):
         assert f"<h3>{heading}</h3>" in section
-    for figure in ("Error after each step", "Candidates and what they explain",
+    for figure in ("Candidates and what they explain",
                    "Error by recording and frequency", "Error by recording and time",
                    "Error over the motion"):  # fmt: skip
         assert f'aria-label="{figure}' in section
     assert "To distinguish them" in section
     assert "non-linear already" in section
     assert section.index("What remains") < section.index("How the error falls")
+
+
+MOST_PAGES = 10
+PRINTED = """() => ({
+  folded: document.querySelectorAll("details:not([open])").length,
+  undrawn: document.querySelectorAll(".plot:not(:has(.main-svg))").length,
+  narrow: [...document.querySelectorAll(".plot")].map(p => {
+    const place = p.closest(".figures > *") ?? p.closest("section");
+    return p.getBoundingClientRect().width / place.clientWidth; }).filter(share => share < 0.95),
+  over: [...document.querySelectorAll("table, .plot, math, p")]
+    .filter(one => one.getBoundingClientRect().right > innerWidth + 1).length,
+})"""
+
+
+def test_on_a4_it_takes_ten_pages_unfolded_and_as_wide_as_the_paper(
+    out: Path, chromium: Any
+) -> None:
+    page = chromium.new_page(viewport={"width": 702, "height": 1000})
+    page.goto((out / "report.html").as_uri())
+    page.wait_for_function("document.querySelector('.js-plotly-plot')")
+    assert len(re.findall(rb"/Type\s*/Page\b", page.pdf(prefer_css_page_size=True))) <= MOST_PAGES
+    page.emulate_media(media="print")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert page.evaluate(PRINTED) == {"folded": 0, "undrawn": 0, "narrow": [], "over": 0}
+    page.emulate_media(media="screen")
+    page.evaluate("dispatchEvent(new Event('afterprint'))")
+    assert page.locator("details:not([open])").count() > 0, "what was folded is folded again"
+    page.close()
+
+
+def test_it_opens_with_tables_and_draws_the_ladder_once(out: Path) -> None:
+    first = (out / "report.html").read_text("utf-8").split('id="diagnosis"')[0]
+    summary = re.search(r'<p class="summary">(.*?)</p>', first)
+    assert summary is not None and len(re.findall(r"\d+", summary[1])) < 5
+    assert first.count("<table>") >= 2
+    assert (out / "report.html").read_text("utf-8").count("noise floor]") == 1
 
 
 def test_words_are_text_and_never_markup(out: Path) -> None:

@@ -112,6 +112,13 @@ def test_the_std_of_a_free_parameter_is_not_shown(glocal: Outcome) -> None:
     assert by_name["EI (follows)"][1] == "520.83 ± 0.02\N{NO-BREAK SPACE}N m²"
 
 
+def test_bars_of_good_models_differ(glocal: Outcome) -> None:
+    figure = fit_bars(glocal.comparisons)
+    assert figure is not None and figure.layout.yaxis.type == "log"
+    first = glocal.comparisons[0].channels[0]
+    assert figure.data[0].y[0] == pytest.approx(100.0 * first.normalised_error)
+
+
 def test_the_summary_says_what_was_found_and_what_cannot_be_told(glocal: Outcome) -> None:
     text = " ".join(summary(glocal))
     assert "EI = 520.83 ± 0.02" in text

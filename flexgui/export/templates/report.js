@@ -2,20 +2,45 @@
 // Plots are drawn when they come into view, so that a report with many recordings opens at once.
 const config = { responsive: true, displaylogo: false, displayModeBar: false };
 const touch = matchMedia("(pointer: coarse)").matches;
-const PAPER = 660; // px of the text on A4 with its margins
+const PAPER = { width: 702, gap: 12, height: 350, flatter: 0.7 }; // px of the text on A4, and of a figure at most
 const drawn = new WeakSet();
 
 function draw(box) {
   if (drawn.has(box) || box.closest("details:not([open])")) return;
+  show(box);
+}
+
+function show(box, fit = fitScreen) {
   drawn.add(box);
   const figure = JSON.parse(box.nextElementSibling.textContent);
+  fit(figure.layout, box);
+  Plotly.react(box, figure.data, figure.layout, config);
+}
+
+function fitScreen(layout, box) {
+  Object.assign(box.style, { width: "", height: `${layout.height}px` });
   // On a touch screen a finger on a plot should scroll the page.
-  if (touch) figure.layout.dragmode = false;
+  if (touch) layout.dragmode = false;
   if (box.clientWidth < 500) {
-    Object.assign(figure.layout.margin, { l: 56, r: 4 });
-    figure.layout.font.size = 11;
+    Object.assign(layout.margin, { l: 56, r: 4 });
+    layout.font.size = 11;
   }
-  Plotly.newPlot(box, figure.data, figure.layout, config);
+}
+
+// Side by side where figures belong together, with the names of axes in two lines in low rows.
+function fitPaper(layout, box) {
+  const pair = box.closest(".figures")?.childElementCount > 1;
+  const shrunk = pair ? 0.5 : 0.6;
+  layout.width = (pair ? (PAPER.width - PAPER.gap) / 2 : PAPER.width) / shrunk;
+  const flatter = box.closest("#glance") ? 1 : PAPER.flatter;
+  layout.height = Math.min(flatter * layout.height, PAPER.height / shrunk);
+  Object.assign(box.style, { width: `${layout.width}px`, height: `${layout.height}px` });
+  box.style.setProperty("--shrunk", shrunk);
+  layout.margin.l = Math.max(layout.margin.l, 84);
+  for (const [key, axis] of Object.entries(layout)) {
+    if (!key.startsWith("yaxis") || !axis.title?.text) continue;
+    axis.title = { ...axis.title, text: axis.title.text.replace(" [", "<br>["), font: { size: 10 } };
+  }
 }
 
 // plotly.js travels packed; it is unpacked here, and nothing is loaded from anywhere.
@@ -44,12 +69,16 @@ unpack(document.getElementById("plotly")).then(() => {
   boxes.forEach((box) => watcher.observe(box));
   setTimeout(drawRest, 200, boxes);
   document.addEventListener("toggle", (event) => event.target.querySelectorAll(".plot").forEach(draw), true);
-  addEventListener("beforeprint", () => boxes.forEach((box) => {
-    draw(box);
-    if (drawn.has(box)) Plotly.relayout(box, { width: Math.min(box.clientWidth, PAPER) });
-  }));
-  addEventListener("afterprint", () => boxes.forEach(
-    (box) => drawn.has(box) && Plotly.relayout(box, { width: box.clientWidth })));
+  let folded = [];
+  addEventListener("beforeprint", () => {
+    folded = [...document.querySelectorAll("details:not([open])")];
+    folded.forEach((fold) => { fold.open = true; });
+    boxes.forEach((box) => show(box, fitPaper));
+  });
+  addEventListener("afterprint", () => {
+    boxes.forEach((box) => show(box));
+    folded.forEach((fold) => { fold.open = false; });
+  });
 });
 
 const nav = document.querySelector("nav");
