@@ -9,9 +9,13 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from core.arm.chord import chord_matrix
 from core.effects import effect
 from core.model import Model
+from core.recording.spec import SimulateSpec
 from core.results import Outcome
+from core.simulate.experiment import make_task
+from core.simulate.nonlinear import simulate
 from core.simulate.posture import Posture, posture
 from flexgui.export.formats.mjcf import Mjcf, chain_frequencies
 from tests.export.arms import GRAVITY, MODELS
@@ -25,6 +29,10 @@ MODES = 0.01
 many shapes as that takes."""
 POLES = 0.01
 """Relative to its size: a pole of the closed loop, damping included."""
+MOTION = 0.01
+"""Relative: what is measured along a motion, by standard deviations."""
+SAMPLE, MOST_STEPS = 1e-3, 20
+"""s, and how many steps the engine takes meanwhile."""
 TORQUE = 1e-6
 """Relative: the weight of the points that MuJoCo needs, and nothing else."""
 
@@ -148,6 +156,37 @@ def test_limits_and_dry_friction_are_carried_and_the_delay_is_said_to_be_missing
     assert list(engine.dof_damping[motors(engine)]) == pytest.approx([2.0, 0.7])
 
 
+def test_it_moves_and_measures_like_the_simulation_in_no_more_steps_than_that_takes() -> None:
+    model = damped()
+    outcome = outcome_of(model)
+    engine, data = built(outcome)
+    spec = SimulateSpec(theta2=np.pi / 2, seconds=0.5, sample_time=SAMPLE, seed=3)
+    task = make_task(model, spec, "x")[0]
+    expected = simulate(model, model.numbers(), task).trajectory
+    steps = round(SAMPLE / engine.opt.timestep)
+    assert steps * engine.opt.timestep == pytest.approx(SAMPLE) and steps <= MOST_STEPS
+    named = ("theta1", "theta2", "dtheta2", "u1", "deflection1", "deflection2")
+    found = np.empty((len(task.time), len(named) + 2))
+    for row, references in zip(found, task.references, strict=True):
+        data.ctrl[:] = references
+        mujoco.mj_forward(engine, data)
+        row[:] = [*(data.sensor(name).data[0] for name in named), *data.sensor("z").data[:2]]
+        mujoco.mj_step(engine, data, steps)
+    theirs = (
+        expected.q[:, :2], expected.v[:, 1:2], expected.torque[:, :1],
+        expected.q @ chord_matrix(model.arm, expected.p).T, expected.tip()[0],
+    )  # fmt: skip
+    for column, other in zip(found.T, np.column_stack(theirs).T, strict=True):
+        assert np.std(column - other) < MOTION * np.std(other)
+
+
+@pytest.mark.parametrize("name", list(MODELS))
+def test_every_moving_body_with_a_mass_is_seen(name: str) -> None:
+    engine, _ = built(outcome_of(MODELS[name]))
+    seen = {int(body) for body in engine.geom_bodyid}
+    assert {k for k in range(1, engine.nbody) if engine.body_mass[k] > 1e-6} <= seen
+
+
 def test_the_step_is_stable() -> None:
     outcome = outcome_of(looped(loaded(with_modes(3, 3), GRAVITY)))
     engine, data = built(outcome)
@@ -179,4 +218,4 @@ def test_without_a_mechanism_there_is_a_sentence() -> None:
 def test_a_title_cannot_leave_its_comment() -> None:
     outcome = outcome_of(MODELS["torque"], title="evil --> <worldbody/> --")
     root = ElementTree.fromstring(Mjcf().files(outcome)["model.xml"])
-    assert [child.tag for child in root][-2:] == ["worldbody", "actuator"]
+    assert [child.tag for child in root][-4:] == ["worldbody", "tendon", "actuator", "sensor"]
