@@ -36,9 +36,9 @@ POINT = 1e-9
 """kg and kg m^2: MuJoCo refuses bodies that move without mass or inertia."""
 
 LIMITS = (
-    "Joints motor1, motor2, ...; site tip; sensors theta1, dtheta1, u1, deflection1, ... and z, the "
-    "tip. Without a place in it: noise and delays of sensors, references and controllers beyond a "
-    "velocity loop, foreshortening beyond what a chain has.",
+    "Joints motor1, motor2, ...; site tip; sensors theta1, dtheta1, u1, deflection1, ... and z of "
+    "the tip. Without a place in it: noise and delays of sensors, references and controllers "
+    "beyond a velocity loop, foreshortening beyond what a chain has.",
     "Dry friction is one level at any speed (frictionloss). MuJoCo makes it a soft constraint, so "
     "that a joint creeps a little where it should stick.",
 )
@@ -192,8 +192,8 @@ def _add_drive(actuators: ElementTree.Element, link: Link, number: int) -> None:
 def _add_sensors(
     sensors: ElementTree.Element, tendons: ElementTree.Element, link: Link, number: int
 ) -> None:
-    """Encoder, its rate, the drive's torque, and the chord angle of a segment that bends: a sum over
-    its hinges, each by how far the end is from it."""
+    """Encoder, its rate, the drive's torque, and the chord angle of a segment that bends: a sum
+    over its hinges, each by how far the end is from it."""
     joint, drive = f"motor{number}", f"drive{number}"
     ElementTree.SubElement(sensors, "jointpos", name=f"theta{number}", joint=joint)
     ElementTree.SubElement(sensors, "jointvel", name=f"dtheta{number}", joint=joint)
@@ -247,7 +247,7 @@ HINGES = 8
 """Per segment that bends: the first three frequencies of an arm are within 0.6 % of the beam's, and
 its fastest vibration, which the step must follow, grows with the square of this number."""
 WEIGHTS = np.ones(HINGES)
-"""Of the hinges' compliances, as the Euler-Maclaurin formula corrects the ends of a midpoint sum."""
+"""Of the hinges' compliances, as Euler and Maclaurin correct the ends of a midpoint sum."""
 WEIGHTS[[0, -1]] += 1.0 / 24.0
 WEIGHTS[[1, -2]] -= 1.0 / 24.0
 
