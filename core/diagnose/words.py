@@ -112,8 +112,10 @@ def _missing(facts: VerdictFacts) -> list[str]:
         return _unlisted(facts)
     first, *more = [f.ranked.title for f in findings]
     after = f", then {listed(more)}" if more else ""
+    # Without a ladder the model may be one that has grown already.
+    which = "As given, the" if facts.limit else "The"
     opening = (
-        f"The first missing effect is {first}{after}. As given, the model's error is "
+        f"The first missing effect is {first}{after}. {which} model's error is "
         f"{times(facts.given.rms)} {FLOOR}"
     )
     paragraphs = [opening]

@@ -20,7 +20,7 @@ from flexgui import __version__
 from flexgui.export.report_plot import Plot, plot
 from flexgui.views.error_map import error_map, worst_table
 from flexgui.views.fit_table import fit_bars
-from flexgui.views.headline import final_comparisons
+from flexgui.views.headline import final_comparisons, verdict_now
 from flexgui.views.html import mathml
 from flexgui.views.ladder import ladder, ladder_table, sizes_table
 from flexgui.views.missing_torque import residual_over
@@ -153,7 +153,7 @@ def glance(outcome: Outcome, scenario_text: str) -> Glance:
     steps = () if found is None else found.steps
     shown = ladder(steps) or fit_bars(final_comparisons(outcome))
     return Glance(
-        found="" if found is None or not found.words else found.words[0],
+        found="" if found is None else verdict_now(found),
         doubt=doubt(float(np.sqrt(steps[-1].cost_per_sample))) if steps else "",
         figure=plot(shown),
         facts=_facts(outcome, scenario_text),

@@ -5,10 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from core.diagnose.phrases import fell
 from core.diagnose.verdict import MISSING
 from core.results import (
     ChannelError,
@@ -57,17 +59,15 @@ class Look:
 
 
 def ladder_steps(looks: Sequence[Look]) -> tuple[LadderStep, ...]:
-    """The steps so far, all over the floors of the first one."""
-    steps: list[LadderStep] = []
-    for look in looks:
-        if look.found is None:
-            continue
-        step = look.found.step
-        if steps:
-            step = _over(step, {e.channel: e.floor for e in steps[0].errors})
-            step = replace(step, added=look.added, title=look.title)
-        steps.append(step)
-    return tuple(steps)
+    """The steps so far, all over the floors of the last one, which its model knows best: what is
+    said of the model as it now stands is in them."""
+    known = [(look, look.found.step) for look in looks if look.found is not None]
+    floors = {e.channel: e.floor for _, step in known[-1:] for e in step.errors}
+    steps = [
+        replace(step, added=look.added, title=look.title) if k else step
+        for k, (look, step) in enumerate(known)
+    ]
+    return (*(_over(step, floors) for step in steps[:-1]), *steps[-1:])
 
 
 def _over(step: LadderStep, floors: dict[str, float]) -> LadderStep:
@@ -82,54 +82,52 @@ def _square(errors: Sequence[ChannelError]) -> float:
 
 
 def story(looks: Sequence[Look]) -> Diagnosis | None:
-    """The whole way as one diagnosis, for the report; None without a complete look."""
-    complete = [look for look in looks if look.diagnosis is not None]
+    """The whole way as one diagnosis, for the report; None without a complete look. Its words are
+    of the model as it now stands."""
+    complete = [look.diagnosis for look in looks if look.diagnosis is not None]
     if not complete:
         return None
-    first, last = complete[0].diagnosis, complete[-1].diagnosis
-    assert first is not None and last is not None
-    whole = len(complete) > 1
+    last, steps, whole = looks[-1], ladder_steps(looks), len(looks) > 1
+    stands = last.diagnosis or _unseen(complete[-1], steps[-1])
     return replace(
-        first,
-        verdict=MISSING if whole else first.verdict,
-        final_verdict=last.verdict if whole else None,
-        rounds=_rounds(complete),
-        steps=ladder_steps(complete),
-        words=(*first.words, *(_after(complete[-1], last) if whole else ())),
-        effects=tuple(e.model_dump() for e in complete[-1].scenario.model.effects),
-        notes=(*first.notes, *(last.notes if whole else ())),
-        given=complete[0].comparisons,
-        left=complete[-1].comparisons if whole else (),
-        parameters=last.parameters,
-        origins=last.origins,
-        values=last.values,
+        stands,
+        verdict=MISSING if whole else stands.verdict,
+        final_verdict=last.diagnosis.verdict if whole and last.diagnosis else None,
+        rounds=_rounds(looks),
+        steps=steps,
+        words=(*stands.words, *(f"{b.title}: {fell(a, b)}." for a, b in pairwise(steps))),
+        effects=tuple(e.model_dump() for e in last.scenario.model.effects),
+        floors={e.channel: e.floor for e in steps[-1].errors},
+        given=looks[0].comparisons,
+        left=last.comparisons if whole else (),
     )
 
 
-def _rounds(complete: Sequence[Look]) -> tuple[DiagnosisRound, ...]:
+def _unseen(before: Diagnosis, step: LadderStep) -> Diagnosis:
+    """Of a model of which no more than its fit is known; the rest is of the one before it."""
+    values = {e.name: e.value for e in step.parameters}
+    return replace(before, words=(UNSEEN,), parameters=step.parameters, values=values, notes=())
+
+
+def _rounds(looks: Sequence[Look]) -> tuple[DiagnosisRound, ...]:
     """Each look's ranking, with what was added after it."""
-    following = [*[look.added for look in complete[1:]], None]
-    found = []
-    for look, added in zip(complete, following, strict=True):
-        assert look.diagnosis is not None
-        # The look's own list also holds the formulas that were tried on its model.
-        found += [
-            replace(one, ranking=look.ranking or one.ranking, accepted=added)
-            for one in look.diagnosis.rounds[:1]
-        ]
-    return tuple(found)
+    following = [*[look.added for look in looks[1:]], None]
+    # The look's own list also holds the formulas that were tried on its model.
+    return tuple(
+        replace(one, ranking=look.ranking or one.ranking, accepted=added)
+        for look, added in zip(looks, following, strict=True)
+        for one in (look.diagnosis.rounds[:1] if look.diagnosis else ())
+    )
 
 
-def _after(last: Look, found: Diagnosis) -> tuple[str, ...]:
-    return (f"After the last step ({last.title}):", *found.words)
-
+UNSEEN = "What else is missing was not looked for to the end."
 
 FELL = 0.99
 """Share of the error: what falls by less is not seen in its two figures."""
 
 
 class Change(NamedTuple):
-    """rms over all outputs, in floors of the first look, as the ladder shows it."""
+    """rms over all outputs, in floors of the last look, as the ladder shows it."""
 
     before: float
     after: float

@@ -254,8 +254,8 @@ class Comparing(Running, ABC):
     @property
     def floors(self) -> dict[str, float] | None:
         """channel -> floor, those that the ladder stands on; None before anything was looked at."""
-        steps = ladder_steps(self.shown_looks[:1])
-        return {e.channel: e.floor for e in steps[0].errors} if steps else None
+        steps = ladder_steps(self.shown_looks)
+        return {e.channel: e.floor for e in steps[-1].errors} if steps else None
 
     @property
     def failing(self) -> WhereItFails | None:

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from core.diagnose.verdict import MISSING
+from core.diagnose.phrases import fell
+from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
 from core.effects import catalogue
 from core.identify.unknowns import MARK
-from core.results import Estimate, Outcome, RecordingComparison
+from core.results import Diagnosis, Estimate, Outcome, RecordingComparison
+from core.sentences import listed
 from flexgui.views.pooled import derived_names, overall_estimates
 
 AS_GIVEN = "As given"
 BIASED = "as given; biased, since an effect was missing"
 COMPLETE = "±\N{NO-BREAK SPACE}values hold only if the model is complete."
 SHORT_OF = "An effect is still missing in it, so that these values are biased too."
+ENDS = {
+    MISSING: "something is still missing",
+    NOTHING: "nothing is missing any more",
+    UNLISTED: "something is still missing that no listed effect explains",
+    None: "the search for what else is missing was stopped",
+}
+"""Verdict after the ladder -> what is said of the model as it now stands."""
 PLACES = {"arm": "arm", "drive": "drive", "sensor": "sensors"}
 
 
@@ -21,6 +30,21 @@ def grown(outcome: Outcome) -> bool:
     """Whether the diagnosis put effects into the model."""
     found = outcome.diagnosis
     return found is not None and bool(found.added)
+
+
+def verdict_now(found: Diagnosis) -> str:
+    """The verdict on the model as it now stands, a sentence."""
+    if not found.added:
+        return next(iter(found.words), "")
+    first, last = found.steps[0], found.steps[-1]
+    return f"With {kept(found)} {ENDS[found.final_verdict]}: {fell(first, last)}."
+
+
+def kept(found: Diagnosis) -> str:
+    """What the ladder put into the model and left there."""
+    there = {str(entry["id"]) for entry in found.effects}
+    steps = [s for s in found.steps if s.added is not None]
+    return listed([s.title for s in steps if s.added in there] or [s.title for s in steps])
 
 
 def standing(outcome: Outcome) -> tuple[Estimate, ...]:

@@ -22,6 +22,7 @@ from flexgui.views.headline import (
     given_biased,
     given_comparisons,
     grown,
+    kept,
     standing,
 )
 from flexgui.views.names import channel_symbol, format_percent, is_of_a_start, typeset
@@ -65,8 +66,9 @@ def _basis(outcome: Outcome) -> str:
         return f"Nothing was estimated: {level} is compared as given"
     count = f"{len(names)} recording{'s' if len(names) != 1 else ''}"
     how = METHODS.get(outcome.method, outcome.method) if len(names) > 1 else "in one fit"
-    if grown(outcome):
-        return f"From {count}, with the full equations and {_with(outcome)} in the model"
+    found = outcome.diagnosis
+    if found is not None and grown(outcome):
+        return f"From {count}, with the full equations and {kept(found)} in the model"
     return f"From {count}, {how}, with {level}"
 
 
@@ -80,15 +82,6 @@ def _what(outcome: Outcome) -> str:
     several = len(outcome.fits) > 1 and outcome.diagnosis is None
     mean = "on average " if several else ""
     return Markup("{}: {}{}. {}").format(text, mean, _listed(sure), COMPLETE)
-
-
-def _with(outcome: Outcome) -> str:
-    """What the ladder put into the model and left there."""
-    found = outcome.diagnosis
-    assert found is not None
-    kept = {str(entry["id"]) for entry in found.effects}
-    steps = [s for s in found.steps if s.added is not None]
-    return listed([s.title for s in steps if s.added in kept] or [s.title for s in steps])
 
 
 def _before(outcome: Outcome) -> Markup | str:

@@ -15,6 +15,7 @@ import pytest
 from core.diagnose.maps import error_maps
 from core.scenario.read import parse_scenario, scenario_toml
 from core.workbench import base_model
+from core.written import format_number
 from flexgui.jobs import JobPool
 from flexgui.jobs.looked import Looked
 from flexgui.session import Session
@@ -23,6 +24,7 @@ from flexgui.session.effects import own_parameters, own_place, present
 from flexgui.session.look import ladder_steps, story
 from flexgui.session.run_state import DONE, FAILED
 from flexgui.session.uploads import diagnosed_file
+from flexgui.views.headline import verdict_now
 from flexgui.views.pooled import channel_errors, with_role
 from tests.session.conftest import SOON, Offered
 from tests.session.helpers import exported, until
@@ -157,13 +159,22 @@ def reported(session: Session, services: Offered) -> dict[str, Any]:
     return dict(json.loads((done[0] / "result.json").read_text()))
 
 
-def test_adding_ends_a_ranking_that_still_goes_on(friction: Session, services: Offered) -> None:
+def test_what_is_said_after_an_add_that_ended_the_ranking_is_of_the_model_as_it_stands(
+    friction: Session, services: Offered
+) -> None:
     friction.diagnose(services)
     until(lambda: friction.look is not None and bool(friction.look.ranking))
     assert friction.add("coulomb_friction", services)
     until(lambda: len(friction.looks) == 2 and not friction.busy)
     assert [look.added for look in friction.looks] == [None, "coulomb_friction"]
     assert friction.looks[1].error < FLOOR < friction.looks[0].error
+    told = story(friction.looks)
+    assert told is not None and told.standing_verdict == "nothing_missing"
+    said = verdict_now(told)
+    assert said.startswith("With Coulomb friction nothing is missing any more")
+    assert f"{format_number(friction.looks[1].error, 2, keep_zeros=True)} times" in said
+    assert not any("not found yet" in words for words in told.words)
+    assert told.notes == (), "of a search that was stopped before"
 
 
 def headless(scenario: str, folder: Path) -> dict[str, Any]:
