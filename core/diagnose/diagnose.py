@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from core.arm.beforehand import compile_beforehand
@@ -42,11 +42,13 @@ def diagnose(
     progress: Progress | None = None,
     on_ranking: RankingCallback | None = None,
     begun: Begun | None = None,
+    on_end: Callable[[Begun], None] | None = None,
 ) -> Diagnosis:
     """Names what the model lacks on the estimation recordings, and adds it step by step.
 
-    `begun`: what `begin_on` gave for the same arguments, where it was asked before. InputError
-    where the recordings lack what the model needs. Stopping keeps what was found.
+    `begun`: what `begin_on` gave for the same arguments, where it was asked before; `on_end` takes
+    the fit that all of the answer is of. InputError where the recordings lack what the model needs.
+    Stopping keeps what was found.
     """
     options, progress = options or Options(), progress or Silent()
     clock = time.perf_counter()
@@ -56,6 +58,10 @@ def diagnose(
     state, more = search_with_new_floors(state, options, progress, on_ranking)
     state, begun = final_ladder(state, begun, options, progress)
     settle(state, options, progress)
+    last = Begun(state.data, state.refit, state.validation, state.validated(state.refit))
+    begun = begun if state.found else last
+    if on_end is not None:
+        on_end(last)
     left = remains(state.data, state.refit.errors, state.refit.hypothesis)
     given = remains(begun.data, begun.base.errors, begun.base.hypothesis)
     stopped = progress.stopped()
@@ -87,15 +93,11 @@ def diagnose(
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted},
         notes=(STOPPED,) if stopped else (),
         given=compared(begun) if options.compare else (),
-        left=_compared_after(state, begun) if options.compare and state.found else (),
+        left=compared(last) if options.compare and state.found else (),
         parameters=final_parameters(state.refit),
         origins=origins(state.refit, state.data),
         values=state.refit.hypothesis.values(),
     )
-
-
-def _compared_after(state: State, begun: Begun) -> tuple[RecordingComparison, ...]:
-    return compared(Begun(state.data, state.refit, known=state.validated(state.refit)))
 
 
 STOPPED = "The search was stopped before it was complete."

@@ -24,7 +24,7 @@ from flexgui.session.effects import own_parameters, own_place, present
 from flexgui.session.look import ladder_steps, story
 from flexgui.session.run_state import DONE, FAILED
 from flexgui.session.uploads import diagnosed_file
-from flexgui.views.headline import verdict_now
+from flexgui.views.headline import standing, verdict_now
 from flexgui.views.pooled import channel_errors, with_role
 from tests.session.conftest import SOON, Offered
 from tests.session.helpers import exported, until
@@ -78,8 +78,22 @@ def test_the_hidden_effect_comes_first_and_streams_with_residuals_in_floors(
     found = friction.look.found
     assert isinstance(found, Looked)
     assert [r.shape for r in found.residual] == [p.shape for p in found.ranking[0].predicted]
+    one_fit(friction)
     mean = np.sqrt(np.mean(np.concatenate([r.ravel() for r in found.residual]) ** 2))
     assert mean == pytest.approx(np.sqrt(found.step.cost_per_sample), rel=1e-3)
+
+
+def one_fit(session: Session) -> None:
+    """Ladder, words, table of parameters and report's headline after a diagnosis."""
+    look, whole = session.looks[-1], session.whole
+    assert look.found is not None and look.diagnosis is not None and whole is not None
+    step, said = look.found.step, look.diagnosis
+    assert step.cost_per_sample == said.steps[-1].cost_per_sample
+    values = {e.name: e.value for e in step.parameters}
+    for told in (said.parameters, standing(whole)):
+        assert {e.name: e.value for e in told if e.name in values} == values
+    assert f"{format_number(look.error, 2, keep_zeros=True)} times" in said.words[0]
+    assert np.isfinite(step.errors[0].validation_rms)
 
 
 @pytest.mark.long

@@ -81,8 +81,9 @@ def diagnose(
             look.check()
 
     found = look_for(
-        asked.setup, asked.spec, asked.recordings, asked.options, progress, on_ranking, look.begun
-    )
+        asked.setup, asked.spec, asked.recordings, asked.options, progress, on_ranking, look.begun,
+        look.settled,
+    )  # fmt: skip
     light = tuple(replace(r, ranking=thinned(r.ranking)) for r in found.rounds)
     look.report(ranking=thinned(found.ranking), diagnosis=replace(found, rounds=light))
     if fit == AFTER and not progress.stopped():
@@ -154,6 +155,21 @@ class FirstLook:
         if not self._progress.stopped():
             self._shown = compared(self._whole)
             self._progress.partial(COMPARED, self._shown)
+
+    def settled(self, last: Begun) -> None:
+        """The fit that the diagnosis ended at, to the last digit or in other floors: from now on
+        all figures are of it."""
+        before, floors = self._whole, last.data.floors
+        moved = floors != before.data.floors
+        later = before.validation
+        if later is not None and moved:
+            later = replace(later, floors=floors, weights=later.weights_at(floors))
+        self._checked = self._checked and not moved
+        known = before.validated if self._checked else None
+        self._whole = replace(last, validation=later, known=known)
+        shown = self._whole if self._checked else last
+        self.report(step=_as_given(shown), residual=_seen(self.seen.step, last).residual)
+        self.check()
 
     def _add_laws(self) -> None:
         """Of the first of the list, anew where that or its sizes have changed."""
