@@ -134,12 +134,6 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
     return with_unit(format_number(value * shown.factor, digits, keep_zeros=True), shown.name)
 
 
-def uncertain(value: float, std: float, unit: str) -> str:
-    """A value and its deviation in a unit that suits it: '1.201 ± 0.001 N m'."""
-    shown = shown_unit(value, unit)
-    return format_value(value * shown.factor, std * shown.factor, shown.name)
-
-
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 DOT = "\N{COMBINING DOT ABOVE}"
 BAR = "\N{COMBINING MACRON}"

@@ -58,11 +58,14 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
     _, _, null = identifiability.analyse(unknowns, x, jacobian)
     seen = identifiability.identified(null, len(unknowns))
     shared = [i for i, u in enumerate(unknowns.items) if u.recording is None]
-    known = np.nan_to_num(robust_covariance(refit, BY_DIFFERENCES))
+    # What sits at a bound may be there because nothing else holds it.
+    known = robust_covariance(refit, BY_DIFFERENCES, released=True)
+    whole_std = np.sqrt(np.maximum(np.diag(robust_covariance(refit, released=True)), 0.0))
+    free = {unknowns.items[i].parameter.name: float(whole_std[i]) for i in shared}
     alone = identifiability.determined(unknowns, x, known, null)
     shown = {unknowns.items[i].parameter.name: bool(alone[i]) for i in shared if seen[i]}
     listed = [
-        replace(e, identifiable=shown[e.name])
+        replace(e, identifiable=shown[e.name], std=e.std if shown[e.name] else free[e.name])
         if e.name in shown
         else replace(e, std=float("nan"), identifiable=False)
         for e in estimates(refit)

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from core.diagnose.verdict import ABOVE, Remains
 from core.results import ChannelError, Estimate, LadderStep, RankedEffect
 from core.sentences import listed
-from core.written import channel_symbol, format_number, quantity, uncertain
+from core.written import channel_symbol, format_number, quantity
 
 VERY_STRONG, STRONG, POSITIVE = 10.0, 6.0, 2.0
 """Differences of BIC and what they are called (Kass & Raftery 1995)."""
@@ -109,9 +109,9 @@ def how_sure(found: RankedEffect) -> str:
 
 def size(estimate: Estimate, titles: dict[str, str]) -> str:
     """'Coulomb friction of joint 1 is 1.201 ± 0.001 N m'."""
-    title = titles.get(estimate.name, estimate.name)
-    text = f"{title} is {uncertain(estimate.value, estimate.std, estimate.unit)}"
-    return f"{text} (at its bound)" if estimate.at_bound else text
+    text = f"{titles.get(estimate.name, estimate.name)} is {estimate.text}"
+    beside = estimate.at_bound and not estimate.undetermined
+    return f"{text} (at its bound)" if beside else text
 
 
 def how_big(sizes: Sequence[Estimate], titles: dict[str, str]) -> str:

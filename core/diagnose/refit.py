@@ -213,8 +213,11 @@ def settled(found: Refit) -> Refit:
     return replace(found, covariance=robust_covariance(found))
 
 
-def robust_covariance(found: Refit, relative: float = NOTHING) -> np.ndarray:
-    """(P, P) of a least-squares minimum under coloured noise; NaN for what sits at a bound.
+def robust_covariance(
+    found: Refit, relative: float = NOTHING, released: bool = False
+) -> np.ndarray:
+    """(P, P) of a least-squares minimum under coloured noise; NaN for what sits at a bound, unless
+    the bounds are `released`.
 
     The estimate is the plain minimum, so its covariance is the sandwich of the noise's own
     covariances (core.identify.uncertainty), not the inverse of the whitened information. It is zero
@@ -223,7 +226,8 @@ def robust_covariance(found: Refit, relative: float = NOTHING) -> np.ndarray:
     h, x = found.hypothesis, found.hypothesis.vector
     limits = h.limits
     near = 1e-6 * limits.scales
-    inside = np.flatnonzero((x > limits.lower + near) & (x < limits.upper - near))
+    between = (x > limits.lower + near) & (x < limits.upper - near)
+    inside = np.flatnonzero(between | released)
     slopes = [S[:, :, inside] for S in found.descended.slopes]
     out = np.full((len(x), len(x)), np.nan)
     if len(inside):

@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
-from core.diagnose.descent import descend
+from core.diagnose.descent import descend, whole
 from core.diagnose.refit import Refit
 from core.diagnose.verdict import channel_rms
+from core.identify.identifiability import analyse, identified
 from core.identify.prepared import Prepared
+from core.identify.uncertainty import BY_DIFFERENCES
 from core.identify.unknowns import Unknown
 from core.model import Model
 from core.results import ChannelError, Estimate, LadderStep
@@ -133,15 +135,26 @@ def validated(validation: Data | None, refit: Refit) -> Validated | None:
     return Validated(held, tried.at(found.vector), found.blocks)
 
 
+def _seen(refit: Refit) -> np.ndarray:
+    """(P,) bool: unknowns that have no part in what no measurement shows."""
+    h, slopes = refit.hypothesis, refit.descended.slopes
+    if not len(h.vector):
+        return np.zeros(0, dtype=bool)
+    jacobian = h.residuals.vector([whole(S) for S in slopes])
+    _, _, null = analyse(h.unknowns, h.vector, jacobian, BY_DIFFERENCES**0.5)
+    return identified(null, len(h.vector))
+
+
 def estimates(refit: Refit) -> tuple[Estimate, ...]:
-    """All shared unknowns with their deviations under coloured noise."""
+    """All shared unknowns with their deviations under coloured noise; none where the data leave
+    them free."""
     h = refit.hypothesis
-    found = []
+    seen, found = _seen(refit), []
     for i, u in enumerate(h.unknowns.items):
         item, value = u.parameter, float(h.vector[i])
         near = 1e-6 * (item.upper - item.lower)
         variance = float(refit.covariance[i, i])
-        std = float(np.sqrt(variance)) if variance >= 0.0 else float("nan")
+        std = float(np.sqrt(variance)) if seen[i] and variance >= 0.0 else float("nan")
         found.append(
             Estimate(
                 item.name, value, std, item.unit, bool(np.isfinite(std)), item.symbol,

@@ -50,13 +50,14 @@ def relative_scales(unknowns: Unknowns, vector: np.ndarray) -> np.ndarray:
 
 
 def analyse(
-    unknowns: Unknowns, vector: np.ndarray, jacobian: np.ndarray
+    unknowns: Unknowns, vector: np.ndarray, jacobian: np.ndarray, tolerance: float = RANK_TOLERANCE
 ) -> tuple[int, np.ndarray, np.ndarray]:
-    """(rank, singular values (P,), null directions (P - rank, P)) of relative changes."""
+    """(rank, singular values (P,), null directions (P - rank, P)) of relative changes. `tolerance`:
+    of the largest singular value, below which nothing shows a direction."""
     scaled = jacobian * relative_scales(unknowns, vector)
     _, values, vectors = np.linalg.svd(np.linalg.qr(scaled, mode="r"))
     largest = values[0] if values.size else 0.0
-    rank = int(np.sum(values > RANK_TOLERANCE * largest)) if largest > 0.0 else 0
+    rank = int(np.sum(values > tolerance * largest)) if largest > 0.0 else 0
     return rank, values, _sparse(vectors[rank:])
 
 

@@ -15,7 +15,6 @@ from flexgui.views.fit_table import in_unit
 from flexgui.views.headline import COMPLETE
 from flexgui.views.layout import styled
 from flexgui.views.names import channel_symbol, plain_symbol
-from flexgui.views.parameter_tables import estimate_text
 from flexgui.views.table import Column, Row, Table
 
 GIVEN = "as given"
@@ -180,6 +179,6 @@ def sizes_table(diagnosis: Diagnosis) -> Table | None:
     columns = [Column("Model")] + [Column(plain_symbol(e.symbol, n)) for n, e in known.items()]
     rows = []
     for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):
-        mine = {e.name: estimate_text(e) for e in step.parameters}
+        mine = {e.name: e.text for e in step.parameters}
         rows.append(Row((label, *(mine.get(name, "") for name in known))))
     return Table(tuple(columns), tuple(rows), COMPLETE)

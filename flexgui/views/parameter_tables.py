@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from core.montecarlo.printed import GLOCAL, LABELS, MEAN, SNR_20, SNR_NONE, WORKING_POINTS
 from core.results import Estimate, Fit, Outcome, Repeated
-from core.written import ShownUnit, format_number, format_value, shown_unit, with_unit
+from core.written import ShownUnit, format_number, shown_unit, with_unit
 from flexgui.views.headline import (
     BIASED,
     COMPLETE,
@@ -116,7 +116,7 @@ def _cells(estimate: Estimate, derived: bool) -> tuple[str, ...]:
     unit = shown_unit(estimate.value, estimate.unit)
     return (
         typeset(estimate.symbol, estimate.name) + (" (follows)" if derived else ""),
-        estimate_text(estimate),
+        estimate.text,
         interval(estimate, unit),
         with_unit(format_number(estimate.start * unit.factor), unit.name)
         if np.isfinite(estimate.start)
@@ -126,21 +126,15 @@ def _cells(estimate: Estimate, derived: bool) -> tuple[str, ...]:
     )
 
 
-def estimate_text(estimate: Estimate) -> str:
-    """'520.83 ± 0.02 N m²'; without a deviation where the data leave the parameter free."""
-    unit = shown_unit(estimate.value, estimate.unit)
-    return format_value(estimate.value * unit.factor, estimate.std * unit.factor, unit.name)
-
-
 def equation(estimate: Estimate) -> Markup:
     """'EI₁ = 520.83 ± 0.02 N m²', for HTML."""
-    return equals(typeset(estimate.symbol, estimate.name), estimate_text(estimate))
+    return equals(typeset(estimate.symbol, estimate.name), estimate.text)
 
 
 def interval(estimate: Estimate, unit: ShownUnit) -> str:
     """'520.79 … 520.87 N m²', or '–' where the data leave the parameter free."""
     std = estimate.std
-    if not np.isfinite(std) or std <= 0.0:
+    if not np.isfinite(std) or std <= 0.0 or estimate.undetermined:
         return "–"
     decimals = max(0, int(1 - np.floor(np.log10(std * unit.factor))))
     ends = [(estimate.value + s * NORMAL_95 * std) * unit.factor for s in (-1, 1)]

@@ -9,8 +9,8 @@ from markupsafe import Markup
 
 from core.diagnose.nested import nesting
 from core.diagnose.phrases import worth_listing
-from core.results import Estimate, RankedEffect
-from core.written import format_number, format_value, shown_unit
+from core.results import RankedEffect
+from core.written import format_number
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.names import equals, plain_symbol, typeset
@@ -117,17 +117,12 @@ def _beside(ranked: RankedEffect, titles: dict[str, str], best: str) -> str:
 
 def sizes(ranked: RankedEffect) -> str:
     """'f_c1 = 1.201 ± 0.001 N m, ...' for plain text."""
-    return ", ".join(f"{plain_symbol(e.symbol, e.name)} = {_size(e)}" for e in ranked.parameters)
+    return ", ".join(f"{plain_symbol(e.symbol, e.name)} = {e.text}" for e in ranked.parameters)
 
 
 def typeset_sizes(ranked: RankedEffect) -> Markup:
     """The same with subscripts, for HTML."""
-    return Markup(", ").join(equals(typeset(e.symbol, e.name), _size(e)) for e in ranked.parameters)
-
-
-def _size(e: Estimate) -> str:
-    unit = shown_unit(e.value, e.unit)
-    return format_value(e.value * unit.factor, e.std * unit.factor, unit.name)
+    return Markup(", ").join(equals(typeset(e.symbol, e.name), e.text) for e in ranked.parameters)
 
 
 def _share(percent: float | None) -> str:

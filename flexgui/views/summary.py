@@ -126,8 +126,8 @@ def _doubt(outcome: Outcome) -> str:
     if own:
         estimates = [e for e in standing(outcome) if e.name not in derived and not e.recording]
     free = _symbols(e for e in estimates if not e.identifiable)
-    stuck = _symbols(e for e in estimates if e.at_bound)
-    text = Markup("All parameters are identifiable.")
+    stuck = _symbols(e for e in estimates if e.at_bound and e.identifiable)
+    text = Markup("" if stuck else "All parameters are identifiable.")
     if free:
         text = Markup("The data do not determine ") + _joined(free)
         text += " separately" if len(free) > 1 else ""

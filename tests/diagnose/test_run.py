@@ -17,6 +17,7 @@ from core.results import Diagnosis, Outcome
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 from core.workbench import base_model, run_scenario
+from flexgui.views.summary import summary
 
 HIDDEN = "hidden = { coulomb_friction = { fc1 = 1.2, fc2 = 0.5 } }"
 
@@ -130,6 +131,29 @@ def hidden_pair(limit: int) -> Diagnosis:
     found = run_scenario(parse_scenario(document, "x")).diagnosis
     assert found is not None
     return found
+
+
+BOTH = """[identify]
+parameters = ["epsilon", "d"]
+generations = 0
+"""
+PINNED = BOTH + "bounds = {epsilon = [0.99e9, 1.05e9], d = [0.0499, 0.0501]}\n"
+
+
+@pytest.mark.parametrize("search", [BOTH, PINNED])
+def test_a_bound_makes_nothing_identifiable(search: str) -> None:
+    """Where only a product is shown, its factors have no deviations, on a bound or off it."""
+    whole = text(diagnose='[diagnose]\ncandidates = ["camera_delay"]\nmax_effects = 0\n')
+    before, after = whole.index("[identify]"), whole.index("[diagnose]")
+    outcome = run_scenario(parse_scenario(whole[:before] + search + whole[after:], "x"))
+    found = outcome.diagnosis
+    assert found is not None
+    factors = {e.name: e for e in found.parameters if e.name in ("epsilon", "d")}
+    assert len(factors) == 2 and not any(e.identifiable for e in factors.values())
+    for e in (*factors.values(), *found.steps[0].parameters):
+        assert "±" not in e.text
+    assert next(e for e in found.parameters if e.name == "EI").identifiable
+    assert not any("All parameters are identifiable" in said for said in summary(outcome))
 
 
 @pytest.mark.long

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from core.results import Estimate
 from core.written import format_number, format_value, shown_unit
 from flexgui.export.export_files import _rounded
 from flexgui.views.names import channel_symbol, output_title, plain_symbol, typeset
@@ -35,6 +36,22 @@ def test_a_value_is_rounded_to_its_deviation(
     value: float, std: float, unit: str, text: str
 ) -> None:
     assert format_value(value, std, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("estimate", "text"),
+    [
+        (Estimate("epsilon", 0.8e9, 5e10, "Pa", False, lower=0.8e9, at_bound=True),
+         "not determined (at its bound 0.8 GPa)"),
+        (Estimate("epsilon", 0.8e9, math.nan, "Pa", False, lower=0.8e9, at_bound=True),
+         "not determined (at its bound 0.8 GPa)"),
+        (Estimate("d", 0.05, 0.6, "m", True, lower=0.005), "not determined (50 mm)"),
+        (Estimate("offset", 0.1, 0.2, "N m", True), "0.10 ± 0.2 N m"),
+        (Estimate("fc1", 0.0, math.nan, "N m", False, lower=0.0, at_bound=True), "0 N m"),
+    ],
+)  # fmt: skip
+def test_a_deviation_above_the_value_is_no_estimate(estimate: Estimate, text: str) -> None:
+    assert estimate.text.replace("\N{NO-BREAK SPACE}", " ") == text
 
 
 @given(st.floats(1e-3, 9e5), st.floats(1e-6, 1e3))
