@@ -16,7 +16,7 @@ from core.diagnose.new_floors import search_with_new_floors
 from core.diagnose.resolution import within_resolution
 from core.diagnose.search import settle
 from core.diagnose.start import Begun, begin
-from core.diagnose.state import Options, RankingCallback, State, begun_state, settings
+from core.diagnose.state import Options, RankingCallback, begun_state, settings
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
 from core.diagnose.words import VerdictFacts, verdict_paragraphs
 from core.effects import catalogue, with_included
@@ -27,7 +27,6 @@ from core.progress import Progress, Silent
 from core.recording.recording import Recording
 from core.results import (
     Diagnosis,
-    RecordingComparison,
 )
 from core.scenario.schema import IdentifySpec
 from core.scenario.stated_effects import structures_tried
