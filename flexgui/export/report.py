@@ -90,7 +90,7 @@ class RecordingBlock:
 def report_html(outcome: Outcome, scenario_text: str, motion: Motion | None = None) -> str:
     """The whole page as text."""
     text = _rendered(outcome, scenario_text, motion)
-    if motion is None or len(text) <= LARGEST:
+    if motion is None or not motion.player or len(text) <= LARGEST:
         return text
     return _rendered(outcome, scenario_text, replace(motion, player=Markup(""), note=LEFT_OUT))
 

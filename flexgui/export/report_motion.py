@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Motion:
-    """A player and what it plays."""
+    """A player and what it plays; the player is empty where `note` says why there is none."""
 
     player: Markup
     note: str
@@ -34,7 +34,7 @@ def report_motion(
 ) -> Motion | None:
     """Of the first validation, else of the first recording; None where there is nothing to play.
 
-    A report without it is still a report: what cannot be read again or drawn is left out.
+    A report without it is still a report: what cannot be read again or drawn is left out, and said.
     """
     from flexgui.stage.playback import MOST_SECONDS, embedded, playback_html, playback_note
     from flexgui.stage.recorded import read_one
@@ -46,8 +46,8 @@ def report_motion(
         recording = _first(read_one(scenario, ordered[0].name, folder, data), MOST_SECONDS)
         shown = _shown(scenario, outcome, recording)
         page = playback_html(shown.motion, shown.ghost, shown.exaggeration)
-    except (InputError, OSError):
-        return None
+    except (InputError, OSError) as error:
+        return Motion(Markup(""), f"The motion in 3-D is left out: {error}")
     title = f"Motion of {shown.recording}"
     ghost = "" if shown.ghost is None else " The translucent arm is the measured one."
     note = f"{shown.recording}: {playback_note(shown.motion, shown.exaggeration)}{ghost}"

@@ -11,6 +11,8 @@ from core.errors import InputError
 from flexgui.export.folder import zipped
 from flexgui.export.formats import model_formats
 from flexgui.export.model_format import ModelFormat
+from flexgui.jobs.task import Task
+from flexgui.jobs.tasks.direct import model_files, playback_page
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext, Panel
 from flexgui.panels.widgets import Words, joined, paragraph
@@ -22,12 +24,15 @@ from flexgui.session.uploads import (
     scenario_file,
     zipped_folder,
 )
-from flexgui.stage.playback import playback_html
 from flexgui.views.html import html_equations
 from flexgui.views.summary import summary
 
 ALWAYS = "The scenario can be saved at any time; everything else needs a result: identify first."
 READY = "All files belong to the last result, including the scenario that led to it."
+EVERYTHING = (
+    "Report, tables, model and your recordings; simulated ones lie in the tables only. The 3-D "
+    "playback is a file of its own, and in the report where it stays below 4 MB."
+)
 EMPTY = "After an identification this shows what the report says, and the equations of its model."
 
 
@@ -54,13 +59,13 @@ class ExportPanel(Panel):
             context, "Scenario with what was found", self._save_diagnosed,
             hint="Runs again to the same error; with your recordings in one zip.",
         )  # fmt: skip
-        wishes: dict[str, Callable[[], object]] = {
-            "All tables (zip)": lambda: self._from_export("tables"),
-            "Everything (zip)": lambda: self._from_export(""),
-            "3-D playback (HTML)": self._save_playback,
+        wishes: dict[str, tuple[Callable[[], object], str]] = {
+            "All tables (zip)": (lambda: self._from_export("tables"), "Every sample as CSV."),
+            "Everything (zip)": (lambda: self._from_export(""), EVERYTHING),
+            "3-D playback (HTML)": (self._save_playback, "The recording under the cursor."),
         }
-        for label, action in wishes.items():
-            self._needs.append(widgets.button(context, label, action))
+        for label, (action, hint) in wishes.items():
+            self._needs.append(widgets.button(context, label, action, hint=hint))
         for one in model_formats():
             action = partial(self._save_model, one)
             self._needs.append(widgets.button(context, one.label, action, hint=one.hint))
@@ -90,7 +95,7 @@ class ExportPanel(Panel):
 
     def _sentence(self, writing: bool) -> str:
         if writing:
-            return "Writing the report …"
+            return "Writing …"
         return ALWAYS if self.context.session.outcome is None else READY
 
     def _name(self, ending: str) -> str:
@@ -98,9 +103,10 @@ class ExportPanel(Panel):
         title = outcome.title if outcome is not None else self.context.session.scenario.title
         return f"{safe_name(title).replace(' ', '_')}{ending}"
 
-    def _send(self, name: str, content: bytes) -> None:
+    def _send(self, name: str, content: bytes, without: str = "") -> None:
         self.context.client.send_file_download(name, content, save_immediately=True)
-        self.context.session.show_message(f"{name} was sent to your browser.")
+        sentence = f"{name} was sent to your browser{without and ', without recordings: '}{without}"
+        self.context.session.show_message(sentence.rstrip(".") + ".", bad=bool(without))
 
     def _save_scenario(self) -> None:
         session = self.context.session
@@ -120,34 +126,30 @@ class ExportPanel(Panel):
         except InputError as error:
             session.show_message(str(error), bad=True)
 
-    def _recordings(self) -> dict[str, bytes]:
-        """Beside the scenarios, which name them without a folder."""
-        session = self.context.session
-        try:
-            return recordings_of(session.outcome_of or session.scenario, session.folder)
-        except InputError:  # a file that is gone: all else is still worth taking away
-            return {}
-
     def _from_export(self, what: str) -> None:
         def written(folder: Path) -> None:
             path = folder / what
             if path.is_dir():
                 ending = f"_{what}.zip" if what else ".zip"
-                beside = {} if what else self._recordings()
-                self._send(self._name(ending), zipped_folder(path, beside))
+                beside, without = ({}, "") if what else recordings_of_session(self.context)
+                self._send(self._name(ending), zipped_folder(path, beside), without)
             else:
                 self._send(self._name(f"_{what}"), path.read_bytes())
 
         self.context.session.report(self.context.services, written)
 
     def _save_model(self, one: ModelFormat) -> None:
-        outcome = self.context.session.outcome
+        session = self.context.session
+        outcome = session.outcome
         if outcome is None:
             return
         if refusal := one.unable(outcome):
-            self.context.session.show_message(refusal, bad=True)
+            session.show_message(refusal, bad=True)
             return
-        files = one.files(outcome)
+        task = Task.of(model_files, one.label, outcome=outcome, kind=one.kind)
+        session.make(self.context.services, task, self._send_model)
+
+    def _send_model(self, files: dict[str, bytes]) -> None:
         first = Path(next(iter(files)))
         if len(files) == 1:
             self._send(self._name(f"_{first.name}"), files[str(first)])
@@ -160,8 +162,20 @@ class ExportPanel(Panel):
         if shown is None:
             session.show_message("There is no recording to play; choose one first.", bad=True)
             return
-        page = playback_html(shown.motion, shown.ghost, session.live.exaggeration)
-        self._send(self._name("_playback.html"), page.encode())
+        factor = session.live.exaggeration
+        task = Task.of(playback_page, "3-D playback", shown=shown, exaggeration=factor)
+        name = self._name("_playback.html")
+        session.make(self.context.services, task, lambda page: self._send(name, page.encode()))
+
+
+def recordings_of_session(context: PageContext) -> tuple[dict[str, bytes], str]:
+    """The files of its recordings, to lie beside the scenarios, which name them without a folder;
+    and why there are none: all else is still worth taking away."""
+    session = context.session
+    try:
+        return recordings_of(session.outcome_of or session.scenario, session.folder), ""
+    except InputError as error:
+        return {}, str(error)
 
 
 TITLE = "Next experiment"
@@ -180,7 +194,7 @@ LIMITS = {
 class NextExperiment:
     """A folder of the controls."""
 
-    def __init__(self, context: PageContext, send: Callable[[str, bytes], None]) -> None:
+    def __init__(self, context: PageContext, send: Callable[[str, bytes, str], None]) -> None:
         self._context, self._send, self._seconds = context, send, 60.0
         with context.gui.add_folder(TITLE, expand_by_default=False):
             Words(context.gui).show(paragraph(ABOUT, "soft"))
@@ -221,12 +235,8 @@ class NextExperiment:
         session.plan_next(self._context.services, self._seconds, limits, self._download)
 
     def _download(self, folder: Path) -> None:
-        session = self._context.session
-        try:
-            beside = recordings_of(session.scenario, session.folder)
-        except InputError:  # a file that is gone: what to play is still worth having
-            beside = {}
-        self._send("next_experiment.zip", zipped_folder(folder, beside))
+        beside, without = recordings_of_session(self._context)
+        self._send("next_experiment.zip", zipped_folder(folder, beside), without)
 
 
 def _numbers(label: str, text: str) -> list[float]:

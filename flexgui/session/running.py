@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from core.diagnose.verdict import MISSING
 from core.errors import InputError
@@ -85,10 +86,14 @@ class Running(Playing, ABC):
         text = scenario_toml(scenario)
         where = {"folder": str(self.folder), "out": str(out)}
         task = Task.of(export, "The report", outcome=outcome, scenario_toml=text, **where)
+        return self.make(services, task, lambda _: done(out))
+
+    def make(self, services: Services, task: Task, done: Callable[[Any], object]) -> bool:
+        """Makes something to take away in the pool; `done` gets it."""
 
         def on_event(event: Event) -> None:
             if isinstance(event, Finished):
-                done(out)
+                done(event.result)
 
         return self._submit(services, "report", task, on_event)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import html
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -19,14 +18,9 @@ FRAMES_PER_SECOND = 30.0
 MOST_SECONDS = 10.0
 """About 1.5 MB; a longer motion is cut there, and `playback_note` says so."""
 
-_ONE_AT_A_TIME = threading.Lock()
-
 
 def playback_html(
-    motion: Trajectory,
-    ghost: np.ndarray | None = None,
-    exaggeration: float = 1.0,
-    dark: bool = False,
+    motion: Trajectory, ghost: np.ndarray | None = None, exaggeration: float = 1.0
 ) -> str:
     """A page that plays the motion, with the measured postures ghost (N, n) where given.
 
@@ -35,8 +29,9 @@ def playback_html(
     """
     index = frame_indices(motion.time)
     with _private_server() as server:
-        stage = Stage(server, motion.arm, motion.p, motion.q[0], fine=True)
-        stage.set_dark(dark)
+        # Fine light waits for an image that a file of its own cannot fetch, pale until it comes.
+        # Fine light leaves all but invisible until its image is there: 10 s in software.
+        stage = Stage(server, motion.arm, motion.p, motion.q[0])
         stage.exaggeration = exaggeration
         _look(server, stage)
         stage.show_paths(motion.q[index], None if ghost is None else ghost[index])
@@ -44,26 +39,23 @@ def playback_html(
         for i in index:
             stage.show_both(motion.q[i], None if ghost is None else ghost[i])
             recorder.insert_sleep(1.0 / FRAMES_PER_SECOND)
-        return recorder.as_html(dark_mode=dark)
+        return recorder.as_html()
 
 
 @contextmanager
 def _private_server() -> Iterator[viser.ViserServer]:
-    """A server on loopback that prints nothing: viser greets and takes leave even if not verbose.
-
-    One at a time, since rich's common console, which viser prints on, is one for all.
-    """
-    with _ONE_AT_A_TIME:
-        console = rich.get_console()
-        before, console.quiet = console.quiet, True
+    """A server on loopback that prints nothing: viser greets and takes leave even if not verbose,
+    on rich's common console."""
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    try:
+        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
         try:
-            server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-            try:
-                yield server
-            finally:
-                server.stop()
+            yield server
         finally:
-            console.quiet = before
+            server.stop()
+    finally:
+        console.quiet = before
 
 
 def _look(server: viser.ViserServer, stage: Stage) -> None:

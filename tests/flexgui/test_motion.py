@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from markupsafe import Markup
 
 from core.results import Outcome
 from core.scenario.read import parse_scenario
@@ -48,11 +49,13 @@ def test_the_validation_is_played(outcome: Outcome, tmp_path: Path) -> None:
     assert "<iframe" not in report_html(outcome, SCENARIO)
 
 
-def test_a_recording_that_is_gone_leaves_the_report_without_a_motion(
+def test_a_recording_that_is_gone_leaves_the_report_without_a_motion_and_says_so(
     outcome: Outcome, tmp_path: Path
 ) -> None:
     text = SCENARIO.replace("simulate = {theta2 = 2.0, seconds = 0.3, seed = 2}", 'file = "x.csv"')
-    assert report_motion(parse_scenario(text, "two.toml"), outcome, tmp_path) is None
+    motion = report_motion(parse_scenario(text, "two.toml"), outcome, tmp_path)
+    assert motion is not None and not motion.player and "x.csv" in motion.note
+    assert motion.note in Markup(report_html(outcome, SCENARIO, motion)).unescape()
 
 
 def test_the_report_plays_it_without_a_network(

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from core.results import Generation
 from core.scenario.schema import Scenario
+from flexgui.export.formats import model_formats
 from flexgui.jobs import Advanced, Event, Finished, NewGeneration, Queued, Stage, Started
+from flexgui.panels.export_panel import ExportPanel
 from flexgui.session import Session
 from flexgui.session.run_state import DONE, QUEUED, RUNNING, STOPPED, Run
 from flexgui.session.uploads import scenario_file
 from tests.session.conftest import SOON, Offered
-from tests.session.helpers import LONG, exported, small, until
+from tests.session.helpers import LONG, bring, exported, good_csv, small, until
 
 SAME = 1e-9
 """Relative: the same code on the same data; results go through a file with all their digits."""
@@ -150,3 +154,51 @@ def test_a_job_of_a_scenario_that_was_left_is_not_heard_of_again(
     assert job is not None
     until(lambda: job.over)
     assert session.outcome is None and not session.run.busy and not session.message.text
+
+
+def exporting(session: Session, services: Offered) -> tuple[ExportPanel, dict[str, bytes]]:
+    """A panel without a page, and what it sends to the browser."""
+    panel, sent = ExportPanel.__new__(ExportPanel), dict[str, bytes]()
+
+    def send(name: str, content: bytes, **options: object) -> None:
+        sent[name] = content
+
+    client = SimpleNamespace(send_file_download=send)
+    panel.context = cast(Any, SimpleNamespace(client=client, session=session, services=services))
+    return panel, sent
+
+
+def test_everything_says_which_recording_it_lacks(session: Session, services: Offered) -> None:
+    small(session)
+    assert bring(session, "own.csv", good_csv(session), services)
+    session.identify(services)
+    until(lambda: not session.busy and session.outcome is not None)
+    (session.folder / "own.csv").unlink()
+    panel, sent = exporting(session, services)
+    panel._from_export("")
+    until(lambda: not session.busy and bool(sent))
+    assert session.message.bad
+    assert "without recordings" in session.message.text and "own.csv" in session.message.text
+
+
+def test_compilers_and_second_servers_run_in_no_process_of_a_page(
+    session: Session, services: Offered, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def here(*arguments: object, **options: object) -> None:
+        raise AssertionError("in the page's process")
+
+    monkeypatch.setattr("subprocess.run", here)
+    monkeypatch.setattr("viser.ViserServer", here)
+    small(session)
+    session.identify(services)
+    until(lambda: not session.busy and session.playback is not None)
+    panel, sent = exporting(session, services)
+    for one in model_formats():
+        panel._save_model(one)
+        until(lambda: not session.busy)
+    panel._save_playback()
+    until(lambda: not session.busy)
+    assert not session.message.bad, session.message.text
+    endings = {name.rpartition("_")[2] for name in sent}
+    assert endings >= {"model.fmu", "model.xml", "playback.html"}
+    assert len(sent) == len(model_formats()) + 1

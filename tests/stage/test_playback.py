@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 import re
 
+import msgspec
 import numpy as np
 import pytest
 import viser
+import zstandard
 
 from core.arm.slots import arm_vector
 from core.trajectory import Trajectory
@@ -60,6 +63,18 @@ def test_the_page_needs_no_network_and_prints_nothing(capsys: pytest.CaptureFixt
     assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)=[\"']?https?:", page)
     assert len(page) < LARGEST
     assert capsys.readouterr().out == ""
+
+
+def test_no_light_waits_for_an_image_and_leaves_the_picture_pale() -> None:
+    """viser shows a picture at an opacity of 0.05 until such an image has come."""
+    found = re.search(r'__VISER_EMBED_DATA__="([^"]+)"', playback_html(motion(0.1)))
+    assert found is not None
+    packed = base64.b64decode(found[1])
+    size = int.from_bytes(packed[:8], "little")
+    inside = zstandard.ZstdDecompressor().decompress(packed[8:], max_output_size=size)
+    scene = msgspec.msgpack.decode(inside[8 : 8 + int.from_bytes(inside[:8], "little")])
+    lights = [m for _, m in scene["messages"] if m["type"] == "EnvironmentMapMessage"]
+    assert lights and all(m["hdri_data"] is None for m in lights)
 
 
 def test_a_live_server_does_not_notice() -> None:

@@ -40,6 +40,22 @@ def export(
     return out
 
 
+def model_files(outcome: Outcome, kind: str, *, progress: Progress) -> dict[str, bytes]:
+    """Path -> content of the model in one format; for some of them a C compiler runs."""
+    from flexgui.export.formats import model_formats
+
+    progress.stage("Writing the model")
+    return next(one for one in model_formats() if one.kind == kind).files(outcome)
+
+
+def playback_page(shown: Playback, exaggeration: float, *, progress: Progress) -> str:
+    """The motion as a page, recorded by a viser server of this worker."""
+    from flexgui.stage.playback import playback_html
+
+    progress.stage("Recording the motion")
+    return playback_html(shown.motion, shown.ghost, exaggeration)
+
+
 def plan_next(
     scenario_toml: str, seconds: float, folder: str, out: str, *, progress: Progress
 ) -> tuple[str, ...]:
