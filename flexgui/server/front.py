@@ -11,10 +11,9 @@ import html
 import json
 import re
 from functools import cache
-from pathlib import Path
 
-import plotly
 import viser
+from plotly.offline import get_plotlyjs
 
 from flexgui.panels.in_browser import (
     BUILDING,
@@ -188,6 +187,5 @@ AFTER_REACTING = re.compile(r"(\w+)(?=\.emit\(\"plotly_react\")")
 
 @cache
 def _plotly_script() -> str:
-    path = Path(plotly.__file__).parent / "package_data" / "plotly.min.js"
-    text = AFTER_DRAWING.sub(r"\1if(!\3||!\2.emit)return;", path.read_text(encoding="utf-8"))
+    text = AFTER_DRAWING.sub(r"\1if(!\3||!\2.emit)return;", get_plotlyjs())
     return AFTER_REACTING.sub(r"\1.emit&&\1", text)
