@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from core.diagnose.maps import error_maps
-from core.results import MissingTorque, Outcome, RecordingComparison
+from core.results import Outcome, RecordingComparison
 from core.written import format_number, shown_unit, with_unit
 from flexgui import __version__
 from flexgui.export.report_motion import Motion
@@ -126,7 +126,7 @@ def environment() -> Environment:
 
 def _content(outcome: Outcome) -> dict[str, Any]:
     shown, before = final_comparisons(outcome), given_comparisons(outcome)
-    diagnosed = diagnosis_block(outcome)
+    diagnosed, model = diagnosis_block(outcome), outcome.model
     return {
         "title": outcome.title,
         "lead": lead(outcome),
@@ -151,8 +151,8 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "convergence": plot(convergence(outcome.fits)),
         "correlations": [p for fit in outcome.fits if (p := plot(correlation(fit)))],
         "equations": [(e.title, mathml(e.latex), e.note) for e in outcome.equations],
-        "matrices": matrices(outcome.model),
-        "statements": _statements(outcome),
+        "matrices": matrices(model),
+        "statements": (affine("E", model.basis), affine("A", model.A_basis)),
         "arm": _arm(outcome),
         "notes": (*outcome.notes, *_messages(outcome)),
     }
@@ -219,18 +219,14 @@ def _views(
     return [(title, about, figure) for title, about, figure in drawn if figure is not None]
 
 
-def _missing(comparisons: tuple[RecordingComparison, ...]) -> list[tuple[str, bool, Plot, Plot]]:
+def _missing(
+    comparisons: tuple[RecordingComparison, ...],
+) -> list[tuple[str, bool, Plot | None, Plot | None]]:
     shown = [(bar_label(r, comparisons), r.missing_torque) for r in comparisons if r.missing_torque]
-    return [(label, k == 0, *_missing_plots(torques)) for k, (label, torques) in enumerate(shown)]
-
-
-def _missing_plots(torques: tuple[MissingTorque, ...]) -> tuple[Plot, Plot]:
-    over_time, over_velocity = (
-        plot(missing_over_time(torques)),
-        plot(missing_over_velocity(torques)),
-    )
-    assert over_time is not None and over_velocity is not None
-    return over_time, over_velocity
+    return [
+        (label, k == 0, plot(missing_over_time(torques)), plot(missing_over_velocity(torques)))
+        for k, (label, torques) in enumerate(shown)
+    ]
 
 
 def _sentences(outcome: Outcome) -> list[str]:
@@ -242,10 +238,6 @@ def _sentences(outcome: Outcome) -> list[str]:
     if not several or len(same) == 1:
         return list(dict.fromkeys(sentence for _, sentence in messages))
     return [f"{label}: {sentence}" for label, sentence in messages]
-
-
-def _statements(outcome: Outcome) -> tuple[str, str]:
-    return affine("E", outcome.model.basis), affine("A", outcome.model.A_basis)
 
 
 def _arm(outcome: Outcome) -> Table | None:

@@ -214,12 +214,9 @@ def _drive_is_carried(arm: Mechanism) -> bool:
 
 
 def _step(arm: Mechanism) -> float:
-    """s, of the engine: 1, 2 or 5 times a power of ten, at which the chain is stable."""
+    """s, of the engine: a whole part of LONGEST_STEP, at which the chain is stable."""
     fastest = max(chain_frequencies(arm, arm.posture), default=0.0)
-    longest = LONGEST_STEP if fastest == 0.0 else STABLE / (math.pi * fastest)
-    decade = math.floor(math.log10(min(longest, LONGEST_STEP)))
-    steps = (LONGEST_STEP, *(k * 10.0**decade for k in (5.0, 2.0, 1.0)))
-    return next(float(f"{step:.1g}") for step in steps if step <= longest)
+    return LONGEST_STEP / max(math.ceil(LONGEST_STEP * math.pi * fastest / STABLE), 1)
 
 
 def _header(outcome: Outcome, arm: Mechanism) -> Sequence[str]:
