@@ -7,8 +7,6 @@ from typing import Annotated
 
 import typer
 
-from flexgui.plain_words import plain_words
-
 TABLE = "grades.csv"
 
 Place = Annotated[Path, typer.Argument(help="Folder or zip of a challenge.")]
@@ -20,23 +18,21 @@ def challenge(
     level: Annotated[str, typer.Option(help="easy: one hidden effect; hard: two.")] = "easy",
 ) -> None:
     """Write recordings with hidden effects, the truth sealed beside them."""
-    with plain_words():
-        from core.study.challenge import make_challenge, write_challenge
-        from flexgui.export.folder import check_writable
+    from core.study.challenge import make_challenge, write_challenge
+    from flexgui.export.folder import check_writable
 
-        check_writable(out.parent if out.suffix.lower() == ".zip" else out)
-        write_challenge(make_challenge(seed, level), out)
-        typer.echo(f"The challenge is in {out}. Name what is missing, then: flexgui reveal {out}")
+    check_writable(out.parent if out.suffix.lower() == ".zip" else out)
+    write_challenge(make_challenge(seed, level), out)
+    typer.echo(f"The challenge is in {out}. Name what is missing, then: flexgui reveal {out}")
 
 
 def reveal(
     place: Place,
 ) -> None:
     """Open the seal: print what was hidden in a challenge."""
-    with plain_words():
-        from core.study.challenge import reveal as opened
+    from core.study.challenge import reveal as opened
 
-        typer.echo(opened(place))
+    typer.echo(opened(place))
 
 
 def hand_in(
@@ -49,23 +45,22 @@ def hand_in(
     out: Annotated[Path | None, typer.Option(help="File to write, here by default.")] = None,
 ) -> None:
     """Seal a guess at a challenge into one file, to be graded."""
-    with plain_words():
-        from core.errors import InputError
-        from core.files import replacing
-        from core.study.challenge import obfuscated_truth
-        from flexgui.session.hand_in import HandIn, most_guesses, stated_guess
+    from core.errors import InputError
+    from core.files import replacing
+    from core.study.challenge import obfuscated_truth
+    from flexgui.session.hand_in import HandIn, most_guesses, stated_guess
 
-        obfuscated = obfuscated_truth(place)
-        if len(guess) > most_guesses(obfuscated):
-            raise InputError(
-                f"{len(guess)} guesses are too many: this challenge hides "
-                f"{most_guesses(obfuscated)}; give that many --guess."
-            )
-        given = HandIn(name, tuple(stated_guess(text) for text in guess), obfuscated)
-        target = out or Path(given.filename)
-        with replacing(target) as temporary:
-            temporary.write_text(given.text(), encoding="utf-8", newline="\n")
-        typer.echo(f"The hand-in is {target}.")
+    obfuscated = obfuscated_truth(place)
+    if len(guess) > most_guesses(obfuscated):
+        raise InputError(
+            f"{len(guess)} guesses are too many: this challenge hides "
+            f"{most_guesses(obfuscated)}; give that many --guess."
+        )
+    given = HandIn(name, tuple(stated_guess(text) for text in guess), obfuscated)
+    target = out or Path(given.filename)
+    with replacing(target) as temporary:
+        temporary.write_text(given.text(), encoding="utf-8", newline="\n")
+    typer.echo(f"The hand-in is {target}.")
 
 
 def grade(
@@ -73,17 +68,16 @@ def grade(
     out: Annotated[Path | None, typer.Option(help=f"CSV table; FOLDER/{TABLE} by default.")] = None,
 ) -> None:
     """Check sealed hand-ins and write a table: who found what, and how near the sizes are."""
-    with plain_words():
-        from core.files import replacing
-        from flexgui.session.hand_in import as_csv, grades
+    from core.files import replacing
+    from flexgui.session.hand_in import as_csv, grades
 
-        rows = grades(folder)
-        target = out or folder / TABLE
-        with replacing(target) as temporary:
-            temporary.write_text(as_csv(rows), encoding="utf-8", newline="\n")
-        sound = [row for row in rows if not row.fault]
-        complete = sum(bool(row.complete) for row in sound)
-        typer.echo(
-            f"{len(rows)} hand-ins, {complete} complete, {len(rows) - len(sound)} with a "
-            f"fault: {target}"
-        )
+    rows = grades(folder)
+    target = out or folder / TABLE
+    with replacing(target) as temporary:
+        temporary.write_text(as_csv(rows), encoding="utf-8", newline="\n")
+    sound = [row for row in rows if not row.fault]
+    complete = sum(bool(row.complete) for row in sound)
+    typer.echo(
+        f"{len(rows)} hand-ins, {complete} complete, {len(rows) - len(sound)} with a "
+        f"fault: {target}"
+    )

@@ -7,9 +7,10 @@ import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from flexgui import __version__, challenge, study
 from flexgui.plain_words import BAD_INPUT, INTERRUPTED, plain_words, print_error
@@ -19,7 +20,17 @@ if TYPE_CHECKING:
     from core.progress import Progress
     from core.recording.table import Table
 
+
+class _Commands(TyperGroup):
+    """Whatever any command raises ends in plain words."""
+
+    def invoke(self, ctx: Any) -> Any:
+        with plain_words(raw=ctx.params["traceback"]):
+            return super().invoke(ctx)
+
+
 app = typer.Typer(
+    cls=_Commands,
     help="Identify flexible robot arms.",
     no_args_is_help=True,
     add_completion=False,
@@ -44,9 +55,13 @@ def main() -> None:
 
 
 def run(arguments: Sequence[str]) -> int:
-    """One command; its exit code. Wrong usage is one sentence, like all that is wrong."""
+    """One command; its exit code. Wrong usage is one sentence, like all that is wrong.
+
+    `--traceback` may stand anywhere, although it is no command's own.
+    """
+    ordered = sorted(arguments, key="--traceback".__ne__)
     try:
-        code = app(list(arguments) or ["--help"], prog_name="flexgui", standalone_mode=False)
+        code = app(ordered or ["--help"], prog_name="flexgui", standalone_mode=False)
     except typer.Abort:
         return INTERRUPTED
     except typer.TyperException as error:
@@ -70,6 +85,10 @@ def _common(
             "--version", help="Print the version.", callback=_print_version, is_eager=True
         ),
     ] = False,
+    traceback: Annotated[
+        bool,
+        typer.Option("--traceback", help="Print the traceback of an internal error."),
+    ] = False,
 ) -> None:
     pass
 
@@ -82,7 +101,7 @@ def export(
     quiet: QuietOption = False,
 ) -> None:
     """Run SCENARIO and write report.html, result.json, tables and the model into OUT."""
-    with plain_words(), _progress(quiet) as progress:
+    with _progress(quiet) as progress:
         from flexgui.export.export_files import export_scenario
         from flexgui.library.shipped import scenario_path
 
@@ -114,36 +133,33 @@ def serve(
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
 ) -> None:
     """Open the workbench in the browser, until Ctrl-C."""
-    with plain_words():
-        from flexgui.server.options import ServeOptions
-        from flexgui.server.serve import serve as run_server
+    from flexgui.server.options import ServeOptions
+    from flexgui.server.serve import serve as run_server
 
-        options = ServeOptions(
-            host, port, data, scenario, demo, lan, join_code, tuple(origin or ()), workers,
-            browser=not no_browser,
-        )  # fmt: skip
-        run_server(options, typer.echo)
+    options = ServeOptions(
+        host, port, data, scenario, demo, lan, join_code, tuple(origin or ()), workers,
+        browser=not no_browser,
+    )  # fmt: skip
+    run_server(options, typer.echo)
 
 
 @app.command()
 def scenarios() -> None:
     """List the scenarios that come with FlexGUI; export takes their names."""
-    with plain_words():
-        from flexgui.library.shipped import scenarios as shipped
+    from flexgui.library.shipped import scenarios as shipped
 
-        found = shipped()
-        width = max(map(len, found))
-        for name, title in found.items():
-            typer.echo(f"{name:{width}}  {title}")
+    found = shipped()
+    width = max(map(len, found))
+    for name, title in found.items():
+        typer.echo(f"{name:{width}}  {title}")
 
 
 @app.command()
 def reference() -> None:
     """Print every key, preset, drive, sensor, output and effect with units and defaults."""
-    with plain_words():
-        from flexgui.reference import reference_text
+    from flexgui.reference import reference_text
 
-        typer.echo(reference_text(), nl=False)
+    typer.echo(reference_text(), nl=False)
 
 
 @app.command()
@@ -151,10 +167,9 @@ def bench(
     quick: Annotated[bool, typer.Option("--quick", help="Fewer repetitions.")] = False,
 ) -> None:
     """Measure how fast and how exact FlexGUI is on this machine."""
-    with plain_words():
-        from flexgui.bench import main as run_bench
+    from flexgui.bench import main as run_bench
 
-        code = run_bench(quick=quick)
+    code = run_bench(quick=quick)
     raise typer.Exit(code or 0)
 
 
@@ -172,7 +187,7 @@ def check(
     quiet: QuietOption = False,
 ) -> None:
     """Look for faults in the recordings of SCENARIO or in one FILE."""
-    with plain_words(), _progress(quiet) as bars:
+    with _progress(quiet) as bars:
         found, listed = _checked(what, data, bars)
     if as_json:
         from flexgui.export.folder import dumps
@@ -197,7 +212,7 @@ def plan(
     quiet: QuietOption = False,
 ) -> None:
     """Plan the next experiments for SCENARIO within its [limits]: references to play in OUT."""
-    with plain_words(), _progress(quiet) as bars:
+    with _progress(quiet) as bars:
         from flexgui.export.plan_files import plan_scenario
         from flexgui.library.shipped import scenario_path
 

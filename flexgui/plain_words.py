@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-import os
+import errno
+import tempfile
+import traceback
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import typer
 
 BAD_INPUT = 2
+INTERNAL = 1
 INTERRUPTED = 130
 """What a shell expects after Ctrl-C: 128 + SIGINT."""
-VARIABLE = "FLEXGUI_TRACEBACK"
-"""Set by whoever looks for a fault of the program: errors of numbers then show where they arose."""
 
 
 @contextmanager
-def plain_words() -> Iterator[None]:
-    """Errors of input, memory, disk and numbers end in one sentence and 2, Ctrl-C in 130.
+def plain_words(raw: bool = False) -> Iterator[None]:
+    """Bad input ends in one sentence and 2, all else that fails in 1, Ctrl-C in 130.
 
+    Only `InputError`, and a place that the system refuses, is the user's: anything else is the
+    program's, and its traceback goes into a file or, where it is wanted `raw`, onto the terminal.
     Warnings of libraries are for programmers; what a person has to know is in the report.
     """
     from core.errors import InputError
@@ -31,27 +34,50 @@ def plain_words() -> Iterator[None]:
     except KeyboardInterrupt:
         typer.echo("flexgui: stopped; nothing was overwritten.", err=True)
         raise typer.Exit(INTERRUPTED) from None
+    except (typer.Exit, typer.Abort, typer.TyperException):
+        raise
     except InputError as error:
-        _end(str(error))
-    except (OSError, MemoryError, ArithmeticError, ValueError, RecursionError) as error:
-        if os.environ.get(VARIABLE):
+        print_error(str(error))
+        raise typer.Exit(BAD_INPUT) from None
+    except Exception as error:
+        if place := _refused_place(error):
+            print_error(place)
+            raise typer.Exit(BAD_INPUT) from None
+        if raw:
             raise
-        _end(sentence_of(error))
+        print_error(f"{_internal(error)}{_kept_traceback(error)}")
+        raise typer.Exit(INTERNAL) from None
 
 
-def sentence_of(error: Exception) -> str:
+def _refused_place(error: Exception) -> str:
+    """For a file that exists or was named by the user; empty: it is another error. A file that is
+    missing was asked for by the program: those of the user are looked for before."""
+    if not isinstance(error, OSError) or isinstance(error, FileNotFoundError):
+        return ""
+    if not isinstance(error.filename, str) and error.errno != errno.ENOSPC:
+        return ""
+    place = error.filename or "A file"
+    reason = (error.strerror or type(error).__name__).lower()
+    return f"{place} cannot be read or written: {reason}; choose another place."
+
+
+def _internal(error: Exception) -> str:
     """For errors that no part of the program has put into words."""
-    if isinstance(error, OSError):
-        place = error.filename if isinstance(error.filename, str) else "A file"
-        reason = (error.strerror or type(error).__name__).lower()
-        return f"{place} cannot be read or written: {reason}; choose another place."
     if isinstance(error, MemoryError):
         return "There is not enough memory for this; cut the recordings or simulate fewer samples."
-    text = str(error).rstrip(".") or "no number"
-    return (
-        f"The numbers of this scenario lead outside what can be computed ({text}); look for one "
-        f"that is far too large or too small."
-    )
+    text = " ".join(f"{type(error).__name__}: {error}".split()).rstrip(".: ")
+    return f"Internal error, a fault of FlexGUI and not of your input ({text})."
+
+
+def _kept_traceback(error: Exception) -> str:
+    """Where the traceback was written; empty where nothing can be written."""
+    with suppress(OSError):
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="flexgui-", suffix=".txt", delete=False, encoding="utf-8"
+        ) as file:
+            file.writelines(traceback.format_exception(error))
+        return f" The traceback is in {file.name}."
+    return ""
 
 
 def print_error(text: str) -> None:
@@ -59,8 +85,3 @@ def print_error(text: str) -> None:
     from core.sentences import brief
 
     typer.echo(brief(f"flexgui: {text}"), err=True)
-
-
-def _end(text: str) -> None:
-    print_error(text)
-    raise typer.Exit(BAD_INPUT) from None

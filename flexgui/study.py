@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flexgui.plain_words import INTERRUPTED, plain_words
+from flexgui.plain_words import INTERRUPTED
 
 if TYPE_CHECKING:
     from core.montecarlo.settings import StudySettings
@@ -38,13 +38,12 @@ def study(
     ] = None,
 ) -> None:
     """Monte Carlo study of SCENARIO: tables, figures and a page in OUT; goes on if stopped."""
-    with plain_words():
-        from core.montecarlo.settings import make_settings
-        from core.scenario.read import read_scenario
+    from core.montecarlo.settings import make_settings
+    from core.scenario.read import read_scenario
 
-        settings = make_settings(read_scenario(scenario), runs=runs)
-        folder = out or Path("studies") / scenario.stem
-        done = _go_on(settings, _executor(cluster, workers), folder, part or [], typer.echo)
+    settings = make_settings(read_scenario(scenario), runs=runs)
+    folder = out or Path("studies") / scenario.stem
+    done = _go_on(settings, _executor(cluster, workers), folder, part or [], typer.echo)
     if not done:
         raise typer.Exit(INTERRUPTED)
 

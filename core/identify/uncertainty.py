@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
+from core.errors import InputError
+
 QUIET_LAGS = 5
 """Correlations in a row that must be small before the window is cut (Politis' K_n)."""
 
@@ -103,6 +105,11 @@ FEWEST_PAIRS = 0.5
 def scatter(S: np.ndarray, errors: Colour) -> np.ndarray:
     """S' cov(r) S (P, P) for one recording with sensitivities (M, k, P)."""
     total = _tapered(S, errors.gamma, flat_top(errors.width))
+    if not np.isfinite(total).all():
+        raise InputError(
+            "The slopes of the error are no finite numbers; look for a measured value or a "
+            "reference that is far too large."
+        )
     d = np.sqrt(np.maximum(np.abs(np.diag(total)), 1e-300))
     if np.linalg.eigvalsh(total / np.outer(d, d)).min(initial=0.0) >= -ROUNDING:
         return total

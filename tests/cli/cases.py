@@ -194,6 +194,9 @@ def bad_cells() -> Iterator[Case]:
         lines = table()
         lines[row][COLUMNS.index(name)] = cell
         yield of_table(f"cell {k} {cell!r} in {name}, {row}", lines, name, f"row {row}")
+    lines = table()
+    lines[87][COLUMNS.index("dtheta2_ref")] = "1e15"
+    yield Case("the largest number that is read", ("far too large",), files={FILE: csv(lines)})
 
 
 def bad_times() -> Iterator[Case]:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
+import warnings
 from pathlib import Path
 
 import pytest
@@ -168,38 +170,55 @@ def test_thousands_of_columns_do_not_fill_the_sentence(command, tmp_path: Path) 
     refused(command("export", SCENARIO, "--out", "out"), FILE, "no column t", "more")
 
 
+@pytest.fixture
+def failing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):  # type: ignore[no-untyped-def]
+    """Lets the work of `export` end in an error, with a warning of a library before it."""
+
+    def arrange(error: Exception) -> None:
+        def fail(*given: object, **named: object) -> None:
+            warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
+            raise error
+
+        (tmp_path / SCENARIO).write_text(TEXT)
+        (tmp_path / FILE).write_text(csv(table()))
+        monkeypatch.setattr("core.workbench.run_scenario", fail)
+        monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+
+    return arrange
+
+
+def test_a_place_that_the_system_refuses_is_named(command, failing) -> None:  # type: ignore[no-untyped-def]
+    failing(OSError(28, "No space left on device", "out/report.html"))
+    refused(command("export", SCENARIO, "--out", "out"), "out/report.html", "no space left")
+
+
 @pytest.mark.parametrize(
     ("error", "word"),
     [
         (MemoryError(), "memory"),
-        (OSError(28, "No space left on device", "out/report.html"), "no space left"),
-        (FloatingPointError("overflow"), "overflow"),
-        (ValueError("array must not contain infs or NaNs"), "infs or NaNs"),
-        (RecursionError(), "numbers"),
+        (FileNotFoundError(2, "No such file", "template.html"), "Internal error"),
+        (FloatingPointError("overflow"), "Internal error"),
+        (ValueError("operands could not be broadcast together"), "could not be broadcast"),
+        (IndexError("index 3 is out of bounds"), "not of your input"),
+        (RecursionError(), "RecursionError"),
     ],
 )
-def test_memory_disk_and_numbers_are_one_sentence(
-    error: Exception, word: str, command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_only_wrong_input_is_laid_at_the_users_door(
+    error: Exception, word: str, command, failing, tmp_path: Path
 ) -> None:  # type: ignore[no-untyped-def]
-    def fail(*given: object, **named: object) -> None:
-        raise error
+    failing(error)
+    code, said = command("export", SCENARIO, "--out", "out")
+    assert code == 1
+    assert said.startswith("flexgui: ") and said.count("\n") == 1 and word in said
+    (kept,) = tmp_path.glob("flexgui-*.txt")
+    assert said.endswith(f"The traceback is in {kept}.\n")
+    assert f"{type(error).__name__}" in kept.read_text() and "Traceback" in kept.read_text()
 
-    (tmp_path / SCENARIO).write_text(TEXT)
-    (tmp_path / FILE).write_text(csv(table()))
-    monkeypatch.setattr("core.workbench.run_scenario", fail)
-    refused(command("export", SCENARIO, "--out", "out"), word)
 
-
-def test_warnings_of_libraries_stay_off_the_terminal(
-    command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_the_traceback_of_an_internal_error_is_shown_on_request(
+    command, failing, capsys: pytest.CaptureFixture[str]
 ) -> None:  # type: ignore[no-untyped-def]
-    import warnings
-
-    def warn(*given: object, **named: object) -> None:
-        warnings.warn("overflow encountered in multiply", RuntimeWarning, stacklevel=1)
-        raise MemoryError
-
-    (tmp_path / SCENARIO).write_text(TEXT)
-    (tmp_path / FILE).write_text(csv(table()))
-    monkeypatch.setattr("core.workbench.run_scenario", warn)
-    refused(command("export", SCENARIO, "--out", "out"), "memory")
+    assert cli.run(["--help"]) == 0 and "--traceback" in capsys.readouterr().out
+    failing(ValueError("operands could not be broadcast together"))
+    with pytest.raises(ValueError, match="broadcast"):
+        command("export", SCENARIO, "--out", "out", "--traceback")
