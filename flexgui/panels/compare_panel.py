@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,7 +22,7 @@ from flexgui.views.html import html_table
 from flexgui.views.names import channel_symbol, format_percent, output_title
 from flexgui.views.pooled import VALIDATE
 from flexgui.views.summary import which_fit
-from flexgui.views.table import Row, Table
+from flexgui.views.table import Table
 
 NONE = "nothing to compare yet"
 ALL, WORST = "all fitted outputs", "the one that fails most"
@@ -191,10 +192,5 @@ def _quality(c: RecordingComparison) -> list[str]:
 
 def _short(table: Table) -> Table:
     """The fitted outputs, with what fits beside the arm: recording, output, FIT, rms."""
-    kept = (0, 2, 3, 4)
-
-    def cut(row: Row) -> Row:
-        return Row(tuple(row.cells[k] for k in kept), row.strong)
-
-    rows = tuple(cut(row) for row in table.rows if not row.cells[2].endswith("*"))
-    return Table(tuple(table.columns[k] for k in kept), rows, "The report holds every output.")
+    rows = tuple(row for row in table.rows if not row.cells[2].endswith("*"))
+    return replace(table, rows=rows).only((0, 2, 3, 4), "The report holds every output.")

@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, ClassVar
 
-import numpy as np
 from markupsafe import Markup
 
 from core.errors import InputError
 from core.parameters import Parameter
-from core.results import Fit, Repeated
+from core.results import Outcome, Repeated
 from core.scenario.stated_effects import base_model
 from core.sensors import sensors
 from core.written import ShownUnit, shown_unit
@@ -40,9 +39,15 @@ from flexgui.views.convergence import (
     live_plane,
 )
 from flexgui.views.fit_table import live_fit
+from flexgui.views.headline import final_comparisons
 from flexgui.views.html import html_table
-from flexgui.views.names import is_of_a_start, plain_symbol, typeset
-from flexgui.views.parameter_tables import paper_table, parameters, short_between_runs
+from flexgui.views.names import plain_symbol, typeset
+from flexgui.views.parameter_tables import (
+    given_parameters,
+    paper_table,
+    short_between_runs,
+    standing_parameters,
+)
 from flexgui.views.summary import summary
 from flexgui.views.table import Table
 
@@ -143,10 +148,11 @@ class IdentifyPanel(Panel):
             self._fit.show(None)
             self._summary.show("")
         else:
-            self._table.show(html_table(_short(outcome.fits)))
+            whole = session.whole or outcome
+            self._table.show(found_parameters(whole))
             self._repeated.show(_runs(outcome.repeated))
-            self._fit.show(live_fit(outcome.comparisons))
-            self._summary.show(_sentences(summary(outcome), self._old(), session.known_biased))
+            self._fit.show(live_fit(final_comparisons(whole)))
+            self._summary.show(_sentences(summary(whole), self._old(), session.known_biased))
         self._show_paper()
 
     @property
@@ -229,7 +235,7 @@ class IdentifyPanel(Panel):
         )
 
 
-BIASED_NOTE = "As given; biased, since an effect is missing: Diagnose says which."
+BIASED_NOTE = "Biased, since an effect is missing: Diagnose says which."
 
 
 def _sentences(sentences: tuple[str, ...], old: bool, biased: bool) -> Markup:
@@ -248,14 +254,28 @@ def _runs(found: Sequence[Repeated]) -> Markup:
     return joined(lead, Markup("<div class='scroll'>{}</div>").format(html_table(table)))
 
 
-def _short(fits: Sequence[Fit]) -> Table:
+FIRST_FIT = "The first fit: of the identification, before the diagnosis"
+IN_REPORT = ("95 % interval", "Start", "Bounds")
+"""Columns for which a panel has no room."""
+
+
+def found_parameters(outcome: Outcome) -> Markup:
+    """Those of the model as it now stands; the first fit's in a fold where a diagnosis has made its
+    own."""
+    table, first = _short(standing_parameters(outcome)), given_parameters(outcome)
+    if first is None:
+        return html_table(table)
+    fold = Markup("<details><summary>{}</summary>{}</details>")
+    return html_table(table) + fold.format(FIRST_FIT, html_table(_short(first)))
+
+
+def _short(table: Table) -> Table:
     """Of several fits the means only, which leaves the plots in sight; the report holds all."""
-    table = parameters(fits)
     means = tuple(row for row in table.rows if row.strong)
-    shown = [e for fit in fits for e in fit.estimates if not is_of_a_start(e)]
-    free = any(not np.isfinite(e.std) for e in shown)
-    text = "No standard deviation: the data do not determine the parameter." if free else ""
-    return replace(table, rows=means or table.rows, caption=text)
+    kept = [k for k, column in enumerate(table.columns) if column.title not in IN_REPORT]
+    return replace(table, rows=means or table.rows).only(
+        kept, "No standard deviation: the data do not determine the parameter."
+    )
 
 
 ADD = "add a parameter …"

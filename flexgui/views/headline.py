@@ -105,20 +105,18 @@ def follows(outcome: Outcome) -> frozenset[str]:
 
 
 def final_comparisons(outcome: Outcome) -> tuple[RecordingComparison, ...]:
-    """Measured against the model as it now stands."""
+    """Measured against the model as it now stands, by the fit that its parameters are of."""
     found = outcome.diagnosis
-    if found is None or not (grown(outcome) and found.left):
+    if found is None:
         return outcome.comparisons
-    return found.left
+    return found.left or (() if found.added else found.given) or outcome.comparisons
 
 
 def given_comparisons(outcome: Outcome) -> tuple[RecordingComparison, ...]:
     """Measured against the model as given, by a fit of the same kind; empty where the model has
     not changed."""
     found = outcome.diagnosis
-    if found is None or not (grown(outcome) and found.left):
-        return ()
-    return found.given
+    return found.given if found is not None and found.left else ()
 
 
 def beside(

@@ -210,11 +210,7 @@ def between_runs(found: Sequence[Repeated]) -> Table | None:
 def short_between_runs(found: Sequence[Repeated]) -> Table | None:
     """The same without the interval, for a panel beside the arm."""
     whole = between_runs(found)
-    if whole is None:
-        return None
-    kept = (0, 1, 3, 4, 5)
-    rows = tuple(Row(tuple(row.cells[k] for k in kept)) for row in whole.rows)
-    return Table(tuple(REPEATED_COLUMNS[k] for k in kept), rows)
+    return None if whole is None else whole.only((0, 1, 3, 4, 5))
 
 
 def _repeated_row(one: Repeated) -> Row:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,6 +40,11 @@ class Table:
     def __post_init__(self) -> None:
         if any(len(row.cells) != len(self.columns) for row in self.rows):
             raise ValueError("A row does not have a cell for each column.")
+
+    def only(self, kept: Sequence[int], caption: str = "") -> Table:
+        """Those columns alone, for a panel beside the arm."""
+        rows = tuple(Row(tuple(row.cells[k] for k in kept), row.strong) for row in self.rows)
+        return Table(tuple(self.columns[k] for k in kept), rows, caption)
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,9 @@ import pytest
 from core.results import Estimate, LinearModel, Outcome, RecordingComparison
 from flexgui.export.export_files import export_outcome
 from flexgui.export.report import FIRST_FIT
+from flexgui.panels.identify_panel import found_parameters
 from flexgui.views.fit_table import fit_table
-from flexgui.views.headline import BIASED, COMPLETE, SHORT_OF
+from flexgui.views.headline import BIASED, COMPLETE, SHORT_OF, final_comparisons
 from flexgui.views.parameter_tables import standing_parameters
 from flexgui.views.summary import summary
 from tests.flexgui.test_diagnosis_report import FOUND
@@ -153,6 +154,29 @@ def test_values_of_a_model_that_still_lacks_something_are_said_to_be_biased(
     short = replace(after, diagnosis=replace(after.diagnosis, final_verdict="missing"))
     assert SHORT_OF in standing_parameters(short).caption
     assert SHORT_OF not in standing_parameters(after).caption
+
+
+def test_identify_shows_the_diagnosis_fit_with_the_first_one_in_a_fold(
+    after: Outcome, glocal: Outcome
+) -> None:
+    shown = unglued(found_parameters(after))
+    table, fold = shown.split("<details>")
+    assert "520.1 ± 0.2 N m²" in table and "520.83" not in table
+    assert "520.83 ± 0.02 N m²" in fold
+    assert "Bounds" not in shown, "a panel has no room for them"
+    assert "<details>" not in found_parameters(glocal)
+
+
+@pytest.mark.parametrize("steps", [1, 2])
+def test_tables_of_errors_are_of_the_fit_that_the_parameters_are_of(
+    after: Outcome, steps: int
+) -> None:
+    assert after.diagnosis is not None
+    ends = after.diagnosis.left if steps > 1 else ()
+    theirs = tuple(better(c) for c in after.comparisons)
+    found = replace(after.diagnosis, steps=FOUND.steps[:steps], given=theirs, left=ends)
+    shown = final_comparisons(replace(after, diagnosis=found))
+    assert shown == (ends or theirs)
 
 
 def test_what_belongs_to_a_recording_has_moved_with_the_rest(after: Outcome) -> None:
