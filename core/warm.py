@@ -1,28 +1,31 @@
-"""The first start on a machine: compilation shared between two processes.
+"""The first start on a machine: kernels are compiled by processes of their own, side by side.
 
-The compiler works on one function at a time in one process. On a fresh machine a second process
-compiles the integrator and a first arm into the cache while this one compiles the rest.
+The compiler works on one function at a time in one process, and whoever else runs Python there
+waits for it.
 """
 
 from __future__ import annotations
 
+import os
 import subprocess
-import sys
+import time
 from collections.abc import Iterable
 from contextlib import suppress
 
-from core.arm.beforehand import compile_beforehand
+from core.arm.beforehand import begin, compile_beforehand
 from core.arm.cache import cache_folder, sources_key
 from core.arm.structure import Structure
 from core.progress import Progress
 
-_SECOND = """
-import core.simulate.rosenbrock
-from core.arm.compiled import compile_arm
-from core.arm.presets import presets
-from core.arm.structure import Structure
-compile_arm(Structure.of(presets()["paper"]))
-"""
+TITLE = "Compiling for this machine, once (about half a minute)"
+
+_COMMAND = "import os; getattr(os, 'nice', int)(5); import core.simulate.{}"
+_KERNELS = ("rosenbrock", "followed", "pieces")
+"""Modules that compile at import what a first result needs, the longest first; none compiles what
+another does."""
+
+_PAUSE = 0.05
+"""s between two looks at whether a process has ended."""
 
 
 def is_warm() -> bool:
@@ -36,17 +39,28 @@ def warm_up(progress: Progress, arms: Iterable[Structure] = ()) -> None:
     `arms` that will be needed later are compiled beside it and beyond.
     """
     compile_beforehand(arms)
-    helper = None
     if not is_warm():
-        progress.stage("Compiling for this machine, once (about half a minute)")
-        helper = subprocess.Popen([sys.executable, "-c", _SECOND], stderr=subprocess.DEVNULL)
+        compile_kernels(progress)
     import core.simulate.followed
     import core.simulate.linear
+    import core.simulate.nonlinear
     import core.simulate.pieces  # noqa: F401  (importing compiles)
 
-    if helper is not None:
-        helper.wait()
-        import core.simulate.nonlinear  # noqa: F401
 
-        with suppress(OSError):  # the next start then does it again
+def compile_kernels(progress: Progress) -> None:
+    """In other processes, as many as the machine has processors; returns when all have ended."""
+    progress.stage(TITLE, len(_KERNELS))
+    waiting = [_COMMAND.format(name) for name in _KERNELS]
+    running: list[subprocess.Popen[str]] = []
+    whole = True
+    with suppress(OSError):  # no process or file can be made: whoever needs a kernel compiles it
+        while waiting or running:
+            while waiting and len(running) < (os.cpu_count() or 1):
+                running.append(begin(waiting.pop(0)))
+            time.sleep(_PAUSE)
+            for one in [one for one in running if one.poll() is not None]:
+                running.remove(one)
+                whole = whole and one.returncode == 0
+                progress.advance()
+        if whole:
             (cache_folder() / f"warm_{sources_key()}").touch()

@@ -54,3 +54,15 @@ def test_importing_is_quick_because_what_is_heavy_comes_later(module: str) -> No
     asks = f"import sys, {module}; print([n for n in {NOT_LOADED[module]} if n in sys.modules])"
     found = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True)
     assert found.stdout.strip() == "[]"
+
+
+def test_the_parts_of_a_page_compile_nothing() -> None:
+    """A first page would wait for kernels that only its jobs need."""
+    kernels = ("rosenbrock", "followed", "pieces")
+    asks = (
+        "import sys; from core.plugins import classes_of; from flexgui.panels.panel import Panel; "
+        "import flexgui.page; assert classes_of('flexgui.panels', Panel); "
+        f"print([n for n in {kernels} if 'core.simulate.' + n in sys.modules])"
+    )
+    found = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"

@@ -39,18 +39,24 @@ def compile_beforehand(structures: Iterable[Structure]) -> subprocess.Popen[str]
     if not new:
         return None
     try:
-        other = subprocess.Popen(
-            [sys.executable, "-c", _COMMAND], stdin=subprocess.PIPE, text=True,
-            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+        other = begin(_COMMAND)
     except OSError:  # too many processes: whoever needs an arm compiles it
         return None
-    with _lock:
-        _others[:] = [*(one for one in _others if one.poll() is None), other]
     assert other.stdin is not None
     with suppress(OSError):
         other.stdin.write(json.dumps([asdict(s) for s in reversed(new)]))
         other.stdin.close()
+    return other
+
+
+def begin(code: str) -> subprocess.Popen[str]:
+    """Runs Python code in a process of its own, which ends with this one at the latest; OSError."""
+    other = subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, text=True,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    with _lock:
+        _others[:] = [*(one for one in _others if one.poll() is None), other]
     return other
 
 

@@ -9,15 +9,13 @@ from core.arm.arm import Arm
 from core.arm.compiled import is_compiled
 from core.arm.structure import Structure
 from core.diagnose.columns import Trial, must_compile
+from core.diagnose.phrases import ASIDE
 from core.effects.effect import Effect
 from core.progress import Progress
 from core.sentences import listed
 
 NAMED = 2
 """Effects of the model that a title names; more are counted: it stands on one line or two."""
-
-ASIDE = "("
-"""Begins what is said in a lower voice; no effect's title holds it."""
 
 
 def fit_title(present: Sequence[Effect]) -> str:
@@ -30,12 +28,6 @@ def round_title(present: Sequence[Effect], chosen: bool = False) -> str:
     if present:
         return f"Continuing the search with {_named(present)} in the model"
     return "Trying the chosen effects" if chosen else "Trying every known effect"
-
-
-def aside(text: str) -> tuple[str, str]:
-    """What a step's text says, and what it says in a lower voice."""
-    message, mark, note = text.partition(ASIDE)
-    return message.strip(), mark + note
 
 
 def _named(effects: Sequence[Effect]) -> str:

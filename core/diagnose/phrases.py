@@ -19,6 +19,9 @@ ENDLESS = 1000.0
 CERTAIN = 1e-9
 """A chance below this is only said to be below it."""
 
+ASIDE = "("
+"""Begins what is said in a lower voice; no effect's title holds it."""
+
 LABEL = "the diagnosis, starts free"
 """Of its fit; an identification holds the starts on the encoders' first samples."""
 
@@ -278,3 +281,9 @@ def linear_line(
         f"The linear model misses the tip by {missed} rms here; {beside}. This is a matter of the "
         f"model and no missing effect. {ours}"
     )
+
+
+def aside(text: str) -> tuple[str, str]:
+    """What a step's text says, and what it says in a lower voice."""
+    message, mark, note = text.partition(ASIDE)
+    return message.strip(), mark + note

@@ -49,7 +49,7 @@ PURPOSE = "Find out what your robot model does not know."
 """What the page is for, in one line."""
 
 CONNECTING = "Loading the page"
-PREPARING = "Preparing the equations and the integrator"
+PREPARING = "Preparing the equations"
 BUILDING = "Building the model and its responses"
 DRAWING = "Drawing the arm and the plots"
 """What is prepared, in this order; the curtain ticks them off."""

@@ -117,7 +117,6 @@ def serve(options: ServeOptions, print_line: PrintLine) -> None:
 
 def _welcome(warming: Warming) -> Callable[[viser.ClientHandle], None]:
     def welcome(client: viser.ClientHandle) -> None:
-        warming.receive(client)
         watch_connection(client)
         send_plotly(client)
         warming.wait()

@@ -10,26 +10,34 @@ import threading
 import viser
 
 from core.errors import InputError
+from core.results import Generation
 from flexgui.jobs import JobPool
 from flexgui.panels.in_browser import BUILDING, show_progress
 from flexgui.server.options import PrintLine
 
-PREPARING = "Preparing for this machine, once: up to a minute."
+PREPARING = "Compiling the simulation for this machine, once: about half a minute."
 READY = "Ready."
+NOTICE = (
+    "Compiling for this machine, once",
+    "{} of {} parts. Measurements and fits come after it.",
+)
 LONGEST = 120.0
-"""s that a page waits; then it compiles for itself what it needs."""
+"""s that a page waits for the arm's equations; then it makes them for itself."""
 
 
 class Warming:
-    """In the background; the workers start last, since they would take the first page's time.
+    """In the background: first what a page shows, then what its jobs need.
 
-    On a machine where nothing was compiled yet, who comes meanwhile reads what is waited for.
+    The workers start last, since they would take the first page's time; jobs wait for them.
     """
 
     def __init__(self, pool: JobPool, log: logging.Logger, print_line: PrintLine) -> None:
-        self._pool, self._log, self._show = pool, log, print_line
-        self._compiled = threading.Event()
-        self._compiled.set()
+        self._pool, self._log, self._print_line = pool, log, print_line
+        self._loaded = threading.Event()
+        self._lock = threading.Lock()
+        self._parts: tuple[int, int] | None = None
+        """Compiled so far, of how many; None while nothing is compiled."""
+        self._notices: list[viser.NotificationHandle] = []
 
     def start(self) -> threading.Thread:
         """Returns at once."""
@@ -37,41 +45,69 @@ class Warming:
         thread.start()
         return thread
 
-    def receive(self, client: viser.ClientHandle) -> None:
-        """Tells a browser that its page will take a while, where it will."""
-        if not self._compiled.is_set():
-            show_progress(client, f"{PREPARING} The page comes by itself.")
-
     def wait(self) -> None:
-        """A page that compiles at the same time would do the same work once more."""
-        self._compiled.wait(LONGEST)
+        """A page that makes the equations at the same time would do the same work once more."""
+        self._loaded.wait(LONGEST)
 
     def admit(self, client: viser.ClientHandle) -> None:
-        """Its page is being built."""
+        """Its page is being built; it will read what its jobs wait for."""
         show_progress(client, BUILDING)
+        with self._lock:
+            if self._parts is not None:
+                self._notices.append(
+                    client.add_notification(
+                        NOTICE[0], NOTICE[1].format(*self._parts), loading=True,
+                        with_close_button=False, auto_close_seconds=None,
+                    )
+                )  # fmt: skip
+
+    def stage(self, title: str, total: int | None = None) -> None:
+        """The compiler begins with so many parts."""
+        with self._lock:
+            self._parts = 0, total or 0
+
+    def advance(self, n: int = 1, text: str = "") -> None:
+        """So many more of them are compiled."""
+        with self._lock:
+            done, total = self._parts or (0, 0)
+            self._parts = done + n, total
+            for notice in self._notices:
+                notice.body = NOTICE[1].format(*self._parts)
+
+    def generation(self, fit_label: str, generation: Generation) -> None:
+        """Nothing is fitted here."""
+
+    def stopped(self) -> bool:
+        """Who stops the server ends the compilers too."""
+        return False
 
     def _run(self) -> None:
         try:
-            self._compile()
             _load()
+            self._loaded.set()
+            self._compile()
         except Exception:
             self._log.exception("Warming up failed; the first page does it")
+        finally:
+            self._loaded.set()
         with contextlib.suppress(InputError):  # it has been closed meanwhile
             self._pool.start()
 
     def _compile(self) -> None:
-        from core.progress import Silent
-        from core.warm import is_warm, warm_up
+        from core.warm import compile_kernels, is_warm
 
         if is_warm():
             return
-        self._compiled.clear()
-        self._show(PREPARING)
+        self._print_line(PREPARING)
         try:
-            warm_up(Silent())
+            with self._pool.warming:
+                compile_kernels(self)
+            self._print_line(READY)
         finally:
-            self._compiled.set()
-        self._show(READY)
+            with self._lock:
+                self._parts = None
+                for notice in self._notices:
+                    notice.remove()
 
 
 def _load() -> None:

@@ -1,4 +1,4 @@
-"""Who comes while a fresh machine compiles reads what is waited for."""
+"""A page comes before the simulation is compiled, and says what its jobs wait for."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 import core.warm
-from flexgui.panels.in_browser import BUILDING
 from flexgui.server import warming
 from flexgui.server.warming import PREPARING, READY, Warming
 
@@ -18,18 +17,30 @@ PATIENCE = 10.0
 """s, far more than a thread needs to start."""
 
 
+class Notice:
+    """Of a browser."""
+
+    def __init__(self, title: str, body: str) -> None:
+        self.title, self.body, self.there = title, body, True
+
+    def remove(self) -> None:
+        self.there = False
+
+
 class Client:
     def __init__(self) -> None:
-        self.said: list[str] = []
-        self._websock_connection = SimpleNamespace(queue_message=self._take)
+        self.notices: list[Notice] = []
+        self._websock_connection = SimpleNamespace(queue_message=lambda message: None)
 
-    def _take(self, message: Any) -> None:
-        self.said.append(message.source)
+    def add_notification(self, title: str, body: str, **more: Any) -> Notice:
+        self.notices.append(Notice(title, body))
+        return self.notices[-1]
 
 
 class Pool:
     def __init__(self) -> None:
         self.started = threading.Event()
+        self.warming = threading.Lock()
 
     def start(self) -> None:
         self.started.set()
@@ -45,29 +56,39 @@ def _nothing_to_load(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(warming, "_load", lambda: None)
 
 
-def test_a_fresh_machine_is_told_in_the_terminal_and_on_the_page(
+def test_a_page_comes_before_all_is_compiled_and_says_what_its_jobs_wait_for(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    begun, end = threading.Event(), threading.Event()
+    begun, more, end = threading.Event(), threading.Event(), threading.Event()
 
     def compile_all(progress: Any) -> None:
+        progress.stage("compiling", 3)
+        begun.set()
+        assert more.wait(PATIENCE)
+        progress.advance()
         begun.set()
         assert end.wait(PATIENCE)
 
     monkeypatch.setattr(core.warm, "is_warm", lambda: False)
-    monkeypatch.setattr(core.warm, "warm_up", compile_all)
+    monkeypatch.setattr(core.warm, "compile_kernels", compile_all)
     said: list[str] = []
     one, pool = made(said)
-    one.start()
+    thread = one.start()
     assert begun.wait(PATIENCE)
+    one.wait()  # returns though nothing is compiled
     client = Client()
-    one.receive(client)
-    assert PREPARING in client.said[0]
+    one.admit(client)  # type: ignore[arg-type]
+    notice = client.notices[0]
+    assert notice.there and notice.body.startswith("0 of 3 parts")
+    assert pool.warming.locked(), "a worker would compile the same once more"
+    begun.clear()
+    more.set()
+    assert begun.wait(PATIENCE)
+    assert notice.body.startswith("1 of 3 parts")
+    assert not pool.started.is_set()
     end.set()
-    one.wait()
-    one.admit(client)
-    assert BUILDING in client.said[-1]
-    assert pool.started.wait(PATIENCE)
+    thread.join(PATIENCE)
+    assert pool.started.is_set() and not notice.there
     assert said == [PREPARING, READY]
 
 
@@ -77,20 +98,20 @@ def test_a_warm_machine_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     one, pool = made(said)
     one.start().join(PATIENCE)
     client = Client()
-    one.receive(client)
     one.wait()
-    one.admit(client)
+    one.admit(client)  # type: ignore[arg-type]
     assert pool.started.is_set()
-    assert said == [] and not any(PREPARING in text for text in client.said)
+    assert said == [] and not client.notices
 
 
 def test_a_compilation_that_fails_keeps_nobody_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(progress: Any) -> None:
+        progress.stage("compiling", 3)
         raise RuntimeError("no compiler")
 
     monkeypatch.setattr(core.warm, "is_warm", lambda: False)
-    monkeypatch.setattr(core.warm, "warm_up", fail)
+    monkeypatch.setattr(core.warm, "compile_kernels", fail)
     one, pool = made([])
     one.start().join(PATIENCE)
     one.wait()
-    assert pool.started.is_set()
+    assert pool.started.is_set() and not pool.warming.locked()
