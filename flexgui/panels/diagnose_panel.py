@@ -262,8 +262,8 @@ def _values(looks: Sequence[Look], first_fit: Sequence[Estimate]) -> Markup:
         return Markup("")
     own = base_model(looks[-1].scenario).effect_parameters
     found = looks[-1].diagnosis
-    told = steps[-1].parameters if found is None else found.parameters
-    standing = sorted(told, key=lambda e: e.name not in own)
+    estimates = steps[-1].parameters if found is None else found.parameters
+    standing = sorted(estimates, key=lambda e: e.name not in own)
     doubtful = doubt(looks[-1].error)
     line = Markup("Current model: {}. {}").format(
         _equations(standing), "" if doubtful else COMPLETE
