@@ -19,10 +19,15 @@ from core.progress import Progress
 
 TITLE = "Compiling for this machine, once (about half a minute)"
 
-_COMMAND = "import os; getattr(os, 'nice', int)(5); import core.simulate.{}"
-_KERNELS = ("rosenbrock", "followed", "pieces")
-"""Modules that compile at import what a first result needs, the longest first; none compiles what
-another does."""
+_COMMAND = (
+    "import os; getattr(os, 'nice', int)(5); "
+    "from core.simulate.{} import {} as kernel; kernel.compiled"
+)
+_KERNELS = (
+    ("rosenbrock", "integrate"), ("pieces", "piecewise"), ("lpv", "respond"),
+    ("followed", "followed"),
+)  # fmt: skip
+"""Module and name of what a first result needs, the longest to compile first."""
 
 _PAUSE = 0.05
 """s between two looks at whether a process has ended."""
@@ -34,23 +39,19 @@ def is_warm() -> bool:
 
 
 def warm_up(progress: Progress, arms: Iterable[Structure] = ()) -> None:
-    """Compiles, or loads, everything that a first result needs; quick when it was done before.
+    """Compiles everything that a first result needs, where this was not done before.
 
     `arms` that will be needed later are compiled beside it and beyond.
     """
     compile_beforehand(arms)
     if not is_warm():
         compile_kernels(progress)
-    import core.simulate.followed
-    import core.simulate.linear
-    import core.simulate.nonlinear
-    import core.simulate.pieces  # noqa: F401  (importing compiles)
 
 
 def compile_kernels(progress: Progress) -> None:
     """In other processes, as many as the machine has processors; returns when all have ended."""
     progress.stage(TITLE, len(_KERNELS))
-    waiting = [_COMMAND.format(name) for name in _KERNELS]
+    waiting = [_COMMAND.format(*kernel) for kernel in _KERNELS]
     running: list[subprocess.Popen[str]] = []
     whole = True
     with suppress(OSError):  # no process or file can be made: whoever needs a kernel compiles it

@@ -39,14 +39,18 @@ for structure in [*structures_tried(PAPER, list(catalogue().values())), *softer]
 """Every second one of the structures that a diagnosis tries, those with one elastic joint too: so
 many tests need them that all processes, and the workers of each, would compile them at the same
 time."""
+COMPILED = "from {} import {} as kernel; kernel.compiled\n"
 HALVES = (
-    "import core.simulate.wide_rosenbrock" + ARMS.format(0),
-    "import core.simulate.followed, core.simulate.linear, core.simulate.pieces"
-    + ARMS.format(1)
-    + "import core.identify.prescribed, core.identify.held, core.arm.calls",
+    COMPILED.format("core.simulate.wide_rosenbrock", "integrate")
+    + COMPILED.format("core.simulate.rosenbrock", "integrate")
+    + ARMS.format(0),
+    COMPILED.format("core.simulate.followed", "followed")
+    + COMPILED.format("core.simulate.lpv", "respond")
+    + COMPILED.format("core.simulate.pieces", "piecewise")
+    + ARMS.format(1),
 )
 """What nearly every test needs compiled, once per machine: each is half of the work, and neither
-compiles what the other does. The last line needs the other's first, which is over by then."""
+compiles what the other does."""
 MARK = "from core.progress import Silent; from core.warm import warm_up; warm_up(Silent())"
 """Finds all of it there, and says so to the next start."""
 

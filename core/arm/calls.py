@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
-from core.arm.signatures import DYNAMICS, LINEAR, OPTIONS, TIP, matrix, vector
-
-cube = types.float64[:, :, ::1]
+from core.arm.signatures import DYNAMICS, LINEAR, TIP, cube, kernel, matrix, vector
 
 
-@njit(types.Tuple((matrix, vector))(DYNAMICS, vector, vector, vector), **OPTIONS)
+@kernel(types.Tuple((matrix, vector))(DYNAMICS, vector, vector, vector))
 def call_dynamics(function, q, v, p):  # type: ignore[no-untyped-def]
     """M (n, n) and F (n,)."""
     M = np.empty((q.size, q.size))
@@ -19,7 +17,7 @@ def call_dynamics(function, q, v, p):  # type: ignore[no-untyped-def]
     return M, f
 
 
-@njit(types.Tuple((vector, matrix))(TIP, vector, vector), **OPTIONS)
+@kernel(types.Tuple((vector, matrix))(TIP, vector, vector))
 def call_tip(function, q, p):  # type: ignore[no-untyped-def]
     """z (2,) and dz/dq (2, n)."""
     z = np.empty(2)
@@ -28,7 +26,7 @@ def call_tip(function, q, p):  # type: ignore[no-untyped-def]
     return z, J
 
 
-@njit(types.Tuple((matrix, matrix))(LINEAR, vector, vector), **OPTIONS)
+@kernel(types.Tuple((matrix, matrix))(LINEAR, vector, vector))
 def call_linear(function, q, p):  # type: ignore[no-untyped-def]
     """K and D (n, n)."""
     K = np.empty((q.size, q.size))
@@ -37,7 +35,7 @@ def call_linear(function, q, p):  # type: ignore[no-untyped-def]
     return K, D
 
 
-@njit(types.Tuple((matrix, matrix))(TIP, matrix, matrix, vector), **OPTIONS)
+@kernel(types.Tuple((matrix, matrix))(TIP, matrix, matrix, vector))
 def tip_path(tip, q, v, p):  # type: ignore[no-untyped-def]
     """z and z' (N, 2) along a motion q, v (N, n)."""
     N, n = q.shape
@@ -52,7 +50,7 @@ def tip_path(tip, q, v, p):  # type: ignore[no-untyped-def]
     return places, speeds
 
 
-@njit(cube(TIP, cube, matrix), **OPTIONS)
+@kernel(cube(TIP, cube, matrix))
 def tip_places(tip, q, p):  # type: ignore[no-untyped-def]
     """z (N, 2, S) along S motions q (N, n, S), each with its own p (S, np)."""
     N, n, S = q.shape

@@ -1,8 +1,12 @@
-"""Types of the compiled functions that are passed to other compiled functions."""
+"""Types of compiled functions and of what they take, and functions compiled at their first call."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
-from numba import types
+from numba import njit, types
 
 from core.arm.cache import keep_kernels_here
 
@@ -10,6 +14,7 @@ keep_kernels_here()  # before the first function is compiled
 
 vector = types.float64[::1]
 matrix = types.float64[:, ::1]
+cube = types.float64[:, :, ::1]
 
 DYNAMICS = types.FunctionType(types.void(vector, vector, vector, matrix, vector))
 TIP = types.FunctionType(types.void(vector, vector, vector, matrix))
@@ -21,3 +26,25 @@ OPTIONS: dict[str, Any] = {
     "error_model": "numpy",
     "fastmath": {"contract"},
 }
+
+
+class Kernel:
+    """A compiled function that Python calls. Importing its module compiles nothing: the first call
+    does, or finds it in the cache."""
+
+    def __init__(self, function: Callable[..., Any], signature: Any) -> None:
+        self._function, self._signature = function, signature
+
+    @cached_property
+    def compiled(self) -> Callable[..., Any]:
+        """The function itself; to ask for it compiles."""
+        return njit(self._signature, **OPTIONS)(self._function)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """What the function answers; arrays contiguous and of the signature's types."""
+        return self.compiled(*arguments)
+
+
+def kernel(signature: Any) -> Callable[[Callable[..., Any]], Kernel]:
+    """The decorator, with the types of arguments and result as Numba states them."""
+    return lambda function: Kernel(function, signature)

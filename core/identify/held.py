@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 from numba import njit, types
 
-from core.arm.signatures import OPTIONS, vector
+from core.arm.signatures import OPTIONS, kernel, vector
 from core.arm.structure import Structure
 from core.drives.servo import FollowingServo, averaged
 from core.effects.effect import Effect
@@ -179,12 +179,11 @@ def _force(address, x, v, w, values, loaded_at, u, out):  # type: ignore[no-unty
     return out[0]
 
 
-@njit(
+@kernel(
     types.void(
         types.int64, types.int64, types.int64, vector, vector, types.float64, vector,
         types.float64, types.int64, vector, vector,
     ),
-    **OPTIONS,
 )  # fmt: skip
 def _along(address, states, loaded_at, x, v, step, values, scale, every, torque, out):  # type: ignore[no-untyped-def]
     """torque (N,) -= scale times the force along x, v (N,), at each `every`-th of them; a state

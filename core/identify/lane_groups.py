@@ -18,8 +18,10 @@ import numpy as np
 
 from core.identify.prepared import Prepared
 from core.model import Model
+from core.simulate.followed import followed
 from core.simulate.holds import Pieces, cut, pieces
 from core.simulate.linear import interleave
+from core.simulate.pieces import STORE, piecewise
 from core.simulate.postures import Nodes
 from core.simulate.vector import LANES
 
@@ -111,8 +113,6 @@ class PointGroup(Group):
         return HANDLING + self.passes(size) * (self.samples + self.pieces.count)
 
     def outputs(self, system: System, numbers: Lanes, s: int, count: int) -> np.ndarray:
-        from core.simulate.pieces import STORE  # compiles
-
         k, one = numbers.C.shape[2], slice(s, s + 1)
         out = np.empty((1, self.samples * k * LANES))
         part = Lanes(numbers.p[one], tuple(law[one] for law in numbers.laws), numbers.C[one],
@@ -125,8 +125,6 @@ class PointGroup(Group):
         weights: np.ndarray, costs: np.ndarray, out: np.ndarray, passes: tuple[int, int],
     ) -> None:  # fmt: skip
         """The passes from the first to before the second, see core.simulate.pieces.piecewise."""
-        from core.simulate.pieces import piecewise  # compiles
-
         piecewise(
             system.model.compiled.addresses, numbers.p, numbers.laws, numbers.C, numbers.D,
             self.postures, self.h, system.keep, system.held, numbers.x0, self.references,
@@ -147,8 +145,6 @@ class FollowedGroup(Group):
     """(samples + 1, nr) flat"""
 
     def outputs(self, system: System, numbers: Lanes, s: int, count: int) -> np.ndarray:
-        from core.simulate.followed import followed  # compiles
-
         out = np.empty((self.samples, numbers.C.shape[2], count))
         followed(
             system.model.compiled.addresses, numbers.p[s], tuple(law[s] for law in numbers.laws),

@@ -16,9 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy
-from numba import njit
 
-from core.arm.signatures import DYNAMICS, OPTIONS, matrix, vector
+from core.arm.signatures import DYNAMICS, kernel, matrix, vector
 from core.arm.slots import weighing
 from core.arm.structure import Structure
 from core.drives.servo import FollowingServo
@@ -235,7 +234,7 @@ def _integrated(held: np.ndarray, mean: np.ndarray, dt: float) -> tuple[np.ndarr
     return np.vstack([nothing, np.cumsum(steps, axis=0)]), speed
 
 
-@njit(matrix(DYNAMICS, matrix, vector, matrix), **OPTIONS)
+@kernel(matrix(DYNAMICS, matrix, vector, matrix))
 def _at_once(dynamics, q, p, torque):  # type: ignore[no-untyped-def]
     """(N, nj) accelerations that torques (N, nj) cause at once at places q (N, n)."""
     N, n = q.shape

@@ -21,6 +21,7 @@ from core.identify.linear_outputs import LinearOutputs
 from core.identify.prepared import Prepared
 from core.identify.unknowns import GAIN, OFFSET, Unknowns
 from core.simulate.linear import interleave
+from core.simulate.pieces import COMPARE, WEIGH
 from core.simulate.vector import LANES
 
 _NO_OUTPUTS = np.zeros((1, 0))
@@ -138,8 +139,6 @@ class PopulationCost:
 
     def _new_target(self, group: PointGroup) -> _Target:
         chosen = [self.experiments[i] for i in group.members]
-        from core.simulate.pieces import COMPARE, WEIGH  # compiles
-
         weights = [self.weights[i] for i in group.members]
         measured = [np.nan_to_num(e.measured) for e in chosen]
         if all(e.counted.all() and len(e.measured) == group.samples for e in chosen):

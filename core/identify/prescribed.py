@@ -23,9 +23,9 @@ from dataclasses import replace
 
 import numpy as np
 import scipy
-from numba import njit, types
+from numba import types
 
-from core.arm.signatures import DYNAMICS, OPTIONS, TIP, matrix, vector
+from core.arm.signatures import DYNAMICS, TIP, cube, kernel, matrix, vector
 from core.arm.slots import HUB_INERTIA, slot
 from core.drives.law import static_law
 from core.drives.servo import FollowingServo, acceleration, bend
@@ -126,10 +126,7 @@ def _with_torque(
     return Trajectory(model.arm, compiled, numbers.p, task.time, q, v, torque)
 
 
-cube = types.float64[:, :, ::1]
-
-
-@njit(types.Tuple((cube, matrix))(DYNAMICS, TIP, matrix, matrix, vector, ELEMENTS), **OPTIONS)
+@kernel(types.Tuple((cube, matrix))(DYNAMICS, TIP, matrix, matrix, vector, ELEMENTS))
 def _equations(dynamics, tip, q, v, p, given):  # type: ignore[no-untyped-def]
     """M (N, n, n) and f (N, n) with the elements' forces, along q, v (N, n)."""
     N, n = q.shape
@@ -149,7 +146,7 @@ def _equations(dynamics, tip, q, v, p, given):  # type: ignore[no-untyped-def]
     return M, f
 
 
-@njit(matrix(cube, matrix, matrix), **OPTIONS)
+@kernel(matrix(cube, matrix, matrix))
 def _joint_torque(M, f, a):  # type: ignore[no-untyped-def]
     """u (N, nj) from M (N, n, n), averaged f (N, n) and the joints' accelerations a (N, nj)."""
     N, n = f.shape

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, types
 
-from core.arm.signatures import OPTIONS, matrix
+from core.arm.signatures import OPTIONS, kernel, matrix
 from core.recording.velocity import ZeroPhaseLowPass
 
 
@@ -40,7 +40,7 @@ def filtered(
     return _both_ways(sections, steady, flat, padding, 0.0 if even else 2.0).reshape(x.shape)
 
 
-@njit(types.void(matrix, matrix, matrix, types.boolean), **OPTIONS)
+@njit(**OPTIONS)
 def _through(sections, steady, x, back):  # type: ignore[no-untyped-def]
     """x (N, k) in place through sections (s, 6) that have settled at the row they begin with."""
     N, k = x.shape
@@ -61,7 +61,7 @@ def _through(sections, steady, x, back):  # type: ignore[no-untyped-def]
                 x[n, c] = y
 
 
-@njit(matrix(matrix, matrix, matrix, types.int64, types.float64), **OPTIONS)
+@kernel(matrix(matrix, matrix, matrix, types.int64, types.float64))
 def _both_ways(sections, steady, x, padding, around):  # type: ignore[no-untyped-def]
     """(N, k) of x (N, k), whose ends are extended by as many samples, mirrored `around` / 2 times
     the last one and, where it is zero, upright."""

@@ -13,12 +13,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.arm.shapes import exponent
-from core.arm.signatures import OPTIONS, matrix, vector
+from core.arm.signatures import kernel, matrix, vector
 from core.arm.slots import (
     AXIS_ANGLE,
     DAMPING_TIME,
@@ -101,7 +100,7 @@ def _blocks(joints: np.ndarray) -> Iterator[slice]:
         first = last
 
 
-@njit(matrix(matrix, matrix, matrix, vector), **OPTIONS)
+@kernel(matrix(matrix, matrix, matrix, vector))
 def march(over, C, r, x):  # type: ignore[no-untyped-def]
     """C x (N, ny) before each step x <- over' [x, r]; over (nx + nr, nx), C (nx, ny); x moves."""
     nx, ny, N = x.size, C.shape[1], r.shape[0]

@@ -16,11 +16,11 @@ import numpy as np
 from numba import int64, njit, types
 
 from core.arm.pointers import dynamics_at, linear_at
-from core.arm.signatures import OPTIONS, matrix, vector
+from core.arm.signatures import OPTIONS, cube, kernel, matrix, vector
 from core.simulate import vector as wide
 from core.simulate.closed import augment, balance, place, solve, work_arrays
 from core.simulate.lanes import aligned, exponential
-from core.simulate.lpv import LAWS, cube
+from core.simulate.lpv import LAWS
 from core.simulate.small import INLINE
 from core.simulate.vector import LANES
 
@@ -129,12 +129,11 @@ def follow(tall, vectors, state_vectors, d, m, nx, nr, ny, refs, shares, z, y, o
                 )  # fmt: skip
 
 
-@njit(
+@kernel(
     types.void(
         types.int64[::1], matrix, LAWS, cube, cube, matrix, types.float64, types.int64[::1],
         types.boolean, matrix, vector, vector, cube, int64, int64,
     ),
-    **OPTIONS,
 )  # fmt: skip
 def followed(  # type: ignore[no-untyped-def]
     arm, p, laws, C, D, nodes, h, keep, held, x0, refs, shares, out, first, last

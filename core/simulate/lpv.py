@@ -11,12 +11,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, types
 
-from core.arm.signatures import DYNAMICS, LINEAR, OPTIONS, matrix, vector
+from core.arm.signatures import DYNAMICS, LINEAR, OPTIONS, cube, kernel, matrix, vector
 from core.simulate.closed import augment, balance, place, solve, work_arrays
 from core.simulate.lanes import advance_and_store, aligned, exponential
 from core.simulate.vector import LANES
-
-cube = types.float64[:, :, ::1]
 
 
 @njit(**OPTIONS)
@@ -48,12 +46,11 @@ LAWS = types.Tuple((cube,) * 8)
 """R, P, V, S, Fs, Fq, Fv, Fr of core.drives.law.DriveLaw; the lanes come first."""
 
 
-@njit(
+@kernel(
     types.void(
         DYNAMICS, LINEAR, matrix, LAWS, cube, cube, cube, types.boolean, vector,
         types.int64[::1], types.boolean, matrix, vector, vector,
     ),
-    **OPTIONS,
 )  # fmt: skip
 def respond(  # type: ignore[no-untyped-def]
     dynamics, linear, p, laws, C, D, schedule, varying, h, keep, held, x0, refs, out

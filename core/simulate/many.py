@@ -26,7 +26,9 @@ from core.simulate.nonlinear import (
     run,
     torque_difference,
 )
+from core.simulate.rosenbrock import implicit_parts
 from core.simulate.stretches import stretches
+from core.simulate.wide_rosenbrock import integrate
 from core.trajectory import Trajectory
 
 WEAK_PIVOT = 1e-7
@@ -181,9 +183,6 @@ def _padded(references: np.ndarray, length: int) -> np.ndarray:
 def _run_pass(
     jobs: Sequence[Job], packed: Sequence[ElementArrays], substeps: int
 ) -> list[Trajectory]:
-    from core.simulate.rosenbrock import implicit_parts  # compiles
-    from core.simulate.wide_rosenbrock import integrate
-
     first, n = jobs[0], jobs[0].model.arm.coordinates
     laws = [law_arrays(job.numbers.law) for job in jobs]
     parts = []

@@ -12,6 +12,7 @@ from core.model import Model, Numbers
 from core.progress import heed, heeded
 from core.simulate.beam import bending, left_out
 from core.simulate.motion import Task, full_start
+from core.simulate.rosenbrock import implicit_parts, integrate
 from core.simulate.stretches import stretches
 from core.trajectory import Trajectory
 
@@ -54,8 +55,6 @@ def law_arrays(law: DriveLaw) -> tuple[np.ndarray, ...]:
 
 def run(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
     """One pass with a fixed number of steps per sample."""
-    from core.simulate.rosenbrock import implicit_parts, integrate  # compiles
-
     p, law = numbers.p, numbers.law
     n = model.arm.coordinates
     arrays = law_arrays(law)

@@ -15,11 +15,10 @@ import numpy as np
 from numba import int64, njit, types
 
 from core.arm.pointers import dynamics_at, linear_at
-from core.arm.signatures import OPTIONS, matrix, vector
+from core.arm.signatures import OPTIONS, cube, kernel, matrix, vector
 from core.simulate import vector as wide
 from core.simulate.closed import augment, balance, place, solve, work_arrays
 from core.simulate.lanes import aligned, apply_part, exponential, product
-from core.simulate.lpv import cube
 from core.simulate.small import INLINE
 from core.simulate.vector import LANES, move
 
@@ -196,13 +195,12 @@ def march(  # type: ignore[no-untyped-def]
             apply_part(Y, 0, column, rows, z, old, na, out, at)
 
 
-@njit(
+@kernel(
     types.void(
         types.int64[::1], cube, POPULATION, types.float64[:, :, :, ::1],
         types.float64[:, :, :, ::1], matrix, vector, types.int64[::1], types.boolean, cube, vector,
         types.int64[::1], types.int64[:, ::1], int64, vector, vector, matrix, matrix, int64, int64,
     ),
-    **OPTIONS,
 )  # fmt: skip
 def piecewise(  # type: ignore[no-untyped-def]
     arm, p, laws, C, D, postures, h, keep, held, x0, refs, lengths, pieces, mode,

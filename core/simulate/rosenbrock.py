@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numba import int64, njit, types
 
-from core.arm.signatures import DYNAMICS, OPTIONS, TIP, matrix, vector
+from core.arm.signatures import DYNAMICS, TIP, kernel, matrix, vector
 from core.simulate.bristles import answer, apply_forces, bound, free_speeds, solve_friction
 from core.simulate.elements import (
     ELEMENTS,
@@ -138,12 +138,11 @@ def solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq, kv, ks, kw): 
     state_stage(elements, cw, kv, rv, rw, kw)
 
 
-@njit(
+@kernel(
     types.Tuple((matrix, matrix))(
         DYNAMICS, TIP, vector, LAW, IMPLICIT, ELEMENTS, matrix, int64, vector,
         types.float64, int64,
     ),
-    **OPTIONS,
 )  # fmt: skip
 def integrate(dynamics, tip, p, law, parts, given, r, straight, y0, dt, substeps):  # type: ignore[no-untyped-def]
     """States (N, 2 n + ns + nw) and drive torques (N, nj) at the N samples of references r (N, nr).

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import int64, njit, types
 
-from core.arm.signatures import OPTIONS, matrix
+from core.arm.signatures import kernel, matrix
 from core.lanes.algebra import (
     add,
     add_product,
@@ -144,13 +144,12 @@ def solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq, kv, ks, kw): 
     state_stage(elements, cw, kv, rv, rw, kw)
 
 
-@njit(
+@kernel(
     types.Tuple((matrix, matrix, matrix))(
         WIDE_DYNAMICS, WIDE_TIP, _TWO, _TWO, _TWO, _THREE, _THREE,
         matrix, WIDE_LAW, WIDE_PARTS, WIDE_ELEMENTS, matrix,
         int64, matrix, matrix, int64, int64, types.boolean,
     ),
-    **OPTIONS,
 )  # fmt: skip
 def integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     dynamics, tip, factor, substitute, solve_positive, multiply_square, subtract_square,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, ClassVar
 
 from markupsafe import Markup
@@ -39,17 +38,17 @@ from flexgui.views.convergence import (
     live_plane,
 )
 from flexgui.views.fit_table import live_fit
-from flexgui.views.headline import final_comparisons
+from flexgui.views.headline import final_comparisons, given, standing
 from flexgui.views.html import html_table
 from flexgui.views.names import plain_symbol, typeset
 from flexgui.views.parameter_tables import (
     given_parameters,
     paper_table,
     short_between_runs,
+    short_parameters,
     standing_parameters,
 )
 from flexgui.views.summary import summary
-from flexgui.views.table import Table
 
 METHODS = ("glocal", "local")
 AUTOMATIC = "automatic"
@@ -255,27 +254,17 @@ def _runs(found: Sequence[Repeated]) -> Markup:
 
 
 FIRST_FIT = "The first fit: of the identification, before the diagnosis"
-IN_REPORT = ("95 % interval", "Start", "Bounds")
-"""Columns for which a panel has no room."""
 
 
 def found_parameters(outcome: Outcome) -> Markup:
     """Those of the model as it now stands; the first fit's in a fold where a diagnosis has made its
     own."""
-    table, first = _short(standing_parameters(outcome)), given_parameters(outcome)
+    found = html_table(short_parameters(standing_parameters(outcome), standing(outcome)))
+    first = given_parameters(outcome)
     if first is None:
-        return html_table(table)
+        return found
     fold = Markup("<details><summary>{}</summary>{}</details>")
-    return html_table(table) + fold.format(FIRST_FIT, html_table(_short(first)))
-
-
-def _short(table: Table) -> Table:
-    """Of several fits the means only, which leaves the plots in sight; the report holds all."""
-    means = tuple(row for row in table.rows if row.strong)
-    kept = [k for k, column in enumerate(table.columns) if column.title not in IN_REPORT]
-    return replace(table, rows=means or table.rows).only(
-        kept, "No standard deviation: the data do not determine the parameter."
-    )
+    return found + fold.format(FIRST_FIT, html_table(short_parameters(first, given(outcome))))
 
 
 ADD = "add a parameter …"

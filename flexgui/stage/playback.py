@@ -29,8 +29,7 @@ def playback_html(
     """
     index = frame_indices(motion.time)
     with _private_server() as server:
-        # Fine light waits for an image that a file of its own cannot fetch, pale until it comes.
-        # Fine light leaves all but invisible until its image is there: 10 s in software.
+        # Fine light leaves all but invisible until its image is decoded: 10 s in software.
         stage = Stage(server, motion.arm, motion.p, motion.q[0])
         stage.exaggeration = exaggeration
         _look(server, stage)

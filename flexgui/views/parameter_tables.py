@@ -207,6 +207,20 @@ def between_runs(found: Sequence[Repeated]) -> Table | None:
     )
 
 
+IN_REPORT = ("95 % interval", "Start", "Bounds")
+"""Columns for which a panel has no room."""
+
+
+def short_parameters(table: Table, estimates: Sequence[Estimate]) -> Table:
+    """For a panel: of several fits the means only, which leaves the plots in sight; the report
+    holds all."""
+    means = tuple(row for row in table.rows if row.strong)
+    kept = [k for k, column in enumerate(table.columns) if column.title not in IN_REPORT]
+    free = any(not np.isfinite(e.std) for e in estimates if not is_of_a_start(e))
+    text = "No standard deviation: the data do not determine the parameter." if free else ""
+    return replace(table, rows=means or table.rows).only(kept, text)
+
+
 def short_between_runs(found: Sequence[Repeated]) -> Table | None:
     """The same without the interval, for a panel beside the arm."""
     whole = between_runs(found)

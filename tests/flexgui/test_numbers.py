@@ -9,6 +9,8 @@ from core.results import Estimate
 from core.written import format_number, format_value, shown_unit
 from flexgui.export.export_files import _rounded
 from flexgui.views.names import channel_symbol, output_title, plain_symbol, typeset
+from flexgui.views.parameter_tables import short_parameters
+from flexgui.views.table import Column, Row, Table
 
 HALF_A_DIGIT = 0.51
 """Rounding moves a number by half of its last digit, and a little by the binary fraction."""
@@ -52,6 +54,14 @@ def test_a_value_is_rounded_to_its_deviation(
 )  # fmt: skip
 def test_a_deviation_above_the_value_is_no_estimate(estimate: Estimate, text: str) -> None:
     assert estimate.text.replace("\N{NO-BREAK SPACE}", " ") == text
+
+
+@pytest.mark.parametrize(("std", "said"), [(1e-3, False), (math.nan, True)])
+def test_a_panel_says_what_no_deviation_means_only_where_one_lacks(std: float, said: bool) -> None:
+    table = Table((Column("Parameter"), Column("Start")), (Row(("m1", "1 kg")),))
+    shown = short_parameters(table, [Estimate("m1", 1.0, std, "kg", not said)])
+    assert shown.rows == (Row(("m1",)),)
+    assert bool(shown.caption) is said
 
 
 @given(st.floats(1e-3, 9e5), st.floats(1e-6, 1e3))

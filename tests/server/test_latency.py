@@ -1,4 +1,4 @@
-"""From the slider to the redrawn arm and plots: measured and printed (`pytest -s`), not asserted.
+"""From the slider to the server's answer: measured and printed (`pytest -s`), not asserted.
 
 The times are the machine's as much as the program's; asserted is only that every move is answered,
 and rightly. Goals: 95 of 100 within 100 ms alone, within 250 ms while an identification runs.

@@ -77,7 +77,7 @@ def _chain(typingctx, count, factor):  # type: ignore[no-untyped-def]
 chain: Any = intrinsic(_chain)
 
 
-@njit(types.float64(types.int64, types.float64), nogil=True, cache=True)
+@njit(nogil=True, cache=True)
 def multiply_add(count, factor):  # type: ignore[no-untyped-def]
     """count x ACCUMULATORS x LANES multiply-adds on registers."""
     return chain(count, factor)
