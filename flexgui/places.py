@@ -6,6 +6,7 @@ import re
 import shutil
 import sys
 import tempfile
+import time
 from functools import cache
 from pathlib import Path
 
@@ -54,6 +55,14 @@ def kept_at(folder: Path) -> float:
 def earlier_folder(folder: Path) -> Path:
     """Where the work of the session before waits."""
     return folder.with_name(f"{folder.name}-before")
+
+
+def set_aside(path: Path, when: float) -> str:
+    """Renames stored work that cannot be read, so that nothing overwrites it; its new name."""
+    date = time.strftime("%Y-%m-%d-%H%M%S", time.localtime(when))
+    name = f"unread-{date}{path.name if path.is_file() else f'-{path.name[:8]}'}"
+    path.rename(path.with_name(name))
+    return name
 
 
 def remove_half_written(folder: Path) -> None:

@@ -6,23 +6,39 @@ import logging
 import shutil
 import time
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from core.errors import InputError
 from core.files import replacing
+from core.results import Outcome
 from core.scenario.schema import Scenario
-from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept, kept_at
+from flexgui.places import (
+    FRESH,
+    OWNER,
+    RESULTS,
+    WORK,
+    earlier_folder,
+    is_kept,
+    kept_at,
+    set_aside,
+)  # fmt: skip
+from flexgui.session.challenging import Challenge
+from flexgui.session.edit import Document
 from flexgui.session.look import Look
-from flexgui.session.records import packed, unpacked
-from flexgui.session.state import Cursor, Topic
+from flexgui.session.records import known, packed, unpacked
+from flexgui.session.state import STAGES, Cursor, Live, Topic
 from flexgui.session.studying import Studying
+from flexgui.session.uploading import check_suits
 
 DURABLE = frozenset(
     {Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE}
 )
 RESTORED = "Your work of {} is restored; start interrupted computations again."
+WITHOUT = "Your work of {} is restored without its results, which are set aside as {}: {}"
+UNREAD = "Your work of {} cannot be read and is set aside as {}: {}"
 NOT_KEPT = "Your work cannot be written to the disk, so it ends with this server: export it."
 
 log = logging.getLogger(__name__)
@@ -78,45 +94,58 @@ class Keeping(Studying, ABC):
         self.notify(Topic.KEPT)
 
     def restore(self) -> bool:
-        """Takes the earlier work up in place of what is here."""
+        """Takes the earlier work up in place of what is here; what cannot be read is set aside."""
         earlier = self.earlier
         if earlier is None:
             return False
+        words = RESTORED.format(earlier.words)
         try:
-            stated = unpacked((earlier.folder / WORK).read_bytes())
-            found = _results(earlier.folder)
-            with self._lock:
-                self._keeps = False
-                try:
-                    self._take_up(earlier, stated, found)
-                finally:
-                    self._written, self._keeps = (self._stated(), self._found()), True
-        except (InputError, OSError, KeyError, TypeError, AttributeError) as error:
-            log.warning("Earlier work could not be restored: %r", error)
-            self.earlier = None
-            self.notify(Topic.KEPT)
-            self.show_message("The earlier work is damaged and cannot be restored.", bad=True)
+            stated = known(Stated, _read(earlier.folder / WORK))
+            live = known(Live, stated.live)
+            check_suits(stated.scenario)
+        except UNREADABLE as error:
+            name = set_aside(earlier.folder, earlier.time)
+            self._settle(UNREAD.format(earlier.words, name, _why(error)), bad=True)
             return False
+        try:
+            found = known(Found, _read(earlier.folder / RESULTS))
+        except FileNotFoundError:  # nothing was found yet
+            found = Found()
+        except UNREADABLE as error:
+            found = Found()
+            name = set_aside(earlier.folder / RESULTS, earlier.time)
+            words = WITHOUT.format(earlier.words, name, _why(error))
+        with self._lock:
+            self._keeps = False
+            try:
+                self.begin_with(stated.scenario)
+                self._exchange(earlier.folder)
+                self.live = live
+                self._take_up(stated, found)
+            finally:
+                self._written, self._keeps = (self._stated(), self._found()), True
+        self._settle(words)
+        return True
+
+    def _settle(self, words: str, bad: bool = False) -> None:
+        """The question about the earlier work is answered."""
         self.earlier = None
         self.notify(*Topic)
         self.refresh_live()
         self.refresh_playback()
-        self.show_message(RESTORED.format(earlier.words))
-        return True
+        self.show_message(words, bad)
 
-    def _take_up(self, earlier: Earlier, stated: dict[str, Any], found: dict[str, Any]) -> None:
-        self.begin_with(stated["scenario"])
-        self._exchange(earlier.folder)
-        self.live, self.stage = type(self.live)(**stated["live"]), stated["stage"]
-        self.cursor = Cursor(recording=stated["recording"])
-        self.aside, self._own = stated["aside"], frozenset(stated["own"])
-        self.nickname, self.tour = stated["nickname"], stated["tour"]
-        self.challenge, self._formulas = stated["challenge"], stated["formulas"]
+    def _take_up(self, stated: Stated, found: Found) -> None:
+        self.stage = stated.stage if stated.stage in STAGES else STAGES[0]
+        self.cursor = Cursor(recording=stated.recording)
+        self.aside, self._own = stated.aside, frozenset(stated.own)
+        self.nickname, self.tour = stated.nickname, stated.tour
+        self.challenge, self._formulas = stated.challenge, dict(stated.formulas)
         if self.challenge is not None:
-            begun = time.monotonic() - stated["challenged_for"]
+            begun = time.monotonic() - stated.challenged_for
             self.challenge = replace(self.challenge, started=begun)
-        self.outcome, self.outcome_of = found.get("outcome"), found.get("outcome_of")
-        self.looks = found.get("looks", ())
+        self.outcome, self.outcome_of = found.outcome, found.outcome_of
+        self.looks = found.looks
 
     def _exchange(self, earlier: Path) -> None:
         """Two renames: whenever this is interrupted, the earlier work lies in one of its places."""
@@ -124,7 +153,11 @@ class Keeping(Studying, ABC):
         owner = {p.name: p.read_bytes() for p in self.folder.glob(OWNER)}
         shutil.rmtree(fresh, ignore_errors=True)
         self.folder.rename(fresh)
-        earlier.rename(self.folder)
+        try:
+            earlier.rename(self.folder)
+        except OSError:
+            fresh.rename(self.folder)
+            raise
         for name, content in owner.items():
             (self.folder / name).write_bytes(content)
         shutil.rmtree(fresh, ignore_errors=True)
@@ -134,7 +167,7 @@ class Keeping(Studying, ABC):
         before, self._written = self._written, (stated, found)
         try:
             if not _same(found, before[1]):
-                _write(self.folder / RESULTS, dict(zip(_FOUND, found, strict=True)))
+                _write(self.folder / RESULTS, vars(Found(*found)))
             if not _same(stated, before[0]) or not is_kept(self.folder):
                 if _same(stated, before[0]) and _same(found, before[1]):
                     return
@@ -176,7 +209,51 @@ class Keeping(Studying, ABC):
         }
 
 
-_FOUND = ("outcome", "outcome_of", "looks")
+@dataclass(frozen=True)
+class Stated:
+    """What a person has stated, as it is stored; of another version's store what both know."""
+
+    scenario: Scenario
+    live: dict[str, Any] = field(default_factory=dict)
+    """Fields of `Live`."""
+    stage: str = STAGES[0]
+    recording: str = ""
+    aside: tuple[Document, ...] = ()
+    own: Sequence[str] = ()
+    nickname: str = ""
+    tour: int | None = 0
+    challenge: Challenge | None = None
+    challenged_for: float = 0.0
+    """s since it began."""
+    formulas: dict[str, tuple[str, str, str]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Found:
+    """What was found, as it is stored."""
+
+    outcome: Outcome | None = None
+    outcome_of: Scenario | None = None
+    looks: tuple[Look, ...] = ()
+
+
+SCHEMA = 1
+"""Of the store; a greater one has been written by a later version, in which names mean more."""
+UNREADABLE = (InputError, OSError, TypeError, AttributeError)
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """What `_write` wrote; InputError where it cannot be read."""
+    value = unpacked(path.read_bytes())
+    if not isinstance(value, dict) or value.get("schema", 0) > SCHEMA:
+        raise InputError("a later version of FlexGUI wrote it.")
+    return value
+
+
+def _why(error: Exception) -> str:
+    """One sentence; what is not the file's fault is in the log."""
+    log.warning("Earlier work could not be read: %r", error)
+    return str(error) if isinstance(error, InputError) else "parts of it are missing."
 
 
 def _same(new: tuple[Any, ...], old: tuple[Any, ...]) -> bool:
@@ -189,14 +266,6 @@ def _same(new: tuple[Any, ...], old: tuple[Any, ...]) -> bool:
 
 
 def _write(path: Path, value: dict[str, Any]) -> None:
-    content = packed(value)
+    content = packed({"schema": SCHEMA, **value})
     with replacing(path) as temporary:
         temporary.write_bytes(content)
-
-
-def _results(folder: Path) -> dict[str, Any]:
-    """Empty where nothing was found yet."""
-    path = folder / RESULTS
-    found = unpacked(path.read_bytes()) if path.exists() else {}
-    assert isinstance(found, dict)
-    return found

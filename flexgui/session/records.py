@@ -7,7 +7,7 @@ import io
 import json
 import zlib
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -26,6 +26,7 @@ TREE = "tree"
 ARCHIVE = b"PK"
 """How an archive begins; a tree without arrays is text after its checksum."""
 KIND, VALUE, NUMBER = "$", "v", "n"
+T = TypeVar("T")
 
 _RECORDS: dict[str, type] = {
     each.__name__: each
@@ -53,8 +54,10 @@ def unpacked(content: bytes) -> Any:
         else:
             text = _checked(content)
         return _Unpacking(found).value(json.loads(text))
+    except InputError:  # a setting that this version does not know
+        raise
     except Exception as error:  # zipfile and zlib have errors of their own
-        raise InputError("The stored work of an earlier session is damaged.") from error
+        raise InputError("the stored work is damaged.") from error
 
 
 def _summed(text: bytes) -> bytes:
@@ -147,8 +150,15 @@ class _Unpacking:
 
     def _record(self, tree: dict[str, Any]) -> Any:
         fields = {k: self.value(v) for k, v in tree[VALUE].items()}
-        found = self._made[tree[NUMBER]] = _RECORDS[tree[KIND]](**fields)
+        found = self._made[tree[NUMBER]] = known(_RECORDS[tree[KIND]], fields)
         return found
+
+
+def known(record: Callable[..., T], fields: Mapping[str, Any]) -> T:
+    """A record of what it knows among the fields, as another version may have written more or
+    fewer; TypeError where one without a default is missing."""
+    names = {f.name for f in dataclasses.fields(record)}  # type: ignore[arg-type]
+    return record(**{name: value for name, value in fields.items() if name in names})
 
 
 def _scenario(text: str) -> Scenario:

@@ -6,16 +6,15 @@ import shutil
 from typing import final
 
 from core.errors import InputError
-from core.scenario.data_folder import check_plain
 from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
 from flexgui.jobs.inputs import leave
 from flexgui.places import is_kept
 from flexgui.session.demo import EMBEDDED, scenario_choices
 from flexgui.session.keeping import Keeping
 from flexgui.session.services import Services
 from flexgui.session.state import Cursor, Topic
+from flexgui.session.uploading import check_suits
 from flexgui.session.uploads import fetch_files
 
 
@@ -55,10 +54,7 @@ class Session(Keeping):
 
     def begin_with(self, scenario: Scenario) -> None:
         """As `open`, but InputError where the scenario is none for this session."""
-        for spec in scenario.recordings:
-            for file in spec.files:
-                check_plain(file)
-        base_model(scenario)
+        check_suits(scenario)
         self.forget_job()
         self.forget_study()
         self.end_demonstration()

@@ -437,6 +437,14 @@ class Uploading(Checking, ABC):
         return self.change(put(("recordings",), entries))
 
 
+def check_suits(scenario: Scenario) -> None:
+    """InputError where a session cannot have the scenario."""
+    for spec in scenario.recordings:
+        for file in spec.files:
+            check_plain(file)
+    base_model(scenario)
+
+
 def _references(model: Model) -> tuple[str, ...]:
     return tuple(model.drive.needed_channels(model.arm))
 

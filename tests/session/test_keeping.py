@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from random import Random
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from flexgui.session.challenging import Challenge, Guess
 from flexgui.session.demo import READY_MADE, demo_scenario, hidden_scenario
 from flexgui.session.edit import put
 from flexgui.session.records import packed, unpacked
+from flexgui.session.state import STAGES
 from tests.session.conftest import Offered
 from tests.session.helpers import bring, good_csv, small, until
 
@@ -226,13 +228,92 @@ def test_who_declines_is_asked_again_and_who_begins_anew_keeps_both(work: KeptWo
     third.close()
 
 
-def test_damaged_work_is_told_and_the_session_goes_on(session: Session, work: KeptWork) -> None:
+Spoil = Callable[[Path], object]
+
+
+def entries(**changes: Any) -> Spoil:
+    """Changes entries of what is stored; None takes one out."""
+
+    def change(path: Path) -> None:
+        value = {**unpacked(path.read_bytes()), **changes}
+        path.write_bytes(packed({k: v for k, v in value.items() if v is not None}))
+
+    return change
+
+
+def words(before: bytes, after: bytes) -> Spoil:
+    """Changes the stored text."""
+
+    def change(path: Path) -> None:
+        text = path.read_bytes().partition(b"\n")[2]
+        assert before in text
+        text = text.replace(before, after)
+        path.write_bytes(b"%08x\n%s" % (crc32(text), text))
+
+    return change
+
+
+OTHER_VERSIONS: dict[str, Spoil] = {
+    "older": entries(tour=None, own=None, live=None, schema=None),
+    "newer": entries(more=1, stage="Ponder", live={"colour": "red"}),
+    "an older record": words(b', "changed": false', b""),
+    "a newer record": words(b'"changed": ', b'"colour": "red", "changed": '),
+}
+
+
+@pytest.mark.parametrize("version", OTHER_VERSIONS)
+def test_work_of_another_version_is_taken_up(
+    session: Session, work: KeptWork, version: str
+) -> None:
     assert session.change(put(("identify", "population"), 17))
-    (session.folder / WORK).write_bytes(b"no zip")
+    session.challenge = Challenge(7, "hard", "sealed", (Guess("rotor_inertia", "2"),))
+    session.notify(Topic.CHALLENGE)
+    OTHER_VERSIONS[version](session.folder / WORK)
+    dead(session)
+    made = revived(work)
+    assert made.scenario.identify.population == 17 and made.challenge is not None
+    assert made.stage in STAGES
+    made.close()
+
+
+UNREADABLE: dict[str, tuple[Spoil, str]] = {
+    "damaged": (lambda path: path.write_bytes(b"no zip"), "damaged"),
+    "later": (entries(schema=10**6), "later version"),
+    "without a scenario": (entries(scenario=None), "parts of it"),
+    "with an unknown setting": (words(b"population", b"colour"), "colour"),
+}
+
+
+@pytest.mark.parametrize("fault", UNREADABLE)
+def test_work_that_cannot_be_read_is_set_aside_and_never_written_over(
+    session: Session, work: KeptWork, fault: str
+) -> None:
+    assert session.change(put(("identify", "population"), 17))
+    (session.folder / "own.csv").write_text("mine")
+    spoil, said = UNREADABLE[fault]
+    spoil(session.folder / WORK)
+    stored = (session.folder / WORK).read_bytes()
     dead(session)
     made = begun(KeptWork(work.root))
-    assert not made.restore() and "damaged" in made.message.text
+    assert not made.restore() and made.earlier is None
     assert made.change(put(("identify", "population"), 18)) and is_kept(made.folder)
+    made.close()
+    (aside,) = work.root.glob("unread-*")
+    assert aside.name in made.message.text and said in made.message.text
+    KeptWork(work.root)
+    assert (aside / WORK).read_bytes() == stored and (aside / "own.csv").read_text() == "mine"
+
+
+def test_results_that_cannot_be_read_are_set_aside_and_the_work_goes_on(
+    session: Session, work: KeptWork
+) -> None:
+    assert session.change(put(("identify", "population"), 17))
+    (session.folder / RESULTS).write_bytes(b"no zip")
+    dead(session)
+    made = revived(work)
+    (aside,) = made.folder.glob("unread-*")
+    assert aside.name in made.message.text and aside.read_bytes() == b"no zip"
+    assert made.scenario.identify.population == 17 and made.outcome is None
     made.close()
 
 
