@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
 from core.diagnose.acceptance import Round
 from core.diagnose.data import Data, names_of
-from core.diagnose.evidence import RELEVANT, Weighed
+from core.diagnose.descent import normal_equations
+from core.diagnose.evidence import RELEVANT, Weighed, acceptable
 from core.diagnose.groups import confused_with
+from core.diagnose.refit import Refit
 from core.diagnose.screen import Screened
 from core.diagnose.steps import estimates
-from core.results import RankedEffect
+from core.identify.identifiability import TOGETHER, correlation_of
+from core.identify.uncertainty import pseudo_inverse
+from core.results import Estimate, RankedEffect
 
 
 def ranking_of(found: Round, data: Data) -> tuple[RankedEffect, ...]:
@@ -51,7 +60,19 @@ def _weighed(w: Weighed, found: Round, data: Data, above: float) -> RankedEffect
         expected_drop_percent=_percent(s.drop, above),
         refit_drop_percent=100.0 * w.reduction,
         delta_bic=w.delta_bic,
+        tied_to=() if acceptable(w) else _tied_to(w.refit, names, found.before),
         confused_with=confused_with(w, found.weighed, found.screen, s.effect.includes),
         parameters=tuple(e for e in estimates(w.refit) if e.name in names),
         predicted=predicted,
     )
+
+
+def _tied_to(refit: Refit, sizes: Sequence[str], before: Refit) -> tuple[Estimate, ...]:
+    """The parameters of the model before that a size of the effect is correlated with beyond
+    telling: along both the error is flat, and they stand anywhere."""
+    labels, was = refit.hypothesis.unknowns.labels, before.hypothesis.values()
+    own = [labels.index(name) for name in sizes if name in labels]
+    A, _ = normal_equations(refit.descended.blocks, refit.descended.slopes)
+    rho = np.abs(correlation_of(pseudo_inverse(A)))[own]
+    tied = {label for k, label in enumerate(labels) if (rho[:, k] > TOGETHER).any()} & set(was)
+    return tuple(replace(e, start=was[e.name]) for e in estimates(refit) if e.name in tied)

@@ -60,6 +60,32 @@ def share_of(ranked: RankedEffect) -> float:
     return ranked.expected_drop_percent if refitted is None else refitted
 
 
+ORDER = (
+    "Order: what was added or is named as missing, then by what is explained after refitting, then "
+    "by the estimate; last what cannot be distinguished from the model's own parameters."
+)
+
+
+def in_order(ranking: Sequence[RankedEffect], named: str | None = None) -> tuple[RankedEffect, ...]:
+    """As a reader is shown them, in the ORDER that is stated beside the list."""
+
+    def place(one: RankedEffect) -> tuple[bool, bool, bool, float]:
+        unfitted = one.refit_drop_percent is None
+        return one.effect != named, bool(one.tied_to), unfitted, -share_of(one)
+
+    return tuple(sorted(ranking, key=place))
+
+
+def tie(ranked: RankedEffect) -> str:
+    """'cannot be distinguished from m1, which would go from 95 kg to 190.0 ± 0.2 kg'; empty where
+    it can."""
+    moved = [
+        f"{e.name}, which would go from {quantity(e.start, e.unit, 4)} to {e.text}"
+        for e in ranked.tied_to
+    ]
+    return f"cannot be distinguished from {listed(moved)}" if moved else ""
+
+
 def worth_listing(ranking: Sequence[RankedEffect]) -> list[RankedEffect]:
     """Without those that explain nothing, and without those that vanished when refitted: what
     these seem to explain is something else that moved meanwhile."""

@@ -63,6 +63,9 @@ class RankedEffect:
     delta_bic: float | None
     confused_with: tuple[str, ...] = ()
     parameters: tuple[Estimate, ...] = ()
+    tied_to: tuple[Estimate, ...] = ()
+    """What the model had before and these recordings do not tell it from, where it explains too
+    little to be accepted: as it would stand with it, with `start` as it stands without."""
     predicted: tuple[np.ndarray, ...] = ()
     """(M, k) per recording in floors: the residual that the effect predicts."""
 

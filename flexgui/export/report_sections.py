@@ -13,6 +13,7 @@ import numpy as np
 from markupsafe import Markup
 
 from core.diagnose.maps import error_maps
+from core.diagnose.phrases import in_order
 from core.effects import catalogue
 from core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
 from core.written import format_number
@@ -96,12 +97,13 @@ def _formulas(found: Diagnosis) -> tuple[tuple[str, Markup], ...]:
 
 def _round(number: int, one: DiagnosisRound) -> RankingBlock:
     titles = {r.effect: r.title for r in one.ranking}
+    shown = in_order(one.ranking, one.accepted)
     ending = f"{titles.get(one.accepted, '')} was added" if one.accepted else "nothing was added"
     return RankingBlock(
         title=f"Round {number}: {ending}",
         sentence=one.sentence,
-        figure=plot(ranking(one.ranking, one.accepted)),
-        table=ranking_table(one.ranking, one.accepted),
+        figure=plot(ranking(shown, one.accepted)),
+        table=ranking_table(shown, one.accepted),
         planned=_planned(one.experiments),
     )
 

@@ -265,6 +265,7 @@ def ranked(one: RankedEffect, parameter: Parameter) -> dict[str, Any]:
         "refit_drop_percent": one.refit_drop_percent,
         "delta_bic": one.delta_bic,
         "confused_with": one.confused_with,
+        "tied_to": [e.name for e in one.tied_to],
         "parameters": [parameter(e) for e in one.parameters],
     }
 

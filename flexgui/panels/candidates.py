@@ -10,7 +10,7 @@ from typing import Any
 from markupsafe import Markup
 
 from core.diagnose.nested import nesting
-from core.diagnose.phrases import percent, worth_listing
+from core.diagnose.phrases import ORDER, percent, tie, worth_listing
 from core.diagnose.verdict import ABOVE, NOTHING
 from core.effects import catalogue
 from core.effects.own import states, targets
@@ -32,7 +32,7 @@ READ = (
     "Explains: the share of the squared error above the noise floor that disappears when the "
     "effect and all other parameters are refitted. Estimate (≈): a linear prediction before "
     "refitting. Score: about 1 per parameter for pure noise, large where the residual has the "
-    "shape of the effect."
+    f"shape of the effect. {ORDER}"
 )
 
 SHOW, HIDE = "Show what it does", "Hide what it does"
@@ -68,7 +68,10 @@ class Candidates:
 
 
 def inviting(found: Looked) -> bool:
-    """Whether something is to be explained: of a model at its floor no verdict is waited for."""
+    """Whether the first effect may explain something: of a model at its floor no verdict is waited
+    for, and what the model's own parameters imitate explains nothing."""
+    if any(one.tied_to for one in found.ranking[:1]):
+        return False
     if found.diagnosis is not None:
         return found.diagnosis.verdict != NOTHING
     return bool(found.step.cost_per_sample > ABOVE**2)
@@ -153,6 +156,8 @@ def _row(place: int, one: RankedEffect, found: Looked, titles: dict[str, str]) -
     if one.confused_with:
         others = ", ".join(titles.get(kind, kind) for kind in one.confused_with)
         parts.append(paragraph(f"Cannot be distinguished from: {others}.", "bad"))
+    if tied := tie(one):
+        parts.append(paragraph(f"{tied[0].upper()}{tied[1:]}.", "bad"))
     if one.predicted:
         seen = glimpse(found.recordings, found.channels, found.dt, found.residual, one.predicted)
         parts.append(picture(seen) if seen is not None else Markup(""))

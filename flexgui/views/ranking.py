@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 from markupsafe import Markup
 
 from core.diagnose.nested import nesting
-from core.diagnose.phrases import worth_listing
+from core.diagnose.phrases import ORDER, tie, worth_listing
 from core.results import RankedEffect
 from core.written import format_number
 from flexgui.views import colours
@@ -77,7 +77,7 @@ def _colour(ranked: RankedEffect, accepted: str | None) -> str:
 
 
 def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -> Table:
-    """The candidates that explain something, with their figures; refitted ones first."""
+    """The candidates that explain something, with their figures."""
     titles = {r.effect: r.title for r in ranked}
     best = accepted or (ranked[0].effect if ranked else "")
     shown = worth_listing(ranked)
@@ -85,7 +85,7 @@ def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -
     text = (
         "Explains: share of the squared error above the noise floor. ΔBIC: gain in evidence with a "
         "penalty for each parameter; above 10 is very strong. Chance of noise: the probability "
-        "that noise alone looks like this, corrected for all trials."
+        f"that noise alone looks like this, corrected for all trials. {ORDER}"
     )
     if len(shown) < len(ranked):
         text += f" Not listed: {len(ranked) - len(shown)} that explain nothing."
@@ -110,6 +110,7 @@ def _beside(ranked: RankedEffect, titles: dict[str, str], best: str) -> str:
     others = ", ".join(titles.get(kind, kind) for kind in ranked.confused_with)
     parts = (
         f"cannot be distinguished from {others}" if others else "",
+        tie(ranked),
         nesting(ranked.effect, best),
     )
     return "; ".join(p for p in parts if p)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.diagnose.facts import titles_in_catalogue
-from core.diagnose.phrases import chance, linear_line, percent, strength, worth_listing
+from core.diagnose.phrases import chance, in_order, linear_line, percent, strength, worth_listing
 from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
 from core.diagnose.words import verdict_paragraphs
 from core.results import DiagnosisRound, Estimate
@@ -297,6 +297,15 @@ def test_what_explains_nothing_or_has_no_size_is_not_listed() -> None:
         rounds = (DiagnosisRound((RIVALS[0], one), FRICTION), *FOUND.rounds[1:])
         assert "Viscous" not in text(replace(FOUND, rounds=rounds))
     assert worth_listing(RIVALS) == list(RIVALS)
+
+
+def test_the_list_is_in_the_order_that_is_stated() -> None:
+    little, more = ranked(PAYLOAD, 3.0, 900.0), ranked(FRICTION, 37.0, 80.0)
+    untried = replace(ranked("camera_delay", 50.0, 1.0), refit_drop_percent=None)
+    tied = replace(ranked(VISCOUS, 40.0, 99.0), tied_to=(estimate(),))
+    shown = in_order((little, tied, untried, more))
+    assert [r.effect for r in shown] == [FRICTION, PAYLOAD, "camera_delay", VISCOUS]
+    assert in_order(shown, PAYLOAD)[0] is little, "what is named as missing stands first"
 
 
 def test_the_linear_model_is_told_as_a_matter_of_the_model_and_only_where_it_is_worse() -> None:

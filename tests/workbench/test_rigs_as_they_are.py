@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from core.diagnose.phrases import in_order, tie
 from core.diagnose.verdict import NOTHING
 from core.drives import build_drive
 from core.effects import effect
@@ -19,10 +20,13 @@ from core.recording.save import save_recording
 from core.recording.spec import SimulateSpec
 from core.results import Diagnosis, Outcome
 from core.scenario.read import parse_scenario
-from core.scenario.schema import Scenario
+from core.scenario.schema import DiagnoseSpec, Scenario
 from core.simulate.experiment import NO_NOISE, make_task, read_sensors
 from core.simulate.nonlinear import simulate_within
 from core.workbench import base_model, load_recordings, run_scenario
+from flexgui.jobs.looked import Looked
+from flexgui.panels.candidates import inviting
+from flexgui.views.ranking import ranking_table
 
 CLOSE = 0.01
 """Of the true value: five seconds with encoders of 10 µrad tell more than that; the servo's
@@ -223,6 +227,21 @@ def test_a_slide_with_known_pulses_is_right(slide_rig: Path) -> None:
     assert values["fc1"] == pytest.approx(20.0, rel=2.0 * CLOSE)
     without = estimates(run_scenario(slide(known=False), folder=slide_rig))
     assert abs(without["m1"] / 95.0 - 1.0) > 3.0 * CLOSE
+
+
+def test_a_scale_that_the_mass_imitates_is_said_to_and_stands_last(slide_rig: Path) -> None:
+    """Half the encoder's scale and twice the mass make the same force."""
+    asked = DiagnoseSpec(max_effects=0, candidates=["sensor_gain", "torque_offset"])
+    wanting = slide(known=False).model_copy(update={"diagnose": asked})
+    found = run_scenario(wanting, folder=slide_rig).diagnosis
+    assert found is not None
+    *_, last = in_order(found.ranking[::-1])
+    assert last.effect == "sensor_gain" and [e.name for e in last.tied_to] == ["m1"]
+    assert tie(last).startswith("cannot be distinguished from m1, which would go from 91.4")
+    seen = replace(last, refit_drop_percent=1.0)
+    assert "cannot be distinguished from m1" in ranking_table((seen,)).rows[0].cells[5]
+    looked = Looked(found.steps[0], (), (), (), (), (last,), diagnosis=found)
+    assert not inviting(looked) and inviting(replace(looked, ranking=found.ranking[:1]))
 
 
 BENCH = """

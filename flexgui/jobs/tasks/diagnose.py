@@ -59,6 +59,7 @@ def diagnose(
     of the error ladder is told first; then the ranking, again and again as it gets finer.
     """
     from core.diagnose.diagnose import diagnose as look_for
+    from core.diagnose.verdict import MISSING
     from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
     from core.scenario.stated_effects import with_effect_parameters
@@ -84,8 +85,12 @@ def diagnose(
         asked.setup, asked.spec, asked.recordings, asked.options, progress, on_ranking, look.begun,
         look.settled,
     )  # fmt: skip
-    light = tuple(replace(r, ranking=thinned(r.ranking)) for r in found.rounds)
-    look.report(ranking=thinned(found.ranking), diagnosis=replace(found, rounds=light))
+    # Of a search that was stopped the first is not named as missing.
+    sure = found.verdict == MISSING and not found.notes
+    named = next((r.effect for r in found.ranking if sure), None)
+    light = tuple(replace(r, ranking=thinned(r.ranking, named)) for r in found.rounds)
+    reported = replace(found, rounds=light)
+    look.report(ranking=reported.ranking, diagnosis=reported)
     if fit == AFTER and not progress.stopped():
         return replace(look.seen, outcome=refined(scenario_toml, where, asked, progress))
     return look.seen
@@ -235,11 +240,16 @@ class Unnamed(Silent):
         return self._progress.stopped()
 
 
-def thinned(ranking: tuple[RankedEffect, ...]) -> tuple[RankedEffect, ...]:
-    """With as many rows of predictions as pictures show, and none of those far down."""
+def thinned(
+    ranking: tuple[RankedEffect, ...], named: str | None = None
+) -> tuple[RankedEffect, ...]:
+    """In the order that is shown, with as many rows of predictions as pictures show, and none of
+    those far down."""
+    from core.diagnose.phrases import in_order
+
     return tuple(
         replace(r, predicted=tuple(_thin(p) for p in r.predicted) if k < PICTURED else ())
-        for k, r in enumerate(ranking)
+        for k, r in enumerate(in_order(ranking, named))
     )
 
 
