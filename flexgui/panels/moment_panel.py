@@ -44,7 +44,7 @@ class Moment:
         self._cloud = Plot(context.gui, 0.55)
         self._residual = Plot(context.gui, 0.44)
         self._drawn: object = None
-        self._timed = False
+        self._timed, self._shown = False, ""
 
     def refresh(self) -> None:
         """Draws the newest look that has something to show; the one before stays until then."""
@@ -68,7 +68,12 @@ class Moment:
     def move_cursor(self) -> None:
         """The time-line's cursor moved."""
         if self._timed:
-            self._residual.move_cursor(self._context.session.cursor.time)
+            self._residual.move_cursor(self._cursor())
+
+    def _cursor(self) -> float | None:
+        """None while the time-line is in another recording, whose times are not of this axis."""
+        cursor = self._context.session.cursor
+        return cursor.time if cursor.recording == self._shown else None
 
     def _newest(self) -> Look | None:
         """A look without a residual of its own yet leaves the picture to the one before."""
@@ -141,7 +146,8 @@ class Moment:
             channel, found.dt[k], found.residual[k][:, here], predicted,
             "" if one is None else one.title, start.residual[i][:, j], unit,
         )  # fmt: skip
-        self._residual.show(figure, self._context.session.cursor.time, RESIDUAL)
+        self._shown = name
+        self._residual.show(figure, self._cursor(), RESIDUAL)
         self._cloud.show(None)
         self._timed = True
         caption = residual_caption(

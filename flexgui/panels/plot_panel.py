@@ -116,7 +116,7 @@ class Plot:
     def move_cursor(self, cursor: float | None) -> None:
         """The same figure with the cursor elsewhere: only its line moves. The figure sent anew at
         each tick would be 400 KB a second while a recording plays."""
-        if not self._before:
+        if not self._before or (cursor is None and not self._has_cursor):
             return
         if cursor is None or not self._has_cursor:
             self._draw(cursor)

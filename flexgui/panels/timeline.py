@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 
 from markupsafe import Markup
@@ -81,9 +82,11 @@ class TimeLine:
         what = legend(session)
         soft = paragraph(what, "soft") if what else ""
         self._about.show(joined(ROW, paragraph(now), soft))
-        if self._seek.max != motion.seconds:
-            self._seek.max = motion.seconds
-        shown = round(min(cursor.time, motion.seconds), 2)
+        # A value beyond a greatest one of more digits would be shown as that, with all of them.
+        most = last_time(motion.seconds)
+        if self._seek.max != most:
+            self._seek.max = most
+        shown = min(round(cursor.time, 2), most)
         if abs(self._seek.value - shown) > 1e-9:
             self._seek.value = shown
 
@@ -116,6 +119,11 @@ class TimeLine:
 
     def close(self) -> None:
         """Nothing to end: the session's player moves the cursor."""
+
+
+def last_time(seconds: float) -> float:
+    """The last time that the box of a recording of so many seconds shows, of two decimals."""
+    return math.floor(100.0 * seconds + 1e-6) / 100.0
 
 
 def _named(options: Mapping[str, float], value: float) -> str:

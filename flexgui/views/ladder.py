@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 
 import numpy as np
@@ -38,6 +39,9 @@ LEAST_REDUCTION = 1.1
 LEAVES, ARRIVES = 0.32, 0.72
 """Of the way from one step to the next: beside the bars, where the arrow hides no number."""
 
+LABEL_WIDTH = 12
+"""Characters of a line below the bars of a step."""
+
 MANY = 300.0
 """Times the floor, from which the axis names decades only."""
 
@@ -46,7 +50,7 @@ def ladder(steps: Sequence[LadderStep]) -> go.Figure | None:
     """A pair of bars per step, standing on the floor; None without steps."""
     if not steps:
         return None
-    labels = step_labels(steps)
+    labels = [folded(label) for label in step_labels(steps)]
     estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
     validation = [validation_ratio(step.errors) for step in steps]
     figure = go.Figure()
@@ -60,7 +64,9 @@ def ladder(steps: Sequence[LadderStep]) -> go.Figure | None:
         type="log", title_text="error [× noise floor]", **_ticks(MARGIN * highest),
         range=[np.log10(BAND), np.log10(MARGIN * max(highest, 1.5))],
     )  # fmt: skip
-    figure.update_xaxes(type="category", automargin=True, range=[-0.5, len(labels) - 0.5])
+    figure.update_xaxes(
+        type="category", automargin=True, tickangle=0, range=[-0.5, len(labels) - 0.5]
+    )
     text = (
         "Root mean square error over all outputs, each in multiples of its noise floor "
         f"({LEFT_BY_ALL}). In the band, at 1 and below, nothing remains to be explained."
@@ -137,6 +143,11 @@ def step_labels(steps: Sequence[LadderStep]) -> list[str]:
         same = sum(label.split(" (")[0] == text for label in labels)
         labels.append(f"{text} ({same + 1})" if same else text)
     return labels
+
+
+def folded(label: str) -> str:
+    """In lines of a word or two: level, however many steps stand beside one another."""
+    return "<br>".join(textwrap.wrap(label, LABEL_WIDTH, break_long_words=False))
 
 
 def validation_ratio(errors: Sequence[ChannelError]) -> float:

@@ -2,7 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from flexgui.views.ladder import _ticks
+from flexgui.panels.timeline import last_time
+from flexgui.views.ladder import _ticks, ladder
+from tests.flexgui.test_diagnosis_report import FOUND, step
 
 
 def test_the_axis_names_numbers_that_are_read_at_a_glance() -> None:
@@ -16,3 +18,17 @@ def test_a_high_ladder_names_decades_only() -> None:
 @pytest.mark.parametrize("end", [0.5, 1.0, 9.99, 10.0, 299.0, 1e5])
 def test_the_floor_is_always_named(end: float) -> None:
     assert _ticks(end)["tickvals"][0] == 1
+
+
+def test_labels_stay_level_from_three_effects_on() -> None:
+    kinds = ("Coulomb friction", "Structural damping", "Wrong scale of a sensor")
+    figure = ladder((FOUND.steps[0], *(step(title, title, 4.0, 4.0) for title in kinds)))
+    assert figure is not None and figure.layout.xaxis.tickangle == 0
+    assert figure.data[0].x[1:] == ("+ Coulomb<br>friction", "+ Structural<br>damping",
+                                    "+ Wrong<br>scale of a<br>sensor")  # fmt: skip
+
+
+@pytest.mark.parametrize("seconds", [1.9157083333333333, 3.0, 0.29])
+def test_the_time_box_ends_at_two_decimals_within_the_recording(seconds: float) -> None:
+    assert last_time(seconds) == round(last_time(seconds), 2)
+    assert seconds - 0.01 < last_time(seconds) <= seconds

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from core.effects.over_speed import OverSpeed
 from core.results import LadderStep, MissingTorque
+from flexgui.panels.moment_panel import Moment
+from flexgui.session.state import Cursor
 from flexgui.views.ladder import BAND, ladder
 from flexgui.views.moment import cloud_caption, moment_cloud, moment_residual, rms, worst_channel
 
@@ -84,3 +88,16 @@ def test_the_ladder_falls_into_the_band_with_an_arrow_and_the_factor() -> None:
     assert (arrows[0].ay, arrows[0].y) == pytest.approx((np.log10(20.0), 0.0))
     band = next(s for s in figure.layout.shapes if s.type == "rect")
     assert (band.y0, band.y1) == (BAND, 1.0)
+
+
+@pytest.mark.parametrize(("recording", "time"), [("th1", 1.25), ("a long one", None)])
+def test_the_cursor_of_another_recording_does_not_stretch_the_axis(
+    recording: str, time: float | None
+) -> None:
+    moment, seen = Moment.__new__(Moment), list[float | None]()
+    session = SimpleNamespace(cursor=Cursor(recording, 1.25))
+    moment._context = cast(Any, SimpleNamespace(session=session))
+    moment._residual = cast(Any, SimpleNamespace(move_cursor=seen.append))
+    moment._timed, moment._shown = True, "th1"
+    moment.move_cursor()
+    assert seen == [time]
