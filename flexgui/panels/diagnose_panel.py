@@ -104,6 +104,7 @@ class DiagnosePanel(Panel):
         self._of.on_update(lambda _: self._show_residual())
         self._residual = Plot(gui, 0.72)
         self._drawn: object = None
+        self._residual_of = ""
 
     def refresh(self) -> None:
         session = self.context.session
@@ -235,6 +236,7 @@ class DiagnosePanel(Panel):
             return
         name = self.context.session.cursor.recording
         k = found.recordings.index(name) if name in found.recordings else 0
+        self._residual_of = found.recordings[k]
         pictured = [r for r in found.ranking if r.predicted]
         one = next((r for r in pictured if r.title == self._of.value), next(iter(pictured), None))
         figure = live_prediction(
@@ -249,8 +251,11 @@ class DiagnosePanel(Panel):
         return cursor.time if cursor.recording in found.recordings else None
 
     def move_cursor(self) -> None:
-        look = self.context.session.look
+        look, name = self.context.session.look, self.context.session.cursor.recording
         if look is not None and look.found is not None:
+            if name in look.found.recordings and name != self._residual_of:
+                self._show_residual()  # its times are of another axis
+                self._moment.refresh()
             self._residual.move_cursor(self._cursor(look.found))
         self._moment.move_cursor()
 

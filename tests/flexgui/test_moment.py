@@ -11,6 +11,7 @@ import pytest
 
 from core.effects.over_speed import OverSpeed
 from core.results import LadderStep, MissingTorque
+from flexgui.panels.diagnose_panel import DiagnosePanel
 from flexgui.panels.moment_panel import Moment
 from flexgui.session.state import Cursor
 from flexgui.views.ladder import BAND, ladder
@@ -101,3 +102,19 @@ def test_the_cursor_of_another_recording_does_not_stretch_the_axis(
     moment._timed, moment._shown = True, "th1"
     moment.move_cursor()
     assert seen == [time]
+
+
+def test_a_cursor_that_goes_to_another_recording_takes_the_residual_along() -> None:
+    panel, drawn = DiagnosePanel.__new__(DiagnosePanel), list[str]()
+    look = SimpleNamespace(found=SimpleNamespace(recordings=("th1", "th2")))
+    session = SimpleNamespace(look=look, cursor=Cursor("th1"))
+    panel.context = cast(Any, SimpleNamespace(session=session))
+    panel._residual = panel._moment = cast(
+        Any, SimpleNamespace(move_cursor=lambda *_: None, refresh=lambda: None)
+    )
+    panel._residual_of = "th1"
+    cast(Any, panel)._show_residual = lambda: drawn.append(session.cursor.recording)
+    for name in ("th1", "th2", "only validated"):
+        session.cursor = Cursor(name)
+        panel.move_cursor()
+    assert drawn == ["th2"]
