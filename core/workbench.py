@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from core.check.run import check_scenario
 from core.diagnose.diagnose import diagnose
 from core.diagnose.level import AUTO, choose_level
 from core.diagnose.phrases import linear_line
@@ -83,6 +84,7 @@ def run_scenario(
                 model, why = settled_level(scenario, model, spec, recordings)
         except StoppedError:
             raise InputError("Stopped while the level of the model was chosen.") from None
+        findings = _findings(scenario, folder, data_folder, progress)
         setup = make_setup(model, spec, recordings)
         setup = replace(setup, notes=(*why, *setup.notes))
     if diagnosis_wanted(scenario):
@@ -124,12 +126,25 @@ def run_scenario(
             *_error_notes(fits),
             *_warnings(recordings),
         ),
+        findings=findings,
         arm_table=_arm_table(model),
         diagnosis=diagnosis,
         repeated=repeated,
         origins=_origins(setup.model, fits),
         mechanism=mechanism(standing, values),
     )
+
+
+def _findings(
+    scenario: Scenario, folder: Folder | None, data_folder: Path | None, progress: Progress
+) -> tuple[str, ...]:
+    """What the check says of the recordings from files: the model made the others."""
+    files = tuple(spec for spec in scenario.recordings if spec.file is not None)
+    if not files:
+        return ()
+    looked = scenario.model_copy(update={"recordings": files})
+    found = check_scenario(looked, folder or Path(), data_folder, progress)
+    return tuple(one.sentence for one in found)
 
 
 def _prepare_forms(model: Model) -> None:

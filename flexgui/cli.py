@@ -105,7 +105,8 @@ def export(
         from flexgui.export.export_files import export_scenario
         from flexgui.library.shipped import scenario_path
 
-        export_scenario(scenario_path(scenario), out, data, progress, _print_note)
+        lines = export_scenario(scenario_path(scenario), out, data, progress, _print_note)
+    typer.echo("\n".join(lines))
 
 
 @app.command()

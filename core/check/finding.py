@@ -42,6 +42,12 @@ class Finding:
     """The line of TOML, in the recording's table, that mends it; None where nothing safe does."""
     picture: Picture | None = field(default=None, compare=False)
 
+    @property
+    def sentence(self) -> str:
+        """Where, what and why, with the line that mends it."""
+        mend = f" In its table: {self.mend}" if self.mend else ""
+        return f"{self.recording}, {self.channel}: {self.fault}. {self.evidence}{mend}"
+
     def as_json(self) -> dict[str, Any]:
         """Without the picture."""
         return {k: v for k, v in asdict(self).items() if k != "picture"}

@@ -28,6 +28,8 @@ class Outcome:
     seconds: Mapping[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     """Sentences on how it was done: filter, output, simulation error, excitation, warnings."""
+    findings: tuple[str, ...] = ()
+    """What the check of the recordings found wrong, with the line that mends it."""
     arm_table: tuple[tuple[str, str, float, str], ...] = ()
     """(name, title, value, unit) of the arm's and the drive's parameters as given."""
     diagnosis: Diagnosis | None = None

@@ -24,6 +24,7 @@ from flexgui.export.report import report_html
 from flexgui.export.report_motion import Motion
 from flexgui.export.result import result
 from flexgui.export.tables import tables
+from flexgui.views.summary import ending
 
 DIGITS = 10
 """More than any sensor resolves, at two thirds of the size of all 17."""
@@ -105,8 +106,9 @@ def _text(path: Path, text: str) -> None:
 
 def export_scenario(
     path: Path, out: Path, data: Path | None, progress: Progress, print_line: Callable[[str], None]
-) -> None:
-    """Read, run, export; bad input is found before anything long begins.
+) -> tuple[str, ...]:
+    """Read, run, export, and say in lines how it ended; bad input is found before anything long
+    begins.
 
     `print_line` gets which files lie outside the scenario's folder and the data folder.
     """
@@ -136,6 +138,7 @@ def export_scenario(
     motion = report_motion(scenario, outcome, path.parent, data)
     found = diagnosed_beside(scenario, outcome, out, path.parent, data)
     export_outcome(outcome, text, out, motion, found)
+    return (*ending(outcome), f"The report is {out / 'report.html'}.")
 
 
 def diagnosed_beside(

@@ -37,7 +37,7 @@ from flexgui.views.missing_torque import missing_over_time, missing_over_velocit
 from flexgui.views.of_recording import recording_views
 from flexgui.views.of_recording.view import Seen, believable_floors
 from flexgui.views.parameter_tables import between_runs, given_parameters, standing_parameters
-from flexgui.views.summary import distinguishable, lead
+from flexgui.views.summary import alarms, distinguishable, lead
 from flexgui.views.table import Column, Row, Table, affine, matrices
 
 _NUMBER = r"\d[\d.,]*\)?(?:~×~10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
@@ -129,6 +129,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
     diagnosed, model = diagnosis_block(outcome), outcome.model
     return {
         "title": outcome.title,
+        "alarms": alarms(outcome),
         "lead": lead(outcome),
         "overview": overview(shown, before),
         "which_fit": distinguishable(outcome),

@@ -40,6 +40,7 @@ from flexgui.views.pooled import (
     tip_rms,
     with_role,
 )
+from flexgui.views.summary import alarms, plain
 
 SCHEMA = 1
 
@@ -77,7 +78,7 @@ def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
             for name, title, value, unit in outcome.arm_table
         ],
         "repeatability": [asdict(one) for one in outcome.repeated],
-        "notes": outcome.notes,
+        "notes": (*plain(alarms(outcome)), *outcome.notes),
         "files": list(files),
     }
 

@@ -30,7 +30,7 @@ from flexgui.views.of_recording.view import RecordingView, Seen, believable_floo
 from flexgui.views.parameter_tables import standing_parameters
 from flexgui.views.preview import preview
 from flexgui.views.ranking import ranking, ranking_table
-from flexgui.views.summary import summary
+from flexgui.views.summary import alarms, plain, summary
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -179,7 +179,7 @@ class _Found:
     @property
     def sentences(self) -> tuple[str, ...]:
         """Say what was found, a sentence each."""
-        return tuple(str(Markup(text).striptags()) for text in summary(self.outcome))
+        return plain((*alarms(self.outcome), *summary(self.outcome)))
 
     def compare(self) -> Comparison:
         """Compare measurements and the model as it now stands."""
@@ -202,8 +202,10 @@ class _Found:
         return self.project._write(self.outcome, Path(folder))
 
     def _summary_html(self) -> Markup:
+        red = Markup("<p style='color:firebrick'><b>{}</b></p>")
+        above = Markup("").join(red.format(t) for t in alarms(self.outcome))
         paragraphs = Markup("").join(Markup("<p>{}</p>").format(t) for t in summary(self.outcome))
-        return paragraphs + html_table(standing_parameters(self.outcome))
+        return above + paragraphs + html_table(standing_parameters(self.outcome))
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,7 @@ from flexgui.views.parameter_tables import (
     short_parameters,
     standing_parameters,
 )
-from flexgui.views.summary import summary
+from flexgui.views.summary import alarms, summary
 
 METHODS = ("glocal", "local")
 AUTOMATIC = "automatic"
@@ -151,7 +151,7 @@ class IdentifyPanel(Panel):
             self._table.show(found_parameters(whole))
             self._repeated.show(_runs(outcome.repeated))
             self._fit.show(live_fit(final_comparisons(whole)))
-            self._summary.show(_sentences(summary(whole), self._old(), session.known_biased))
+            self._summary.show(_sentences(whole, self._old(), session.known_biased))
         self._show_paper()
 
     @property
@@ -237,10 +237,12 @@ class IdentifyPanel(Panel):
 BIASED_NOTE = "Biased, since an effect is missing: Diagnose says which."
 
 
-def _sentences(sentences: tuple[str, ...], old: bool, biased: bool) -> Markup:
+def _sentences(outcome: Outcome, old: bool, biased: bool) -> Markup:
+    alarming = (paragraph(text, "alarm") for text in alarms(outcome))
     note = paragraph("The settings have changed since; start again to renew this.", "bad")
     doubt = paragraph(BIASED_NOTE, "bad") if biased else ""
-    return joined(doubt, *(paragraph(s) for s in sentences), note if old else "")
+    sentences = (paragraph(text) for text in summary(outcome))
+    return joined(*alarming, doubt, *sentences, note if old else "")
 
 
 def _runs(found: Sequence[Repeated]) -> Markup:

@@ -24,6 +24,7 @@ from flexgui.views.headline import (
     grown,
     kept,
     standing,
+    verdict_now,
 )
 from flexgui.views.names import channel_symbol, format_percent, is_of_a_start, typeset
 from flexgui.views.parameter_tables import equation
@@ -34,7 +35,7 @@ METHODS = {"glocal": "in one fit over all of them", "local": "in a fit for each"
 
 
 def summary(outcome: Outcome) -> tuple[str, ...]:
-    """Sentences in reading order; symbols are typeset for HTML."""
+    """Sentences in reading order, without the alarms; symbols are typeset for HTML."""
     sentences: list[str] = [_what(outcome), _before(outcome)]
     shown, before = final_comparisons(outcome), given_comparisons(outcome)
     for role, words in ((ESTIMATE, "On the estimation recordings"), (VALIDATE, "On validation")):
@@ -47,9 +48,70 @@ def summary(outcome: Outcome) -> tuple[str, ...]:
     return (*(s for s in sentences if s), *_sure(outcome))
 
 
+def ending(outcome: Outcome) -> tuple[str, ...]:
+    """A result in plain lines: alarms, verdict or basis, parameters, quality, seconds."""
+    found = outcome.diagnosis
+    estimates = [e for e in standing(outcome) if e.recording is None]
+    quality = _quality(with_role(final_comparisons(outcome), ESTIMATE))
+    lines = (
+        *(Markup("Warning: {}").format(text) for text in alarms(outcome)),
+        f"{_basis(outcome)}." if found is None else verdict_now(found),
+        Markup("{}.").format(_listed(estimates)) if estimates else "",
+        f"On the estimation recordings the model reaches {quality}." if quality else "",
+        f"It took {sum(outcome.seconds.values()):.1f} s.",
+    )
+    return plain(line for line in lines if line)
+
+
 def lead(outcome: Outcome) -> tuple[str, ...]:
     """The sentences of `summary` that no table of a report tells."""
     return f"{_basis(outcome)}.", *_sure(outcome)
+
+
+NEXT_TO_NOTHING = 10.0
+"""% of FIT below which a model explains next to nothing of an output that it was fitted to."""
+
+
+def alarms(outcome: Outcome) -> tuple[str, ...]:
+    """What is to be read before any number: a result that cannot be right, a value at a bound of
+    its search, and what the check of the recordings found."""
+    return (*_unbelievable(outcome), *outcome.findings)
+
+
+def plain(sentences: Iterable[str]) -> tuple[str, ...]:
+    """Without typesetting, for a terminal or a file."""
+    return tuple(s.striptags() if isinstance(s, Markup) else s for s in sentences)
+
+
+def _unbelievable(outcome: Outcome) -> list[str]:
+    fitted = with_role(final_comparisons(outcome), ESTIMATE) if outcome.fits else ()
+    found, distance = [], tip_rms(fitted)
+    reach = sum(link.length for link in outcome.mechanism.links) if outcome.mechanism else np.inf
+    if distance is not None and distance > reach:
+        found.append(
+            f"The model misses the measured tip by {in_unit(distance, 'm')} rms, more than the arm "
+            f"is long ({in_unit(reach, 'm')}): look at the units and signs of the recordings."
+        )
+    for e in channel_errors(fitted):
+        if e.fitted and e.fit_percent < NEXT_TO_NOTHING:
+            found.append(
+                f"The model explains next to nothing of {channel_symbol(e.channel, e.unit)} (FIT "
+                f"{format_percent(e.fit_percent)} %): look at its unit, its sign and its name."
+            )
+    stuck = _symbols(e for e in _estimated(outcome) if e.at_bound and e.identifiable)
+    if stuck:
+        found.append(
+            Markup("{} ended at a bound: widen it, or doubt the model.").format(_joined(stuck))
+        )
+    return found
+
+
+def _estimated(outcome: Outcome) -> list[Estimate]:
+    """What was searched for, of the model as it now stands; starts of recordings left out."""
+    if outcome.diagnosis is not None and outcome.diagnosis.parameters:
+        derived = follows(outcome)
+        return [e for e in standing(outcome) if e.name not in derived and not e.recording]
+    return [e for fit in outcome.fits for e in fit.estimates if not is_of_a_start(e)]
 
 
 def _sure(outcome: Outcome) -> tuple[str, ...]:
@@ -120,21 +182,13 @@ def _doubt(outcome: Outcome) -> str:
     fits = outcome.fits
     if not fits:
         return ""
-    own = outcome.diagnosis is not None and outcome.diagnosis.parameters
-    derived = follows(outcome)
-    estimates = [e for fit in fits for e in fit.estimates if not is_of_a_start(e)]
-    if own:
-        estimates = [e for e in standing(outcome) if e.name not in derived and not e.recording]
-    free = _symbols(e for e in estimates if not e.identifiable)
-    stuck = _symbols(e for e in estimates if e.at_bound and e.identifiable)
-    text = Markup("" if stuck else "All parameters are identifiable.")
+    free = _symbols(e for e in _estimated(outcome) if not e.identifiable)
+    text = Markup("" if _unbelievable(outcome) else "All parameters are identifiable.")
     if free:
         text = Markup("The data do not determine ") + _joined(free)
         text += " separately" if len(free) > 1 else ""
         valley = next((f.identifiability.valley for f in fits if f.identifiability.valley), None)
         text += f", only {valley.invariant}." if valley else "."
-    if stuck:
-        text += Markup(" {} ended at a bound: widen it, or doubt the model.").format(_joined(stuck))
     return text
 
 

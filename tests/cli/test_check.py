@@ -55,6 +55,21 @@ def test_the_mend_is_a_line_of_the_scenario_that_mends_it(spoilt: Path) -> None:
     assert "millimetres" not in checked(str(spoilt / SCENARIO), "--json")
 
 
+def test_an_export_warns_of_a_wrong_unit_above_everything(spoilt: Path) -> None:
+    said = CliRunner().invoke(app, ["export", str(spoilt / SCENARIO), "--out", str(spoilt / "out")])
+    assert said.exit_code == 0, said.output
+    warned = [line for line in said.stdout.splitlines() if line.startswith("Warning: ")]
+    assert said.stdout.splitlines()[: len(warned)] == warned
+    assert any("misses the measured tip" in line and "arm" in line for line in warned)
+    assert any("z1: millimetres" in line for line in warned)
+    assert said.stdout.splitlines()[-1] == f"The report is {spoilt / 'out' / 'report.html'}."
+    report = (spoilt / "out" / "report.html").read_text()
+    assert 0 < report.index("millimetres") < report.index('class="summary"')
+    notes = json.loads((spoilt / "out" / "result.json").read_text())["notes"]
+    assert any("millimetres" in note for note in notes)
+    assert "All parameters are identifiable" not in report
+
+
 def test_good_data_raise_no_alarm(tmp_path: Path) -> None:
     (tmp_path / FILE).write_text(csv(table()))
     (tmp_path / SCENARIO).write_text(TEXT)

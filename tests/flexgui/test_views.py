@@ -21,7 +21,7 @@ from flexgui.views.layout import caption
 from flexgui.views.missing_torque import missing_over_time, missing_over_velocity
 from flexgui.views.parameter_tables import parameters
 from flexgui.views.pooled import overall_estimates, tip_rms
-from flexgui.views.summary import summary
+from flexgui.views.summary import alarms, summary
 
 LEAST_CONTRAST = 3.0
 """Of lines against their ground, WCAG 2.2, 1.4.11."""
@@ -120,10 +120,27 @@ def test_bars_of_good_models_differ(glocal: Outcome) -> None:
 
 
 def test_the_summary_says_what_was_found_and_what_cannot_be_told(glocal: Outcome) -> None:
+    assert not alarms(glocal)
     text = " ".join(summary(glocal))
     assert "EI = 520.83 ± 0.02" in text
     assert "do not determine ε and d separately, only ε d⁴" in text
     assert "On validation" in text
+
+
+def test_a_value_at_its_bound_and_a_model_that_explains_nothing_raise_an_alarm(
+    glocal: Outcome,
+) -> None:
+    fit = glocal.fits[0]
+    stuck = tuple(replace(e, at_bound=e.name == "lambda1") for e in fit.estimates)
+    flat = tuple(
+        replace(r, channels=tuple(replace(c, model=0.0 * c.model) for c in r.channels))
+        for r in glocal.comparisons
+    )
+    fits = (replace(fit, estimates=stuck),)
+    found = alarms(replace(glocal, fits=fits, comparisons=flat, findings=("th1, z1: late.",)))
+    assert any("λ₁ ended at a bound" in text for text in found)
+    assert any("explains next to nothing of" in text for text in found)
+    assert found[-1] == "th1, z1: late."
 
 
 def test_means_stand_above_the_single_recordings(glocal: Outcome) -> None:

@@ -128,7 +128,7 @@ def test_export_takes_the_name_of_a_scenario(
 ) -> None:
     taken: list[Path] = []
     monkeypatch.setattr(
-        "flexgui.export.export_files.export_scenario", lambda path, *rest: taken.append(path)
+        "flexgui.export.export_files.export_scenario", lambda path, *rest: taken.append(path) or ()
     )
     assert run("export", "mujoco/nothing", "--out", str(tmp_path)) == 0
     assert taken[0].is_file()
