@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from core.check.finding import Finding
     from core.progress import Progress
     from core.recording.table import Table
+    from core.scenario.schema import Scenario
 
 
 class _Commands(TyperGroup):
@@ -101,11 +101,12 @@ def export(
     quiet: QuietOption = False,
 ) -> None:
     """Run SCENARIO and write report.html, result.json, tables and the model into OUT."""
-    with _progress(quiet) as progress:
-        from flexgui.export.export_files import export_scenario
-        from flexgui.library.shipped import scenario_path
+    path, _ = _read(scenario, data)
+    from flexgui.export.export_files import export_scenario
+    from flexgui.progress import shown_progress
 
-        lines = export_scenario(scenario_path(scenario), out, data, progress, _print_note)
+    with shown_progress(quiet) as progress:
+        lines = export_scenario(path, out, data, progress, _print_note)
     typer.echo("\n".join(lines))
 
 
@@ -116,7 +117,9 @@ def serve(
     ] = None,
     port: Annotated[int, typer.Option(help="Port; the next free one if it is busy.")] = 8080,
     data: Annotated[Path | None, typer.Option(help="Folder of the recordings.")] = None,
-    scenario: Annotated[Path | None, typer.Option(help="Scenario of a new session.")] = None,
+    scenario: Annotated[
+        Path | None, typer.Option(help="Scenario of a new session: a file, or a supplied one.")
+    ] = None,
     demo: Annotated[
         bool, typer.Option("--demo", help="Others follow the teacher's stage.")
     ] = False,
@@ -134,11 +137,14 @@ def serve(
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
 ) -> None:
     """Open the workbench in the browser, until Ctrl-C."""
+    from flexgui.library.shipped import scenario_path
+
+    path = scenario and scenario_path(scenario)
     from flexgui.server.options import ServeOptions
     from flexgui.server.serve import serve as run_server
 
     options = ServeOptions(
-        host, port, data, scenario, demo, lan, join_code, tuple(origin or ()), workers,
+        host, port, data, path, demo, lan, join_code, tuple(origin or ()), workers,
         browser=not no_browser,
     )  # fmt: skip
     run_server(options, typer.echo)
@@ -146,7 +152,7 @@ def serve(
 
 @app.command()
 def scenarios() -> None:
-    """List the scenarios that come with FlexGUI; export takes their names."""
+    """List the scenarios that come with FlexGUI; every command takes their names."""
     from flexgui.library.shipped import scenarios as shipped
 
     found = shipped()
@@ -182,13 +188,18 @@ app.command("grade")(challenge.grade)
 
 @app.command()
 def check(
-    what: Annotated[Path, typer.Argument(help="Scenario (TOML), or one recording.")],
+    what: Annotated[
+        Path,
+        typer.Argument(help="Scenario (TOML or the name of a supplied one), or one recording."),
+    ],
     data: DataOption = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
     quiet: QuietOption = False,
 ) -> None:
     """Look for faults in the recordings of SCENARIO or in one FILE."""
-    with _progress(quiet) as bars:
+    from flexgui.progress import shown_progress
+
+    with shown_progress(quiet) as bars:
         found, listed = _checked(what, data, bars)
     if as_json:
         from flexgui.export.folder import dumps
@@ -213,11 +224,11 @@ def plan(
     quiet: QuietOption = False,
 ) -> None:
     """Plan the next experiments for SCENARIO within its [limits]: references to play in OUT."""
-    with _progress(quiet) as bars:
-        from flexgui.export.plan_files import plan_scenario
-        from flexgui.library.shipped import scenario_path
+    path, _ = _read(scenario, data)
+    from flexgui.export.plan_files import plan_scenario
+    from flexgui.progress import shown_progress
 
-        path = scenario_path(scenario)
+    with shown_progress(quiet) as bars:
         sentences = plan_scenario(path, out, data, seconds, _names(known), _names(between), bars)
     typer.echo("\n".join(sentences))
 
@@ -229,33 +240,35 @@ def _print_note(text: str) -> None:
     typer.echo(f"flexgui: {text}", err=True)
 
 
-@contextmanager
-def _progress(quiet: bool) -> Iterator[Progress]:
-    """Bars where a person watches stderr, silence in scripts."""
-    if quiet or not sys.stderr.isatty():
-        from core.progress import Silent
-
-        yield Silent()
-        return
-    from flexgui.progress import TerminalProgress
-
-    with TerminalProgress() as bars:
-        yield bars
-
-
 def _checked(
     what: Path, data: Path | None, progress: Progress
 ) -> tuple[Sequence[Finding], list[str]]:
-    from core.check.run import check_file, check_scenario
+    if what.suffix.lower() in ("", ".toml"):
+        path, scenario = _read(what, data)
+        from core.check.run import check_scenario
+
+        return check_scenario(scenario, path.parent, data, progress), []
+    from core.check.run import check_file
+    from core.recording.read_table import read_table
     from core.scenario.data_folder import refuse_special
-    from core.scenario.read import read_scenario
 
     refuse_special(what)
-    if what.suffix.lower() == ".toml":
-        return check_scenario(read_scenario(what), what.parent, data, progress), []
-    from core.recording.read_table import read_table
-
     return check_file(what, progress), _contents(read_table(what))
+
+
+def _read(given: Path, data: Path | None) -> tuple[Path, Scenario]:
+    """A scenario whose names and files are there: a slip is told before what is heavy is imported
+    or compiled."""
+    from core.identify.unknowns import check_names
+    from core.scenario.data_folder import outside
+    from core.scenario.read import read_scenario
+    from flexgui.library.shipped import scenario_path
+
+    path = scenario_path(given)
+    scenario = read_scenario(path)
+    check_names(scenario)
+    outside(scenario, path.parent, data)
+    return path, scenario
 
 
 def _contents(table: Table) -> list[str]:

@@ -1,13 +1,66 @@
-"""Progress on a terminal."""
+"""Progress for whoever watches stderr: bars on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 
+from core.progress import Progress as Listener
+from core.progress import Silent
 from core.results import Generation
+
+EVERY = 10.0
+"""s between plain lines: what ends sooner needs none, and an hour fills no log."""
+
+
+@contextmanager
+def shown_progress(quiet: bool = False) -> Iterator[Listener]:
+    """What a long computation tells, on stderr; `quiet`: nothing."""
+    if quiet:
+        yield Silent()
+    elif sys.stderr.isatty():
+        with TerminalProgress() as bars:
+            yield bars
+    else:
+        with PlainProgress() as lines:
+            yield lines
+
+
+class PlainProgress(Silent):
+    """A line from time to time that says what is done, for logs and notebooks."""
+
+    def __init__(self, every: float = EVERY) -> None:
+        self._every, self._ended = every, threading.Event()
+        self._begun, self._title, self._done = time.monotonic(), "Preparing", 0
+        self._total: int | None = None
+
+    def __enter__(self) -> PlainProgress:
+        threading.Thread(target=self._print_lines, daemon=True).start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._ended.set()
+
+    def stage(self, title: str, total: int | None = None) -> None:
+        """From now on this is being done."""
+        self._title, self._total, self._done = title, total, 0
+
+    def advance(self, n: int = 1, text: str = "") -> None:
+        """So many steps more."""
+        self._done += n
+
+    def _print_lines(self) -> None:
+        while not self._ended.wait(self._every):
+            count = f", {self._done} of {self._total}" if self._total else ""
+            seconds = time.monotonic() - self._begun
+            print(f"flexgui: {self._title}{count} ({seconds:.0f} s)", file=sys.stderr, flush=True)
 
 
 class TerminalProgress:
@@ -25,7 +78,6 @@ class TerminalProgress:
         self._task: TaskID | None = None
 
     def __enter__(self) -> TerminalProgress:
-        self._bars.start()
         return self
 
     def __exit__(
@@ -41,6 +93,7 @@ class TerminalProgress:
     def stage(self, title: str, total: int | None = None) -> None:
         """End the bar of the last stage and start one."""
         self._finish()
+        self._bars.start()  # not before: what has no stage leaves no empty line
         self._task = self._bars.add_task(title, total=total, text="")
 
     def advance(self, n: int = 1, text: str = "") -> None:

@@ -23,7 +23,9 @@ PrintLine = Callable[[str], None]
 
 
 def study(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML), simulated.")],
+    scenario: Annotated[
+        Path, typer.Argument(help="Scenario file (TOML) or a supplied name, simulated.")
+    ],
     out: Annotated[
         Path | None, typer.Option(help="Folder for results; studies/SCENARIO by default.")
     ] = None,
@@ -40,8 +42,9 @@ def study(
     """Monte Carlo study of SCENARIO: tables, figures and a page in OUT; goes on if stopped."""
     from core.montecarlo.settings import make_settings
     from core.scenario.read import read_scenario
+    from flexgui.library.shipped import scenario_path
 
-    settings = make_settings(read_scenario(scenario), runs=runs)
+    settings = make_settings(read_scenario(scenario_path(scenario)), runs=runs)
     folder = out or Path("studies") / scenario.stem
     done = _go_on(settings, _executor(cluster, workers), folder, part or [], typer.echo)
     if not done:

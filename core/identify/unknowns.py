@@ -12,7 +12,8 @@ from core.errors import InputError
 from core.model import Model
 from core.parameters import Parameter, ParameterSet
 from core.recording.recording import Recording
-from core.scenario.schema import IdentifySpec
+from core.scenario.schema import IdentifySpec, Scenario
+from core.scenario.stated_effects import base_model, candidate_effects, with_effect_parameters
 from core.sensors import sensors
 from core.sentences import did_you_mean
 
@@ -99,6 +100,17 @@ def collect_unknowns(model: Model, spec: IdentifySpec, recordings: Sequence[Reco
         else:
             items.append(Unknown(parameter, None, searched))
     return Unknowns(tuple(items))
+
+
+def check_names(scenario: Scenario) -> None:
+    """InputError for a parameter, an effect or a channel that the arm lacks, before any recording
+    is read."""
+    model = base_model(scenario)
+    candidate_effects(scenario.diagnose)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    offsets = (OFFSET + channel for channel in spec.offsets)
+    for name in (*spec.parameters, *spec.per_recording, *offsets):
+        _find(model, name, ())
 
 
 def starts_unknown(spec: IdentifySpec, recording: Recording) -> bool:

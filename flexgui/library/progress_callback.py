@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
-from core.progress import Progress, Silent
+from core.arm.structure import Structure
+from core.progress import Progress
 from core.results import Generation
 
 
@@ -29,7 +31,8 @@ class Update:
 
 
 Callback = Callable[[Update], bool | None]
-"""Called after each step; what returns False stops the work, which ends with the best it has."""
+"""Called after each step; what returns False stops the work, which ends with the best it has.
+Without one, stderr shows bars on a terminal and a line now and then elsewhere."""
 
 
 class CallbackProgress:
@@ -63,6 +66,14 @@ class CallbackProgress:
                 self._stopped = True
 
 
-def progress_to(callback: Callback | None) -> Progress:
-    """What a computation reports to: the callback, or nobody."""
-    return Silent() if callback is None else CallbackProgress(callback)
+@contextmanager
+def at_work(callback: Callback | None, arms: Iterable[Structure] = ()) -> Iterator[Progress]:
+    """What a computation reports to: the callback, or stderr. What the first one on a machine has
+    to compile is part of it; `arms` that will be needed later are compiled beside it."""
+    from core.warm import warm_up
+    from flexgui.progress import shown_progress
+
+    shown = shown_progress() if callback is None else nullcontext(CallbackProgress(callback))
+    with shown as progress:
+        warm_up(progress, arms)
+        yield progress

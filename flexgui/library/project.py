@@ -8,17 +8,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from core.loading import joint_units, load_recordings
 from core.model import Model
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
 from core.scenario.read import check_scenario, read_scenario, scenario_toml, write_scenario
 from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model, with_hidden_effects
+from core.scenario.stated_effects import arms_to_come, base_model, with_hidden_effects
 from core.validation import validated
 from flexgui.library.catalogues import OneEffect, model_with
 from flexgui.library.linear_model import LinearModel, linear_model
-from flexgui.library.progress_callback import Callback, progress_to
+from flexgui.library.progress_callback import Callback, at_work
 from flexgui.library.results import Comparison, Diagnosis, Identification, Simulation, StoppedError
 from flexgui.library.shipped import scenario_path
 from flexgui.views.html import html_table
@@ -68,9 +67,11 @@ class Project:
         Raises:
             InputError: Where a file is missing or wrong; it names file, column and row.
         """
-        heard = progress_to(progress)
-        heard.stage("Reading the recordings", len(self.scenario.recordings))
-        return tuple(load_recordings(self.scenario, self.model, self.folder, self.data, heard))
+        with at_work(progress) as heard:
+            from core.loading import load_recordings
+
+            heard.stage("Reading the recordings", len(self.scenario.recordings))
+            return tuple(load_recordings(self.scenario, self.model, self.folder, self.data, heard))
 
     def with_settings(self, **tables: Any) -> Project:
         """Change settings of the scenario.
@@ -138,15 +139,16 @@ class Project:
         Raises:
             InputError: Where a setting is wrong.
         """
-        from core.loading import noise_levels
-        from core.simulate.experiment import NO_NOISE, simulate_recording
-
         spec = validated(SimulateSpec, settings, "simulate")
         model = self.model
         if hidden is not None:
             model = with_hidden_effects(model, hidden, name)
-        levels = noise_levels(self.scenario.sensors) if noise else NO_NOISE
-        made = simulate_recording(model, spec, name, role, levels)
+        with at_work(None):
+            from core.loading import joint_units, noise_levels
+            from core.simulate.experiment import NO_NOISE, simulate_recording
+
+            levels = noise_levels(self.scenario.sensors) if noise else NO_NOISE
+            made = simulate_recording(model, spec, name, role, levels)
         return Simulation(made, joint_units(model.arm))
 
     def identify(self, progress: Callback | None = None) -> Identification:
@@ -209,14 +211,14 @@ class Project:
         Raises:
             InputError: Where the scenario, a recording or an option is wrong.
         """
-        from core.experiments.design import Wish
-        from core.experiments.plan import plan
-        from flexgui.library.plan import Plan
+        with at_work(progress) as heard:
+            from core.experiments.design import Wish
+            from core.experiments.plan import plan
+            from flexgui.library.plan import Plan
 
-        wish = Wish(seconds, tuple(parameters), tuple(between), self.scenario.limits)
-        heard = progress_to(progress)
-        found = plan(self.scenario, wish, folder=self.folder, data_folder=self.data, progress=heard)
-        return Plan(self, found)
+            wish = Wish(seconds, tuple(parameters), tuple(between), self.scenario.limits)
+            places = {"folder": self.folder, "data_folder": self.data}
+            return Plan(self, plan(self.scenario, wish, **places, progress=heard))
 
     def compare(
         self, values: Mapping[str, float] | None = None, progress: Callback | None = None
@@ -233,13 +235,11 @@ class Project:
         Raises:
             InputError: Where a parameter is not known or a recording is wrong.
         """
-        from core.workbench import compare_at
+        with at_work(progress) as heard:
+            from core.workbench import compare_at
 
-        found = compare_at(
-            self.scenario, values or {}, folder=self.folder, data_folder=self.data,
-            progress=progress_to(progress),
-        )  # fmt: skip
-        return Comparison(found)
+            places = {"folder": self.folder, "data_folder": self.data}
+            return Comparison(compare_at(self.scenario, values or {}, **places, progress=heard))
 
     def linear(
         self,
@@ -303,11 +303,12 @@ class Project:
         return target
 
     def _run(self, progress: Callback | None) -> Outcome:
-        from core.workbench import run_scenario
+        with at_work(progress, arms_to_come(self.scenario)) as heard:
+            from core.workbench import run_scenario
 
-        return run_scenario(
-            self.scenario, folder=self.folder, data_folder=self.data, progress=progress_to(progress)
-        )
+            return run_scenario(
+                self.scenario, folder=self.folder, data_folder=self.data, progress=heard
+            )
 
     def _write(self, outcome: Outcome, out: Path) -> Path:
         """An export of what was computed before."""

@@ -50,8 +50,6 @@ def scenario_path(given: str | Path) -> Path:
     shipped = _folder() / f"{name}{ENDING}"
     if path.name not in NO_SCENARIO and shipped.is_file():
         return shipped
-    if len(path.parts) > 1:
-        return path
     raise InputError(
         f"{name} is neither a file nor a scenario that comes with FlexGUI; "
         f"{did_you_mean(name, scenarios())}"

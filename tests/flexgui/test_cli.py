@@ -15,6 +15,7 @@ from core.progress import Progress, Silent
 from core.results import Outcome
 from flexgui import __version__
 from flexgui.cli import app
+from tests.cli.helpers import FILE, TEXT, csv, table
 
 HEAVY = ("numpy", "numba", "sympy", "scipy", "pandas", "plotly", "viser")
 
@@ -49,6 +50,7 @@ def workbench(monkeypatch: pytest.MonkeyPatch, glocal: Outcome) -> list[object]:
     bench.run_scenario = run_scenario
     # A text for a scenario has no recordings that could lie anywhere.
     monkeypatch.setattr("core.scenario.data_folder.outside", lambda *given: "")
+    monkeypatch.setattr("core.identify.unknowns.check_names", lambda given: None)
     monkeypatch.setattr("core.scenario.stated_effects.arms_to_come", lambda given: ())
     # The motion in 3-D would be simulated by the workbench that is not there.
     monkeypatch.setattr("flexgui.export.report_motion.report_motion", lambda *given: None)
@@ -99,6 +101,32 @@ def test_wrong_usage_is_2() -> None:
 
 def test_the_version_is_printed() -> None:
     assert run("--version").output.strip() == f"flexgui {__version__}"
+
+
+def test_a_slip_is_told_before_what_computes_is_imported(tmp_path: Path) -> None:
+    named = tmp_path / "wrong.toml"
+    named.write_text(TEXT.replace('"EI2"]', '"EI9"]'))
+    (tmp_path / FILE).write_text(csv(table()))
+    out = ["--out", str(tmp_path / "out")]
+    tried = [
+        [command, slip, *rest]
+        for command, rest in (("export", out), ("check", []), ("plan", out))
+        for slip in (str(named), str(tmp_path / "none.toml"), "teaching/frictoin", "frictoin")
+    ]
+    tried += [["study", "frictoin"], ["serve", "--scenario", "frictoin", "--no-browser"]]
+    code = (
+        "import sys; from flexgui.cli import run\n"
+        f"assert {{run(each) for each in {tried!r}}} == {{2}}\n"
+        "heavy = ('core.loading', 'core.simulate.many', 'core.check.run', 'plotly', 'pandas')\n"
+        "print([name for name in heavy if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.strip() == "[]"
+    assert done.stderr.count("did you mean 'teaching/friction'") == 3
+    assert done.stderr.count("did you mean 'hidden_friction'") == 5
+    assert done.stderr.count("'EI9' is not one of this arm's") == 3
 
 
 def test_help_imports_nothing_heavy() -> None:

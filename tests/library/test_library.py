@@ -123,16 +123,31 @@ def test_the_command_line_lists_what_ships_and_prints_the_reference(
     assert capsys.readouterr().out == kept
 
 
-def test_export_takes_the_name_of_a_scenario(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+TAKES_A_NAME = {
+    "export": ("flexgui.export.export_files.export_scenario", ["--out"], ()),
+    "plan": ("flexgui.export.plan_files.plan_scenario", ["--out"], ()),
+    "check": ("core.check.run.check_scenario", [], ()),
+    "study": ("flexgui.study._go_on", ["--out"], True),
+    "serve": ("flexgui.server.serve.serve", [], None),
+}
+"""Command -> what works for it, the options that end in a folder, and what that gives."""
+
+
+@pytest.mark.parametrize("command", TAKES_A_NAME)
+def test_each_command_takes_the_name_of_a_scenario(
+    command: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    taken: list[Path] = []
-    monkeypatch.setattr(
-        "flexgui.export.export_files.export_scenario", lambda path, *rest: taken.append(path) or ()
-    )
-    assert run("export", "mujoco/nothing", "--out", str(tmp_path)) == 0
-    assert taken[0].is_file()
-    assert run("export", "paper_glocl", "--out", str(tmp_path)) == 2
+    worker, options, gives = TAKES_A_NAME[command]
+    taken: list[str] = []
+    monkeypatch.setattr(worker, lambda *given: taken.append(repr(given)) or gives)
+    rest = [*options, str(tmp_path)] if options else []
+    where = ["--scenario"] if command == "serve" else []
+    assert run(command, *where, "paper_glocal", *rest) == 0
+    assert "paper" in taken[0].lower()
+    assert run(command, *where, "paper_glocl", *rest) == 2
     assert "did you mean 'paper_glocal'?" in capsys.readouterr().err
 
 
