@@ -6,7 +6,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic._internal._model_construction import ModelMetaclass
 
 from core.errors import InputError
 from core.sentences import did_you_mean, one_line, predicate
@@ -39,15 +40,37 @@ def validated(
     try:
         return kind.model_validate(dict(options))
     except ValidationError as error:
-        faults: list[Any] = list(error.errors(include_url=False))
-        fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
-        key = ".".join(str(part) for part in fault["loc"])
-        if fault["type"] == "extra_forbidden":
-            hint = did_you_mean(str(fault["loc"][-1]), [*kind.model_fields, *beside])
-            text = f"{where} {key} is not a setting; {hint}"
-        else:
-            text = f"{where} {key} {predicate(fault)}"
-        raise InputError(one_line(text)) from None
+        raise InputError(_first_fault(error, where, [*kind.model_fields, *beside])) from None
+
+
+def _first_fault(error: ValidationError, where: str, known: Iterable[str]) -> str:
+    faults: list[Any] = list(error.errors(include_url=False))
+    fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
+    key = ".".join(str(part) for part in fault["loc"])
+    if fault["type"] == "extra_forbidden":
+        return one_line(f"{where} {key} is not a setting; {did_you_mean(key, known)}")
+    return one_line(f"{where} {key} {predicate(fault)}")
+
+
+class _OneSentence(ModelMetaclass):
+    """Of classes that scripts call: what pydantic says in several lines is an InputError. Tables of
+    files are checked from inside and keep their places."""
+
+    def __call__(cls, *positional: Any, **options: Any) -> Any:
+        try:
+            return super().__call__(*positional, **options)
+        except ValidationError as error:
+            raise InputError(_first_fault(error, cls.__name__, cls.model_fields)) from None
+
+
+class Stated(BaseModel, metaclass=_OneSentence):
+    """A part of a rig as a script or a scenario states it: frozen, with no key that is not known.
+
+    Raises:
+        InputError: Made by hand with a wrong setting; it names class and setting.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 LARGEST, SMALLEST = 1e15, 1e-15

@@ -87,4 +87,4 @@ else:
         return found
 
     def __dir__() -> list[str]:
-        return sorted({*globals(), *_MODULES})
+        return sorted([*_MODULES, "__version__"])

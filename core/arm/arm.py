@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from core.arm.segment import Segment
-from core.validation import Bounded, Positive
+from core.validation import Bounded, Positive, Stated
 
 
-class Arm(BaseModel):
+class Arm(Stated):
     """A chain of segments in a plane, with gravity (zero by default) acting in that plane.
 
     Coordinates q = [joint positions..., modal coordinates of segment 1, of segment 2, ...,
     twists of the elastic joints..., the two displacements of an elastic base].
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     segments: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=3)]
     gravity: tuple[Bounded, Bounded] = (0.0, 0.0)

@@ -21,7 +21,7 @@ from core.arm.presets import presets
 from core.arm.segment import Segment
 from core.errors import InputError
 from core.sentences import did_you_mean, one_line, predicate
-from core.validation import gathered
+from core.validation import gathered, validated
 
 _SECTION = ("width", "young_modulus")
 
@@ -73,11 +73,7 @@ def build_arm(spec: ArmSpec, base: Arm | None = None, label: str = "[arm]") -> A
     segments = tuple(_segment(table, k, label) for k, table in enumerate(tables))
     gravity = spec.gravity or (below.gravity if below else (0.0, 0.0))
     name = spec.name or (below.name if below else "arm")
-    try:
-        return Arm(segments=segments, gravity=gravity, name=name)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        raise InputError(one_line(f"{label} {fault['loc'][0]} {predicate(fault)}")) from error
+    return validated(Arm, {"segments": segments, "gravity": gravity, "name": name}, label)
 
 
 def _below(spec: ArmSpec, base: Arm | None, label: str) -> Arm | None:

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from core.validation import Bounded, NonNegative, Positive
+from core.validation import Bounded, NonNegative, Positive, Stated
 
 MAX_MODES = 3
 
 
-class Segment(BaseModel):
+class Segment(Stated):
     """A uniform beam, rigid (`modes = 0`) or bending in `modes` assumed shapes x^2, x^3, x^4.
 
     Bending stiffness is given as `EI` or as the square section's `width` d and `young_modulus`
     epsilon, EI = epsilon d^4 / 12. All values are SI.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     length: Positive
     mass: Positive

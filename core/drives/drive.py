@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 
 from core.arm.arm import Arm
 from core.arm.joints import joint
@@ -15,6 +14,7 @@ from core.errors import InputError
 from core.parameters import Parameter
 from core.plugins import classes_of
 from core.recording.recording import Recording
+from core.validation import Stated
 
 
 class DriveSlider(NamedTuple):
@@ -29,10 +29,8 @@ class DriveSlider(NamedTuple):
     hint: str = ""
 
 
-class Drive(BaseModel):
+class Drive(Stated):
     """A drive as a scenario states it; frozen and checked."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: ClassVar[str] = ""
     sliders: ClassVar[tuple[DriveSlider, ...]] = ()

@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 
-from core.validation import Positive
+from core.validation import Positive, Stated
 
 
-class Excitation(BaseModel):
+class Excitation(Stated):
     """A signal per joint, seeded, uncorrelated between joints."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: ClassVar[str] = ""
     amplitude: Positive = 0.3

@@ -202,7 +202,8 @@ def _candidates(
     if not found and not progress.stopped():
         raise InputError(
             "No experiment keeps within the limits: from where the joints start none of them may "
-            "move; widen [limits] position, speed or torque."
+            "move; state wider [limits] of position, speed or torque (without them what the "
+            "recordings used is the limit)."
         )
     return found
 

@@ -54,7 +54,10 @@ def _narrowed(deviations: Sequence[Deviation]) -> str:
     ]
     rest = [d.estimate.name for d in deviations if d not in narrowed]
     more = f" Not narrowed: {listed(rest)}." if rest else ""
-    return f"Expected standard deviations, before and after: {listed(parts)}.{more}"
+    return (
+        "Expected standard deviations, before and after, of a fit to all channels as a diagnosis "
+        f"makes it: {listed(parts)}.{more}"
+    )
 
 
 def _deviation(value: float, d: Deviation) -> str:

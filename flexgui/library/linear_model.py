@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     import scipy.signal
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LinearModel:
     """E x' = A x + B r, y = C x + D r at rest in a posture, the drive's loop closed, (11).
 
@@ -152,14 +152,16 @@ class LinearModel:
         )  # fmt: skip
 
     def to_dataframe(self) -> pd.DataFrame:
-        """Tabulate the poles: real and imaginary part in 1/s, frequency in Hz, damping ratio."""
+        """Tabulate the poles: real and imaginary part in 1/s, damping ratio, and in Hz the natural
+        frequency and the damped one, at which it is seen to swing."""
         import pandas as pd
 
         s = self.poles[np.lexsort((self.poles.imag, np.abs(self.poles)))]
         size = np.abs(s)
         damping = np.where(size > 0.0, -s.real / np.where(size > 0.0, size, 1.0), np.nan)
-        columns = {"real": s.real, "imag": s.imag, "hz": size / (2.0 * np.pi), "damping": damping}
-        return pd.DataFrame(columns)
+        hertz = {"natural_hz": size, "damped_hz": np.abs(s.imag)}
+        scaled = {name: values / (2.0 * np.pi) for name, values in hertz.items()}
+        return pd.DataFrame({"real": s.real, "imag": s.imag, **scaled, "damping": damping})
 
     def plot(self, view: str = "frequency") -> go.Figure:
         """Draw the model.
@@ -176,6 +178,13 @@ class LinearModel:
             "poles": lambda: from_dict(draw_poles(self.poles, self.modes)),
         }
         return chosen(views, view)
+
+    def __repr__(self) -> str:
+        modes = ", ".join(f"{m.frequency:.4g} Hz ({m.damping:.2g})" for m in self.modes)
+        return (
+            f"LinearModel with {len(self.states)} states: {', '.join(self.inputs)} -> "
+            f"{', '.join(self.outputs)}\nDamped frequencies (damping ratios): {modes or 'none'}"
+        )
 
     def _repr_html_(self) -> str:
         return str(html_table(mode_table(self.modes)))

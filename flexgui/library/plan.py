@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from flexgui.library.project import Project
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Plan:
     """Experiments within the rig's limits, and what they will decide."""
 
     project: Project
-    _design: Design = field(repr=False)
+    _design: Design
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -69,6 +69,9 @@ class Plan:
         out, p = Path(folder), self.project
         write_plan(p.scenario, self._design, out, seen_by(out, p.folder, p.data))
         return out / SCENARIO
+
+    def __repr__(self) -> str:
+        return "\n".join(self.words)
 
     def _repr_html_(self) -> str:
         paragraphs = Markup("").join(Markup("<p>{}</p>").format(text) for text in self.words)

@@ -33,7 +33,7 @@ DEFAULT_EFFECTS = 3
 """Effects that a diagnosis looks for where the scenario states none; as in README's example."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Project:
     """A scenario with the places of its recordings. Frozen: each change is a new project."""
 
@@ -42,7 +42,7 @@ class Project:
     """Where relative files of the recordings are sought."""
     data: Path | None = None
     """Another folder of recordings."""
-    _kept: tempfile.TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
+    _kept: tempfile.TemporaryDirectory[str] | None = field(default=None, compare=False)
     """Tables that came as objects; removed with the last project that needs them."""
 
     @property
@@ -331,18 +331,25 @@ class Project:
         for path in sorted(Path(self._kept.name).iterdir()):
             (out / path.name).write_bytes(path.read_bytes())
 
-    def _repr_html_(self) -> str:
+    def _settings(self) -> dict[str, str]:
+        """What it consists of, a line each."""
         s = self.scenario
-        rows = [
-            Row(("Title", s.title)),
-            Row(("Arm", _arm_name(s))),
-            Row(("Drive", s.drive.kind)),
-            Row(("Level", s.model.level)),
-            Row(("Effects", ", ".join(e.id for e in s.model.effects) or "none")),
-            Row(("Recordings", ", ".join(f"{r.name} ({r.role})" for r in s.recordings) or "none")),
-            Row(("Estimated", ", ".join(s.identify.parameters) or "none")),
-        ]
-        return str(html_table(Table((Column("Setting"), Column("Value")), tuple(rows))))
+        return {
+            "Title": s.title,
+            "Arm": _arm_name(s),
+            "Drive": s.drive.kind,
+            "Level": s.model.level,
+            "Effects": ", ".join(e.id for e in s.model.effects) or "none",
+            "Recordings": ", ".join(f"{r.name} ({r.role})" for r in s.recordings) or "none",
+            "Estimated": ", ".join(s.identify.parameters) or "none",
+        }
+
+    def __repr__(self) -> str:
+        return "\n".join(f"{name}: {value}" for name, value in self._settings().items())
+
+    def _repr_html_(self) -> str:
+        rows = tuple(Row(row) for row in self._settings().items())
+        return str(html_table(Table((Column("Setting"), Column("Value")), rows)))
 
 
 def _arm_name(scenario: Scenario) -> str:

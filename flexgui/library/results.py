@@ -30,7 +30,7 @@ from flexgui.views.of_recording.view import RecordingView, Seen, believable_floo
 from flexgui.views.parameter_tables import standing_parameters
 from flexgui.views.preview import preview
 from flexgui.views.ranking import ranking, ranking_table
-from flexgui.views.summary import alarms, plain, summary
+from flexgui.views.summary import alarms, ending, plain, quality, summary
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from flexgui.library.project import Project
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Simulation:
     """A recording made in simulation."""
 
@@ -58,16 +58,15 @@ class Simulation:
         slides = [self.units[f"theta{k + 1}"] == "m" for k in range(joints)]
         return from_dict(preview(self.recording, slides))
 
+    def __repr__(self) -> str:
+        r, names = self.recording, ", ".join(sorted(self.recording.channels))
+        return f"Recording {r.name}: {len(r.time)} samples at {r.sample_time:g} s, {names}."
+
     def _repr_html_(self) -> str:
-        r = self.recording
-        text = "Recording {}: {} samples at {:g} s, {}."
-        names = ", ".join(sorted(r.channels))
-        return str(
-            Markup("<p>{}</p>").format(text.format(r.name, len(r.time), r.sample_time, names))
-        )
+        return str(Markup("<p>{}</p>").format(repr(self)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Measured against modelled, recording by recording."""
 
@@ -140,11 +139,15 @@ class Comparison:
     def _drawn_by(self, view: RecordingView, current: RecordingComparison) -> Any:
         return lambda: view.draw(Seen(current, self.recordings, self.maps))
 
+    def __repr__(self) -> str:
+        reached = quality(self.recordings) or "nothing that was measured"
+        return f"Comparison of {len(self.recordings)} recordings: the model reaches {reached}."
+
     def _repr_html_(self) -> str:
         return str(html_table(fit_table(self.recordings)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class _Found:
     """What every result of a run has."""
 
@@ -201,6 +204,9 @@ class _Found:
         """
         return self.project._write(self.outcome, Path(folder))
 
+    def __repr__(self) -> str:
+        return "\n".join((f"{type(self).__name__}: {self.outcome.title}", *ending(self.outcome)))
+
     def _summary_html(self) -> Markup:
         red = Markup("<p style='color:firebrick'><b>{}</b></p>")
         above = Markup("").join(red.format(t) for t in alarms(self.outcome))
@@ -208,7 +214,7 @@ class _Found:
         return above + paragraphs + html_table(standing_parameters(self.outcome))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Identification(_Found):
     """Estimated parameters, and how far the measurements fix them."""
 
@@ -258,7 +264,7 @@ class Identification(_Found):
         return str(self._summary_html())
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnosis(_Found):
     """What the model lacks, how sure that is, and how the error fell."""
 

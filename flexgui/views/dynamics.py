@@ -301,7 +301,7 @@ def mode_table(modes: Sequence[Mode]) -> Table:
     """One row per vibration, slowest first."""
     columns = (
         Column("Mode"),
-        Column("Frequency [Hz]", numeric=True),
+        Column("Damped frequency [Hz]", numeric=True),
         Column("Damping ratio [–]", numeric=True),
     )
     rows = (Row((f"{k + 1}", format_number(m.frequency), damping(m))) for k, m in enumerate(modes))

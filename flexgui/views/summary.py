@@ -39,7 +39,7 @@ def summary(outcome: Outcome) -> tuple[str, ...]:
     sentences: list[str] = [_what(outcome), _before(outcome)]
     shown, before = final_comparisons(outcome), given_comparisons(outcome)
     for role, words in ((ESTIMATE, "On the estimation recordings"), (VALIDATE, "On validation")):
-        text = _quality(with_role(shown, role))
+        text = quality(with_role(shown, role))
         if text:
             was = _tip_before(with_role(before, role))
             sentences.append(f"{words} the model reaches {text}{was}.")
@@ -52,12 +52,12 @@ def ending(outcome: Outcome) -> tuple[str, ...]:
     """A result in plain lines: alarms, verdict or basis, parameters, quality, seconds."""
     found = outcome.diagnosis
     estimates = [e for e in standing(outcome) if e.recording is None]
-    quality = _quality(with_role(final_comparisons(outcome), ESTIMATE))
+    reached = quality(with_role(final_comparisons(outcome), ESTIMATE))
     lines = (
         *(Markup("Warning: {}").format(text) for text in alarms(outcome)),
         f"{_basis(outcome)}." if found is None else verdict_now(found),
         Markup("{}.").format(_listed(estimates)) if estimates else "",
-        f"On the estimation recordings the model reaches {quality}." if quality else "",
+        f"On the estimation recordings the model reaches {reached}." if reached else "",
         f"It took {sum(outcome.seconds.values()):.1f} s.",
     )
     return plain(line for line in lines if line)
@@ -158,7 +158,8 @@ def _listed(estimates: Sequence[Estimate]) -> Markup:
     return Markup(", ").join(equation(e) for e in estimates)
 
 
-def _quality(comparisons: Sequence[RecordingComparison]) -> str:
+def quality(comparisons: Sequence[RecordingComparison]) -> str:
+    """Mean FIT of what was fitted and rms of the tip; empty where there is neither."""
     errors = [e for e in channel_errors(comparisons) if e.fitted and np.isfinite(e.fit_percent)]
     parts = [
         f"{format_percent(e.fit_percent)} % in {channel_symbol(e.channel, e.unit)}" for e in errors

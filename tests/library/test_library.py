@@ -213,6 +213,42 @@ def test_results_are_tables_figures_and_html(rig: fg.Project, found: fg.Identifi
     assert {"EI1", "EI2"} == set(found.to_dataframe()["parameter"])
 
 
+def test_a_result_prints_as_a_few_lines(rig: fg.Project, found: fg.Identification) -> None:
+    for result in (found, found.compare(), rig.linear(theta2=1.0), rig):
+        lines = repr(result).splitlines()
+        assert len(lines) <= 7 and all(len(line) < 200 for line in lines), lines
+        assert "array(" not in repr(result)
+    assert any(line.startswith("EI₁ = ") for line in repr(found).splitlines())
+
+
+def test_a_pole_has_its_natural_and_its_damped_frequency_by_name(rig: fg.Project) -> None:
+    linear = rig.linear(theta2=1.0)
+    table = linear.to_dataframe()
+    assert np.isclose(table["damped_hz"], linear.modes[0].frequency).any()
+    assert (table["natural_hz"] >= table["damped_hz"]).all()
+    assert "Damped frequency" in linear._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("make", "names"),
+    [
+        (lambda: fg.drives.VelocityLoop(gains=60), "VelocityLoop gains is 60"),
+        (lambda: fg.Segment(length=-1, mass=1, EI=1), "Segment length is -1"),
+        (lambda: fg.Segment(lenth=1, mass=1), "did you mean 'length'"),
+        (lambda: fg.Arm(segments=()), "Arm segments"),
+    ],
+)
+def test_a_wrong_setting_of_an_object_is_one_sentence(make: Any, names: str) -> None:
+    with pytest.raises(fg.InputError, match=names) as told:
+        make()
+    assert "\n" not in str(told.value) and "pydantic" not in str(told.value)
+
+
+def test_the_public_names_are_those_that_are_documented() -> None:
+    assert {"load", "project", "Segment"} <= set(dir(fg))
+    assert not {"Any", "TYPE_CHECKING", "import_module", "annotations"} & set(dir(fg))
+
+
 def test_a_view_that_is_not_known_is_met_with_the_nearest(found: fg.Identification) -> None:
     with pytest.raises(fg.InputError, match="correlation"):
         found.plot("corelation")
