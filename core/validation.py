@@ -4,7 +4,7 @@ error as one sentence."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, cast
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic._internal._model_construction import ModelMetaclass
@@ -56,11 +56,12 @@ class _OneSentence(ModelMetaclass):
     """Of classes that scripts call: what pydantic says in several lines is an InputError. Tables of
     files are checked from inside and keep their places."""
 
-    def __call__(cls, *positional: Any, **options: Any) -> Any:
+    def __call__(self, *positional: Any, **options: Any) -> Any:
         try:
             return super().__call__(*positional, **options)
         except ValidationError as error:
-            raise InputError(_first_fault(error, cls.__name__, cls.model_fields)) from None
+            known = cast(type[BaseModel], self).model_fields
+            raise InputError(_first_fault(error, self.__name__, known)) from None
 
 
 class Stated(BaseModel, metaclass=_OneSentence):
