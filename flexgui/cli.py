@@ -154,11 +154,14 @@ def serve(
 def scenarios() -> None:
     """List the scenarios that come with FlexGUI; every command takes their names."""
     from flexgui.library.shipped import scenarios as shipped
+    from flexgui.library.shipped import shipped_folder
 
     found = shipped()
     width = max(map(len, found))
     for name, title in found.items():
         typer.echo(f"{name:{width}}  {title}")
+    typer.echo(f"Examples are in {shipped_folder('examples')}")
+    typer.echo(f"Sheets for a class are in {shipped_folder('teaching')}")
 
 
 @app.command()

@@ -52,7 +52,7 @@ SCENARIO, TRUTH_FILE = "scenario.toml", "truth.sealed"
 
 SECONDS, SWEEP_SECONDS = 2.0, 5.0
 
-LEVELS: Mapping[str, tuple[int, float, float]] = {"easy": (1, 3.0, 10.0), "hard": (2, 0.7, 4.0)}
+LEVELS: Mapping[str, tuple[int, float, float]] = {"easy": (1, 3.0, 10.0), "hard": (2, 2.0, 4.0)}
 """level -> how many hidden effects, and between what sizes in noise rms per sample."""
 
 STIFFNESS = 0.05
@@ -264,9 +264,8 @@ def truth_in_words(text: str) -> str:
     lines = [f"Challenge {truth['seed']} ({truth['level']}). Hidden:"]
     for one in model.effects:
         quantities = one.parameters(model.arm, model.drive, typical(model.arm))
-        stated = [
-            quantity.parameter for quantity in quantities if quantity.parameter.name in values
-        ]
+        # A size of zero hides nothing, such as the delay of a sensor that is not there.
+        stated = [q.parameter for q in quantities if values.get(q.parameter.name)]
         sizes = [_size(parameter, values[parameter.name]) for parameter in stated]
         lines.append(f"- {one.title} ({one.kind}){': ' if sizes else ''}{'; '.join(sizes)}.")
         if one.kind in shown:

@@ -22,7 +22,7 @@ def scenarios() -> dict[str, str]:
     """
     import tomllib
 
-    folder = _folder()
+    folder = shipped_folder()
     found = {}
     for path in sorted(folder.rglob(f"*{ENDING}")):
         name = path.relative_to(folder).with_suffix("").as_posix()
@@ -47,7 +47,7 @@ def scenario_path(given: str | Path) -> Path:
     name = path.as_posix()
     if path.exists() or path.suffix or path.is_absolute() or ".." in path.parts:
         return path
-    shipped = _folder() / f"{name}{ENDING}"
+    shipped = shipped_folder() / f"{name}{ENDING}"
     if path.name not in NO_SCENARIO and shipped.is_file():
         return shipped
     raise InputError(
@@ -56,8 +56,9 @@ def scenario_path(given: str | Path) -> Path:
     )
 
 
-def _folder() -> Path:
-    """In an installed package; beside it in a checkout whose link could not be made."""
+def shipped_folder(name: str = "scenarios") -> Path:
+    """Of the scenarios, the `examples` or the sheets for `teaching`: in an installed package;
+    beside it in a checkout whose links could not be made."""
     package = Path(str(files("flexgui")))
-    inside = package / "scenarios"
-    return inside if inside.is_dir() else package.parent / "scenarios"
+    places = (package, package.parent, package.parent / "docs")
+    return next(place / name for place in places if (place / name).is_dir())

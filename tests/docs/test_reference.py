@@ -33,6 +33,11 @@ def test_every_key_is_explained() -> None:
     assert not [line for line in keys if line.endswith("|  |")]
 
 
+def test_the_changelog_counts_the_effects() -> None:
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert f"- {len(catalogue())} physical effects that a model may lack" in changes
+
+
 def test_every_plug_in_is_in_it() -> None:
     text = reference_text()
     for kind in (*catalogue(), *drive_classes(), *sensors()):

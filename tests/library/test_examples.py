@@ -9,9 +9,12 @@ import runpy
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+
+from flexgui.library.shipped import shipped_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
@@ -66,15 +69,19 @@ def test_a_script_runs_in_another_folder(
     assert made is None or (tmp_path / made).stat().st_size > 1000
 
 
+@pytest.mark.parametrize("with_control", [True, False])
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
 def test_a_notebook_runs_in_another_folder(
-    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    path: Path, with_control: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("control", reason="python-control is not installed")
+    if with_control:
+        pytest.importorskip("control", reason="python-control is not installed")
+    else:
+        monkeypatch.setitem(sys.modules, "control", None)
     monkeypatch.chdir(tmp_path)
     script = tmp_path / "notebook.py"
     script.write_text(script_of(path), encoding="utf-8")
-    assert "system" in runpy.run_path(str(script))
+    assert ("system" in runpy.run_path(str(script))) is with_control
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
@@ -117,6 +124,17 @@ def test_an_example_runs_from_a_wheel(path: Path, installed: Path, tmp_path: Pat
     subprocess.run([installed, script.name], cwd=tmp_path, check=True)
 
 
+@pytest.mark.parametrize("name", ["examples", "teaching"])
+def test_examples_and_sheets_lie_in_the_package(name: str) -> None:
+    packed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    patterns = packed["tool"]["setuptools"]["package-data"]["flexgui"]
+    here = {p for p in (ROOT / "docs" / name).iterdir() if p.is_file()}
+    package = ROOT / "flexgui"
+    taken = {p.resolve() for each in patterns for p in package.glob(each)}
+    assert here and here <= taken
+    assert shipped_folder(name).resolve() == ROOT / "docs" / name
+
+
 @pytest.mark.long
 def test_scenarios_ship_in_the_wheel(installed: Path, tmp_path: Path) -> None:
     ask = "import flexgui as fg; print(flexgui_file(fg)); print(*fg.scenarios())"
@@ -128,6 +146,16 @@ def test_scenarios_ship_in_the_wheel(installed: Path, tmp_path: Path) -> None:
     here = {p.relative_to(ROOT / "scenarios") for p in (ROOT / "scenarios").rglob("*.toml")}
     shipped = {p.with_suffix("").as_posix() for p in here if p.stem != "truth"}
     assert set(told[1].split()) == shipped
+    listed = subprocess.run(
+        [installed, "-m", "flexgui", "scenarios"], cwd=tmp_path, check=True, capture_output=True,
+        text=True,
+    ).stdout  # fmt: skip
+    folders = [
+        Path(line.split(" are in ")[1]) for line in listed.splitlines() if " are in " in line
+    ]
+    assert [(folder.name, any(folder.iterdir())) for folder in folders] == [
+        ("examples", True), ("teaching", True),
+    ]  # fmt: skip
     out = tmp_path / "out"
     command = ["-m", "flexgui", "export", "mujoco/nothing", "--out", out, "--quiet"]
     subprocess.run([installed, *command], cwd=tmp_path, check=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 import zipfile
 from pathlib import Path
 
@@ -14,7 +16,15 @@ from core.errors import InputError
 from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.read import read_scenario
-from core.study.challenge import SCENARIO, TRUTH_FILE, make_challenge, reveal, write_challenge
+from core.study.challenge import (
+    SCENARIO,
+    TRUTH_FILE,
+    make_challenge,
+    opened,
+    reveal,
+    truth_in_words,
+    write_challenge,
+)
 from core.workbench import base_model
 from flexgui.cli import app
 
@@ -60,6 +70,15 @@ def test_as_many_effects_are_hidden_as_the_level_says(level: str, count: int) ->
         kinds = _kinds(count, np.random.default_rng(seed))
         parts = [e.kind for kind in kinds for e in known_before(catalogue()[kind])]
         assert len({*kinds, *parts}) == count
+
+
+@pytest.mark.parametrize("seed", [1, 4, 8])
+def test_each_hidden_effect_is_well_above_the_noise(seed: int) -> None:
+    """Of these seeds one effect or both were hidden below 1.4 times the noise."""
+    obfuscated = make_challenge(seed, "hard").obfuscated
+    shown = json.loads(opened(obfuscated, TRUTH_FILE))["shown"]
+    assert len(shown) == 2 and min(shown.values()) >= 1.9
+    assert not re.search(r" = 0 ", truth_in_words(opened(obfuscated, TRUTH_FILE)))
 
 
 def test_reveal_says_what_and_how_large(folder: Path) -> None:
