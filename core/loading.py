@@ -17,6 +17,7 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.errors import InputError
 from core.model import Model
+from core.processors import WORKERS
 from core.progress import Progress
 from core.recording.beginning import with_beginnings
 from core.recording.load import load_recording
@@ -27,9 +28,6 @@ from core.scenario.schema import Scenario, SensorsSpec
 from core.scenario.stated_effects import with_hidden_effects
 from core.sensors import sensors
 from core.simulate.experiment import NoiseLevels, simulate_recording
-
-WORKERS = 2
-"""Simulation holds no lock; machines have two cores."""
 
 
 def load_recordings(

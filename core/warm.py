@@ -6,7 +6,6 @@ waits for it.
 
 from __future__ import annotations
 
-import os
 import subprocess
 import time
 from collections.abc import Iterable
@@ -15,6 +14,7 @@ from contextlib import suppress
 from core.arm.beforehand import begin, compile_beforehand
 from core.arm.cache import cache_folder, sources_key
 from core.arm.structure import Structure
+from core.processors import WORKERS
 from core.progress import Progress
 
 TITLE = "Compiling for this machine, once (about half a minute)"
@@ -56,7 +56,7 @@ def compile_kernels(progress: Progress) -> None:
     whole = True
     with suppress(OSError):  # no process or file can be made: whoever needs a kernel compiles it
         while waiting or running:
-            while waiting and len(running) < (os.cpu_count() or 1):
+            while waiting and len(running) < WORKERS:
                 running.append(begin(waiting.pop(0)))
             time.sleep(_PAUSE)
             for one in [one for one in running if one.poll() is not None]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from core.processors import WORKERS
 from flexgui.plain_words import INTERRUPTED
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def study(
         str | None, typer.Option(help="Address of a Dask scheduler, tcp://host:8786.")
     ] = None,
     runs: Annotated[int, typer.Option(help="Monte Carlo runs.")] = 20,
-    workers: Annotated[int, typer.Option(help="Processes, without a cluster.")] = 2,
+    workers: Annotated[int, typer.Option(help="Processes, without a cluster.")] = WORKERS,
     part: Annotated[
         list[str] | None,
         typer.Option(help="Only this part: fits, sweeps, baselines, bias, advice, prior."),

@@ -12,6 +12,7 @@ ROOT = Path(__file__).resolve().parents[1]
 RANKS = {
     "core": 0,
     "core.errors": 0,
+    "core.processors": 0,
     "core.sentences": 0.1,
     "core.files": 0.2,
     "core.written": 0.2,

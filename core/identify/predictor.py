@@ -20,6 +20,7 @@ from core.identify.prepared import TORQUE, Prepared
 from core.identify.prescribed import given_motion, is_given, is_prescribed, prescribed_job
 from core.identify.unknowns import Unknowns
 from core.model import Model, Numbers
+from core.processors import WORKERS
 from core.recording.recording import Recording
 from core.simulate.linear import respond
 from core.simulate.many import Job, run_many, run_many_extrapolated, simulate_many
@@ -40,9 +41,6 @@ miss theirs by several per cent."""
 
 REMEMBERED = 3
 """Motions kept per recording: base, and the two sides of a difference."""
-
-WORKERS = 2
-"""Compiled simulation holds no lock, so recordings run on threads; machines have two cores."""
 
 
 @contextmanager

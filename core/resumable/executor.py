@@ -17,6 +17,7 @@ from queue import Empty, Queue
 from typing import Any
 
 from core.errors import InputError
+from core.processors import WORKERS
 
 Work = Callable[[str], str]
 """Order in, answer out: one line of JSON with `key`. Other processes find it by the names of its
@@ -92,9 +93,6 @@ def one_thread_each() -> Iterator[None]:
             else:
                 os.environ[name] = value
 
-
-WORKERS = 2
-"""The machines that this is meant for have two cores."""
 
 ERROR = "\0"
 """Begins a message that is not an answer but what went wrong."""

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TypeVar
 
 from core.identify.predictor import single_threaded
-from core.resumable.executor import WORKERS, Processes, Work
+from core.processors import WORKERS
+from core.resumable.executor import Processes, Work
 from core.resumable.journal import Journal, Keyed, Record, go_on
 
 C = TypeVar("C", bound=Keyed)

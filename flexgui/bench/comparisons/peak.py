@@ -10,7 +10,7 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from core.identify.predictor import WORKERS
+from core.processors import WORKERS
 from core.simulate.holds import pieces
 from core.simulate.lanes import TAYLOR_RADIUS
 from core.simulate.vector import LANES

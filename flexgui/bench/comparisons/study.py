@@ -13,8 +13,9 @@ from core.montecarlo.printed import paper_scenario
 from core.montecarlo.rig import Rig
 from core.montecarlo.settings import StudySettings, make_settings
 from core.montecarlo.study import study
+from core.processors import WORKERS
 from core.recording.recording import Recording
-from core.resumable.executor import WORKERS, Here, Processes
+from core.resumable.executor import Here, Processes
 from core.resumable.journal import records_of
 from flexgui.bench.case import GENERATIONS, LOWER, MEMBERS, UPPER, Case
 from flexgui.bench.comparisons.evolution import SAME, SEED, peer_search
