@@ -199,17 +199,18 @@ def check(
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Look for faults in the recordings of SCENARIO or in one FILE."""
+    """Look for faults in the recordings of SCENARIO or in one FILE; exit code 1 with faults."""
     from flexgui.progress import shown_progress
 
     with shown_progress(quiet) as bars:
-        found, listed = _checked(what, data, bars)
+        found, listed, count = _checked(what, data, bars)
     if as_json:
         from flexgui.export.folder import dumps
 
         typer.echo(dumps({"findings": [one.as_json() for one in found]}), nl=False)
     else:
-        typer.echo("\n".join([*listed, *_lines(found)]))
+        typer.echo("\n".join([*listed, *_lines(found, count)]))
+    raise typer.Exit(int(any(not one.good for one in found)))
 
 
 @app.command()
@@ -245,18 +246,19 @@ def _print_note(text: str) -> None:
 
 def _checked(
     what: Path, data: Path | None, progress: Progress
-) -> tuple[Sequence[Finding], list[str]]:
+) -> tuple[Sequence[Finding], list[str], int]:
     if what.suffix.lower() in ("", ".toml"):
         path, scenario = _read(what, data)
         from core.check.run import check_scenario
 
-        return check_scenario(scenario, path.parent, data, progress), []
+        found = check_scenario(scenario, path.parent, data, progress)
+        return found, [], len(scenario.recordings)
     from core.check.run import check_file
     from core.recording.read_table import read_table
     from core.scenario.data_folder import refuse_special
 
     refuse_special(what)
-    return check_file(what, progress), _contents(read_table(what))
+    return check_file(what, progress), _contents(read_table(what)), 1
 
 
 def _read(given: Path, data: Path | None) -> tuple[Path, Scenario]:
@@ -284,10 +286,10 @@ def _contents(table: Table) -> list[str]:
     return lines
 
 
-def _lines(found: Sequence[Finding]) -> list[str]:
-    if not found:
-        return ["Nothing was found."]
+def _lines(found: Sequence[Finding], count: int) -> list[str]:
     lines = []
+    if all(one.good for one in found):
+        lines.append(f"{count} recording{'s' * (count != 1)}, no faults")
     for one in found:
         lines.append(f"{one.recording}, {one.channel}: {one.fault}. {one.evidence}")
         if one.mend:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from core.check.bending import Shape
+from core.check.causes import FREE, Cause, wrong
 from core.check.finding import Finding, Picture
-from core.check.geometry import Misfit, agrees, geometric_misfits, mended
+from core.check.geometry import Tip
 from core.check.lagged import LOOP, Relation
 from core.check.late import Judged, judge, link_fit
 from core.check.measured import Measured
@@ -21,6 +23,88 @@ from core.written import parse_header
 
 MOST_POINTS = 600
 """Of a picture; a column on a screen is not wider."""
+ROUNDS = 4
+"""Faults hide one another: a unit, a sign, a swap and one more are found one after the other."""
+SMALLEST, LARGEST = 3, 300
+"""A factor of two is a scale as often as a gear; above, a unit."""
+WHOLE = 0.03
+"""Share by which a gear's factor may differ from a whole number: friction and noise."""
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """What the channels of a recording say of each other, taken as they are."""
+
+    recording: Measured
+    others: Sequence[Case] = field(default=(), repr=False, compare=False)
+
+    @cached_property
+    def shape(self) -> Shape | None:
+        """The links as this recording shows them, each channel taken as it is; None where nothing
+        that is measured shows them."""
+        fit = link_fit(self.recording)
+        return None if fit is None else fit.shape_alone
+
+    @cached_property
+    def judged(self) -> Judged | None:
+        """Which channel is late, whatever the stiffness; None where that cannot be said."""
+        fit = link_fit(self.recording)
+        if fit is None:
+            return None
+        known = (o.dynamics.shape for o in self.others)
+        return judge(fit, [shape for shape in known if shape is not None])
+
+    @cached_property
+    def stiffness(self) -> dict[str, float]:
+        """EI of the segments as the recordings show it, the middle one of all; empty where none
+        does, and the scenario's counts."""
+        shapes = (self.shape, *(o.dynamics.shape for o in self.others))
+        found, model = [one for one in shapes if one is not None], self.recording.model
+        if not found or model is None:
+            return {}
+        factors = np.exp(np.median([np.log(one.stiffness) for one in found], axis=0))
+        bending = [k for k, modes in enumerate(model.arm.modes) if modes]
+        named = {f"EI{k + 1}": f for k, f in zip(bending, factors, strict=True)}
+        return {n: model.parameters[n].value * f for n, f in named.items() if n in model.parameters}
+
+    @cached_property
+    def relations(self) -> tuple[Relation, ...]:
+        """With the stiffness that explains more."""
+        stated = relations(self.recording, shape=self.shape)
+        if not self.stiffness:
+            return stated
+        softer = replace(self.recording, values={**self.recording.values, **self.stiffness})
+        fitted = relations(softer, shape=self.shape)
+        # A loop that explains little with any stiffness lacks something else, which a fit hides.
+        return fitted if _explained(fitted) > max(_explained(stated), CLEAR) else stated
+
+    @cached_property
+    def suspects(self) -> tuple[Suspect, ...]:
+        """The channels that disagree with all others by a factor or a delay."""
+        own, others = self.relations, [other.dynamics.relations for other in self.others]
+        if self.judged is None:
+            return suspects(own, others)
+        found = suspects([r.timeless for r in own], [[r.timeless for r in o] for o in others])
+        return (*found, *late_channels(self.judged, self.recording.step))
+
+    @property
+    def factors(self) -> list[Cause]:
+        """Sizes and shifts of single channels that camera, encoders and dynamics suggest."""
+        made = [_sized(one.channel, one.factor) for one in self.suspects if one.factor != 1.0]
+        tip = Tip.of(self.recording)
+        if tip is None or tip.misfit() <= tip.tolerance:
+            return made
+        made += [_sized(name, factor) for name, factor in tip.factors()]
+        return made + [Cause("offset", (n,), shift=s, rank=FREE + 1) for n, s in tip.shifts()]
+
+
+def _sized(channel: str, factor: float) -> Cause:
+    ratio = round(factor)
+    whole = abs(factor / max(ratio, 1) - 1.0) < max(WHOLE, 0.3 / max(ratio, 1))
+    encoder = channel_kind(channel).pattern == "theta#"
+    if encoder and SMALLEST <= ratio <= LARGEST and whole:
+        return Cause("gear_ratio", (channel,), float(ratio), rank=FREE)
+    return Cause("scale", (channel,), factor, rank=FREE + 1)
 
 
 @dataclass(frozen=True)
@@ -32,84 +116,44 @@ class Case:
     """The scenario's other recordings."""
 
     @cached_property
-    def misfits(self) -> tuple[Misfit, ...]:
-        """What contradicts the arm's geometry, with the factor or shift that mends it.
+    def causes(self) -> tuple[Cause, ...]:
+        """What is wrong with whole columns, one after the other."""
+        return self._settled[0]
 
-        Where several causes mend the geometry, the dynamics decides among them.
-        """
-        causes = geometric_misfits(self.recording)
-        if not causes or self._dynamics_explains():
-            return ()
-        if len(causes) == 1:
-            return causes
-        scored = [
-            (_disagreement(relations(mended(self.recording, c), quick=True)), c) for c in causes
-        ]
-        return (min(scored, key=lambda one: one[0])[1],)
-
-    def _dynamics_explains(self) -> bool:
-        """Whether one factor that the dynamics asks for mends the geometry too."""
-        found = suspects(relations(self.recording), [other.relations for other in self.others])
-        wrong = [one for one in found if one.factor != 1.0]
-        if len(wrong) != 1 or wrong[0].channel.endswith("_ref"):
-            return False
-        cause = Misfit((wrong[0].channel,), wrong[0].factor, 0.0, False, 0.0, 0.0)
-        return agrees(mended(self.recording, cause))
-
-    @cached_property
+    @property
     def mended(self) -> Measured:
-        """The recording as the geometry wants it."""
-        found = self.recording
-        for one in self.misfits:
-            found = mended(found, one)
-        return found
+        """The recording without that."""
+        return self._settled[1].recording
 
-    @cached_property
-    def shape(self) -> Shape | None:
-        """The links as this recording shows them, each channel taken as it is; None where nothing
-        that is measured shows them."""
-        fit = link_fit(self.mended)
-        return None if fit is None else fit.shape_alone
+    @property
+    def dynamics(self) -> Dynamics:
+        """Of the mended recording."""
+        return self._settled[1]
 
-    @cached_property
-    def judged(self) -> Judged | None:
-        """Which channel is late, whatever the stiffness; None where that cannot be said."""
-        fit = link_fit(self.mended)
-        if fit is None:
-            return None
-        return judge(fit, [o.shape for o in self.others if o.shape is not None])
-
-    @cached_property
-    def stiffness(self) -> dict[str, float]:
-        """EI of the segments as the recordings show it, the middle one of all; empty where none
-        does, and the scenario's counts."""
-        found = [one for one in (self.shape, *(o.shape for o in self.others)) if one is not None]
-        model = self.recording.model
-        if not found or model is None:
-            return {}
-        factors = np.exp(np.median([np.log(one.stiffness) for one in found], axis=0))
-        bending = [k for k, modes in enumerate(model.arm.modes) if modes]
-        named = {f"EI{k + 1}": f for k, f in zip(bending, factors, strict=True)}
-        return {n: model.parameters[n].value * f for n, f in named.items() if n in model.parameters}
-
-    @cached_property
-    def relations(self) -> tuple[Relation, ...]:
-        """What the channels say of each other, once the geometry is right."""
-        stated = relations(self.mended, shape=self.shape)
-        if not self.stiffness:
-            return stated
-        fitted = relations(self.mended, values=self.stiffness, shape=self.shape)
-        # A loop that explains little with any stiffness lacks something else, which a fit hides.
-        return fitted if _explained(fitted) > max(_explained(stated), CLEAR) else stated
-
-    @cached_property
+    @property
     def suspects(self) -> tuple[Suspect, ...]:
-        """The channels that disagree with all others by a factor or a delay."""
-        own, others = self.relations, [other.relations for other in self.others]
-        if self.judged is None:
-            return suspects(own, others)
-        found = suspects([r.timeless for r in own], [[r.timeless for r in o] for o in others])
-        return (*found, *late_channels(self.judged, self.recording.step))
+        """The channels that are late, or have another size, once the columns are mended."""
+        return self.dynamics.suspects
+
+    @cached_property
+    def _settled(self) -> tuple[tuple[Cause, ...], Dynamics]:
+        made: list[Cause] = []
+        left = Dynamics(self.recording, self.others)
+        for _ in range(ROUNDS):
+            one = wrong(left.recording, left.factors)
+            if one is None:
+                break
+            made.append(one)
+            left = Dynamics(one.mended(left.recording), self.others)
+        return tuple(made), left
+
+    @property
+    def tip_off(self) -> tuple[float, float] | None:
+        """m: by how much camera and encoders disagree on the tip, and the arm's reach; None where
+        they agree once the columns are mended."""
+        tip = Tip.of(self.mended)
+        off = 0.0 if tip is None else tip.misfit()
+        return (off, tip.reach) if tip is not None and off > tip.tolerance else None
 
     def finding(
         self, fault: str, channel: str, size: float, unit: str, evidence: str,
@@ -121,16 +165,19 @@ class Case:
         name = self.recording.name
         return Finding(fault, name, channel, float(size), unit, evidence, mend, picture)
 
-    def column(self, channel: str, **settings: object) -> str | None:
-        """`columns = {z1 = {name = "z1 [mm]"}}`; None where no file holds the channel."""
-        header = self.recording.headers.get(channel)
-        if header is None:
-            return None
-        unit = settings.pop("unit", "")
-        name = parse_header(header)[0]
-        named = f"{name} [{unit}]" if unit else header
-        rest = "".join(f", {key} = {value}" for key, value in settings.items())
-        return f'columns = {{ {channel} = {{ name = "{named}"{rest} }} }}'
+    def columns(self, wanted: Mapping[str, tuple[str, Mapping[str, Any]]]) -> str | None:
+        """`columns = { z1 = { name = "z1 [mm]" } }` of channel -> (channel whose column it is,
+        settings); None where no file holds one of them."""
+        made = []
+        for channel, (source, settings) in wanted.items():
+            header = self.recording.headers.get(source)
+            if header is None:
+                return None
+            unit = settings.get("unit")
+            named = f"{parse_header(header)[0]} [{unit}]" if unit else header
+            rest = "".join(f", {k} = {v}" for k, v in settings.items() if k != "unit")
+            made.append(f'{channel} = {{ name = "{named}"{rest} }}')
+        return f"columns = {{ {', '.join(made)} }}"
 
     def _picture(self, channel: str, expected: np.ndarray | None) -> Picture | None:
         if channel not in self.recording.channels:
@@ -145,15 +192,3 @@ def _explained(found: Sequence[Relation]) -> float:
     """Share of the encoders' variance that the scenario's loop explains, the mean of all."""
     shares = [r.explained for r in found if r.tolerance == LOOP and r.output.startswith("theta")]
     return float(np.mean(shares)) if shares else 0.0
-
-
-def _disagreement(found: Sequence[Relation]) -> float:
-    """How far the relations are from gains of one, all together."""
-    loops = [one for one in found if np.isfinite(one.tolerance)]
-    if not loops:
-        return 0.0
-    each = [
-        min(abs(np.log(abs(one.gain))), 3.0) + 3.0 * (one.gain < 0) + 2.0 * (1.0 - one.explained)
-        for one in loops
-    ]
-    return float(np.mean(each))

@@ -27,6 +27,9 @@ class Picture:
     unit: str = ""
 
 
+GOOD = ("repeated_cycles",)
+
+
 @dataclass(frozen=True)
 class Finding:
     """One fault of one channel."""
@@ -48,6 +51,11 @@ class Finding:
         mend = f" In its table: {self.mend}" if self.mend else ""
         return f"{self.recording}, {self.channel}: {self.fault}. {self.evidence}{mend}"
 
+    @property
+    def good(self) -> bool:
+        """Whether it is no fault but worth knowing."""
+        return self.fault in GOOD
+
     def as_json(self) -> dict[str, Any]:
         """Without the picture."""
         return {k: v for k, v in asdict(self).items() if k != "picture"}
@@ -57,7 +65,7 @@ class Check(ABC):
     """Looks for one kind of fault in one recording."""
 
     kind = ""
-    """The id of the fault."""
+    """The id of the fault; of a check that looks for several, its own."""
 
     @abstractmethod
     def look(self, case: Case) -> Iterable[Finding]:

@@ -37,12 +37,8 @@ class Relation:
     """|ln gain| that is nobody's fault; infinite where only the sign is known."""
     expected: np.ndarray | None = None
     """(M,) on the even clock, of the output."""
-    swapped: float = 0.0
-    """Share that the other joint's input explains."""
     step: float = 0.0
     """s, the sample time."""
-    direct: float = 1.0
-    """Share that its own input explains with the lag for which `swapped` is stated."""
 
     @property
     def key(self) -> tuple[str, tuple[str, ...]]:
@@ -59,7 +55,7 @@ class Relation:
 
 def compare(
     output: str, inputs: tuple[str, ...], y: np.ndarray, expected: Sequence[np.ndarray],
-    dt: float, tolerance: float, swapped: float = 0.0,
+    dt: float, tolerance: float,
 ) -> Relation | None:  # fmt: skip
     """Regress a channel on what it should be: gains, lag and drift of the lag.
 
@@ -76,14 +72,9 @@ def compare(
         return None
     lag, explained = _best_lag(y, x, dt)
     if explained < 0.02:
-        return Relation(output, inputs, 1.0, 0.0, 0.0, np.inf, explained, tolerance, x, swapped, dt)
+        return Relation(output, inputs, 1.0, 0.0, 0.0, np.inf, explained, tolerance, x, dt)
     gain, lag, drift, error, explained = _refined(y, x, lag, dt)
-    return Relation(output, inputs, gain, lag, drift, error, explained, tolerance, x, swapped, dt)
-
-
-def share(x: np.ndarray, y: np.ndarray, dt: float) -> float:
-    """r^2 of two signals' moves at their best lag."""
-    return _best_lag(y, x, dt)[1] if np.std(x) > 0 and np.std(y) > 0 else 0.0
+    return Relation(output, inputs, gain, lag, drift, error, explained, tolerance, x, dt)
 
 
 SLOW = scipy.signal.butter(2, 0.2, output="sos")

@@ -33,6 +33,10 @@ class Measured:
     """Channel -> (N,) True where the scenario says that the samples count."""
     model: Model | None = None
     """None where a file is checked without a scenario."""
+    values: Mapping[str, float] = field(default_factory=dict)
+    """Parameters that are known better than the scenario states them."""
+    answers: dict[object, Mapping[str, np.ndarray] | None] = field(default_factory=dict, repr=False)
+    """Of the scenario's loop, by what drives it: a copy with other sensors has the same ones."""
 
     @cached_property
     def step(self) -> float:
@@ -90,7 +94,7 @@ class Measured:
 
     def has(self, *names: str) -> bool:
         """Whether all channels are there with enough samples."""
-        return all(
+        return len(self.grid) >= FEWEST and all(
             name in self.channels and np.isfinite(self.counted(name)).sum() >= FEWEST
             for name in names
         )

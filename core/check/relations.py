@@ -13,7 +13,7 @@ import numpy as np
 
 from core.check.bending import Shape
 from core.check.inverse import torque_relations
-from core.check.lagged import DIRECT, LAGS, LOOP, WORTH, Relation, compare, share, smoothed
+from core.check.lagged import DIRECT, LAGS, LOOP, WORTH, Relation, compare, smoothed
 from core.check.measured import Measured
 from core.model import Model
 from core.sensors import sensors
@@ -28,39 +28,32 @@ SMALL = 0.3
 
 
 def relations(
-    found: Measured,
-    quick: bool = False,
-    values: Mapping[str, float] | None = None,
-    shape: Shape | None = None,
+    found: Measured, quick: bool = False, shape: Shape | None = None
 ) -> tuple[Relation, ...]:
     """All that can be said; nothing where the arm is not known.
 
     Args:
         quick: Leaves out what each reference does by itself.
-        values: Of parameters that the recordings show better than the scenario states them.
         shape: The links as the recordings show them.
     """
     made = [*_followed(found)]
     if found.model is not None:
-        made += _loop(found, found.model, quick, values or {})
+        made += _loop(found, found.model, quick)
         made += torque_relations(found, found.model, shape)
     return tuple(made)
 
 
 def _followed(found: Measured) -> list[Relation]:
     made = []
-    for k in range(3):
-        for output in (f"theta{k + 1}", f"i{k + 1}"):
-            given, other = f"{output}_ref", f"{output[:-1]}{2 - k}_ref"
-            if not found.has(output, given):
-                continue
-            x, y = found.even(given), found.even(output)
-            both = k < 2 and found.has(other)
-            swapped = share(found.even(other), y, found.step) if both else 0.0
-            one = compare(output, (given,), y, [x - x[0]], found.step, DIRECT, swapped)
-            if one:
-                gain = _level(y, x, one, found.step) if output.startswith("theta") else one.gain
-                made.append(replace(one, gain=gain, direct=share(x, y, found.step)))
+    for output in found.names("theta#", "i#"):
+        given = f"{output}_ref"
+        if not found.has(given):
+            continue
+        x, y = found.even(given), found.even(output)
+        one = compare(output, (given,), y, [x - x[0]], found.step, DIRECT)
+        if one:
+            gain = _level(y, x, one, found.step) if output.startswith("theta") else one.gain
+            made.append(replace(one, gain=gain))
     return made
 
 
@@ -74,9 +67,7 @@ def _level(y: np.ndarray, x: np.ndarray, one: Relation, dt: float) -> float:
     return gain or one.gain
 
 
-def _loop(
-    found: Measured, model: Model, quick: bool, values: Mapping[str, float]
-) -> list[Relation]:
+def _loop(found: Measured, model: Model, quick: bool) -> list[Relation]:
     """Every sensor against the scenario's closed loop under the recorded references."""
     references = model.drive.reference_channels(model.arm)
     if not all(r.endswith("_ref") and r.startswith(("dtheta", "theta")) for r in references):
@@ -88,8 +79,11 @@ def _loop(
         return []
     signals = np.column_stack([found.even(r) for r in references])
 
-    def predicted(given: np.ndarray) -> dict[str, np.ndarray] | None:
-        return _predicted(model, found.grid, given, start, values)
+    def predicted(given: np.ndarray) -> Mapping[str, np.ndarray] | None:
+        key = (*found.values.items(), found.step, start.tobytes(), hash(given.tobytes()))
+        if key not in found.answers:
+            found.answers[key] = _predicted(model, found.grid, given, start, found.values)
+        return found.answers[key]
 
     together = predicted(signals)
     if together is None:
@@ -111,12 +105,10 @@ def _compared(found, model, references, signals, predicted, together, quick):  #
             alone[:, j] = signals[:, j]
             answer = predicted(alone)
             singles += [answer] if answer else []
-    crossed = predicted(signals[:, ::-1]) if small else None
     made: list[Relation] = []
     for name in names:
-        swapped = share(crossed[name], found.even(name), found.step) if crossed else 0.0
         y = found.even(name)
-        whole = compare(name, references, y, [together[name]], found.step, LOOP, swapped)
+        whole = compare(name, references, y, [together[name]], found.step, LOOP)
         made += [whole] if whole else []
         if len(singles) == len(references):
             parts = [s[name] for s in singles]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,9 +22,14 @@ from core.recording.spec import RecordingSpec
 from core.scenario.data_folder import Folder, resolve_file
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
+from core.sentences import did_you_mean
 
 FIRST = ("time_unit", "sample_time")
 """Faults of the clock, mended before the others are sought: every speed depends on it."""
+
+
+OF_SENSORS = ("offset_", "gain_", "start_")
+"""What [identify] may estimate besides the model's parameters."""
 
 
 def checks() -> dict[str, Check]:
@@ -41,7 +46,16 @@ def check_scenario(
         InputError: No recording, or one that is no table of measurements.
     """
     progress = progress or Silent()
-    return check_all(measured_recordings(scenario, folder, data, progress), progress.stopped)
+    recordings = measured_recordings(scenario, folder, data, progress)
+    return [*_unknown_parameters(scenario), *check_all(recordings, progress.stopped)]
+
+
+def _unknown_parameters(scenario: Scenario) -> Iterator[Finding]:
+    model = base_model(scenario)
+    for name in scenario.identify.parameters:
+        if not name.startswith(OF_SENSORS) and name not in model.parameters:
+            sentence = f"no parameter of this arm; {did_you_mean(name, model.parameters)}"
+            yield Finding("unknown_parameter", "[identify]", name, 1.0, "", sentence)
 
 
 def measured_recordings(

@@ -81,7 +81,7 @@ def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> t
     every, entries = entries, list(_single(entries))
     gains = [e for e in entries if e.relation.tolerance != LOOP or e.relation.explained > CLEAR]
     gains = [e for e in gains if np.isfinite(e.relation.tolerance)]
-    found = _signs(entries) or _factors(gains)
+    found = _factors(gains)
     # With others to compare, what they do is no delay: a servo's lag, the rig's own dynamics.
     late = _delays(entries, SURE_OF_CHANGE, lambda e: e.lag) if len(others) > 1 else ()
     return (*found, *(late or _delays(*_trusted(entries))), *_drifts(every))
@@ -160,23 +160,6 @@ def _channels(entries: Sequence[_Entry]) -> list[str]:
     names = {e.relation.output for e in entries}
     names |= {e.relation.inputs[0] for e in entries if len(e.relation.inputs) == 1}
     return sorted(names, key=lambda n: (n.endswith("_ref"), n))
-
-
-def _signs(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
-    """The channel whose change of sign turns every gain positive, or as many as one can."""
-    wrong = [e for e in entries if e.negative]
-    if not wrong:
-        return ()
-    best, least = "", len(wrong)
-    for name in _channels(entries):
-        touched = {id(e) for e, _ in _touching(entries, [name])}
-        left = sum(e.negative != (id(e) in touched) for e in entries)
-        if left < least:
-            best, least = name, left
-    if not best:
-        return ()
-    first = next(e for e, _ in _touching(entries, [best]))
-    return (Suspect(best, factor=-1.0, against=_names(entries, best), expected=_of(first, best)),)
 
 
 def _of(entry: _Entry, channel: str) -> np.ndarray | None:

@@ -94,9 +94,12 @@ def too_long(empty: np.ndarray, most: int) -> int | None:
     return None
 
 
-def bridged(values: np.ndarray, empty: np.ndarray) -> np.ndarray:
-    """(N,) with straight lines over the empty rows, which are even in time."""
+def bridged(values: np.ndarray, empty: np.ndarray, held: bool = False) -> np.ndarray:
+    """(N,) with straight lines over the empty rows, which are even in time; what a drive holds from
+    row to row stays as it was before them."""
     at = np.arange(len(values))
+    if held:
+        return np.asarray(values[np.maximum.accumulate(np.where(empty, 0, at))])
     return np.where(empty, np.interp(at, at[~empty], values[~empty]), values)
 
 

@@ -23,7 +23,7 @@ from core.recording.clock import (
 )
 from core.recording.read_table import read_table
 from core.recording.recording import CameraPose, Recording
-from core.recording.resampling import Even, at_rate, even_table
+from core.recording.resampling import INPUTS, Even, at_rate, even_table
 from core.recording.sources import Source, check_named, check_numbers, find_sources, nearest, unused
 from core.recording.spec import GapsSpec, RecordingSpec
 from core.recording.table import Table, Watching
@@ -75,7 +75,7 @@ def _load(
             continue
         empty = np.isnan(values)
         if empty.any() and not channel_kind(name).sparse and spec.gaps is not None:
-            values = _bridged(table, sources[name].header, values, time, spec.gaps)
+            values = _bridged(table, name, sources[name].header, values, time, spec.gaps)
             warnings.append(f"Column {sources[name].header}: {int(empty.sum())} cells bridged.")
             if spec.gaps.how == "mask":
                 counted[name] = counted.get(name, np.ones(len(time), dtype=bool)) & ~empty
@@ -135,6 +135,10 @@ def load_unchecked(
         # Rows without a time are kept: they are one of the faults.
         keep = ~((time < low) | (time > high))
         time, values = time[keep], {c: v[keep] for c, v in values.items()}
+        if spec.gaps is not None and spec.gaps.how == "cut":
+            needed = (np.isnan(v) for c, v in values.items() if not channel_kind(c).sparse)
+            part = longest_complete([e for e in needed if not e.all()], len(time))
+            time, values = time[part], {c: v[part] for c, v in values.items()}
         values = {c: _settled(c, v, time, spec.gaps) for c, v in values.items()}
     return Unchecked(table, time, values, {c: s.header for c, s in sources.items()})
 
@@ -149,7 +153,8 @@ def _settled(
     steps = np.diff(time[np.isfinite(time)])
     usual = float(np.median(steps)) if steps.size else 0.0
     most = len(values) if gaps.how == "cut" or usual <= 0 else int(gaps.longest / usual + 0.5)
-    return bridged(values, empty) if too_long(empty, max(most, 1)) is None else values
+    held = channel_kind(channel).pattern in INPUTS
+    return bridged(values, empty, held) if too_long(empty, max(most, 1)) is None else values
 
 
 def file_stem(file: str) -> str:
@@ -217,9 +222,9 @@ def _complete(
 
 
 def _bridged(
-    table: Table, header: str, values: np.ndarray, time: np.ndarray, gaps: GapsSpec
+    table: Table, channel: str, header: str, values: np.ndarray, time: np.ndarray, gaps: GapsSpec
 ) -> np.ndarray:
-    """Straight lines over short gaps; InputError where one is longer than the user allows."""
+    """Without short gaps; InputError where one is longer than the user allows."""
     empty = np.isnan(values)
     dt = float(time[-1] - time[0]) / (len(time) - 1)
     row = too_long(empty, max(int(gaps.longest / dt + 0.5), 1))
@@ -229,7 +234,7 @@ def _bridged(
             f"than gaps.longest, {gaps.longest:g} s, or at an end; raise longest, cut, or set a "
             f"window."
         )
-    return bridged(values, empty)
+    return bridged(values, empty, channel_kind(channel).pattern in INPUTS)
 
 
 def _check_sizes(table: Table, header: str, values: np.ndarray, first_row: int) -> None:

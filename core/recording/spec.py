@@ -99,8 +99,8 @@ class GapsSpec(Settings):
     refused."""
 
     how: Literal["interpolate", "mask", "cut"]
-    """interpolate: straight lines; mask: the same, and the samples do not count; cut: the longest
-    stretch of complete rows is kept."""
+    """interpolate: straight lines, while inputs are held; mask: the same, and the samples do not
+    count; cut: the longest stretch of complete rows is kept."""
     longest: Positive = 0.02
     """s, of a gap that is bridged; a longer one is refused. A bending link swings once in a tenth
     of a second: a fifth of that hides no swing."""

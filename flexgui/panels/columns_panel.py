@@ -7,6 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from flexgui.jobs.tasks.rows import SPLIT
 from flexgui.panels import widgets
 from flexgui.panels.own_recordings import TOP
 from flexgui.panels.panel import PageContext
@@ -208,6 +209,7 @@ def _offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:
 
 
 GAPS = {
+    "Split into recordings": SPLIT,
     "Interpolate": "interpolate",
     "Interpolate, without counting them": "mask",
     "Keep the longest part without gaps": "cut",

@@ -21,7 +21,7 @@ from core.scenario.stated_effects import base_model
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
 from flexgui.jobs.tasks.glance import Glance, glance
-from flexgui.jobs.tasks.rows import Rows, headers, length_and_rate, rows_of, settings
+from flexgui.jobs.tasks.rows import Rows, headers, length_and_rate, parted, rows_of, settings
 from flexgui.session.checking import Checking
 from flexgui.session.edit import Document, Edit, put, recording, thawed
 from flexgui.session.rigs import RIGS, arm_edit, rig_edit, rig_of
@@ -401,13 +401,12 @@ class Uploading(Checking, ABC):
         entry: Document = {"file": file} | ({"columns": columns} if columns else {})
         entry |= {} if theta2 is None else {"theta2": theta2}
         entry |= settings or {}
-        arguments = {"entry": entry, "scenario": self.scenario}
-        samples, rate = self._asked(length_and_rate, file, **arguments)
-        words = f"{file}: {samples} samples at {rate:.4g} Hz."
         names = [spec.name for spec in self.scenario.recordings]
         if name not in names:
-            self._arrive(Arrived(entry, words))
+            for one in [Arrived(each, self._words(each)) for each in parted(entry)]:
+                self._arrive(one)
             return
+        words = self._words(entry)
         place = recording(names.index(name))
         edits = put((*place, "columns"), columns or None), put((*place, POINT), theta2)
         more = [put((*place, key), value) for key, value in (settings or {}).items()]
@@ -415,6 +414,13 @@ class Uploading(Checking, ABC):
             self.show_message(words)
             self.set_cursor(recording=name, time=0.0, playing=False)
             self.check_recordings()
+
+    def _words(self, entry: Document) -> str:
+        """What is read of a file; InputError where it cannot be."""
+        arguments = {"entry": entry, "scenario": self.scenario}
+        samples, rate = self._asked(length_and_rate, entry["file"], **arguments)
+        name = entry.get("name", entry["file"])
+        return f"{name}: {samples} samples at {rate:.4g} Hz, {samples / rate:.2f} s."
 
     def _arrive(self, one: Arrived) -> None:
         """Asks where recordings of another origin stand alone; a person's own stand together."""

@@ -12,7 +12,7 @@ from core.recording.channels import channel_kind, channel_names, is_channel, joi
 from core.recording.spec import RecordingSpec
 from core.written import parse_header
 from flexgui.jobs.tasks.glance import Glance
-from flexgui.jobs.tasks.rows import Rows, settings
+from flexgui.jobs.tasks.rows import SPLIT, Rows, settings
 from flexgui.views.names import channel_symbol
 
 POINT = "theta2"
@@ -86,6 +86,8 @@ class Waiting:
     def settings(self, index: int = 0) -> dict[str, Any]:
         """The scenario's entries on clock and gaps of one of the files."""
         entries = settings(self.rows[index], self.gaps, self.clock)
+        if self.recording and "windows" in entries:  # it is one recording and stays one
+            entries = settings(self.rows[index], "cut", self.clock)
         if self.rate is not None:
             entries["resample"] = {**entries.get("resample", {}), "rate": self.rate}
         return entries
@@ -93,8 +95,10 @@ class Waiting:
     @property
     def gaps_chosen(self) -> str:
         """What happens to gaps as things stand; empty where no file has any."""
-        found = [self.settings(k).get("gaps", {}) for k in range(len(self.rows))]
-        return next((str(each["how"]) for each in found if each), "")
+        found = [self.settings(k) for k in range(len(self.rows))]
+        ways = (SPLIT if "windows" in each else str(each["gaps"]["how"])
+                for each in found if "gaps" in each)  # fmt: skip
+        return next(ways, "")
 
     def wording_of(self, channel: str) -> tuple[str, str] | None:
         """Fault and evidence of a channel that stands as the first look has guessed it."""

@@ -235,6 +235,8 @@ TITLES = {
     "swapped_joints": "Swapped columns",
     "gear_ratio": "Gear ratio missing",
     "scale": "Wrong scale",
+    "tip": "Camera and encoders disagree",
+    "stated_stiffness": "Stiffness as stated",
     "delay": "Delayed",
     "dead": "Frozen",
     "clipped": "Clipped",

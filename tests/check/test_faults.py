@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from core.check.case import Case
+from core.check.checks.wrong_columns import SENTENCES
 from core.check.finding import Finding
 from core.check.measured import Measured
 from core.check.run import check_all, checks
@@ -66,8 +67,9 @@ def test_nothing_is_found_in_good_recordings(rigs: list[Rig]) -> None:
 
 
 def test_every_seeded_fault_has_a_check_and_every_check_a_fault() -> None:
-    assert set(checks()) - set(FAULTS) == {"different_rig"}
-    assert set(FAULTS) <= set(checks())
+    of_several = {"different_rig", "missing_reference", "same_data", "unequal_rates"}
+    assert set(checks()) - set(FAULTS) == {*of_several, "wrong_columns"}
+    assert set(FAULTS) <= {*checks(), *SENTENCES}
 
 
 def test_another_rig_is_named_in_the_validation(rigs: list[Rig]) -> None:

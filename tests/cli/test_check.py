@@ -17,9 +17,9 @@ from tests.recording.lab_formats import FORMATS
 KEYS = {"fault", "recording", "channel", "size", "unit", "evidence", "mend"}
 
 
-def checked(*arguments: str) -> str:
+def checked(*arguments: str, code: int = 0) -> str:
     result = CliRunner().invoke(app, ["check", *arguments, "--quiet"])
-    assert result.exit_code == 0, result.output
+    assert result.exit_code == code, result.output
     return result.output
 
 
@@ -37,7 +37,7 @@ def spoilt(tmp_path: Path) -> Path:
 
 
 def test_a_finding_is_data_with_its_mend(spoilt: Path) -> None:
-    found = json.loads(checked(str(spoilt / SCENARIO), "--json"))["findings"]
+    found = json.loads(checked(str(spoilt / SCENARIO), "--json", code=1))["findings"]
     one = next(f for f in found if f["fault"] == "millimetres")
     assert set(one) == KEYS
     assert (one["recording"], one["channel"], one["mend"]) == (
@@ -47,7 +47,7 @@ def test_a_finding_is_data_with_its_mend(spoilt: Path) -> None:
 
 
 def test_the_mend_is_a_line_of_the_scenario_that_mends_it(spoilt: Path) -> None:
-    found = json.loads(checked(str(spoilt / SCENARIO), "--json"))["findings"]
+    found = json.loads(checked(str(spoilt / SCENARIO), "--json", code=1))["findings"]
     mend = next(f["mend"] for f in found if f["fault"] == "millimetres")
     mended = TEXT.replace(f'file = "{FILE}"', f'file = "{FILE}"\n{mend}')
     parse_scenario(mended, "mended")
@@ -73,12 +73,12 @@ def test_an_export_warns_of_a_wrong_unit_above_everything(spoilt: Path) -> None:
 def test_good_data_raise_no_alarm(tmp_path: Path) -> None:
     (tmp_path / FILE).write_text(csv(table()))
     (tmp_path / SCENARIO).write_text(TEXT)
-    assert checked(str(tmp_path / SCENARIO)) == "Nothing was found.\n"
+    assert checked(str(tmp_path / SCENARIO)) == "1 recording, no faults\n"
 
 
 def test_a_file_by_itself_lists_its_topics_with_their_rates(tmp_path: Path) -> None:
     columns = dict(zip(COLUMNS, np.array(table()[1:], dtype=float).T, strict=True))
-    said = checked(str(tmp_path / FORMATS["mcap"](tmp_path, columns)))
+    said = checked(str(tmp_path / FORMATS["mcap"](tmp_path, columns)), code=1)
     assert "joint_states: 120 samples, 1000 Hz over 0.119 s" in said
     assert "camera/z1" in said
 

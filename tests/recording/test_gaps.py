@@ -9,8 +9,9 @@ import pytest
 
 from core.errors import InputError
 from core.recording.clock import bridged, longest_complete, runs, too_long
-from core.recording.load import load_recording
+from core.recording.load import load_recording, load_unchecked
 from core.recording.spec import RecordingSpec
+from flexgui.jobs.tasks.rows import parted, rows, settings
 
 N, DT = 200, 1e-3
 GAP = slice(50, 56)
@@ -43,6 +44,31 @@ def test_straight_lines_bridge_a_short_gap(file: Path) -> None:
     assert found["theta1"] == pytest.approx(2.0 * found.time, abs=1e-12)
     assert found.mask("theta1").all()
     assert "6 cells bridged" in " ".join(found.warnings)
+
+
+def test_a_reference_is_held_over_a_gap(tmp_path: Path) -> None:
+    """A drive keeps what it was asked for last; a straight line is a command that nobody gave."""
+    lines = [f"{DT * k:.9g},0,{'' if k in (5, 6) else k}" for k in range(20)]
+    (tmp_path / "rig.csv").write_text("\n".join(["t,theta1,dtheta1_ref", *lines]) + "\n")
+    found = load_recording(tmp_path / "rig.csv", spec(how="mask"))
+    assert found["dtheta1_ref"][3:9].tolist() == [3, 4, 4, 4, 7, 8]
+
+
+def test_the_part_that_is_kept_has_no_gaps_to_be_found(file: Path) -> None:
+    raw = load_unchecked(file, spec(how="cut"))
+    assert raw.time is not None and raw.time[0] == pytest.approx(GAP.stop * DT)
+    assert np.isfinite(raw.channels["theta1"]).all()
+
+
+def test_a_file_with_a_long_gap_becomes_two_recordings() -> None:
+    time = np.r_[np.arange(0.0, 0.8, DT), np.arange(0.92, 2.0, DT)]
+    found = rows({"t": time, "a": time}, {"t": "t", "theta1": "a"}, {})
+    entries = parted({"file": "rig.csv", **settings(found)})
+    assert [e["name"] for e in entries] == ["rig 1", "rig 2"]
+    assert [e["window"][1] - e["window"][0] for e in entries] == pytest.approx(
+        [0.8, 1.08], abs=0.01
+    )
+    assert all(RecordingSpec.model_validate(e).gaps is not None for e in entries)
 
 
 def test_masked_gaps_do_not_count(file: Path) -> None:

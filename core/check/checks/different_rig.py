@@ -20,15 +20,15 @@ class DifferentRig(Check):
     kind = "different_rig"
 
     def look(self, case: Case) -> Iterable[Finding]:
-        if case.recording.role != "validate" or case.suspects or case.misfits:
+        if case.recording.role != "validate" or case.suspects or case.causes:
             return
         judged = [o for o in case.others if o.recording.role == "estimate"]
         if not judged:
             return
         apart: dict[str, float] = {}
-        for one in case.relations:
+        for one in case.dynamics.relations:
             usual = [
-                np.log(abs(r.gain)) for o in judged for r in o.relations
+                np.log(abs(r.gain)) for o in judged for r in o.dynamics.relations
                 if r.key == one.key and r.explained > 0.9
             ]  # fmt: skip
             if len(usual) and one.explained > 0.7:

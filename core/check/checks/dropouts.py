@@ -8,6 +8,7 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import EVEN, Check, Finding
+from core.recording.spec import GapsSpec
 
 GAP = 1.75
 """Times the usual step: a row is missing; jitter hardly reaches that."""
@@ -28,7 +29,7 @@ class Dropouts(Check):
             sentence = (
                 f"{lost} rows are missing in {gaps.size} gaps of t, the longest {gaps.max():.4g} s"
             )
-            mend = _masked(float(gaps.max()))
+            mend = _mend(float(gaps.max()))
             yield case.finding(self.kind, "t", lost, "samples", sentence, mend)
         for name, values in found.channels.items():
             lost = _missing(found.counted(name), name in found.masks) + _zeros(values)
@@ -37,9 +38,11 @@ class Dropouts(Check):
                 yield case.finding(self.kind, name, lost, "samples", sentence)
 
 
-def _masked(longest: float) -> str:
-    """Lines that put the rows on an even clock; what is missing is bridged and does not count."""
-    return f'{EVEN}\ngaps = {{ how = "mask", longest = {1.01 * longest:.4g} }}'
+def _mend(longest: float) -> str:
+    """Lines that put the rows on an even clock; across a long gap nobody knows what was asked of
+    the arm, so the longest part is kept."""
+    how = "mask" if longest <= GapsSpec(how="mask").longest else "cut"
+    return f'{EVEN}\ngaps = {{ how = "{how}" }}'
 
 
 def _missing(values: np.ndarray, masked: bool) -> int:

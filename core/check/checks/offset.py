@@ -7,7 +7,6 @@ from collections.abc import Iterable
 import numpy as np
 
 from core.check.case import Case
-from core.check.factors import blamed
 from core.check.finding import Check, Finding
 
 SHARE = 0.25
@@ -15,18 +14,13 @@ SHARE = 0.25
 
 
 class Offset(Check):
-    """A shift that the geometry, or a reference, contradicts."""
+    """A shift that a reference contradicts."""
 
     kind = "offset"
 
     def look(self, case: Case) -> Iterable[Finding]:
-        for one in case.misfits:
-            if one.shift:
-                name = one.channels[0]
-                sentence = f"{name} fits the other sensors if it is {one.shift:.4g} smaller"
-                yield case.finding(self.kind, name, one.shift, "SI", sentence)
         found = case.recording
-        wrong = {one.channel for one in blamed(case)}
+        wrong = {name for one in case.causes for name in one.channels}
         for name in found.names("i#", "theta#"):
             given = f"{name}_ref"
             if not found.has(given) or name in wrong or given in wrong:

@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.check.case import Case
+from core.check.case import Case, Dynamics
+from core.check.causes import AS_GOOD, Cause
 from core.check.finding import Check, Finding
 from core.check.inverse import loops
+from core.check.measured import Measured
 from core.check.relations import relations
 
 FACTORS = (0.1, 0.2, 0.25, 0.4, 0.5, 2.0, 2.5, 4.0, 5.0, 10.0)
@@ -32,17 +34,16 @@ joints leave 0.78 with the right one (scenarios/mujoco)."""
 def clock_speed(case: Case) -> tuple[float, float, float] | None:
     """(stated over true sample time, share explained with the true one, and as stated)."""
     found = case.recording
-    if found.model is None or case.misfits:
+    if found.model is None:
         return None
-    if case.shape is not None and loops(found, case.shape):
+    if case.dynamics.shape is not None and loops(found, case.dynamics.shape):
         return _by_speeds(case)
-    before = _explained(case)
+    before = _explained(found)
     if before is None or before > BAD:
         return None
     best = (0.0, 1.0)
     for factor in FACTORS:
-        other = Case(replace(found, time=found.time / factor))
-        score = _explained(other)
+        score = _explained(replace(found, time=found.time / factor))
         if score is not None and score > best[0]:
             best = (score, factor)
     return (best[1], best[0], before) if best[0] > max(GOOD, before + 0.1) else None
@@ -51,8 +52,8 @@ def clock_speed(case: Case) -> tuple[float, float, float] | None:
 def _by_speeds(case: Case) -> tuple[float, float, float] | None:
     """The same of velocity loops whose joints are measured, with stiffness and friction free: a
     clock is wrong by what all joints' speeds are wrong by, and the torques by its square."""
-    assert case.shape is not None
-    stated = loops(case.recording, case.shape)
+    assert case.dynamics.shape is not None
+    stated = loops(case.recording, case.dynamics.shape)
     seen = float(np.median([abs(one[0]) for one in stated]))
     if abs(np.log(max(seen, 1e-3))) < np.log(VISCOUS):
         return None
@@ -60,7 +61,7 @@ def _by_speeds(case: Case) -> tuple[float, float, float] | None:
     for factor in FACTORS:
         if abs(np.log(factor / max(seen, 1e-3))) > np.log(NEAR):
             continue
-        other = Case(replace(case.recording, time=case.recording.time / factor))
+        other = Dynamics(replace(case.recording, time=case.recording.time / factor))
         made = [] if other.shape is None else loops(other.recording, other.shape)
         right = [_off(speed) + 0.5 * abs(np.log(max(torque, 1e-3))) for speed, torque, _ in made]
         apart, share = float(np.median(right)), float(np.median([e for *_, e in made]))
@@ -74,10 +75,10 @@ def _off(speed: float) -> float:
     return 0.0 if 1.0 <= speed <= VISCOUS else abs(float(np.log(max(speed, 1e-3))))
 
 
-def _explained(case: Case) -> float | None:
+def _explained(found: Measured) -> float | None:
     """The mean over the encoders, at gains near one; a gain far from one explains nothing."""
-    made = [r for r in relations(case.recording, quick=True) if r.output.startswith("theta")]
-    loops = [r for r in made if len(r.inputs) == len(case.recording.names("theta#"))]
+    made = [r for r in relations(found, quick=True) if r.output.startswith("theta")]
+    loops = [r for r in made if len(r.inputs) == len(found.names("theta#"))]
     loops = [r for r in loops if r.inputs[0].startswith("d")]
     if not loops:
         return None
@@ -93,11 +94,14 @@ class SampleTime(Check):
         found = clock_speed(case)
         if found is None:
             return
+        clock = Cause(self.kind, ("t",), found[0]).mends(case.recording)
+        if clock < max([AS_GOOD, *(one.mends(case.recording) for one in case.causes[:1])]):
+            return
         factor, explained, before = found
         step = case.recording.step / factor
         sentence = (
             f"the motion fits the references with {step:.4g} s per row ({explained:.1%} explained) "
             f"instead of {case.recording.step:.4g} s ({max(before, 0.0):.1%})"
         )
-        mend = case.column("t", gain=f"{1.0 / factor:.6g}")
+        mend = case.columns({"t": ("t", {"gain": f"{1.0 / factor:.6g}"})})
         yield case.finding(self.kind, "t", factor, "", sentence, mend)

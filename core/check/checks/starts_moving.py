@@ -8,6 +8,7 @@ import numpy as np
 import scipy
 
 from core.check.case import Case
+from core.check.checks.together import MissingReference
 from core.check.finding import Check, Finding
 from core.check.lagged import Relation
 from core.check.measured import Measured, noise_of
@@ -40,6 +41,8 @@ class StartsMoving(Check):
     def look(self, case: Case) -> Iterable[Finding]:
         if any(one.factor != 1.0 or one.delay for one in case.suspects):
             return  # the speed of a channel that is wrong says nothing
+        if any(True for _ in MissingReference().look(case)):
+            return
         found = case.mended
         wrong = _wrong_first(case)
         # What others begin with too is the model's (too few modes), not this recording's.
@@ -91,7 +94,7 @@ def _wrong_first(case: Case) -> float:
     loop brings the joints to their speeds within a sample, but not the links."""
     found, ratios = case.mended, []
     early = slice(0, _early(case))
-    for one in case.relations:
+    for one in case.dynamics.relations:
         if one.expected is None or len(one.inputs) < 2 or one.explained < 0.5:
             continue
         rest = np.gradient(found.even(one.output), found.step) - _rate_from_rest(case, one)
@@ -142,7 +145,7 @@ def _averaged(q: np.ndarray) -> np.ndarray:
 def _from_rest(case: Case, name: str) -> np.ndarray | None:
     """What the loop makes of the references from a start at rest; None where that is not known."""
     loops = [
-        r for r in case.relations
+        r for r in case.dynamics.relations
         if r.output == name and r.inputs != (f"{name}_ref",) and len(r.inputs) > 1
     ]  # fmt: skip
     if not loops or loops[0].expected is None:

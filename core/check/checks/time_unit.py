@@ -23,4 +23,5 @@ class TimeUnit(Check):
             return
         factor, unit = next((u for u in UNITS if step / u[0] <= SLOWEST), UNITS[-1])
         sentence = f"t steps by {step:g}; as seconds that is {1 / step:.3g} Hz, so it is in {unit}"
-        yield case.finding(self.kind, "t", factor, "", sentence, case.column("t", unit=unit))
+        mend = case.columns({"t": ("t", {"unit": unit})})
+        yield case.finding(self.kind, "t", factor, "", sentence, mend)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexgui.jobs.tasks.rows import Rows, headers_of, rows, settings
+from flexgui.jobs.tasks.rows import Rows, headers_of, parted, rows, settings
 
 if TYPE_CHECKING:
     from core.check.finding import Finding
@@ -66,8 +66,8 @@ class _File:
         entry = {"name": self.name, "file": self.name, "columns": dict(columns)}
         entry |= self.settings
         try:
-            spec = RecordingSpec.model_validate(entry)
-            alone = self.scenario.model_copy(update={"recordings": (spec,)})
+            specs = tuple(RecordingSpec.model_validate(one) for one in parted(entry))
+            alone = self.scenario.model_copy(update={"recordings": specs})
             return tuple(check_scenario(alone, Within(self.folder), None, self.progress))
         except InputError:
             return ()

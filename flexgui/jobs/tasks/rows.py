@@ -3,7 +3,7 @@ what of them is empty."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,6 +27,8 @@ class Rows:
     """What is wrong with the clock; empty where it is even."""
     rate: float = 0.0
     """Hz, the usual one; 0 without a clock."""
+    parts: tuple[tuple[float, float], ...] = ()
+    """s, from where to where nothing is missing for long."""
 
 
 def rows_of(folder: str, file: str, columns: Mapping[str, Any], *, progress: Progress) -> Rows:
@@ -64,11 +66,34 @@ def rows(
     return Rows(
         {h: int(mask.sum()) for h, mask in empty.items() if mask.any()},
         max(most * usual, missing), sentence, 1.0 / usual if usual > 0 else 0.0,
+        _parts(time, empty.values()),
     )  # fmt: skip
+
+
+def _parts(time: np.ndarray, empty: Iterable[np.ndarray]) -> tuple[tuple[float, float], ...]:
+    from core.recording.clock import MIN_SAMPLES
+
+    if not len(time):
+        return ()
+    stamps = np.sort(time[np.isfinite(time) & ~np.any([np.isnan(time), *empty], axis=0)])
+    pieces = np.split(stamps, np.flatnonzero(np.diff(stamps) > SHORT_GAP) + 1)
+    return tuple((float(p[0]), float(p[-1])) for p in pieces if len(p) >= MIN_SAMPLES)
 
 
 SHORT_GAP = 0.02
 """s, as `core.recording.spec.GapsSpec.longest`, which a test holds: hides no swing of a link."""
+
+
+SPLIT = "split"
+"""Into a recording before each long gap and one after it."""
+
+
+def parted(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The entries of a file's recordings: one for each of its `windows`, if it has any."""
+    own = {key: value for key, value in entry.items() if key != "windows"}
+    stem = str(own.get("file", "")).split(".")[0]
+    parts = enumerate(entry.get("windows", ()), 1)
+    return [{**own, "name": f"{stem} {k}", "window": list(w)} for k, w in parts] or [own]
 
 
 def settings(found: Rows, how: str = "", clock: str = "interpolate") -> dict[str, Any]:
@@ -76,15 +101,18 @@ def settings(found: Rows, how: str = "", clock: str = "interpolate") -> dict[str
 
     Args:
         found: What its rows are like.
-        how: Of the gaps; left out: short ones are bridged, long ones bridged and not counted.
+        how: Of the gaps; left out: short ones are bridged, and a file is split at long ones, into
+            recordings with the `windows` among the entries (see `parted`).
         clock: How an uneven clock is made even.
     """
     entries: dict[str, Any] = {"resample": {"how": clock}} if found.uneven else {}
     if not found.empty and not found.longest_gap:
         return entries
     long = found.longest_gap > SHORT_GAP
-    chosen = how or ("mask" if long else "interpolate")
+    chosen = how or (SPLIT if long and len(found.parts) > 1 else "mask" if long else "interpolate")
     entries["gaps"] = {"how": chosen}
+    if chosen == SPLIT:
+        return {**entries, "gaps": {"how": "interpolate"}, "windows": found.parts}
     if long and chosen != "cut":
         entries["gaps"]["longest"] = round(1.01 * found.longest_gap, 6)
     return entries

@@ -1,0 +1,54 @@
+"""What a recording lacks, or has in common with the scenario's other ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from core.check.case import Case
+from core.check.finding import Check, Finding
+from core.recording.clock import JITTER
+
+
+class MissingReference(Check):
+    """A column that the drive needs and the file does not have."""
+
+    kind = "missing_reference"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        model = case.recording.model
+        needed = () if model is None else model.drive.needed_channels(model.arm)
+        for name in needed:
+            if name not in case.recording.channels:
+                sentence = f"no column {name}, without which the drive cannot be simulated"
+                yield case.finding(self.kind, name, 1.0, "", sentence)
+
+
+class UnequalRates(Check):
+    """A sample time that is not that of the scenario's first recording."""
+
+    kind = "unequal_rates"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        own, steps = case.recording.step, [o.recording.step for o in case.others]
+        usual = float(np.median(steps)) if steps else own
+        if abs(own / usual - 1.0) > JITTER:
+            sentence = f"{1 / own:.5g} samples/s where the other recordings have {1 / usual:.5g}"
+            yield case.finding(self.kind, "t", own / usual, "", sentence)
+
+
+class SameData(Check):
+    """A validation with the data that was fitted."""
+
+    kind = "same_data"
+
+    def look(self, case: Case) -> Iterable[Finding]:
+        own = case.recording
+        for other in (o.recording for o in case.others if own.role == "validate"):
+            shared = [n for n in own.names("theta#", "z#") if n in other.channels]
+            pairs = [(own.channels[n], other.channels[n]) for n in shared]
+            same = all(np.array_equal(a, b, equal_nan=True) for a, b in pairs)
+            if other.role == "estimate" and pairs and same:
+                sentence = f"the same data as {other.name}, which is fitted: it validates nothing"
+                yield case.finding(self.kind, shared[0], 1.0, "", sentence)

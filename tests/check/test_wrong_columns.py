@@ -1,0 +1,111 @@
+"""Whole columns that are wrong are named together, and a model that is off is not taken for one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from core.check.finding import Finding
+from core.check.measured import Measured
+from core.check.run import check_all, check_scenario
+from core.scenario.read import parse_scenario
+from core.scenario.stated_effects import base_model
+from tests.check.rigs import SCENARIOS, Rig, rig
+
+PLACES = ("theta1", "theta2", "dtheta1_ref", "dtheta2_ref")
+TEXT = (SCENARIOS / "hidden_friction.toml").read_text()
+
+elastic = cache(lambda: rig(SCENARIOS / "teaching" / "joint_or_link.toml"))
+
+
+def spoilt(found: Measured, change: Callable[[str], tuple[str, float]], *names: str) -> Measured:
+    """Each of the channels as `factor` times what another one holds."""
+    made = {n: f * found.channels[source] for n in names for source, f in [change(n)]}
+    return replace(
+        found, channels={**found.channels, **made}, headers={n: n for n in found.channels}
+    )
+
+
+def other(name: str) -> tuple[str, float]:
+    return name.translate(str.maketrans("12", "21")), 1.0
+
+
+def alone(found: Measured) -> list[Finding]:
+    return check_all([found])
+
+
+@pytest.mark.parametrize(
+    "fault, names, change",
+    [
+        ("degrees", PLACES, lambda n: (n, 180 / np.pi)),
+        ("swapped_joints", ("u1", "u2"), other),
+        ("swapped_joints", (*PLACES, "u1", "u2"), other),
+        ("sign", ("theta2",), lambda n: (n, -1.0)),
+        ("sign", ("dtheta1_ref",), lambda n: (n, -1.0)),
+        ("millimetres", ("z1", "z2"), lambda n: (n, 1000.0)),
+    ],
+)
+def test_all_columns_with_a_fault_are_one_finding_with_one_line(
+    fault: str, names: tuple[str, ...], change: Callable[[str], tuple[str, float]]
+) -> None:
+    """On an arm whose joints twist, of which the model knows nothing."""
+    (one,) = alone(spoilt(elastic().cases[1].recording, change, *names))
+    assert one.fault == fault and one.mend is not None
+    assert all(f"{name} = " in one.mend for name in names)
+
+
+def test_a_model_that_is_off_is_no_fault_of_its_recordings() -> None:
+    """It was said that the sample time is twice the true one, with a worse fit."""
+    assert check_all([case.recording for case in elastic().cases]) == []
+
+
+def test_degrees_come_before_gears_where_friction_shifts_the_factor(rigs: list[Rig]) -> None:
+    found = rigs[0].cases[0].recording
+    heavy = {"theta1": 0.9 * 180 / np.pi * found.channels["theta1"]}
+    said = alone(replace(found, channels={**found.channels, **heavy}))
+    assert [(one.fault, one.channel) for one in said] == [("degrees", "theta1")]
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e-3])
+def test_a_stiffness_that_is_stated_in_another_unit_is_named(
+    factor: float, rigs: list[Rig]
+) -> None:
+    text = TEXT.replace('preset = "paper"', f'preset = "paper"\nEI = {520.8333 * factor}')
+    stated = replace(rigs[0].cases[0].recording, model=base_model(parse_scenario(text, "stated")))
+    (one,) = alone(stated)
+    assert (one.fault, one.size) == ("stated_stiffness", pytest.approx(factor))
+
+
+def test_a_missing_reference_is_named_and_nothing_is_made_of_its_lack(rigs: list[Rig]) -> None:
+    found = rigs[0].cases[0].recording
+    kept = {n: x for n, x in found.channels.items() if n != "dtheta1_ref"}
+    said = alone(replace(found, channels=kept))
+    assert [(one.fault, one.channel) for one in said] == [("missing_reference", "dtheta1_ref")]
+
+
+def test_a_clock_that_runs_backwards_is_named(rigs: list[Rig]) -> None:
+    found = rigs[0].cases[0].recording
+    (one,) = alone(replace(found, time=found.time[::-1].copy()))
+    assert one.fault == "repeated_times"
+
+
+def test_unequal_rates_and_data_that_were_fitted_are_named(rigs: list[Rig]) -> None:
+    found = rigs[0].cases[0].recording
+    slow = replace(
+        found, name="slow", time=found.time[::5], masks={},
+        channels={n: x[::5] for n, x in found.channels.items()},
+    )  # fmt: skip
+    again = replace(found, name="again", role="validate")
+    said = {(one.recording, one.fault) for one in check_all([found, slow, again])}
+    assert {("slow", "unequal_rates"), ("again", "same_data")} <= said
+
+
+def test_an_unknown_parameter_is_named() -> None:
+    text = TEXT.replace('"EI1", "EI2"', '"EI1", "E12"').split("[[recordings]]")
+    scenario = parse_scenario("[[recordings]]".join(text[:2]), "unknown")
+    said = check_scenario(scenario, SCENARIOS)
+    assert [(one.fault, one.channel) for one in said] == [("unknown_parameter", "E12")]
