@@ -1,4 +1,4 @@
-"""The scenarios that a person can pick: the embedded demo and the ready-made ones."""
+"""The scenarios that a person can pick: those of the page, and all that come with FlexGUI."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ from pathlib import Path
 
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
+from flexgui.library.shipped import scenario_path, scenarios
 
 DEMO = "demo"
 HIDDEN = "something hidden"
-READY_MADE = Path(__file__).resolve().parents[2] / "scenarios"
-"""Beside the package in a checkout; an installed package has the demo only."""
 
 
 @cache
@@ -39,7 +38,5 @@ EMBEDDED = {DEMO: demo_scenario, HIDDEN: hidden_scenario}
 
 @cache
 def scenario_choices() -> dict[str, Path | None]:
-    """Name -> file; None for those that come with the package."""
-    found: dict[str, Path | None] = dict.fromkeys(EMBEDDED)
-    found |= {path.stem: path for path in sorted(READY_MADE.glob("*.toml"))}
-    return found
+    """Name -> file; None for those of the page itself."""
+    return dict.fromkeys(EMBEDDED) | {name: scenario_path(name) for name in scenarios()}

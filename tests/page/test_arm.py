@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from core.scenario.read import read_scenario
+from flexgui.library.shipped import shipped_folder
 from flexgui.session import Session
-from flexgui.session.demo import READY_MADE
 from tests.page.conftest import Desktop
 from tests.page.helpers import FIRST, PLOTS, enter, plots, press, sees, still
 from tests.session.helpers import until
@@ -127,7 +127,7 @@ def test_a_controller_with_rows_of_gains_has_no_slider_of_them(
     page: Any, desktop: Desktop, session: Session
 ) -> None:
     """The bench in its own loop; its recording is not needed to look at its arm."""
-    scenario = read_scenario(READY_MADE / "bench_2dsfl_loop.toml")
+    scenario = read_scenario(shipped_folder() / "bench_2dsfl_loop.toml")
     assert session.open(scenario)
     sees(page, scenario.title)
     page.reload()

@@ -18,11 +18,12 @@ import flexgui.server.kept as kept_work
 from core.errors import InputError
 from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
+from flexgui.library.shipped import shipped_folder
 from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
 from flexgui.server.kept import KeptWork
 from flexgui.session import Session, Topic
 from flexgui.session.challenging import Challenge, Guess
-from flexgui.session.demo import READY_MADE, demo_scenario, hidden_scenario
+from flexgui.session.demo import demo_scenario, hidden_scenario
 from flexgui.session.edit import put
 from flexgui.session.records import packed, unpacked
 from flexgui.session.state import STAGES
@@ -109,7 +110,7 @@ def test_results_are_the_same_after_writing_and_reading(found: Session) -> None:
     assert again[2][-1].outcome is again[0], "what was one record is one again"
 
 
-@pytest.mark.parametrize("path", sorted(READY_MADE.glob("*.toml")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", sorted(shipped_folder().glob("*.toml")), ids=lambda p: p.stem)
 def test_every_scenario_is_the_same_after_writing_and_reading(path: Path) -> None:
     for scenario in (read_scenario(path), demo_scenario(), hidden_scenario()):
         assert unpacked(packed(scenario)) == scenario

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from core.loading import simulated
 from core.scenario.read import parse_scenario, scenario_toml
+from core.scenario.schema import Scenario, SensorsSpec
+from core.scenario.stated_effects import base_model
+from flexgui.library.shipped import scenarios
 from flexgui.session import Session, Topic
-from flexgui.session.demo import demo_scenario, scenario_choices
+from flexgui.session.demo import demo_scenario, hidden_scenario, scenario_choices
 from flexgui.session.edit import arm_setting, edited, put
 from flexgui.session.experiments import Experiments
 
@@ -91,9 +96,28 @@ def test_noise_reaches_the_experiments_and_not_the_sweep(session: Session) -> No
 def test_every_ready_made_scenario_can_be_opened_or_says_what_is_missing(
     session: Session, services: object
 ) -> None:
+    assert set(scenarios()) < set(scenario_choices()), "one list for page and command line"
     for name in scenario_choices():
         opened = session.choose(name, services)  # type: ignore[arg-type]
         assert opened or "was not found" in session.message.text
+
+
+@pytest.mark.parametrize("scenario", [demo_scenario(), hidden_scenario()], ids=lambda s: s.title)
+def test_every_sensor_of_the_demos_has_noise(scenario: Scenario) -> None:
+    """A sensor without noise fixes the stiffness to some parts in a million; no rig can."""
+    stated = scenario.recordings[0].simulate
+    assert stated
+    silent = stated.model_copy(update={"snr_db": None})
+    noisy, exact = (
+        simulated(
+            scenario.recordings[0].model_copy(update={"simulate": s}), noise, base_model(scenario)
+        )
+        for s, noise in ((stated, scenario.sensors), (silent, SensorsSpec()))
+    )
+    measured = {n for n in noisy.channels if not n.endswith("_ref")}
+    assert measured >= {"theta1", "theta2", "z1", "z2", "deflection1", "deflection2", "u1", "u2"}
+    for name in measured:
+        assert np.std(noisy.channels[name] - exact.channels[name]) > 0.0, name
 
 
 def test_close_removes_the_folder_and_silences(session: Session, tmp_path: Path) -> None:
