@@ -35,8 +35,11 @@ class Measured:
     """None where a file is checked without a scenario."""
     values: Mapping[str, float] = field(default_factory=dict)
     """Parameters that are known better than the scenario states them."""
-    answers: dict[object, Mapping[str, np.ndarray] | None] = field(default_factory=dict, repr=False)
-    """Of the scenario's loop, by what drives it: a copy with other sensors has the same ones."""
+    answers: dict[object, tuple[Model, Mapping[str, np.ndarray] | None]] = field(
+        default_factory=dict, repr=False
+    )
+    """Of the scenario's loop, by model and what drives it: a copy with other sensors has the same
+    ones."""
 
     @cached_property
     def step(self) -> float:

@@ -80,10 +80,12 @@ def _loop(found: Measured, model: Model, quick: bool) -> list[Relation]:
     signals = np.column_stack([found.even(r) for r in references])
 
     def predicted(given: np.ndarray) -> Mapping[str, np.ndarray] | None:
-        key = (*found.values.items(), found.step, start.tobytes(), hash(given.tobytes()))
+        values = tuple(found.values.items())
+        key = (id(model), values, found.step, start.tobytes(), hash(given.tobytes()))
         if key not in found.answers:
-            found.answers[key] = _predicted(model, found.grid, given, start, found.values)
-        return found.answers[key]
+            answer = _predicted(model, found.grid, given, start, found.values)
+            found.answers[key] = model, answer  # a model that is kept keeps its id
+        return found.answers[key][1]
 
     together = predicted(signals)
     if together is None:

@@ -91,9 +91,9 @@ def check_all(
 ) -> list[Finding]:
     """The findings of recordings of one rig, in their order; those so far where it was stopped."""
     clocked = [with_clock(one) for one in recordings]
-    cases = [Case(one) for one, _ in clocked]
+    cases = [case for case, _ in clocked]
     found: list[Finding] = []
-    for case, (_, findings) in zip(cases, clocked, strict=True):
+    for case, findings in clocked:
         others = [o for o in cases if o is not case]
         found += [*findings, *check_case(Case(case.recording, others), stopped)]
     return found
@@ -110,14 +110,15 @@ def check_case(case: Case, stopped: Callable[[], bool] = lambda: False) -> list[
     return found
 
 
-def with_clock(recording: Measured) -> tuple[Measured, list[Finding]]:
+def with_clock(recording: Measured) -> tuple[Case, list[Finding]]:
     """The recording on its true clock, and what was wrong with that."""
     findings: list[Finding] = []
+    case = Case(recording)
     for kind in FIRST:
-        for one in checks()[kind].look(Case(recording)):
+        for one in checks()[kind].look(case):
             findings.append(one)
-            recording = replace(recording, time=recording.time / one.size)
-    return recording, findings
+            case = Case(replace(case.recording, time=case.recording.time / one.size))
+    return case, findings
 
 
 def _measured(

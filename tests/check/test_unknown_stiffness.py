@@ -102,7 +102,7 @@ def test_a_wrong_sample_time_is_named_whatever_the_stiffness(factor: float) -> N
     found = rig_of(4).cases[1].recording
     right, said = with_clock(replace(found, time=factor * found.time))
     assert [f.size for f in said] == [factor]
-    assert right.time == pytest.approx(found.time)
+    assert right.recording.time == pytest.approx(found.time)
 
 
 def test_a_reference_is_its_speed_and_the_torque_over_the_gain() -> None:

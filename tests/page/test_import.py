@@ -86,7 +86,7 @@ def test_a_foreign_file_is_fitted_right_in_six_clicks(
     sees(page, "Empty cells: 6 in enc_1; the longest gap lasts 0.006 s.")
     shot(page, "table")
     hand.press("Read the file")
-    sees(page, "bench.csv: 3000 samples at 1000 Hz.")
+    sees(page, "bench.csv: 3000 samples at 1000 Hz, 3.00 s.")
     hand.press("Use it alone")
     sees(page, "1 to fit, 0 to validate.")
     until(lambda: session.is_checked and not session.checking, PATIENT / 1000)

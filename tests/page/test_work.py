@@ -63,7 +63,7 @@ def test_good_and_bad_recordings(page: Any, session: Session, good: Path) -> Non
         assert said in message.inner_text()
         assert session.scenario == before
     give(page, good)
-    sees(page, "good.csv: 3000 samples at 1000 Hz.")
+    sees(page, "good.csv: 3000 samples at 1000 Hz, 3.00 s.")
     sees(page, "Use it alone, or add it to the 8 present recordings?")
     sees(page, "7 to fit, 1 to validate.")
     press(page, "Add to the 8 present recordings")
@@ -142,7 +142,7 @@ def test_columns_with_other_names_are_chosen_on_the_page(
     sees(page, "All required signals are assigned.")
     assert not page.locator(".fx .bad").count()
     press(page, "Read the file")
-    sees(page, "foreign.csv: 3000 samples at 1000 Hz.")
+    sees(page, "foreign.csv: 3000 samples at 1000 Hz, 3.00 s.")
     press(page, "Use it alone")
     sees(page, "1 to fit, 0 to validate.")
     sees(page, "8 recordings were set aside.")

@@ -111,17 +111,20 @@ def _early(case: Case) -> int:
 def _rate_from_rest(case: Case, one: Relation) -> np.ndarray:
     """The speed (M,) of a channel from a start at rest: the model's, and what the model misses
     after every step of the references, learned from the steps after the first moments."""
-    found, early = case.mended, _early(case)
+    found, early, known = case.mended, _early(case), ("rate from rest", one.key, one.gain)
     assert one.expected is not None
+    if known in found.derived:
+        return np.asarray(found.derived[known])
     model = one.gain * np.gradient(one.expected, found.step)
     missed = np.gradient(found.even(one.output), found.step) - model
     steps = _steps(case, one, early)
     # What the start excites more than all later steps together cannot be learned from them.
     strongest = float(np.max(np.sum(steps[:early] ** 2, axis=1)))
     powers, directions = np.linalg.eigh(steps[early:].T @ steps[early:])
-    known = directions[:, powers > strongest]
-    answer = (known.T @ (steps[early:].T @ missed[early:])) / powers[powers > strongest]
-    return np.asarray(model + steps @ (known @ answer))
+    learned = directions[:, powers > strongest]
+    answer = (learned.T @ (steps[early:].T @ missed[early:])) / powers[powers > strongest]
+    found.derived[known] = model + steps @ (learned @ answer)
+    return np.asarray(found.derived[known])
 
 
 def _steps(case: Case, one: Relation, early: int) -> np.ndarray:
