@@ -19,6 +19,7 @@ from core.results import (
     LadderStep,
     RankedEffect,
 )
+from core.sentences import listed
 
 FIDELITY = 0.001
 """Share of a channel's spread that no model is asked to explain where nothing else is stated."""
@@ -132,8 +133,10 @@ class Implausible:
 
 
 def given_step(begun: Begun) -> LadderStep:
-    """The first step of a ladder."""
-    return ladder_step(begun.data, begun.validated, begun.base, None, "The model as given", ())
+    """The first step of a ladder, named by the effects that its model states."""
+    stated = listed([e.title for e in begun.base.hypothesis.model.effects])
+    title = f"The model with {stated}" if stated else "The model as given"
+    return ladder_step(begun.data, begun.validated, begun.base, None, title, ())
 
 
 def step_of(state: State, added: Effect | None, title: str) -> LadderStep:

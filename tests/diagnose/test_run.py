@@ -83,6 +83,7 @@ def test_what_was_added_is_a_model_of_the_same_scenario() -> None:
     again = ran(diagnose=FEW + "max_effects = 1", model=model)
     assert again.diagnosis is not None
     assert again.diagnosis.verdict == "nothing_missing"
+    assert again.diagnosis.steps[0].title == "The model with Coulomb friction"
     titles = [e.title for e in again.equations]
     assert "Effect: Coulomb friction" in titles
     assert r"f_c" in next(e.latex for e in again.equations if e.title.startswith("Effect"))
