@@ -50,6 +50,8 @@ NOT_LOADED = {
         "scipy.signal",
         "scipy.optimize",
     ),
+    # The page shows this panel, and computes nothing of it.
+    "flexgui.panels.study_panel": ("scipy.signal", "scipy.stats"),
 }
 """Module -> what importing it leaves for later: half a second and more, each."""
 

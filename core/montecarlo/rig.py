@@ -17,9 +17,9 @@ from core.model import Model
 from core.montecarlo.settings import PRIOR, StudySettings, settings_of
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
+from core.scenario.stated_effects import base_model
 from core.sensors import sensor
 from core.simulate.experiment import simulate_recording
-from core.workbench import base_model
 
 REMEMBERED = 128
 """Recordings kept; one of 3 s takes a third of a megabyte."""

@@ -18,8 +18,7 @@ from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.read import read_scenario
-from core.scenario.stated_effects import with_effect_parameters
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model, with_effect_parameters
 from tests.sample.cases import TORQUE
 from tests.sample.torque_rigs import written
 

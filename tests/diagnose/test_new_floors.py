@@ -31,8 +31,7 @@ from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.schema import Scenario
-from core.scenario.stated_effects import with_effect_parameters
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model, with_effect_parameters
 from tests.diagnose.test_stated import bare
 
 HIDDEN = 60.0

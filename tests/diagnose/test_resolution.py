@@ -24,7 +24,7 @@ from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
-from core.workbench import base_model, run_scenario
+from core.scenario.stated_effects import base_model, run_scenario
 
 MODE = "extra_bending_mode"
 

@@ -24,7 +24,7 @@ from core.effects import catalogue, effect
 from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 from tests.diagnose.test_run import scenario
 
 KINDS = sorted(catalogue())[:6]

@@ -15,7 +15,7 @@ from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.schema import Scenario
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 
 NOISE = 1e-5
 """rad, of both encoders."""

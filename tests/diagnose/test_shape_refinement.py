@@ -21,8 +21,8 @@ from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.schema import Scenario
+from core.scenario.stated_effects import base_model
 from core.study.rig import bare_model
-from core.workbench import base_model
 from tests.marks import long_except
 
 SAMPLES, DT = 2000, 1e-3

@@ -20,8 +20,7 @@ from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.schema import Scenario
-from core.scenario.stated_effects import with_effect_parameters
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model, with_effect_parameters
 
 TRUE = 6.0
 """N m s/rad, viscous friction of joint 1; joint 2 has half of it."""

@@ -15,9 +15,9 @@ from core.model import Model
 from core.progress import Silent
 from core.recording.spec import SimulateSpec
 from core.scenario.read import parse_scenario
+from core.scenario.stated_effects import base_model
 from core.simulate.experiment import make_task
 from core.simulate.nonlinear import simulate_within
-from core.workbench import base_model
 from tests.helpers import PAPER, chain, jacobian, looped
 
 SAME = 1e-12

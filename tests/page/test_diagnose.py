@@ -66,7 +66,7 @@ def headless(session: Session) -> float:
     from core.identify.setup import make_setup
     from core.loading import load_recordings
     from core.progress import Silent
-    from core.workbench import base_model
+    from core.scenario.stated_effects import base_model
 
     scenario, asked, spec = session.scenario, session.scenario.diagnose, session.scenario.identify
     if asked.output is not None:

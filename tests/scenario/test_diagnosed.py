@@ -16,7 +16,7 @@ from core.recording.save import save_recording
 from core.results import Diagnosis
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 from flexgui.export.export_files import export_scenario, seen_from
 
 SAME_ERROR = 0.02

@@ -11,8 +11,12 @@ from core.model import Model
 from core.progress import Silent
 from core.scenario.read import parse_scenario, scenario_toml
 from core.scenario.schema import Scenario
-from core.scenario.stated_effects import candidate_effects, with_effect_parameters
-from core.workbench import base_model, run_scenario
+from core.scenario.stated_effects import (
+    base_model,
+    candidate_effects,
+    run_scenario,
+    with_effect_parameters,
+)
 
 HEAD = """
 title = "effects"

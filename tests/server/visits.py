@@ -73,19 +73,19 @@ FRAMES = """milliseconds => new Promise(resolve => {
 
 
 def visited(folder: Path, cache: Path, more: Any) -> float:
-    """s from the start of the program to a page that is shown; `more(page, server)` follows."""
+    """s from the start of the program to a page that is shown, in a browser that is open already;
+    `more(page, server)` follows."""
     os.environ[VARIABLE] = str(cache)
     folder.mkdir()
-    began = time.monotonic()
-    with served(folder, nice=True) as server, chromium() as browser:
-        context = browser.new_context(viewport=SIZE)
-        context.set_default_timeout(PATIENCE)
-        page = context.new_page()
-        page.goto(server.address)
-        page.wait_for_function(LIFTED)
-        seconds = time.monotonic() - began
-        more(page, server)
-        context.close()
+    with chromium() as browser:
+        page = browser.new_context(viewport=SIZE).new_page()
+        page.set_default_timeout(PATIENCE)
+        began = time.monotonic()
+        with served(folder, nice=True) as server:
+            page.goto(server.address)
+            page.wait_for_function(LIFTED)
+            seconds = time.monotonic() - began
+            more(page, server)
     return seconds
 
 

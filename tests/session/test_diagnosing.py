@@ -14,7 +14,7 @@ import pytest
 
 from core.diagnose.maps import error_maps
 from core.scenario.read import parse_scenario, scenario_toml
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 from core.written import format_number
 from flexgui.jobs import JobPool
 from flexgui.jobs.looked import Looked

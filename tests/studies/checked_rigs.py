@@ -17,7 +17,7 @@ from core.effects.sizes import sizes_of
 from core.model import Model
 from core.recording.recording import Recording
 from core.scenario.schema import Scenario
-from core.workbench import base_model
+from core.scenario.stated_effects import base_model
 from tests.check.rigs import Rig
 from tests.studies.plain_matrix_rigs import Rig as Bench
 from tests.studies.plain_matrix_rigs import drawn

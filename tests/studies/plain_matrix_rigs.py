@@ -17,12 +17,12 @@ from core.model import Model
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
 from core.scenario.schema import Scenario
+from core.scenario.stated_effects import base_model
 from core.sensors import sensor
 from core.simulate.experiment import make_task
 from core.simulate.motion import Task, at_rest
 from core.simulate.nonlinear import simulate_fixed, simulate_within
 from core.trajectory import Trajectory
-from core.workbench import base_model
 
 SEGMENTS = (1, 2, 2, 3)
 """How many segments rigs have: two is the usual arm."""

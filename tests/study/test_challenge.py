@@ -16,6 +16,7 @@ from core.errors import InputError
 from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.read import read_scenario
+from core.scenario.stated_effects import base_model
 from core.study.challenge import (
     SCENARIO,
     TRUTH_FILE,
@@ -25,7 +26,6 @@ from core.study.challenge import (
     truth_in_words,
     write_challenge,
 )
-from core.workbench import base_model
 from flexgui.cli import app
 
 

@@ -78,8 +78,7 @@ def demonstrate(
 
 def _asked(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Recording]:
     from core.identify.setup import make_setup
-    from core.scenario.stated_effects import with_effect_parameters
-    from core.workbench import base_model
+    from core.scenario.stated_effects import base_model, with_effect_parameters
     from flexgui.stage.recorded import read_one
 
     model = base_model(scenario)

@@ -62,8 +62,7 @@ def diagnose(
     from core.diagnose.verdict import MISSING
     from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
-    from core.scenario.stated_effects import with_effect_parameters
-    from core.workbench import base_model
+    from core.scenario.stated_effects import base_model, with_effect_parameters
 
     scenario = parse_scenario(scenario_toml, "The scenario")
     where = Within(Path(folder or "."))

@@ -191,7 +191,7 @@ def length_and_rate(
     from core.recording.load import load_recording
     from core.recording.spec import RecordingSpec
     from core.scenario.data_folder import Within
-    from core.workbench import base_model
+    from core.scenario.stated_effects import base_model
 
     model = base_model(scenario)
     spec = RecordingSpec.model_validate(dict(entry))
