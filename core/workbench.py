@@ -33,8 +33,8 @@ from core.recording.recording import Recording
 from core.results import Diagnosis, Fit, LinearModel, Outcome, RecordingComparison
 from core.scenario.data_folder import Folder
 from core.scenario.schema import IdentifySpec, Scenario
-from core.scenario.stated_effects import base_model
 from core.scenario.stated_effects import (
+    base_model,
     candidate_effects,
     with_effect_parameters,
 )

@@ -15,7 +15,8 @@ from core.identify.setup import make_setup
 from core.identify.unknowns import collect_unknowns, fixed_values
 from core.progress import Silent
 from core.scenario.read import read_scenario
-from core.scenario.stated_effects import base_model, load_recordings
+from core.scenario.stated_effects import base_model
+from core.workbench import load_recordings
 from flexgui.bench.case import write
 from flexgui.bench.row import Row, Size, median_seconds, seconds
 

@@ -20,8 +20,9 @@ from core.identify.unknowns import collect_unknowns, fixed_values
 from core.model import Model
 from core.progress import Silent
 from core.scenario.read import read_scenario
-from core.scenario.stated_effects import base_model, load_recordings, run_scenario, settled_level
+from core.scenario.stated_effects import base_model
 from core.simulate.motion import Task
+from core.workbench import load_recordings, run_scenario, settled_level
 from flexgui.bench.case import AWAY, glocal_case, write
 from flexgui.bench.peers import held_stretches, lsim_response, peer_cost
 from flexgui.bench.row import FULL, Row, Size, median_seconds, seconds
