@@ -165,6 +165,8 @@ div:has(> .fx > .fx-bar) + div button { font-size: .8em; padding: 0 .2em; }
     width: 100% !important; }
   /* The arm keeps the upper half. */
   .mantine-Paper-root[style*="position: fixed"]:has(.fx-bar) { max-height: 50% !important; }
+  /* No plot makes its panel wider than the screen. */
+  .mantine-ScrollArea-content:has(.fx) { min-width: 0; }
 }
 @media (max-width: 75em) {
   div:has(> .fx > .fx-bar) + div button { font-size: .7em; padding: 0; }

@@ -11,7 +11,7 @@ from flexgui.panels.page_layout import DARK
 from flexgui.server.front import LONGEST, SLOW, behind_curtain
 from flexgui.session import Session
 from tests.page.conftest import PATIENCE, Desktop
-from tests.page.helpers import FIRST, press, sees
+from tests.page.helpers import FIRST, press, sees, still
 from tests.session.helpers import until
 
 SCHEME = "document.documentElement.dataset.mantineColorScheme === '{}'"
@@ -25,6 +25,17 @@ def test_the_tour_and_the_own_recordings_stand_side_by_side(page: Any) -> None:
     ]
     assert boxes[0]["y"] == boxes[1]["y"]
     assert boxes[0]["x"] + boxes[0]["width"] < boxes[1]["x"]
+
+
+def test_open_plots_fit_a_phone(page: Any) -> None:
+    """They made every panel twice as wide as the screen, and wider with each drawing."""
+    page.set_viewport_size({"width": 390, "height": 844})
+    page.get_by_text("Plots", exact=True).first.click()
+    still(page)
+    widths = page.evaluate(
+        "[...document.querySelectorAll('.uplot, .fx')].map(e => e.getBoundingClientRect().width)"
+    )
+    assert widths and max(widths) <= 390
 
 
 @pytest.mark.long
