@@ -60,9 +60,11 @@ def diagnose_case(case: Case) -> dict[str, Any]:
     }
 
 
-def diagnose_in_process(name: str) -> dict[str, Any]:
+def diagnose_in_process(
+    name: str, module: Sequence[str] = ("tests.sample", "--answer")
+) -> dict[str, Any]:
     """The record of one case, from a process of its own that may take SECONDS."""
-    command = [sys.executable, "-m", "tests.sample", "--answer", name]
+    command = [sys.executable, "-m", *module, name]
     try:
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=PATIENCE * SECONDS, check=False

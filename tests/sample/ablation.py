@@ -1,0 +1,193 @@
+"""`python -m tests.sample.ablation`: what each mechanism of the search is worth.
+
+Each switch takes one mechanism out, in a process of its own, and the sample is run without it. The
+table lists the cases that change and the processor time, beside the same version with everything.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+from core.resumable.journal import Journal
+from tests.sample.__main__ import REFERENCE, WORKERS, diagnose_in_process, version
+from tests.sample.cases import Case, cases
+from tests.sample.judge import BETTER, EQUAL, WORSE, compare, is_right
+
+Patch = tuple[str, Callable[..., Any]]
+
+
+def _first(*arguments: Any, **_: Any) -> Any:
+    """Leaves the model that it is given."""
+    return arguments[0]
+
+
+def _data_and_fit(data: Any, fit: Any, *_: Any) -> Any:
+    return data, fit
+
+
+def _none(*_: Any, **__: Any) -> None:
+    return None
+
+
+def _nothing_missed(*_: Any) -> dict[str, float]:
+    return {}
+
+
+def _no(*_: Any, **__: Any) -> bool:
+    return False
+
+
+def _all_go_on(runners: Sequence[Any], *_: Any) -> list[bool]:
+    return [True] * len(runners)
+
+
+def _fit(data: Any, fit: Any, *_: Any) -> Any:
+    return fit
+
+
+def _start(residuals: Any, start: Any, *_: Any) -> Any:
+    return start
+
+
+def _values(data: Any, base: Any, effects: Any, values: Any, *_: Any) -> dict[str, float]:
+    return {**base.values(), **values}
+
+
+def _plain_search(state: Any, options: Any, progress: Any, on_ranking: Any) -> Any:
+    from core.diagnose.search import search
+
+    return state, search(state, options, progress, on_ranking)
+
+
+def _state(state: Any, begun: Any, *_: Any) -> Any:
+    return state, begun
+
+
+def _own_start(values: Any) -> Callable[..., Any]:
+    return lambda *_, **__: values
+
+
+SWITCHES: Mapping[str, Sequence[Patch]] = {
+    "basin search, base": [("core.diagnose.start.in_the_right_valley", _data_and_fit)],
+    "basin search, last model": [("core.diagnose.search.in_the_right_valley", _data_and_fit)],
+    "basin search, race": [("core.diagnose.ladder.in_its_best_valley", lambda d, r, s: r)],
+    "progressive horizon, refits": [("core.diagnose.refit.from_first_swings", _none)],
+    "nominal start of the base": [("core.diagnose.minimum.from_nominal_values", _none)],
+    "nominal start of a refit": [("core.diagnose.refit.has_moved", _no)],
+    "grid of sizes": [("core.diagnose.refit.narrowed", _values)],
+    "resonant sizes": [("core.diagnose.narrow.resonant_sizes", lambda *_: [])],
+    "progressive horizon, identification": [
+        ("core.identify.fit.grown", _start), ("core.diagnose.start.grown", _start),
+    ],
+    "shape refinement": [("core.diagnose.acceptance.refine_shape", _fit)],
+    "successive halving": [("core.diagnose.ladder.in_the_race", _all_go_on)],
+    "exchange": [("core.diagnose.search.best_exchange", _none)],
+    "prune": [("core.diagnose.search.prune", _none)],
+    "rejection at a bound": [
+        ("core.diagnose.search.keep_implausible", _none),
+        ("core.diagnose.search.stands_in", _no),
+        ("core.diagnose.search.take_out_refuted", _no),
+    ],
+    "mode refinement": [("core.diagnose.search.finer_round", _none)],
+    "limits of idealised laws": [
+        ("core.diagnose.search.missed_by_laws", _nothing_missed),
+        ("core.diagnose.start.missed_by_laws", _nothing_missed),
+    ],
+    "resolution of bending shapes": [("core.diagnose.diagnose.within_resolution", _no)],
+    "floor re-estimation": [("core.diagnose.diagnose.search_with_new_floors", _plain_search)],
+    "forward reordering": [("core.diagnose.diagnose.final_ladder", _state)],
+    "final polish": [("core.diagnose.search.precise", _data_and_fit)],
+    "polish of the identification": [("core.identify.fit.polished", lambda r, refined: None)],
+    "several starts": [("core.identify.fit.several_starts", lambda r, start, spec: [start])],
+    "shaken deviations": [("core.diagnose.search.widened", _fit)],
+    "prescribed-motion error": [
+        ("core.diagnose.floor.led_errors", lambda e, m: [None] * len(e)),
+    ],
+    "prediction-error bound": [("core.diagnose.noise_route.unforeseen", _none)],
+    "noise per recording": [("core.diagnose.start._noise_ratios", lambda *_: ())],
+    "guide between samples": [
+        (f"core.{place}.is_guided", _no)
+        for place in (
+            "identify.starts", "identify.led_motion", "identify.growing", "identify.held",
+            "diagnose.start", "diagnose.led_error", "identify.guide",
+        )
+    ],
+    "next experiments": [("core.diagnose.search.deciding", lambda *_: ())],
+    "validation as a gate": [
+        ("core.diagnose.search._gate", lambda state: lambda data, refit: ""),
+    ],
+}  # fmt: skip
+
+
+def switch_off(name: str) -> None:
+    """Takes a mechanism out of this process."""
+    for target, replacement in SWITCHES[name]:
+        module, _, attribute = target.rpartition(".")
+        place = importlib.import_module(module)
+        assert hasattr(place, attribute), target
+        setattr(place, attribute, replacement)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs what is not in the journal yet, and prints the table."""
+    parser = argparse.ArgumentParser(prog="ablation", description=__doc__)
+    parser.add_argument("words", nargs="*", help="only mechanisms whose names hold one of these")
+    parser.add_argument("--answer", nargs=2, help=argparse.SUPPRESS)
+    given = parser.parse_args(arguments)
+    if given.answer:
+        from tests.sample.__main__ import diagnose_case
+
+        name, case = given.answer
+        switch_off(name)
+        print(json.dumps(diagnose_case(cases()[case])))
+        return 0
+    chosen = [n for n in SWITCHES if any(w in n for w in given.words or [""])]
+    journal = Journal(Path("reports") / f"ablation_{version()}.jsonl")
+    known = {tuple(k.split("|")): r for k, r in journal.records.items()}
+    left = [(n, c) for n in ["", *chosen] for c in ended() if (n, c) not in known]
+    with journal.writing() as writer, ThreadPoolExecutor(WORKERS) as pool:
+        runs = {pool.submit(_run, *one): one for one in left}
+        for done in as_completed(runs):
+            name, case = runs[done]
+            record = known[name, case] = {**done.result(), "key": f"{name}|{case}"}
+            writer.line(json.dumps(record))
+            print(name, case, record["cpu"], file=sys.stderr, flush=True)
+    print("\n".join(table(chosen, known)))
+    return 0
+
+
+def ended() -> dict[str, Case]:
+    """The cases of the sample that ended in the reference: the others say nothing of any part."""
+    reference = Journal(REFERENCE).records
+    return {n: c for n, c in cases().items() if "failed" not in reference[n]}
+
+
+def _run(name: str, case: str) -> dict[str, Any]:
+    if not name:
+        return diagnose_in_process(case)
+    return diagnose_in_process(case, ("tests.sample.ablation", "--answer", name))
+
+
+def table(chosen: Sequence[str], known: Mapping[Any, Mapping[str, Any]]) -> list[str]:
+    """Markdown: which cases get worse or better without each mechanism, and s of a processor."""
+    lines = ["| without | right | worse | better | CPU [s] |", "|---|---:|---|---|---:|"]
+    for name in ["", *chosen]:
+        right, cpu = 0, 0.0
+        changed: dict[str, list[str]] = {WORSE: [], BETTER: [], EQUAL: []}
+        for c, one in ended().items():
+            changed[compare(one, known[name, c], known["", c])].append(c)
+            right, cpu = right + is_right(one, known[name, c]), cpu + known[name, c]["cpu"]
+        worse, better = (", ".join(changed[kind]) for kind in (WORSE, BETTER))
+        lines.append(f"| {name or 'nothing'} | {right} | {worse} | {better} | {cpu:.0f} |")
+    return lines
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
