@@ -7,12 +7,15 @@ takes the page down, and nobody's upload waits behind an identification.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
-from functools import cache
+from collections import deque
+from collections.abc import Callable, Generator
+from concurrent.futures import Future
+from contextlib import suppress
+from functools import cache, partial
 from typing import Any
 
 from core.errors import InputError
-from flexgui.jobs.events import Advanced, Event, Failed, Finished, WorkerLost
+from flexgui.jobs.events import Advanced, Ended, Event, Failed, Finished, WorkerLost
 from flexgui.jobs.pool import JobPool
 from flexgui.jobs.settings import TOO_LARGE, PoolSettings
 from flexgui.jobs.task import Task
@@ -33,8 +36,6 @@ SETTINGS = PoolSettings(
     warm_up="flexgui.jobs.worker:warm_inputs",
 )
 
-TextCallback = Callable[[str], None]
-
 
 @cache
 def _pool() -> JobPool:
@@ -42,16 +43,17 @@ def _pool() -> JobPool:
     return JobPool(WORKERS, SETTINGS)
 
 
-def ask(session: str, task: Task, on_text: TextCallback | None = None) -> Any:
+def ask(session: str, task: Task) -> Any:
     """The task's result, when it is there; InputError where it is refused, too large or too long.
 
-    `on_text` gets how far it is, from another thread, and nothing more once the result is there.
+    Waits for it: never on a thread that a browser's inputs need, which have `Errands`.
     """
-    heard = _Heard(on_text)
-    job = _pool().submit(session, task, heard)
+    job = _pool().submit(session, task, lambda event: None)
     job.wait()
-    heard.close()
-    ending = job.ending
+    return _result(task, job.ending)
+
+
+def _result(task: Task, ending: Ended | None) -> Any:
     if isinstance(ending, Finished):
         return ending.result
     if isinstance(ending, WorkerLost):  # killed by the system, most likely for its memory
@@ -67,18 +69,74 @@ def leave(session: str) -> None:
         _pool().leave(session)
 
 
-class _Heard:
-    """Passes on what a job says until it is over."""
+Steps = Generator[Task, Any, Any]
+"""Yields tasks and is sent their results; what is refused is raised at the yield."""
 
-    def __init__(self, on_text: TextCallback | None) -> None:
-        self._report = on_text
+
+class Errands:
+    """What a session does with files, one after the other, in the order in which it was begun.
+
+    No thread waits for a worker meanwhile: what follows a task is done by the job's callback.
+    """
+
+    def __init__(
+        self, session: str, on_text: Callable[[str], None], on_error: Callable[[Exception], None]
+    ) -> None:
+        """`on_text` gets how far a task is, `on_error` what ended an errand."""
+        self._session, self._on_text, self._on_error = session, on_text, on_error
         self._lock = threading.Lock()
+        self._queue: deque[tuple[Steps, Future[bool]]] = deque()
+        """The first one is under way."""
 
-    def __call__(self, event: Event) -> None:
+    def begin(self, steps: Steps) -> Future[bool]:
+        """Returns at once; what the steps return will be its result, False after an error."""
+        done: Future[bool] = Future()
         with self._lock:
-            if self._report is not None and isinstance(event, Advanced) and event.text:
-                self._report(event.text)
+            self._queue.append((steps, done))
+            first = len(self._queue) == 1
+        if first:
+            self._go_on(steps, done, partial(next, steps))
+        return done
 
     def close(self) -> None:
+        """Nothing more is done."""
         with self._lock:
-            self._report = None
+            left = list(self._queue)
+            self._queue.clear()
+        for steps, _ in left:
+            with suppress(ValueError):  # one that is at work ends by itself
+                steps.close()
+
+    def _go_on(self, steps: Steps, done: Future[bool], step: Callable[[], Task]) -> None:
+        """Until there is a task to wait for, or nothing more to do."""
+        while True:
+            try:
+                task = step()
+            except Exception as end:
+                if not isinstance(end, StopIteration):
+                    self._on_error(end)
+                done.set_result(isinstance(end, StopIteration) and bool(end.value))
+                with self._lock:
+                    self._queue = deque(each for each in self._queue if each[0] is not steps)
+                    if not self._queue:
+                        return
+                    steps, done = self._queue[0]
+                step = partial(next, steps)
+                continue
+            try:
+                _pool().submit(self._session, task, partial(self._hear, steps, done, task))
+            except InputError as error:
+                step = partial(steps.throw, error)
+            else:
+                return
+
+    def _hear(self, steps: Steps, done: Future[bool], task: Task, event: Event) -> None:
+        if isinstance(event, Advanced) and event.text:
+            self._on_text(event.text)
+        if not isinstance(event, Ended):
+            return
+        try:
+            step = partial(steps.send, _result(task, event))
+        except InputError as error:
+            step = partial(steps.throw, error)
+        self._go_on(steps, done, step)

@@ -83,6 +83,7 @@ class Session(Keeping):
         self.end_study()
         self.end_check()
         self.stop()
+        self._errands.close()
         leave(self.key)
         self._live_worker.close()
         self._motion_worker.close()

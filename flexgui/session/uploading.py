@@ -6,6 +6,7 @@ import shutil
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from core.scenario.data_folder import check_plain
 from core.scenario.read import LONGEST, parse_scenario
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
-from flexgui.jobs.inputs import ask
+from flexgui.jobs.inputs import Errands, Steps
 from flexgui.jobs.task import Task
 from flexgui.jobs.tasks.glance import Glance, glance
 from flexgui.jobs.tasks.rows import Rows, headers, length_and_rate, parted, rows_of, settings
@@ -67,7 +68,8 @@ class Uploading(Checking, ABC):
         self.aside: tuple[Document, ...] = ()
         """Recordings that made room for them."""
         self._bringing = threading.Lock()
-        """Held while one file is looked at: several that are chosen at once come one by one."""
+        """Held while a file is written: several that are chosen at once come one by one."""
+        self._errands = Errands(key, lambda text: self.show_message(f"{text} …"), self._tell)
         self._queued: tuple[str, ...] = ()
         """Files with other columns, which are asked about once the one that waits is settled."""
         self._own: frozenset[str] = frozenset()
@@ -81,48 +83,53 @@ class Uploading(Checking, ABC):
     def begin_with(self, scenario: Scenario) -> None:
         """Starts over with a scenario; InputError where it is none for this session."""
 
-    def upload(self, name: str, content: bytes, services: Services) -> bool:
-        """Keeps a file and reads it, or asks for its columns; a scenario file is opened instead.
+    def upload(self, name: str, content: bytes, services: Services) -> Future[bool]:
+        """Keeps a file; soon it is read, or its columns are asked for, or a scenario is opened.
 
         Whether it is used alone is asked where recordings of another origin stand already. While a
         file waits, one that needs no answers is read; of the others, one with the same columns is
         read with it, and one with other columns is asked about next.
         """
-        with self._bringing:
-            return self._brought(name, content, services)
-
-    def _brought(self, name: str, content: bytes, services: Services) -> bool:
-        table = not name.lower().endswith((".zip", ".toml"))
-        if self.waiting is not None and (self.waiting.recording or not table):
-            self.leave_file()
+        limit = services.upload_limit_bytes
         try:
-            path = keep_upload(self.folder, name, content, services.upload_limit_bytes)
-            try:
-                if table and self._asks(path):
-                    return False
-                self._take_in(path, services.upload_limit_bytes)
-            except InputError:
-                path.unlink(missing_ok=True)
-                raise
+            with self._bringing:
+                path = keep_upload(self.folder, name, content, limit)
         except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+            self._tell(error)
+            refused: Future[bool] = Future()
+            refused.set_result(False)
+            return refused
+        return self._errands.begin(self._brought(path, limit))
+
+    def _brought(self, path: Path, limit: int) -> Steps:
+        table = path.suffix.lower() not in (".zip", ".toml")
+        try:
+            if self.waiting is not None and (self.waiting.recording or not table):
+                self._forget_file()
+                yield from self._ask_next()
+            if table and (yield from self._asks(path)):
+                return False
+            yield from self._take_in(path, limit)
+        except (InputError, GeneratorExit):
+            path.unlink(missing_ok=True)
+            raise
         return True
 
-    def choose_columns(self, name: str) -> bool:
+    def choose_columns(self, name: str) -> Future[bool]:
         """Opens the file of a recording again, to say what its columns hold."""
+        return self._errands.begin(self._opened_again(name))
+
+    def _opened_again(self, name: str) -> Steps:
         spec = next((s for s in self.scenario.recordings if s.name == name), None)
         if spec is None or spec.file is None:
-            self.show_message("Only a recording from a file has columns to choose.", bad=True)
-            return False
+            raise InputError("Only a recording from a file has columns to choose.")
         model = base_model(self.scenario)
-        try:
-            headings = self._headings(spec.file)
-            self._wait(waiting_again(headings, model.arm, _references(model), spec))
-        except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+        headings = yield from self._asked(headers, spec.file)
+        self._wait(waiting_again(headings, model.arm, _references(model), spec))
         return True
+
+    def _tell(self, error: Exception) -> None:
+        self.show_message(str(error), bad=True)
 
     def map_column(
         self, channel: str, header: str, gain: float = 1.0, sign: int = 1, unit: str = ""
@@ -153,34 +160,33 @@ class Uploading(Checking, ABC):
         if self.waiting is not None:
             self._answered(self.waiting.begun_again())
 
-    def read_waiting(self) -> bool:
+    def read_waiting(self) -> Future[bool]:
         """Reads the waiting file with the columns that were chosen."""
+        return self._errands.begin(
+            self._read_all("" if self.waiting is None else self.waiting.file)
+        )
+
+    def _read_all(self, file: str) -> Steps:
         waiting = self.waiting
-        if waiting is None:
+        if waiting is None or waiting.file != file:
             return False
         if waiting.missing:
-            self.show_message(_still(waiting), bad=True)
-            return False
-        failed = [
-            reason for k in range(len(waiting.files)) if (reason := self._why_not(waiting, k))
-        ]
+            raise InputError(_still(waiting))
+        failed = []
+        for k, one in enumerate(waiting.files):
+            given = waiting.columns, waiting.theta2, waiting.recording, waiting.settings(k)
+            try:
+                yield from self._read(one, *given)
+            except InputError as error:
+                failed.append(str(error))
         if failed:
             rest = len(waiting.files) - len(failed)
             self.show_message(f"{failed[0]}{REST.format(rest) if rest else ''}", bad=True)
         if len(failed) == len(waiting.files):
             return False
         self._wait(None)
-        self._ask_next()
+        yield from self._ask_next()
         return True
-
-    def _why_not(self, waiting: Waiting, index: int) -> str:
-        """Why one of the files cannot be read; empty where it is read now."""
-        file, settings = waiting.files[index], waiting.settings(index)
-        try:
-            self._read(file, waiting.columns, waiting.theta2, waiting.recording, settings)
-        except InputError as error:
-            return str(error)
-        return ""
 
     def use_arrived(self, alone: bool) -> bool:
         """Makes what has arrived recordings, in place of those that stand or beside them."""
@@ -216,11 +222,14 @@ class Uploading(Checking, ABC):
 
     def leave_file(self) -> None:
         """Forgets the waiting file; a recording that has it already keeps it."""
+        self._forget_file()
+        self._errands.begin(self._ask_next())
+
+    def _forget_file(self) -> None:
         if self.waiting is not None:
             for file in self.waiting.files:
                 self._drop(file)
             self._wait(None)
-            self._ask_next()
 
     def leave_waiting(self) -> None:
         """Forgets all that a person was asked about, and what stands aside."""
@@ -228,7 +237,7 @@ class Uploading(Checking, ABC):
             queued, self._queued = self._queued, ()
         for file in queued:
             self._drop(file)
-        self.leave_file()
+        self._forget_file()
         self.leave_arrived()
         with self._lock:
             self.aside, self._own = (), frozenset()
@@ -237,61 +246,68 @@ class Uploading(Checking, ABC):
         if not any(file in spec.files for spec in self.scenario.recordings):
             (self.folder / file).unlink(missing_ok=True)
 
-    def _joins(self, path: Path) -> bool:
+    def _joins(self, path: Path) -> Steps:
         """Whether it is read together with the file that waits, or asked about after it."""
-        waiting = self.waiting
-        if waiting is None:
+        before = self.waiting
+        if before is None:
             return False
-        if self._headings(path.name) != waiting.headers:
+        headings = yield from self._asked(headers, path.name)
+        if headings != before.headers:
             with self._lock:
                 self._queued = (*self._queued, path.name)
             return True
-        found: Rows = self._asked(rows_of, path.name, columns=waiting.columns)
-        companions = (*waiting.companions, Companion(path.name, found))
-        self._wait(replace(waiting, companions=companions))
+        found: Rows = yield from self._asked(rows_of, path.name, columns=before.columns)
+        waiting = self.waiting  # answered or left meanwhile
+        if waiting is None:
+            return False
+        self._wait(replace(waiting, companions=(*waiting.companions, Companion(path.name, found))))
         return True
 
-    def _ask_next(self) -> None:
+    def _ask_next(self) -> Steps:
         """Looks at the files that came while another one waited."""
         while self.waiting is None and self._queued:
             with self._lock:
                 file, self._queued = self._queued[0], self._queued[1:]
             try:
-                if not self._asks(self.folder / file):
-                    self._take_in(self.folder / file, 0)
+                if not (yield from self._asks(self.folder / file)):
+                    yield from self._take_in(self.folder / file, 0)
             except InputError as error:
                 self._drop(file)
-                self.show_message(str(error), bad=True)
-            self._queue_again()
+                self._tell(error)
+            yield from self._queue_again()
 
-    def _queue_again(self) -> None:
+    def _queue_again(self) -> Steps:
         """Those behind may have the columns of the one that waits now."""
         with self._lock:
             queued, self._queued = self._queued, ()
         for file in queued:
-            if not self._joins(self.folder / file):
+            if not (yield from self._joins(self.folder / file)):
                 self._queued = (*self._queued, file)
 
-    def _asks(self, path: Path) -> bool:
+    def _asks(self, path: Path) -> Steps:
         """Whether its columns have to be asked for; then it waits, or joins the one that does."""
-        asked = self._questions(path)
+        asked = yield from self._questions(path)
         if asked is None:
             return False
-        if not self._joins(path):
+        if not (yield from self._joins(path)):
             self._ask(asked)
         return True
 
-    def _questions(self, path: Path) -> Waiting | None:
+    def _questions(self, path: Path) -> Steps:
         """What has to be asked about a file, and what a first look guesses; None: nothing."""
         model = base_model(self.scenario)
-        headings = self._headings(path.name)
-        waiting = waiting_for(path.name, headings, model.arm, _references(model))
-        found = self._glance(path.name, model)
+        references = _references(model)
+        headings = yield from self._asked(headers, path.name)
+        waiting = waiting_for(path.name, headings, model.arm, references)
+        wanted = wanted_channels(model.arm, references)
+        found: Glance = yield from self._asked(
+            glance, path.name, scenario=self.scenario, wanted=wanted
+        )
         if waiting is None and not settings(found.rows):
             return None
         if waiting is None:
             plain = RecordingSpec(file=path.name)
-            waiting = waiting_again(headings, model.arm, _references(model), plain)
+            waiting = waiting_again(headings, model.arm, references, plain)
         return waiting.guessed(found)
 
     def _ask(self, waiting: Waiting) -> None:
@@ -335,31 +351,24 @@ class Uploading(Checking, ABC):
         """Another rig: a waiting file is looked at anew."""
         if not self.change(edit):
             return False
-        waiting = self.waiting
-        if waiting is not None and not waiting.recording:
-            asked = self._questions(self.folder / waiting.file)
-            if asked is not None:
-                self._ask(replace(asked, companions=waiting.companions))
+        self._errands.begin(self._looked_anew())
         self.notify(Topic.RECORDINGS)
         return True
 
-    def _glance(self, file: str, model: Model) -> Glance:
-        wanted = wanted_channels(model.arm, _references(model))
-        found: Glance = self._asked(glance, file, scenario=self.scenario, wanted=wanted)
-        return found
+    def _looked_anew(self) -> Steps:
+        if self.waiting is None or self.waiting.recording:
+            return
+        asked = yield from self._questions(self.folder / self.waiting.file)
+        if asked is not None and self.waiting is not None:  # still
+            self._ask(replace(asked, companions=self.waiting.companions))
 
-    def _headings(self, file: str) -> tuple[str, ...]:
-        found: tuple[str, ...] = self._asked(headers, file)
-        return found
-
-    def _asked(self, function: Callable[..., Any], file: str, **arguments: Any) -> Any:
-        """What the worker that reads says of a file, telling the person how far it is.
+    def _asked(self, function: Callable[..., Any], file: str, **arguments: Any) -> Steps:
+        """What the worker that reads says of a file.
 
         It is given the name, and finds no file by it but one of the session's folder.
         """
         check_plain(file)  # it is the title of the task too
-        task = Task.of(function, file, folder=str(self.folder), file=file, **arguments)
-        found = ask(self.key, task, on_text=lambda text: self.show_message(f"{text} …"))
+        found = yield Task.of(function, file, folder=str(self.folder), file=file, **arguments)
         if self.message.text.endswith("…"):
             self.show_message("")
         return found
@@ -375,10 +384,10 @@ class Uploading(Checking, ABC):
             self.waiting = waiting
         self.notify(Topic.RECORDINGS)
 
-    def _take_in(self, path: Path, limit: int) -> None:
+    def _take_in(self, path: Path, limit: int) -> Steps:
         if path.suffix.lower() == ".zip":
             try:
-                scenario = self._asked(unpack, path.name, limit=limit)
+                scenario = yield from self._asked(unpack, path.name, limit=limit)
             finally:
                 shutil.rmtree(unpacking_folder(path), ignore_errors=True)
             path = self.folder / scenario
@@ -387,7 +396,7 @@ class Uploading(Checking, ABC):
                 text = file.read(LONGEST + 1)
             self.begin_with(parse_scenario(text, path.name))
             return
-        self._read(path.name, {}, None, "")
+        yield from self._read(path.name, {}, None, "")
 
     def _read(
         self,
@@ -396,17 +405,20 @@ class Uploading(Checking, ABC):
         theta2: float | None,
         name: str,
         settings: Mapping[str, Any] | None = None,
-    ) -> None:
+    ) -> Steps:
         """Takes the file in, or gives the recording of that name other columns; InputError else."""
         entry: Document = {"file": file} | ({"columns": columns} if columns else {})
         entry |= {} if theta2 is None else {"theta2": theta2}
         entry |= settings or {}
         names = [spec.name for spec in self.scenario.recordings]
         if name not in names:
-            for one in [Arrived(each, self._words(each)) for each in parted(entry)]:
+            arrived = []
+            for each in parted(entry):
+                arrived.append(Arrived(each, (yield from self._words(each))))
+            for one in arrived:
                 self._arrive(one)
             return
-        words = self._words(entry)
+        words = yield from self._words(entry)
         place = recording(names.index(name))
         edits = put((*place, "columns"), columns or None), put((*place, POINT), theta2)
         more = [put((*place, key), value) for key, value in (settings or {}).items()]
@@ -415,10 +427,10 @@ class Uploading(Checking, ABC):
             self.set_cursor(recording=name, time=0.0, playing=False)
             self.check_recordings()
 
-    def _words(self, entry: Document) -> str:
+    def _words(self, entry: Document) -> Steps:
         """What is read of a file; InputError where it cannot be."""
         arguments = {"entry": entry, "scenario": self.scenario}
-        samples, rate = self._asked(length_and_rate, entry["file"], **arguments)
+        samples, rate = yield from self._asked(length_and_rate, entry["file"], **arguments)
         name = entry.get("name", entry["file"])
         return f"{name}: {samples} samples at {rate:.4g} Hz, {samples / rate:.2f} s."
 

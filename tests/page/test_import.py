@@ -132,7 +132,7 @@ def test_nothing_of_the_table_is_cut_off(
 ) -> None:
     """In windows of all sizes, of one file that was brought once."""
     session.show("Data")
-    session.upload(foreign.name, foreign.read_bytes(), desktop.services)
+    session.upload(foreign.name, foreign.read_bytes(), desktop.services).result()
     cut = {size: cut_off(desktop, chromium, size) for size in SIZES}
     assert not any(cut.values()), cut
 

@@ -45,7 +45,7 @@ def until(condition: Callable[[], bool], seconds: float = SOON) -> None:
 
 def bring(session: Session, name: str, content: bytes, services: Services) -> bool:
     """Uploads a recording and uses it beside those that stand."""
-    return session.upload(name, content, services) and settle(session)
+    return session.upload(name, content, services).result() and settle(session)
 
 
 def settle(session: Session) -> bool:

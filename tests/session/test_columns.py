@@ -25,13 +25,13 @@ def foreign(session: Session) -> bytes:
 
 def waits(session: Session, services: Offered) -> None:
     """Without what a first look has guessed."""
-    assert not session.upload("rig.csv", foreign(session), services)
+    assert not session.upload("rig.csv", foreign(session), services).result()
     assert session.waiting is not None
     session.ask_again()
 
 
 def test_a_file_with_other_names_waits_for_its_columns(session: Session, services: Offered) -> None:
-    assert not session.upload("rig.csv", foreign(session), services)
+    assert not session.upload("rig.csv", foreign(session), services).result()
     waiting = session.waiting
     assert waiting is not None and "clock" in waiting.headers
     assert waiting.headers_of == {"t": "clock", "theta1": "motor"}
@@ -46,7 +46,7 @@ def test_chosen_columns_make_it_a_recording(session: Session, services: Offered)
     assert session.map_column("t", "clock")
     assert session.map_column("dtheta1_ref", "speed")
     assert session.map_column("theta1", "motor", gain=2.0, sign=-1, unit="deg")
-    assert session.read_waiting() and settle(session), session.message.text
+    assert session.read_waiting().result() and settle(session), session.message.text
     assert session.waiting is None
     assert session.wait_idle()
     found, spec = session.recording, session.scenario.recordings[-1]
@@ -65,7 +65,7 @@ def test_it_is_not_read_while_a_needed_column_is_missing(
     waits(session, services)
     before = session.scenario
     assert session.map_column("t", "clock")
-    assert not session.read_waiting()
+    assert not session.read_waiting().result()
     assert session.message.bad and "dtheta1_ref" in session.message.text
     assert session.scenario == before and session.waiting is not None
 
@@ -96,14 +96,14 @@ def test_a_bad_file_is_named_while_another_one_waits(session: Session, services:
     waits(session, services)
     before = session.waiting
     heavy = good_csv(session).replace(b"z1 [m]", b"z1 [kg]", 1)
-    assert not session.upload("heavy.csv", heavy, services)
+    assert not session.upload("heavy.csv", heavy, services).result()
     assert session.message.bad and "heavy.csv" in session.message.text
     assert session.waiting == before
 
 
 def test_columns_of_a_recording_can_be_chosen_again(session: Session, services: Offered) -> None:
     assert bring(session, "th1.csv", good_csv(session), services)
-    assert session.choose_columns("th1")
+    assert session.choose_columns("th1").result()
     one, two = (
         next(h for h in session.waiting.headers if h.startswith(name))  # type: ignore[union-attr]
         for name in ("theta1", "theta2")
@@ -112,16 +112,16 @@ def test_columns_of_a_recording_can_be_chosen_again(session: Session, services: 
     assert session.waiting is not None and session.waiting.missing == ("theta2",)
     assert session.map_column("theta2", one)
     count = len(session.scenario.recordings)
-    assert session.read_waiting(), session.message.text
+    assert session.read_waiting().result(), session.message.text
     assert len(session.scenario.recordings) == count
     assert session.scenario.recordings[-1].columns["theta1"].sign == -1
-    session.choose_columns("th1")
+    session.choose_columns("th1").result()
     session.leave_waiting()
     assert (session.folder / "th1.csv").is_file()
 
 
 def test_a_simulated_recording_has_no_columns_to_choose(session: Session) -> None:
-    assert not session.choose_columns(session.scenario.recordings[0].name)
+    assert not session.choose_columns(session.scenario.recordings[0].name).result()
     assert session.message.bad
 
 
@@ -129,12 +129,12 @@ def test_the_choice_travels_with_the_scenario(session: Session, services: Offere
     waits(session, services)
     session.map_column("t", "clock")
     session.map_column("dtheta1_ref", "speed")
-    assert session.read_waiting() and settle(session)
+    assert session.read_waiting().result() and settle(session)
     name, data = scenario_file(session.scenario, session.folder)
     session.choose("demo", services)
     for path in session.folder.iterdir():
         path.unlink()
-    assert session.upload(name, data, services), session.message.text
+    assert session.upload(name, data, services).result(), session.message.text
     assert session.scenario.recordings[-1].columns["t"].name == "clock"
 
 
@@ -156,7 +156,7 @@ ANSWERS = {"t": "Zeit", "dtheta1_ref": "ref A", "dtheta2_ref": "ref B", "theta1"
 
 
 def test_what_is_asked_follows_the_answers_and_ends(session: Session, services: Offered) -> None:
-    assert not session.upload("rig.csv", bare(session), services)
+    assert not session.upload("rig.csv", bare(session), services).result()
     session.ask_again()
     asked = []
     for _ in range(len(ANSWERS) + 1):
@@ -172,7 +172,7 @@ def test_what_is_asked_follows_the_answers_and_ends(session: Session, services: 
     assert session.waiting is not None and not session.waiting.questions
     assert asked[:4] == ["t", "dtheta1_ref", "dtheta2_ref", "theta2"]
     assert set(asked) == {*ANSWERS, "theta2"}
-    assert session.read_waiting() and session.use_arrived(alone=True), session.message.text
+    assert session.read_waiting().result() and session.use_arrived(alone=True), session.message.text
     assert session.wait_idle()
     spec, found = session.scenario.recordings[-1], session.recording
     assert spec.theta2 == 0.7 and found is not None and found.has("z1", "z2", "theta1")
@@ -194,23 +194,23 @@ def test_the_working_point_is_needed_where_no_column_has_it(
 ) -> None:
     before = session.scenario
     content = good_csv(session).replace(b",theta2,", b",column 7,", 1)
-    assert not session.upload("rig.csv", content, services)
+    assert not session.upload("rig.csv", content, services).result()
     assert session.waiting is not None and session.waiting.missing == ("theta2",)
-    assert not session.read_waiting() and session.scenario == before
+    assert not session.read_waiting().result() and session.scenario == before
     assert "[[" not in session.message.text and not session.arrived
     session.stood_at(0.5)
-    assert session.read_waiting() and session.arrived
+    assert session.read_waiting().result() and session.arrived
 
 
 def test_what_is_only_useful_may_be_absent(session: Session, services: Offered) -> None:
     content = good_csv(session).replace(b",z1 ", b",remark ", 1)
-    assert not session.upload("rig.csv", content, services)
+    assert not session.upload("rig.csv", content, services).result()
     assert session.waiting is not None and session.waiting.questions == ("z1",)
     assert not session.message.bad and not session.waiting.missing
     session.no_column("t")
     assert session.waiting.questions == ("z1",)
     session.no_column("z1")
-    assert session.waiting.questions == () and session.read_waiting()
+    assert session.waiting.questions == () and session.read_waiting().result()
 
 
 def test_begun_again_nothing_is_known(session: Session, services: Offered) -> None:
@@ -232,14 +232,14 @@ def test_a_first_look_knows_names_units_swaps_and_gaps(session: Session, service
     table.loc[400:405, "enc_1"] = np.nan
     kept = ["clock", "vel_cmd_1", "vel_cmd_2", "enc_1", "enc_2", "cam_x", "cam_y"]
     content = table[kept].to_csv(index=False).encode()
-    assert not session.upload("rig.csv", content, services)
+    assert not session.upload("rig.csv", content, services).result()
     waiting = session.waiting
     assert waiting is not None and not waiting.missing and not waiting.questions
     assert waiting.settings() == {"gaps": {"how": "interpolate"}}
     assert waiting.rows[0].empty == {"enc_1": 6}
     names = {c: entry["name"] for c, entry in waiting.columns.items()}
     assert names["theta1"] == "enc_2 [deg]" and names["theta2"] == "enc_1 [deg]"
-    assert session.read_waiting() and session.use_arrived(alone=True), session.message.text
+    assert session.read_waiting().result() and session.use_arrived(alone=True), session.message.text
     spec = session.scenario.recordings[-1]
     assert spec.gaps is not None and spec.gaps.how == "interpolate"
 

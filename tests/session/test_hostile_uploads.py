@@ -5,16 +5,20 @@ from __future__ import annotations
 import gzip
 import os
 import threading
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 
 import pytest
 
+from flexgui.jobs import JobPool, inputs
+from flexgui.server.guarded import CALLBACK_THREADS
 from flexgui.session import Session
 from flexgui.session.edit import put
 from flexgui.session.state import Topic
 from tests.recording.test_large_files import long_csv, mat_of_zeros
-from tests.session.conftest import Offered
-from tests.session.helpers import until
+from tests.session.conftest import SOON, Offered
+from tests.session.helpers import good_csv, until
 
 LARGE = 600_000_000
 """Bytes that the bombs unpack to: more than a file may have."""
@@ -55,7 +59,7 @@ def test_a_bomb_is_refused_and_this_process_does_not_grow(
     watcher = threading.Thread(target=watch)
     watcher.start()
     try:
-        assert not session.upload(file, content, services)
+        assert not session.upload(file, content, services).result()
     finally:
         over.set()
         watcher.join()
@@ -65,13 +69,28 @@ def test_a_bomb_is_refused_and_this_process_does_not_grow(
     assert not list(session.folder.iterdir())
 
 
+def test_sliders_answer_while_more_files_than_threads_wait_for_a_worker(
+    session: Session, services: Offered, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    content, names = good_csv(session), [f"{k}.csv" for k in range(CALLBACK_THREADS)]
+    with ThreadPoolExecutor(CALLBACK_THREADS) as threads, JobPool(0, inputs.SETTINGS) as nobody:
+        monkeypatch.setattr(inputs, "_pool", cache(lambda: nobody))
+        brought = [threads.submit(session.upload, name, content, services) for name in names]
+        threads.submit(session.set_live, snr_db=30.0).result(SOON)
+        assert session.live.snr_db == 30.0
+        read = [one.result(SOON) for one in brought]
+        assert {path.name for path in session.folder.iterdir()} == set(names)
+    assert not any(one.result(SOON) for one in read)
+    assert session.message.bad and not list(session.folder.iterdir())
+
+
 def test_how_far_a_long_file_is_read_is_said_meanwhile(
     session: Session, services: Offered, tmp_path
 ) -> None:
     said: list[str] = []
     session.subscribe(lambda topic: said.append(session.message.text))
     content = long_csv(tmp_path / "th1.csv", 60_000).read_bytes()
-    session.upload("th1.csv", content, services)
+    session.upload("th1.csv", content, services).result()
     assert any(text.startswith("th1.csv, ") and "read …" in text for text in said)
     assert "read …" not in session.message.text
 

@@ -80,7 +80,7 @@ def test_an_uploaded_scenario_reads_nothing_from_elsewhere(
     trapped: Trapped, services: Offered
 ) -> None:
     for file in trapped.names:
-        trapped.session.upload("it.toml", stated(file).encode(), services)
+        trapped.session.upload("it.toml", stated(file).encode(), services).result()
         trapped.gives_nothing_away(file, trapped.session)
 
 
@@ -89,7 +89,7 @@ def test_neither_does_one_that_is_there_already(trapped: Trapped) -> None:
     for file in trapped.names:
         trapped.session.scenario = scenario(file)
         trapped.session.refresh_playback()
-        trapped.session.choose_columns("it")
+        trapped.session.choose_columns("it").result()
         trapped.gives_nothing_away(file, trapped.session)
 
 
@@ -149,7 +149,7 @@ def test_a_zip_brings_no_file_out_of_the_folder_and_none_in(
         with zipfile.ZipFile(room, "w") as archive:
             archive.writestr("it.toml", stated(safe_name(file)))
             archive.writestr(linked(file, trapped.secret), str(trapped.secret))
-        trapped.session.upload("it.zip", room.getvalue(), services)
+        trapped.session.upload("it.zip", room.getvalue(), services).result()
         trapped.gives_nothing_away(file, trapped.session)
     new = set(trapped.folder.parent.rglob("*")) - before
     assert all(p.parent == trapped.folder and p.is_file() and not p.is_symlink() for p in new)
@@ -168,7 +168,7 @@ def test_an_upload_stays_in_the_folder_under_every_name(
 ) -> None:
     before = set(trapped.folder.parent.rglob("*"))
     for file in trapped.names:
-        trapped.session.upload(f"{file}.toml", stated("th1.csv").encode(), services)
+        trapped.session.upload(f"{file}.toml", stated("th1.csv").encode(), services).result()
     new = set(trapped.folder.parent.rglob("*")) - before
     assert new and {path.parent for path in new} == {trapped.folder}
     assert trapped.secret.read_text() == CONTENT
@@ -185,7 +185,7 @@ def test_a_scenario_with_its_recordings_in_folders_is_refused_in_words(
 ) -> None:
     before = session.scenario
     content = zipped({"it.toml": stated("data/th1.csv").encode(), "data/th1.csv": b"t\n"})
-    assert not session.upload("work.zip", content, services)
+    assert not session.upload("work.zip", content, services).result()
     assert "no plain name" in session.message.text and session.message.bad
     assert session.scenario == before
 

@@ -138,10 +138,10 @@ def test_a_lost_reader_costs_one_upload(
     content = good_csv(session)
     before = {path.name for path in session.folder.iterdir()}
     lose_worker(readers, number)
-    assert not session.upload("own.csv", content, offered)
+    assert not session.upload("own.csv", content, offered).result()
     assert session.message.bad and "own.csv" in session.message.text
     assert {path.name for path in session.folder.iterdir()} == before
-    assert session.upload("own.csv", content, offered), session.message
+    assert session.upload("own.csv", content, offered).result(), session.message
 
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP])

@@ -40,7 +40,7 @@ def test_a_bad_file_leaves_one_sentence_and_nothing_else(
     make, said = BAD[case]
     before = session.scenario
     content = make(good_csv(session))
-    assert not session.upload(f"{case}.csv", content, services)
+    assert not session.upload(f"{case}.csv", content, services).result()
     assert session.message.bad and said in session.message.text
     assert case in session.message.text and "\n" not in session.message.text
     assert session.scenario == before
@@ -52,10 +52,10 @@ def test_rows_out_of_order_are_not_refused_but_asked_about(
 ) -> None:
     rows = good_csv(session).splitlines(keepends=True)
     swapped = b"".join([*rows[:9], rows[10], rows[9], *rows[11:]])
-    assert not session.upload("unsorted.csv", swapped, services)
+    assert not session.upload("unsorted.csv", swapped, services).result()
     assert not session.message.bad
     assert session.waiting is not None and "resample" in session.waiting.settings()
-    assert session.read_waiting()
+    assert session.read_waiting().result()
     assert [one.entry["file"] for one in session.arrived] == ["unsorted.csv"]
 
 
@@ -71,7 +71,7 @@ def test_an_arrived_file_is_no_recording_before_its_place_is_chosen(
     session: Session, services: Offered
 ) -> None:
     before = session.scenario
-    assert session.upload("own.csv", good_csv(session), services)
+    assert session.upload("own.csv", good_csv(session), services).result()
     assert session.scenario == before and len(session.arrived) == 1
     session.leave_arrived()
     assert session.scenario == before and not session.arrived
@@ -82,7 +82,7 @@ def test_used_alone_it_takes_the_place_of_the_others_which_can_be_brought_back(
     session: Session, services: Offered
 ) -> None:
     before = session.scenario.recordings
-    assert session.upload("own.csv", good_csv(session), services)
+    assert session.upload("own.csv", good_csv(session), services).result()
     assert session.use_arrived(alone=True)
     assert [s.file for s in session.scenario.recordings] == ["own.csv"]
     assert len(session.aside) == len(before)
@@ -95,32 +95,32 @@ def test_own_recordings_stand_together_without_being_asked(
     session: Session, services: Offered
 ) -> None:
     content = good_csv(session)
-    assert session.upload("a.csv", content, services) and session.use_arrived(alone=True)
-    assert session.upload("b.csv", content, services) and not session.arrived
+    assert session.upload("a.csv", content, services).result() and session.use_arrived(alone=True)
+    assert session.upload("b.csv", content, services).result() and not session.arrived
     assert [s.file for s in session.scenario.recordings] == ["a.csv", "b.csv"]
 
 
 def test_two_files_that_arrive_wait_for_one_answer(session: Session, services: Offered) -> None:
     content = good_csv(session)
-    assert session.upload("a.csv", content, services)
-    assert session.upload("b.csv", content, services)
+    assert session.upload("a.csv", content, services).result()
+    assert session.upload("b.csv", content, services).result()
     assert session.use_arrived(alone=True)
     assert [s.file for s in session.scenario.recordings] == ["a.csv", "b.csv"]
 
 
 def test_another_scenario_forgets_what_stood_aside(session: Session, services: Offered) -> None:
-    assert session.upload("own.csv", good_csv(session), services)
+    assert session.upload("own.csv", good_csv(session), services).result()
     assert session.use_arrived(alone=True)
     session.choose("demo", services)
     assert not session.aside and not session.bring_back()
-    assert session.upload("own.csv", good_csv(session), services) and session.arrived
+    assert session.upload("own.csv", good_csv(session), services).result() and session.arrived
 
 
 def test_a_challenge_waits_while_own_recordings_are_used_alone(
     session: Session, services: Offered
 ) -> None:
     known = session.challenge = Challenge(4, "easy", "sealed")
-    assert session.upload("own.csv", good_csv(session), services)
+    assert session.upload("own.csv", good_csv(session), services).result()
     assert session.use_arrived(alone=True) and session.challenge is None
     assert session.bring_back() and session.challenge == known
 
@@ -145,7 +145,7 @@ def test_a_scenario_with_files_is_one_zip(session: Session, services: Offered) -
 def test_a_scenario_can_be_brought_back(session: Session, services: Offered) -> None:
     name, data = scenario_file(session.scenario, session.folder)
     session.change(lambda d: d["recordings"].clear())
-    assert session.upload(name, data, services)
+    assert session.upload(name, data, services).result()
     assert len(session.scenario.recordings) == 8
 
 
@@ -156,7 +156,7 @@ def test_a_zip_of_scenario_and_recordings_can_be_brought_back(
     name, data = scenario_file(session.scenario, session.folder)
     (session.folder / "th1.csv").unlink()
     session.choose("demo", services)
-    assert session.upload(name, data, services)
+    assert session.upload(name, data, services).result()
     assert session.scenario.recordings[-1].file == "th1.csv"
     assert (session.folder / "th1.csv").is_file()
 
@@ -164,7 +164,7 @@ def test_a_zip_of_scenario_and_recordings_can_be_brought_back(
 @pytest.mark.parametrize("content", [b"no zip at all", zipped({"a.csv": b"t"})])
 def test_a_bad_zip_is_refused_in_words(session: Session, services: Offered, content: bytes) -> None:
     before = session.scenario
-    assert not session.upload("work.zip", content, services)
+    assert not session.upload("work.zip", content, services).result()
     assert session.message.bad and "work.zip" in session.message.text
     assert session.scenario == before
 
@@ -225,7 +225,7 @@ def test_a_zip_with_the_name_of_a_folder_is_refused_in_words(
     """As a session has them for its reports and studies."""
     (session.folder / "export").mkdir()
     content = archive(zipfile.ZIP_STORED, a_toml=b"title = 3\n", export=b"t\n0\n")
-    assert not session.upload("work.zip", content, services)
+    assert not session.upload("work.zip", content, services).result()
     assert "export cannot be written" in session.message.text and session.message.bad
 
 
