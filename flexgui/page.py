@@ -6,7 +6,8 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import viser
@@ -23,7 +24,7 @@ from flexgui.panels.tour import Offer, Tour
 from flexgui.panels.widgets import grey
 from flexgui.session import Services, Session, Topic
 from flexgui.session.latest import CREW, TURNS
-from flexgui.session.state import STAGES
+from flexgui.session.state import STAGES, Part
 
 CURSOR_INTERVAL = 0.12
 """s: a plot is sent whole each time."""
@@ -85,6 +86,7 @@ class Page:
     def close(self) -> None:
         """Stops drawing; the session lives on."""
         self._end()
+        self.context.faults.closed = True
         self._layout.close()
         self._painter.close()
         self._timeline.close()
@@ -120,39 +122,45 @@ class Page:
                 self._folders[stage] = (controls[stage], folder)
 
     def _draw(self, topics: frozenset[Topic]) -> None:
-        session = self.context.session
-        shown = self._panels[session.stage]
         with self.context.client.atomic():
-            if Topic.STAGE in topics:
-                for stage, folders in self._folders.items():
-                    for folder in folders:
-                        folder.visible = stage == session.stage
-            if Topic.KEPT in topics:
-                self._offer.refresh()
-            if topics & {Topic.STAGE, Topic.MESSAGE}:
-                self._bar.refresh()
-            if topics - {Topic.CURSOR, Topic.LIVE, Topic.MESSAGE}:
-                self._tour.refresh()
-            self._scene.draw(topics)
-            if Topic.STAGE in topics or topics & shown.topics:
-                shown.refresh()
-            if topics & {Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME} and self._cursor_is_due():
-                self._timeline.refresh()
-                shown.move_cursor()
-            elif Topic.STAGE in topics:
-                self._timeline.refresh()
-            if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN, Topic.DIAGNOSIS, Topic.TOUR}:
-                for sync in tuple(self.context.syncs):
-                    sync()
-        if self._behind_curtain and session.view is not None:
+            for part, draw in self._due(topics):
+                with self.context.faults.watch(part):
+                    draw()
+        if self._behind_curtain and self.context.session.view is not None:
             self._behind_curtain = False
             lift(self.context.client)
         # Not at the next sixtieth of a second: a hand on a slider feels it.
         self.context.client.flush()
 
+    def _due(self, topics: frozenset[Topic]) -> Iterator[tuple[Part, Callable[[], object]]]:
+        """What is to be drawn, each by itself: one that fails keeps no other from being drawn."""
+        shown = self._panels[self.context.session.stage]
+        yield Part.FRAME, partial(self._draw_frame, topics)
+        yield Part.ARM, partial(self._scene.draw, topics)
+        if Topic.STAGE in topics or topics & shown.topics:
+            yield Part.PLOTS, shown.refresh
+        if topics & {Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME} and self._cursor_is_due():
+            yield Part.CURSOR, lambda: (self._timeline.refresh(), shown.move_cursor())
+        elif Topic.STAGE in topics:
+            yield Part.CURSOR, self._timeline.refresh
+        if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN, Topic.DIAGNOSIS, Topic.TOUR}:
+            yield Part.INPUTS, lambda: [sync() for sync in tuple(self.context.syncs)]
+
+    def _draw_frame(self, topics: frozenset[Topic]) -> None:
+        if Topic.STAGE in topics:
+            for stage, folders in self._folders.items():
+                for folder in folders:
+                    folder.visible = stage == self.context.session.stage
+        if Topic.KEPT in topics:
+            self._offer.refresh()
+        if topics & {Topic.STAGE, Topic.MESSAGE}:
+            self._bar.refresh()
+        if topics - {Topic.CURSOR, Topic.LIVE, Topic.MESSAGE}:
+            self._tour.refresh()
+
     def _settle(self) -> None:
         """Nothing has moved for a moment."""
-        with self.context.client.atomic():
+        with self.context.client.atomic(), self.context.faults.watch(Part.LATE_PLOTS):
             self._panels[self.context.session.stage].settle()
 
 

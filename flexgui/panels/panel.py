@@ -11,6 +11,7 @@ import viser
 
 from flexgui.panels.page_layout import Theme
 from flexgui.session import Services, Session, Topic
+from flexgui.session.state import Faults
 
 
 class Panel(ABC):
@@ -56,8 +57,11 @@ class PageContext:
     """Called when the session changed: each brings one input up to date."""
 
     theme: Theme = field(init=False)
+    faults: Faults = field(init=False)
+    """Of this page's own parts."""
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "faults", Faults(lambda: self.session.notify(Topic.MESSAGE)))
         object.__setattr__(self, "theme", Theme(self.client))
 
     @property

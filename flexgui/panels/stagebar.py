@@ -7,7 +7,7 @@ from markupsafe import Markup
 from flexgui.panels.in_browser import PURPOSE
 from flexgui.panels.panel import PageContext
 from flexgui.panels.widgets import Words, joined, paragraph
-from flexgui.session.state import STAGES
+from flexgui.session.state import OURS, STAGES, Part
 
 PURPOSE_LINE = Markup("<p class='purpose'>{}</p>").format(PURPOSE)
 FOLLOWS = Markup("<p class='follows'><b>You follow the teacher.</b> {}</p>").format(
@@ -27,18 +27,35 @@ class StageBar:
         self._buttons = context.gui.add_button_group("Stage", STAGES)
         if not context.read_only:
             self._buttons.on_click(lambda _: context.session.show(str(self._buttons.value)))
-        self._message = Words(context.gui)
+        self._message, self._old = Words(context.gui), Words(context.gui)
 
     def refresh(self) -> None:
-        """Shows which stage is active and the newest message."""
+        """Shows which stage is active, the newest message, and what is not up to date."""
         self._mark.show(self._style())
         message = self._context.session.message
         kind = "bad" if message.bad else "good"
         self._message.show(paragraph(message.text, kind) if message.text else "")
 
+        self._old.show(not_updated(self._context.session.faults.old | self._context.faults.old))
+
     def _style(self) -> Markup:
         follows = FOLLOWER if self._context.read_only else Markup("")
         return joined(STYLE, follows, bar_style(STAGES.index(self._context.session.stage)), BAR)
+
+
+IN_FIGURES = {Part.MODEL, Part.PLAYBACK, Part.STUDY, Part.PLOTS, Part.LATE_PLOTS}
+OLD_FIGURES = Markup("""<style>.js-plotly-plot, .uplot { opacity: .45; position: relative; }
+:is(.js-plotly-plot, .uplot)::before { content: "may be old"; position: absolute; z-index: 2;
+  left: 50%; font-weight: 700; }</style>""")
+
+
+def not_updated(parts: frozenset[Part]) -> Markup:
+    """Says which parts of the page show an older state, and marks its figures where they do."""
+    if not parts:
+        return Markup("")
+    words = ", ".join(sorted(part.value for part in parts))
+    sentence = f"{words[0].upper()}{words[1:]} could not be updated and may be old: {OURS}."
+    return joined(paragraph(sentence, "bad"), OLD_FIGURES if parts & IN_FIGURES else "")
 
 
 STYLE = Markup("""<style>

@@ -23,7 +23,7 @@ from flexgui.session.edit import Document, Edit
 from flexgui.session.effects import present
 from flexgui.session.latest import LatestWins
 from flexgui.session.services import Services
-from flexgui.session.state import Topic
+from flexgui.session.state import Part, Topic
 from flexgui.stage.recorded import fitted_values
 
 LEAST = 1e-9
@@ -130,7 +130,7 @@ class Checking(Demonstrating, ABC):
         """Whether they are being looked at."""
         self.mended: dict[str, tuple[str, ...]] = {}
         """Recording -> lines of the scenario that a person put there to mend it."""
-        self._check_worker = LatestWins(f"check-{key[:8]}")
+        self._check_worker = LatestWins(self.faults, Part.CHECK)
 
     @property
     def is_checked(self) -> bool:

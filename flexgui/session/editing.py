@@ -14,7 +14,7 @@ from flexgui.session.demo import demo_scenario
 from flexgui.session.edit import Edit, edited, model_of, noise_of_simulations
 from flexgui.session.latest import TURNS, LatestWins
 from flexgui.session.live import LiveModel, Prepared, is_new, live_model, prepare
-from flexgui.session.state import STAGES, Live, Observable, Topic
+from flexgui.session.state import STAGES, Live, Observable, Part, Topic
 
 COMPILING = "Another kind of arm: its equations are derived and compiled, which takes seconds."
 
@@ -27,7 +27,7 @@ class Editing(Observable, ABC):
         self.scenario: Scenario = demo_scenario()
         self.live, self.stage = Live(), STAGES[0]
         self.view: LiveModel | None = None
-        self._live_worker = LatestWins(f"live-{key[:8]}")
+        self._live_worker = LatestWins(self.faults, Part.MODEL)
         self._slid = False
         """Whether the scenario was changed by `slide` and nobody has heard of it."""
 

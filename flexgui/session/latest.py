@@ -6,20 +6,20 @@ served sooner than thirty that are interrupted by one another all the time.
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-log = logging.getLogger(__name__)
+from flexgui.session.state import Faults, Part
 
 
 class LatestWins:
     """One wish at a time, on a thread of the crew; a newer wish replaces one that waits."""
 
-    def __init__(self, name: str) -> None:
-        self._name = name
+    def __init__(self, faults: Faults, part: Part) -> None:
+        """A wish that fails leaves the part old."""
+        self._faults, self._part = faults, part
         self._news = threading.Condition()
         self._wish: Callable[[], None] | None = None
         self._closed = False
@@ -48,10 +48,8 @@ class LatestWins:
 
     def _run(self) -> None:
         while (wish := self._next()) is not None:
-            try:
+            with self._faults.watch(self._part):
                 wish()
-            except Exception:
-                log.exception("A request of %s failed", self._name)
 
     def _next(self) -> Callable[[], None] | None:
         with self._news:

@@ -20,7 +20,7 @@ from flexgui.jobs.tasks.direct import play
 from flexgui.places import without_places
 from flexgui.session.editing import Editing
 from flexgui.session.latest import LatestWins
-from flexgui.session.state import STAGES, Cursor, Topic
+from flexgui.session.state import STAGES, Cursor, Part, Topic
 from flexgui.stage.recorded import Playback, fitted_values, played, read_one
 
 SHORT = 30_000
@@ -42,7 +42,7 @@ class Playing(Editing, ABC):
         self.outcome_of: Scenario | None = None
         self.closed = False
         self._recording_key: tuple[str, Scenario] | None = None
-        self._motion_worker = LatestWins(f"motion-{key[:8]}")
+        self._motion_worker = LatestWins(self.faults, Part.PLAYBACK)
         self._playback_waits = False
         self._player = Player(self)
 
@@ -167,5 +167,6 @@ class Player:
                 if not cursor.playing or self._session.closed:
                     self._running = False
                     return
-            self._session.advance((now - last) * cursor.speed)
+            with self._session.faults.watch(Part.CURSOR):
+                self._session.advance((now - last) * cursor.speed)
             last = now

@@ -6,7 +6,8 @@ from __future__ import annotations
 import logging
 import math
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 
@@ -77,8 +78,59 @@ class Topic(Enum):
     MESSAGE = "message"
 
 
+class Part(Enum):
+    """What is brought up to date by itself, as a person calls it."""
+
+    MODEL = "the model of the sliders"
+    PLAYBACK = "the playback"
+    CURSOR = "the cursor"
+    CHECK = "the check of the recordings"
+    STUDY = "the study's tables and plots"
+    PAGE = "the page"
+    FRAME = "stages, message and tour"
+    ARM = "the arm"
+    PLOTS = "plots and tables"
+    LATE_PLOTS = "plots that take long"
+    INPUTS = "the inputs"
+
+
 Subscriber = Callable[[Topic], None]
 log = logging.getLogger(__name__)
+OURS = "a fault of FlexGUI, not of what you did; its log has the details"
+
+
+class Faults:
+    """The parts that could not be updated by the program's own fault: they show an older state."""
+
+    def __init__(self, changed: Callable[[], None]) -> None:
+        self.old: frozenset[Part] = frozenset()
+        self.closed = False
+        """Whether nobody looks any more, so that failing is no fault."""
+        self._changed = changed
+        self._lock = threading.Lock()
+
+    @contextmanager
+    def watch(self, part: Part) -> Iterator[None]:
+        """Nothing that fails inside goes on: the part is old until it succeeds."""
+        try:
+            yield
+        except Exception:
+            self.fail(part)
+        else:
+            self._note(part, failed=False)
+
+    def fail(self, part: Part) -> None:
+        """In an `except`: the part is old from now on."""
+        again = self.closed or part in self.old
+        log.log(logging.DEBUG if again else logging.ERROR, "%s: failed", part.value, exc_info=True)
+        self._note(part, failed=True)
+
+    def _note(self, part: Part, failed: bool) -> None:
+        with self._lock:
+            changed = failed != (part in self.old)
+            self.old = self.old | {part} if failed else self.old - {part}
+        if changed:
+            self._changed()
 
 
 class Observable:
@@ -86,6 +138,7 @@ class Observable:
 
     def __init__(self) -> None:
         self.message = Message("")
+        self.faults = Faults(lambda: self.notify(Topic.MESSAGE))
         self._lock = threading.RLock()
         self._subscribers: list[Subscriber] = []
 
@@ -110,7 +163,7 @@ class Observable:
                 try:
                     subscriber(topic)
                 except Exception:
-                    log.exception("A subscriber failed on %s", topic)
+                    self.faults.fail(Part.PAGE)
 
     def show_message(self, text: str, bad: bool = False) -> None:
         """A sentence for the person."""

@@ -26,7 +26,7 @@ from flexgui.places import without_places
 from flexgui.session.challenging import Challenging
 from flexgui.session.latest import LatestWins
 from flexgui.session.services import Services
-from flexgui.session.state import Topic
+from flexgui.session.state import Part, Topic
 from flexgui.session.study_state import (
     DONE,
     FAILED,
@@ -64,7 +64,7 @@ class Studying(Challenging, ABC):
         self._study_run: StudyRun | None = None
         self._study_left: StudyRun | None = None
         """The run before this one, of a scenario that has been left."""
-        self._study_worker = LatestWins(f"study-{key[:8]}")
+        self._study_worker = LatestWins(self.faults, Part.STUDY)
         self._study_over = threading.Event()
         self._refused: tuple[Scenario, str] | None = None
 

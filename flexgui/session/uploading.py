@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import shutil
 import threading
 from abc import ABC, abstractmethod
@@ -27,7 +28,7 @@ from flexgui.session.checking import Checking
 from flexgui.session.edit import Document, Edit, put, recording, thawed
 from flexgui.session.rigs import RIGS, arm_edit, rig_edit, rig_of
 from flexgui.session.services import Services
-from flexgui.session.state import Topic
+from flexgui.session.state import OURS, Topic
 from flexgui.session.uploads import keep_upload, unpack, unpacking_folder
 from flexgui.session.waiting_file import (
     POINT,
@@ -129,6 +130,9 @@ class Uploading(Checking, ABC):
         return True
 
     def _tell(self, error: Exception) -> None:
+        if not isinstance(error, InputError):
+            logging.getLogger(__name__).error("A file was not read", exc_info=error)
+            error = InputError(f"The file could not be read: {OURS}.")
         self.show_message(str(error), bad=True)
 
     def map_column(

@@ -9,6 +9,7 @@ import pytest
 
 from core.scenario.read import read_scenario
 from flexgui.library.shipped import shipped_folder
+from flexgui.panels import arm_panel
 from flexgui.session import Session
 from tests.page.conftest import Desktop
 from tests.page.helpers import FIRST, PLOTS, enter, plots, press, sees, still
@@ -19,6 +20,9 @@ MORE = {
     "Modes 1": "0", "l1 [m]": "0.8", "m2 [kg]": "9", "Tip mass [kg]": "1",
     "λ1 [N m s/rad]": "120",
 }  # fmt: skip
+FADED = """() => [...new Set([...document.querySelectorAll('.js-plotly-plot, .uplot')].map(
+  node => getComputedStyle(node).opacity < 1))]"""
+"""Whether the figures are; one answer where all agree."""
 FIRST_OF_ITS_KIND = 60_000
 """ms: another number of modes is compiled once per machine."""
 
@@ -54,6 +58,26 @@ def test_each_slider_changes_the_plots_and_the_arm(
         moved(page, desktop, label, value)
     assert session.scenario.arm.overrides["young_modulus"] == 2e9
     assert session.live.snr_db == 35
+
+
+@pytest.mark.long
+def test_a_plot_that_cannot_be_drawn_says_so_and_looks_old_until_it_is(
+    page: Any, desktop: Desktop, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> None:
+        raise ZeroDivisionError
+
+    still(page)
+    arm = beams(desktop)
+    with monkeypatch.context() as broken:
+        broken.setattr(arm_panel, "poles", fails)
+        enter(page, "θ2 [deg]", "100")
+        sees(page, "Plots and tables could not be updated and may be old: a fault of FlexGUI")
+        until(lambda: not np.array_equal(beams(desktop), arm))
+        assert page.evaluate(FADED) == [True]
+    enter(page, "θ2 [deg]", "80")
+    page.get_by_text("could not be updated").wait_for(state="hidden")
+    assert page.evaluate(FADED) == [False]
 
 
 @pytest.mark.long

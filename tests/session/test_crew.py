@@ -9,8 +9,10 @@ import pytest
 
 from flexgui.session import latest
 from flexgui.session.latest import Crew, LatestWins
+from flexgui.session.state import Faults, Part
 from tests.session.helpers import until
 
+FAULTS = Faults(lambda: None)
 SHORT = 0.2
 """s"""
 
@@ -41,7 +43,7 @@ def test_long_work_holds_up_nobody_else() -> None:
 def test_a_hundred_workers_at_rest_have_no_thread(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(latest, "CREW", Crew(SHORT))
     before = serving()
-    workers = [LatestWins(f"worker-{k}") for k in range(100)]
+    workers = [LatestWins(FAULTS, Part.MODEL) for k in range(100)]
     done: list[int] = []
     for k, worker in enumerate(workers):
         worker.ask(lambda k=k: done.append(k))  # type: ignore[misc]
@@ -50,7 +52,7 @@ def test_a_hundred_workers_at_rest_have_no_thread(monkeypatch: pytest.MonkeyPatc
 
 
 def test_of_many_wishes_the_first_and_the_newest_are_granted_one_at_a_time() -> None:
-    worker, begun, done = LatestWins("it"), threading.Event(), list[int]()
+    worker, begun, done = LatestWins(FAULTS, Part.MODEL), threading.Event(), list[int]()
     go_on = threading.Event()
     worker.ask(lambda: (begun.set(), go_on.wait(5.0), done.append(0))[0])
     assert begun.wait(5.0)

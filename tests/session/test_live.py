@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from types import ModuleType
+
 import numpy as np
 import pytest
 
-from flexgui.session import Session, Topic
+from flexgui.session import Session, Topic, editing, playing
 from flexgui.session.edit import arm_setting
 from flexgui.session.live import LiveModel
+from flexgui.session.state import Part
 
 
 def live(session: Session) -> LiveModel:
@@ -15,6 +19,45 @@ def live(session: Session) -> LiveModel:
     assert session.wait_idle()
     assert session.view is not None
     return session.view
+
+
+def fails(*_: object) -> None:
+    raise ZeroDivisionError
+
+
+@pytest.mark.parametrize(
+    ("part", "module", "function", "refresh"),
+    [
+        (Part.MODEL, editing, "live_model", Session.refresh_live),
+        (Part.PLAYBACK, playing, "played", Session.refresh_playback),
+    ],
+)
+def test_what_our_own_fault_leaves_old_is_called_old_until_it_is_computed_anew(
+    session: Session,
+    part: Part,
+    module: ModuleType,
+    function: str,
+    refresh: Callable[[Session], None],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    session.refresh_playback()
+    view = live(session)
+    motion = session.playback
+    with monkeypatch.context() as broken:
+        broken.setattr(module, function, fails)
+        refresh(session)
+        assert session.wait_idle() and session.faults.old == {part}
+    assert session.view is view and session.playback is motion is not None
+    refresh(session)
+    assert session.wait_idle() and not session.faults.old
+
+
+def test_a_page_that_does_not_hear_of_a_change_is_old(session: Session) -> None:
+    heard: list[Topic] = []
+    session.subscribe(fails)
+    session.subscribe(heard.append)
+    session.notify(Topic.STAGE)
+    assert Topic.STAGE in heard and session.faults.old == {Part.PAGE}
 
 
 def test_every_slider_moves_the_poles(session: Session) -> None:

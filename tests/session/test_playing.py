@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from flexgui.session import Session
+from flexgui.session.state import Part
 from tests.session.helpers import until
 
 NEAR = 2e-3
@@ -40,6 +41,20 @@ def test_playing_moves_the_cursor_and_pausing_stops_it(loaded: Session) -> None:
     until(lambda: not loaded._player._running)
     stands = loaded.cursor.time
     assert loaded.cursor.time == stands
+
+
+def test_a_tick_that_fails_ends_no_playing(
+    loaded: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(seconds: float) -> None:
+        raise ZeroDivisionError
+
+    with monkeypatch.context() as broken:
+        broken.setattr(loaded, "advance", fails)
+        loaded.set_cursor(playing=True)
+        until(lambda: loaded.faults.old == {Part.CURSOR})
+    until(lambda: loaded.cursor.time > 0.0 and not loaded.faults.old)
+    loaded.set_cursor(playing=False)
 
 
 def test_cursor_starts_again_at_the_end(loaded: Session) -> None:

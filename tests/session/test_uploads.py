@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.errors import InputError
-from flexgui.session import Session
+from flexgui.session import Session, uploading
 from flexgui.session.challenging import Challenge
 from flexgui.session.uploads import safe_name, scenario_file, unpacked, zipped
 from tests.session.conftest import UPLOAD_LIMIT, Offered
@@ -57,6 +57,20 @@ def test_rows_out_of_order_are_not_refused_but_asked_about(
     assert session.waiting is not None and "resample" in session.waiting.settings()
     assert session.read_waiting().result()
     assert [one.entry["file"] for one in session.arrived] == ["unsorted.csv"]
+
+
+def test_a_file_that_our_own_fault_keeps_from_being_read_is_not_blamed(
+    session: Session, services: Offered, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> None:
+        raise ZeroDivisionError
+
+    content = good_csv(session)
+    with monkeypatch.context() as broken:
+        broken.setattr(uploading, "waiting_for", fails)
+        assert not session.upload("own.csv", content, services).result()
+    assert session.message.bad and "a fault of FlexGUI" in session.message.text
+    assert session.upload("own.csv", content, services).result()
 
 
 def test_a_good_file_becomes_a_recording_and_is_shown(session: Session, services: Offered) -> None:
