@@ -140,11 +140,11 @@ class Page:
         if Topic.STAGE in topics or topics & shown.topics:
             yield Part.PLOTS, shown.refresh
         if topics & {Topic.CURSOR, Topic.RECORDINGS, Topic.OUTCOME} and self._cursor_is_due():
-            yield Part.CURSOR, lambda: (self._timeline.refresh(), shown.move_cursor())
+            yield Part.CURSOR, partial(_each, self._timeline.refresh, shown.move_cursor)
         elif Topic.STAGE in topics:
             yield Part.CURSOR, self._timeline.refresh
         if topics - {Topic.CURSOR, Topic.MESSAGE, Topic.RUN, Topic.DIAGNOSIS, Topic.TOUR}:
-            yield Part.INPUTS, lambda: [sync() for sync in tuple(self.context.syncs)]
+            yield Part.INPUTS, partial(_each, *self.context.syncs)
 
     def _draw_frame(self, topics: frozenset[Topic]) -> None:
         if Topic.STAGE in topics:
@@ -162,6 +162,11 @@ class Page:
         """Nothing has moved for a moment."""
         with self.context.client.atomic(), self.context.faults.watch(Part.LATE_PLOTS):
             self._panels[self.context.session.stage].settle()
+
+
+def _each(*steps: Callable[[], object]) -> None:
+    for step in steps:
+        step()
 
 
 log = logging.getLogger(__name__)

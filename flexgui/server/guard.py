@@ -6,6 +6,7 @@ button and the one that viser passes on to all other browsers (`GuiFormDirtyMess
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
@@ -21,17 +22,18 @@ log = logging.getLogger(__name__)
 
 _DECODE = msgspec.msgpack.Decoder()
 SLIDERS = (viser.GuiSliderHandle, viser.GuiMultiSliderHandle)
+UPLOAD = "FileTransferStartUpload"
 _TARGETS = ("uuid", "source_component_uuid")
 
 
 class Rights(Protocol):
-    """What the connections may do; asked on the event loop, so the answers come at once."""
+    """What the connections may do; asked on the event loop, so all but `kept_bytes` is quick."""
 
     def may_act(self, client_id: int, uuid: str | None) -> bool:
         """Whether the browser may use a widget (None: something in the scene)."""
 
     def kept_bytes(self, client_id: int) -> int:
-        """Of the files of the browser's session."""
+        """Of the files of the browser's session; on another thread, as it walks a folder."""
 
     def acted(self, client_id: int) -> None:
         """What the browser sends now is admitted, and may change its session."""
@@ -48,15 +50,18 @@ class Guard:
         limits: Limits,
     ) -> None:
         self._client_id, self._client, self._rights = client_id, client, rights
-        self._transfers = Transfers(limits, lambda: rights.kept_bytes(client_id))
+        self._kept_bytes = 0
+        self._transfers = Transfers(limits, lambda: self._kept_bytes)
         self._explained = False
 
-    def admit(self, raw: str | bytes) -> bytes | None:
+    async def admit(self, raw: str | bytes) -> bytes | None:
         """What viser may read, None where it may not."""
         message: dict[str, Any] = {}
         try:
             message = check_fields(_decoded(raw))
             self._check_rights(message)
+            if message["type"] == UPLOAD:
+                self._kept_bytes = await asyncio.to_thread(self._rights.kept_bytes, self._client_id)
             rule = _RULES.get(message["type"])
             changed = rule is not None and rule(self, message)
         except RefusedError as refusal:
@@ -130,7 +135,7 @@ class Guard:
             return
         if isinstance(refusal, OverrunError):
             drop_upload(client, refusal.transfer)
-        elif kind == "FileTransferStartUpload":
+        elif kind == UPLOAD:
             sentence = str(refusal) if refusal.shown else "This page takes no files now."
             refuse_upload(client, message, sentence)
         elif isinstance(refusal, NoRightError):
@@ -147,7 +152,7 @@ class NoRightError(RefusedError):
 _RULES: dict[str, Callable[[Guard, dict[str, Any]], bool]] = {
     "GuiUpdateMessage": Guard._update,
     "GuiButtonHoldMessage": Guard._hold,
-    "FileTransferStartUpload": Guard._begin_upload,
+    UPLOAD: Guard._begin_upload,
     "FileTransferPart": Guard._part,
 }
 """Each says whether it changed the message."""
@@ -257,7 +262,7 @@ FIELDS: Mapping[str, Mapping[str, Check]] = {
     "GuiButtonHoldMessage": {"uuid": text(), "frequency": number},
     "GuiFormSubmitMessage": {"uuid": text()},
     "CommandTriggerMessage": {"uuid": text()},
-    "FileTransferStartUpload": {
+    UPLOAD: {
         "source_component_uuid": text(), "transfer_uuid": text(), "filename": text(),
         "mime_type": text(), "part_count": whole(2**40), "size_bytes": whole(2**60),
     },

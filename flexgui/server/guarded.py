@@ -253,7 +253,7 @@ class GuardedConnection(ServerConnection):
             raw = await self._newest(decode)
             assert self._guard is not None
             await asyncio.sleep(0.0)  # viser first does what the message before asked for
-            admitted = self._guard.admit(raw)
+            admitted = await self._guard.admit(raw)
             if admitted is not None:
                 return admitted
 

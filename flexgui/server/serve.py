@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 import viser
 
 from flexgui.jobs import JobPool
+from flexgui.plain_words import INTERNAL, print_error
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.entry import Word
 from flexgui.server.front import send_plotly, watch_connection
@@ -265,12 +266,12 @@ def wait(asked: threading.Event) -> None:
 
 
 def end_in_any_case(seconds: float = HARD_END) -> None:
-    """A clean end is sooner; threads that do not end are left behind."""
+    """A clean end is sooner; threads that do not end are left behind, which is said."""
 
     def end() -> None:
+        print_error(f"something did not end within {seconds:g} s and was cut off.")
         sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(0)
+        os._exit(INTERNAL)
 
     timer = threading.Timer(seconds, end)
     timer.daemon = True

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from core.errors import InputError
@@ -27,7 +27,7 @@ from flexgui.session.effects import (
     without_effect,
 )
 from flexgui.session.look import Look, last_change, worse
-from flexgui.session.running import Comparing
+from flexgui.session.running import Comparing, Then
 from flexgui.session.services import Services
 from flexgui.session.state import Topic
 
@@ -39,7 +39,7 @@ class Diagnosing(Comparing, ABC):
 
     def __init__(self, key: str, folder: Path) -> None:
         super().__init__(key, folder)
-        self._then: Callable[[], object] | None = None
+        self._then: Then = None
         """What is done once the worker has stopped."""
         self.to_add = ""
         """Title of the effect that is added once a ranking has been ended for it."""
@@ -56,7 +56,7 @@ class Diagnosing(Comparing, ABC):
     def add(self, kind: str, services: Services) -> bool:
         """Puts a listed effect into the model and fits it; a ranking that still goes on ends."""
         if self.busy and self.pending is not None and self.pending.found is not None:
-            self._then = lambda: self.add(kind, services)
+            self._then = partial(self._add_now, kind, services)
             self.to_add = titled([kind])[0]
             self.stop()
             self.notify(Topic.DIAGNOSIS)
@@ -71,6 +71,10 @@ class Diagnosing(Comparing, ABC):
         except InputError as error:
             self.show_message(str(error), bad=True)
             return False
+
+    def _add_now(self, kind: str, services: Services) -> None:
+        self.add(kind, services)
+        self.to_add = ""
 
     def add_own(self, target: str, formula: str, parameters: str, services: Services) -> bool:
         """Puts a formula into the model and fits it; says what is wrong with it."""
@@ -95,7 +99,7 @@ class Diagnosing(Comparing, ABC):
 
     def undo(self) -> bool:
         """One step back on the way; nothing is computed."""
-        with self._lock:
+        with self._beginning:
             if self.busy or len(self.looks) < 2:
                 self.show_message(BUSY if self.busy else "There is no step to undo.", bad=True)
                 return False
@@ -114,7 +118,7 @@ class Diagnosing(Comparing, ABC):
 
     def _go_on(self, edit: Edit, title: str, added: str | None, services: Services) -> bool:
         """Changes the model and looks at it."""
-        with self._lock:
+        with self._beginning:
             if self.busy:
                 self.show_message(BUSY, bad=True)
                 return False
@@ -135,19 +139,20 @@ class Diagnosing(Comparing, ABC):
         }  # fmt: skip
         task = Task.of(diagnose, "The search for what is missing", **arguments)
 
-        def on_event(event: Event) -> None:
+        def on_event(event: Event) -> Then:
+            if isinstance(event, Ended):
+                return self._over(event, before)
             if isinstance(event, Partial) and event.name == COMPARED:
                 self._compared(event.value)
             elif isinstance(event, Partial):
                 self._take_partial(event.value)
-            elif isinstance(event, Ended):
-                self._over(event, before)
+            return None
 
-        with self._lock:  # or who comes at the same moment takes the look away
+        with self._beginning:  # or who comes at the same moment takes the look away
             if self.busy:
                 self.show_message(BUSY, bad=True)
                 return False
-            self.pending = look
+            self.pending, self._then = look, None
             done = self._submit(services, "diagnose", task, on_event)
             if not done:
                 self.pending = None
@@ -176,7 +181,7 @@ class Diagnosing(Comparing, ABC):
         _ = self.failing  # worked out here: whoever draws has others waiting
         self.notify(Topic.DIAGNOSIS)
 
-    def _over(self, event: Ended, before: tuple[Scenario, Outcome | None, Scenario | None]) -> None:
+    def _over(self, event: Ended, before: tuple[Scenario, Outcome | None, Scenario | None]) -> Then:
         """Keeps what was found; without anything the state is what it was before."""
         found = getattr(event, "result", None)
         if isinstance(found, Looked):
@@ -184,21 +189,18 @@ class Diagnosing(Comparing, ABC):
         with self._lock:
             look, self.pending = self.pending, None
         if look is None:
-            return
+            return None
         kept = self._worth_keeping(look, event)
         if kept:
             self._keep(look)
         else:
             self._restore(*before)
         self.notify(Topic.DIAGNOSIS)
-        then, self._then = self._then, None
-        if then is not None:
-            then()
-            self.to_add = ""
-        elif isinstance(event, Stopped):
+        if self._then is None and isinstance(event, Stopped):
             self.show_message(_stopped(kept, bool(self.looks)))
-        elif isinstance(event, Finished) and look.title:
+        elif self._then is None and isinstance(event, Finished) and look.title:
             self.show_message(self._fallen(), bad=worse(self.looks))
+        return self._then
 
     def _worth_keeping(self, look: Look, event: Ended) -> bool:
         """A complete look always; one that was stopped where there is no complete one of it."""

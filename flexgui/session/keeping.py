@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import shutil
+import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -67,6 +68,8 @@ class Keeping(Studying, ABC):
         self.earlier: Earlier | None = None
         """What the person is offered."""
         self._keeps = False
+        self._writing = threading.Lock()
+        """Held while the disk is written, and taken before the session's own lock."""
         self._written: tuple[Any, ...] = ((), ())
         self._judged: tuple[Look, tuple[Look, ...]] | None = None
 
@@ -84,7 +87,7 @@ class Keeping(Studying, ABC):
     def notify(self, *topics: Topic) -> None:
         """Writes first what the page is about to show."""
         if self._keeps and not self.closed and DURABLE & set(topics):
-            with self._lock:
+            with self._writing:
                 self._write_down()
         super().notify(*topics)
 
@@ -115,7 +118,7 @@ class Keeping(Studying, ABC):
             found = Found()
             name = set_aside(earlier.folder / RESULTS, earlier.time)
             words = WITHOUT.format(earlier.words, name, _why(error))
-        with self._lock:
+        with self._writing, self._lock:
             self._keeps = False
             try:
                 self.begin_with(stated.scenario)
@@ -163,7 +166,8 @@ class Keeping(Studying, ABC):
         shutil.rmtree(fresh, ignore_errors=True)
 
     def _write_down(self) -> None:
-        stated, found = self._stated(), self._found()
+        with self._lock:
+            stated, found, words = self._stated(), self._found(), self._in_words()
         before, self._written = self._written, (stated, found)
         try:
             if not _same(found, before[1]):
@@ -171,7 +175,7 @@ class Keeping(Studying, ABC):
             if not _same(stated, before[0]) or not is_kept(self.folder):
                 if _same(stated, before[0]) and _same(found, before[1]):
                     return
-                _write(self.folder / WORK, self._in_words())
+                _write(self.folder / WORK, words)
         except (InputError, OSError, TypeError) as error:
             self._keeps = False
             log.warning("The work of a session cannot be kept: %r", error)
@@ -205,7 +209,7 @@ class Keeping(Studying, ABC):
             "tour": self.tour,
             "challenge": self.challenge,
             "challenged_for": time.monotonic() - self.challenge.started if self.challenge else 0.0,
-            "formulas": self._formulas,
+            "formulas": dict(self._formulas),
         }
 
 

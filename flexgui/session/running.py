@@ -23,8 +23,11 @@ from flexgui.session.look import Look, ladder_steps, story
 from flexgui.session.playing import Playing
 from flexgui.session.run_state import FAILED, LOST, QUEUED, STOPPING, Run
 from flexgui.session.services import Services
-from flexgui.session.state import Topic
+from flexgui.session.state import Part, Topic
 from flexgui.views.pooled import overall_estimates
+
+Then = Callable[[], object] | None
+"""What is begun once the end of a job is taken over."""
 
 
 class Running(Playing, ABC):
@@ -39,10 +42,10 @@ class Running(Playing, ABC):
         self._run_number = 0
         self._settled = 0
         """The last of the runs whose end was heard to the last word."""
-        self._hearer: int | None = None
-        """The thread that hears an end."""
+        self._beginning = threading.RLock()
+        """Held while a job is begun: of two at the same moment one is refused."""
 
-    def identify(self, services: Services, then: Callable[[], object] | None = None) -> bool:
+    def identify(self, services: Services, then: Then = None) -> bool:
         """Runs the scenario in the pool; `then` follows however it ends."""
         scenario = self.scenario
         # What is missing is looked for at a stage of its own.
@@ -50,10 +53,9 @@ class Running(Playing, ABC):
         arguments = {"scenario_toml": scenario_toml(plain), "folder": str(self.folder)}
         task = Task.of(identify, "The identification", **arguments)
 
-        def on_event(event: Event) -> None:
+        def on_event(event: Event) -> Then:
             self._identified(event, scenario)
-            if then is not None and isinstance(event, Ended):
-                then()
+            return then
 
         return self._submit(services, "identify", task, on_event)
 
@@ -147,12 +149,9 @@ class Running(Playing, ABC):
     @property
     def busy(self) -> bool:
         """Whether a job waits or runs, or what it found is being taken over: who began the next
-        one in between would never see it. Whoever takes it over may begin the next."""
+        one in between would never see it."""
         job = self.job
-        if job is None:
-            return False
-        mine = self._hearer == threading.get_ident()
-        return not job.over or not (mine or self._settled == self._run_number)
+        return job is not None and not (job.over and self._settled == self._run_number)
 
     @property
     def remaining_seconds(self) -> float | None:
@@ -167,10 +166,11 @@ class Running(Playing, ABC):
             self.job, self.run, self.planned = None, Run(), ()
 
     def _submit(
-        self, services: Services, kind: str, task: Task, more: Callable[[Event], None]
+        self, services: Services, kind: str, task: Task, more: Callable[[Event], Then]
     ) -> bool:
+        """`more` hears each event; what it returns of the last one follows once that is over."""
         try:
-            with self._lock:
+            with self._beginning, self._lock:
                 if self.busy:
                     raise InputError("Something is being computed already; stop it or wait.")
                 self.run = Run(kind=kind, phase=QUEUED)
@@ -188,18 +188,17 @@ class Running(Playing, ABC):
         self.notify(Topic.RUN)
         return True
 
-    def _take_over(self, number: int, event: Event, more: Callable[[Event], None]) -> None:
+    def _take_over(self, number: int, event: Event, more: Callable[[Event], Then]) -> None:
+        then: Then = None
+        with self.faults.watch(Part.RESULT):
+            self._heard(event)
+            then = more(event)
         if not isinstance(event, Ended):
-            self._heard(event)
-            more(event)
             return
-        self._hearer = threading.get_ident()
-        try:
-            self._heard(event)
-            more(event)
-        finally:
-            self._hearer = None
+        with self._beginning:  # or who comes at the same moment is the next
             self._settled = max(self._settled, number)
+            if then is not None:
+                then()
         self.notify(Topic.RUN)
 
     def _heard(self, event: Event) -> None:

@@ -84,6 +84,7 @@ class Part(Enum):
     MODEL = "the model of the sliders"
     PLAYBACK = "the playback"
     CURSOR = "the cursor"
+    RESULT = "the result"
     CHECK = "the check of the recordings"
     STUDY = "the study's tables and plots"
     PAGE = "the page"

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 import threading
 from dataclasses import replace
+from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
 
+from flexgui.server import app
+from flexgui.server.values import folder_bytes
 from tests.server.conftest import SMALL, MakePlace, Place
 from tests.server.helpers import (
     CAMERA,
@@ -160,13 +164,22 @@ def test_more_bytes_than_announced_are_dropped(place: Place) -> None:
         assert not shown.client.gui._current_file_upload_states and not shown.session.uploads
 
 
-def test_the_files_of_a_session_have_a_limit(place: Place) -> None:
+def test_the_files_of_a_session_have_a_limit_and_no_loop_waits_for_their_count(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    on_loop: list[bool] = []
+
+    def count(folder: Path) -> int:
+        on_loop.append(asyncio._get_running_loop() is not None)
+        return folder_bytes(folder)
+
+    monkeypatch.setattr(app, "folder_bytes", count)
     with Browser(place.server) as browser:
         shown = place.page(browser)
         (shown.session.folder / "kept.csv").write_bytes(b"x" * 100_000)
         browser.send(announcement(shown.widgets["upload"]._impl.uuid, 90_000, 1))
         browser.until(lambda: browser.notes, "the refusal")
-        assert "150.0 kB" in browser.notes[0]
+        assert "150.0 kB" in browser.notes[0] and on_loop == [False]
 
 
 def test_a_callback_that_fails_is_told_and_logged_once(

@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from core.errors import InputError
+from flexgui.plain_words import INTERNAL
 from flexgui.server.entry import origin_of
 from flexgui.server.options import ServeOptions, bind, port_of, qr_text
 
@@ -90,6 +91,15 @@ def test_a_busy_port_gives_the_next_one_and_says_so(tmp_path: Path) -> None:
             first_line(process, f"http://127.0.0.1:{said[2]}/")
             process.send_signal(signal.SIGINT)
             process.wait(ENDING)
+
+
+def test_a_server_that_had_to_be_cut_off_says_so_and_fails() -> None:
+    code = (
+        "import time; from flexgui.server.serve import end_in_any_case as e; e(0.1); time.sleep(99)"
+    )
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert ended.returncode == INTERNAL
+    assert "did not end within 0.1 s" in ended.stderr and len(ended.stderr.splitlines()) == 1
 
 
 def test_only_busy_ports_are_one_sentence() -> None:

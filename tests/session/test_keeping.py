@@ -5,7 +5,10 @@ from __future__ import annotations
 import dataclasses
 import os
 import shutil
+import threading
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -16,18 +19,19 @@ import pytest
 
 import flexgui.server.kept as kept_work
 from core.errors import InputError
+from core.files import replacing
 from core.scenario.read import read_scenario
 from core.scenario.schema import Scenario
 from flexgui.library.shipped import shipped_folder
 from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
 from flexgui.server.kept import KeptWork
-from flexgui.session import Session, Topic
+from flexgui.session import Session, Topic, keeping
 from flexgui.session.challenging import Challenge, Guess
 from flexgui.session.demo import demo_scenario, hidden_scenario
 from flexgui.session.edit import put
 from flexgui.session.records import packed, unpacked
 from flexgui.session.state import STAGES
-from tests.session.conftest import Offered
+from tests.session.conftest import SOON, Offered
 from tests.session.helpers import bring, good_csv, small, until
 
 KEY = "k" * 32
@@ -316,6 +320,42 @@ def test_results_that_cannot_be_read_are_set_aside_and_the_work_goes_on(
     assert aside.name in made.message.text and aside.read_bytes() == b"no zip"
     assert made.scenario.identify.population == 17 and made.outcome is None
     made.close()
+
+
+@pytest.mark.parametrize(
+    "act",
+    [
+        lambda session, services: session.change(put(("title",), "Another one")),
+        lambda session, services: session.add("coulomb_friction", services),
+    ],
+    ids=["edit", "add"],
+)
+def test_a_slow_disk_holds_up_nobody_who_moves_something_else(
+    session: Session,
+    services: Offered,
+    act: Callable[[Session, Offered], bool],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked, free = threading.Event(), threading.Event()
+
+    @contextmanager
+    def slow(path: Path) -> Iterator[Path]:
+        asked.set()
+        free.wait()
+        with replacing(path) as temporary:
+            yield temporary
+
+    monkeypatch.setattr(keeping, "replacing", slow)
+    with ThreadPoolExecutor() as threads:
+        try:
+            acted = threads.submit(act, session, services)
+            assert asked.wait(SOON)
+            threads.submit(session.set_cursor, time=0.5).result(SOON)
+        finally:
+            free.set()
+        assert acted.result(SOON) and session.cursor.time == 0.5
+    session.stop()
+    assert is_kept(session.folder)
 
 
 def test_a_full_disk_is_told_once(session: Session, monkeypatch: pytest.MonkeyPatch) -> None:

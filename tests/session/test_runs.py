@@ -59,11 +59,12 @@ def test_identification_gives_an_outcome_that_plays(session: Session, services: 
 def test_nobody_begins_another_job_before_the_result_of_the_first_is_taken_over(
     session: Session, services: Offered, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    taken, keep = threading.Event(), session._identified
+    taken, keep, said = threading.Event(), session._identified, list[bool]()
 
     def late(event: Event, scenario: Scenario) -> None:
         if isinstance(event, Finished):
             taken.wait(SOON)
+            said.append(session.busy)
         keep(event, scenario)
 
     monkeypatch.setattr(session, "_identified", late)
@@ -74,6 +75,7 @@ def test_nobody_begins_another_job_before_the_result_of_the_first_is_taken_over(
     taken.set()
     until(lambda: not session.busy)
     assert session.outcome is not None
+    assert said == [True], "whichever thread asks"
 
 
 def test_a_second_job_is_refused_in_words(session: Session, services: Offered) -> None:
