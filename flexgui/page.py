@@ -89,7 +89,6 @@ class Page:
         self.context.faults.closed = True
         self._layout.close()
         self._painter.close()
-        self._timeline.close()
         self._scene.close()
 
     def _fit(self, window: Window, shares: Widths) -> None:

@@ -33,10 +33,6 @@ class Address:
         if call:
             self._dispatcher.call(self)
 
-    def renewed(self) -> Address:
-        """An open queue to the same callback."""
-        return Address(self._dispatcher, self._callback)
-
     def close(self) -> None:
         """The callback hears nothing more (a call that is under way still ends)."""
         self._closed = True

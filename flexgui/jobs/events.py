@@ -128,6 +128,6 @@ class Stopped(Ended):
 
 @dataclass(frozen=True)
 class WorkerLost(Ended):
-    """The worker process died; `Job.restart` tries again."""
+    """The worker process died."""
 
     sentence: str

@@ -157,10 +157,6 @@ class Job:
                 self._pace.resume()
                 self._address.post(Resumed())
 
-    def restart(self) -> Job:
-        """The same task for the same callback, as a new job at the end of the queue."""
-        return self._pool.resubmit(self)
-
     def wait(self, timeout: float | None = None) -> bool:
         """Blocks until it is over (its callback may hear of it a moment later); for scripts."""
         return self._over.wait(timeout)
@@ -199,7 +195,3 @@ class Job:
     def silence(self) -> None:
         """The callback hears nothing more."""
         self._address.close()
-
-    def callback_address(self) -> Address:
-        """A fresh queue to the same callback."""
-        return self._address.renewed()

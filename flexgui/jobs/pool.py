@@ -92,13 +92,17 @@ class JobPool:
         last one being Finished, Failed, Stopped or WorkerLost. It may call anything of a job.
         """
         with self.lock:
-            return self._enqueue(session, task, Address(self._post(), callback))
-
-    def resubmit(self, job: Job) -> Job:
-        """The job's task again."""
-        with self.lock:
-            self._post()
-            return self._enqueue(job.session, job.task, job.callback_address())
+            address = Address(self._post(), callback)
+            limit = self.settings.queued_per_session
+            if self._queue.waiting_of(session) >= limit:
+                raise InputError(
+                    f"{limit} jobs of this session wait already; stop one of them or let one start."
+                )
+            job = Job(self, session, task, address)
+            self._queue.put(job)
+            self._report_places()
+            self._news.notify()
+            return job
 
     def leave(self, session: str) -> None:
         """Stops and drops all jobs of a session; its callbacks hear nothing more."""
@@ -137,18 +141,6 @@ class JobPool:
                 for supervisor in self._supervisors:
                     supervisor.thread.start()
             return self._dispatcher
-
-    def _enqueue(self, session: str, task: Task, address: Address) -> Job:
-        limit = self.settings.queued_per_session
-        if self._queue.waiting_of(session) >= limit:
-            raise InputError(
-                f"{limit} jobs of this session wait already; stop one of them or let one start."
-            )
-        job = Job(self, session, task, address)
-        self._queue.put(job)
-        self._report_places()
-        self._news.notify()
-        return job
 
     def _report_places(self) -> None:
         for place, job in enumerate(self._queue.order(), start=1):

@@ -137,7 +137,7 @@ class ColumnChoice:
         if waiting is None or not math.isfinite(value):
             return
         turns = waiting.units.get(POINT, "rad") == "rad"
-        self._context.session.stood_at(math.radians(value) if turns else value)
+        self._context.session.answer(theta2=math.radians(value) if turns else value)
 
 
 def _more(waiting: Waiting) -> str:
@@ -231,11 +231,11 @@ class RowChoice:
     def __init__(self, context: PageContext) -> None:
         self._context, session = context, context.session
         self._clock = self._dropdown(
-            "Uneven time", CLOCK, lambda text: session.choose_clock(CLOCK[text])
+            "Uneven time", CLOCK, lambda text: session.answer(clock=CLOCK[text])
         )
-        self._gaps = self._dropdown("Gaps", GAPS, lambda text: session.choose_gaps(GAPS[text]))
+        self._gaps = self._dropdown("Gaps", GAPS, lambda text: session.answer(gaps=GAPS[text]))
         self._rate = self._dropdown(
-            "Sample rate", (AS_RECORDED,), lambda text: session.choose_rate(_rate(text))
+            "Sample rate", (AS_RECORDED,), lambda text: session.answer(rate=_rate(text))
         )
 
     def _dropdown(self, label: str, options: Any, put: Any) -> Any:

@@ -117,9 +117,6 @@ class TimeLine:
         session.set_cursor(playing=False)
         session.advance(by)
 
-    def close(self) -> None:
-        """Nothing to end: the session's player moves the cursor."""
-
 
 def last_time(seconds: float) -> float:
     """The last time that the box of a recording of so many seconds shows, of two decimals."""

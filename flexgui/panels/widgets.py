@@ -137,13 +137,10 @@ def button(
     label: str,
     action: Callable[[], object],
     prominent: bool = False,
-    icon: Any = None,
     hint: str = "",
 ) -> Any:
     """`prominent` is the next sensible thing to do."""
-    handle = context.gui.add_button(
-        label, color="blue" if prominent else "gray", icon=icon, hint=hint or None
-    )
+    handle = context.gui.add_button(label, color="blue" if prominent else "gray", hint=hint or None)
     if context.read_only:
         handle.disabled = True
     else:

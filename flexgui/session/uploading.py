@@ -70,7 +70,7 @@ class Uploading(Checking, ABC):
         """Recordings that made room for them."""
         self._bringing = threading.Lock()
         """Held while a file is written: several that are chosen at once come one by one."""
-        self._errands = Errands(key, lambda text: self.show_message(f"{text} …"), self._tell)
+        self._errands = Errands(key, lambda text: self.show_message(f"{text} …"), self._show_error)
         self._queued: tuple[str, ...] = ()
         """Files with other columns, which are asked about once the one that waits is settled."""
         self._own: frozenset[str] = frozenset()
@@ -96,7 +96,7 @@ class Uploading(Checking, ABC):
             with self._bringing:
                 path = keep_upload(self.folder, name, content, limit)
         except InputError as error:
-            self._tell(error)
+            self._show_error(error)
             refused: Future[bool] = Future()
             refused.set_result(False)
             return refused
@@ -129,7 +129,7 @@ class Uploading(Checking, ABC):
         self._wait(waiting_again(headings, model.arm, _references(model), spec))
         return True
 
-    def _tell(self, error: Exception) -> None:
+    def _show_error(self, error: Exception) -> None:
         if not isinstance(error, InputError):
             logging.getLogger(__name__).error("A file was not read", exc_info=error)
             error = InputError(f"The file could not be read: {OURS}.")
@@ -154,10 +154,10 @@ class Uploading(Checking, ABC):
         if self.waiting is not None and channel not in self.waiting.missing:
             self._answered(self.waiting.without(channel))
 
-    def stood_at(self, theta2: float) -> None:
-        """Says where joint 2 stood, in rad (m), as the waiting file has no column of it."""
+    def answer(self, **answers: Any) -> None:
+        """Says something about the waiting file: `theta2`, `gaps`, `clock`, `rate` of `Waiting`."""
         if self.waiting is not None:
-            self._answered(self.waiting.at(theta2))
+            self._answered(replace(self.waiting, **answers))
 
     def ask_again(self) -> None:
         """Forgets what was said about the waiting file."""
@@ -277,7 +277,7 @@ class Uploading(Checking, ABC):
                     yield from self._take_in(self.folder / file, 0)
             except InputError as error:
                 self._drop(file)
-                self._tell(error)
+                self._show_error(error)
             yield from self._queue_again()
 
     def _queue_again(self) -> Steps:
@@ -322,21 +322,6 @@ class Uploading(Checking, ABC):
         file = waiting.file
         message = ASKED.format(file, _named(missing[0])) if missing else done.format(file)
         self.show_message(message, bad=bool(missing))
-
-    def choose_gaps(self, how: str) -> None:
-        """Says what happens to empty cells and missing rows, as in `gaps` of a scenario."""
-        if self.waiting is not None:
-            self._answered(replace(self.waiting, gaps=how))
-
-    def choose_clock(self, how: str) -> None:
-        """Says how uneven rows are made even, as in `resample` of a scenario."""
-        if self.waiting is not None:
-            self._answered(replace(self.waiting, clock=how))
-
-    def choose_rate(self, rate: float | None) -> None:
-        """Says which rate in Hz is kept of a fast log; None: all of it."""
-        if self.waiting is not None:
-            self._answered(replace(self.waiting, rate=rate))
 
     def choose_rig(self, title: str) -> bool:
         """Makes the scenario one of another kind of rig; a waiting file is looked at anew."""

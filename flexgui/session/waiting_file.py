@@ -58,9 +58,9 @@ class Waiting:
     """What happens to empty cells and missing rows, as `core.recording.spec.GapsSpec.how` says;
     empty: as `flexgui.jobs.tasks.rows.settings` proposes."""
     clock: str = "interpolate"
-    """How uneven rows are made even."""
+    """How uneven rows are made even, as in `resample` of a scenario."""
     rate: float | None = None
-    """Hz, that is kept of a fast log."""
+    """Hz, that is kept of a fast log; None: all of it."""
     companions: tuple[Companion, ...] = ()
     """Files that are read with the same columns."""
 
@@ -163,10 +163,6 @@ class Waiting:
     def without(self, channel: str) -> Waiting:
         """Knowing that the file has no such column."""
         return replace(self, absent=self.absent | {channel})
-
-    def at(self, theta2: float) -> Waiting:
-        """Knowing where joint 2 stood; rad (m)."""
-        return replace(self, theta2=theta2)
 
     def begun_again(self) -> Waiting:
         """Without all answers; the working point that a recording had is none."""

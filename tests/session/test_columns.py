@@ -165,7 +165,7 @@ def test_what_is_asked_follows_the_answers_and_ends(session: Session, services: 
         asked.append(channel)
         assert channel == "theta2" or ANSWERS[channel] in session.waiting.unused
         if channel == "theta2":
-            session.stood_at(0.7)
+            session.answer(theta2=0.7)
         else:
             assert session.map_column(channel, ANSWERS[channel])
         assert not session.message.bad, "an answer clears the sentence before it"
@@ -198,7 +198,7 @@ def test_the_working_point_is_needed_where_no_column_has_it(
     assert session.waiting is not None and session.waiting.missing == ("theta2",)
     assert not session.read_waiting().result() and session.scenario == before
     assert "[[" not in session.message.text and not session.arrived
-    session.stood_at(0.5)
+    session.answer(theta2=0.5)
     assert session.read_waiting().result() and session.arrived
 
 
