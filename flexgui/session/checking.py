@@ -162,8 +162,7 @@ class Checking(Demonstrating, ABC):
         try:
             line = tomllib.loads(one.mend)
         except tomllib.TOMLDecodeError:
-            self.show_message(f"{one.recording}: this cannot be mended by a button.", bad=True)
-            return False
+            return self.refuse(f"{one.recording}: this cannot be mended by a button.")
         if not self.change(_laid_over(names.index(one.recording), line)):
             return False
         with self._lock:

@@ -69,8 +69,7 @@ class Diagnosing(Comparing, ABC):
         try:
             return self._go_on(with_effect(kind, found), titled([kind])[0], kind, services)
         except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+            return self.refuse(error)
 
     def _add_now(self, kind: str, services: Services) -> None:
         self.add(kind, services)
@@ -83,8 +82,7 @@ class Diagnosing(Comparing, ABC):
             kind, title = present(edited(self.scenario, edit))[-1]
             done = self._go_on(edit, title, kind, services)
         except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+            return self.refuse(error)
         if done:
             self._formulas[kind] = (target, formula, parameters)
         return done
@@ -101,8 +99,7 @@ class Diagnosing(Comparing, ABC):
         """One step back on the way; nothing is computed."""
         with self._beginning:
             if self.busy or len(self.looks) < 2:
-                self.show_message(BUSY if self.busy else "There is no step to undo.", bad=True)
-                return False
+                return self.refuse(BUSY if self.busy else "There is no step to undo.")
             back = self.looks[-2]
             model = thawed(back.scenario.model_dump(exclude_defaults=True)).get("model")
         if not self.change(put(("model",), model)):
@@ -120,8 +117,7 @@ class Diagnosing(Comparing, ABC):
         """Changes the model and looks at it."""
         with self._beginning:
             if self.busy:
-                self.show_message(BUSY, bad=True)
-                return False
+                return self.refuse(BUSY)
             before = self.scenario
             base_model(edited(before, edit))
             if not self.change(edit):
@@ -150,8 +146,7 @@ class Diagnosing(Comparing, ABC):
 
         with self._beginning:  # or who comes at the same moment takes the look away
             if self.busy:
-                self.show_message(BUSY, bad=True)
-                return False
+                return self.refuse(BUSY)
             self.pending, self._then = look, None
             done = self._submit(services, "diagnose", task, on_event)
             if not done:

@@ -64,8 +64,7 @@ class Editing(Observable, ABC):
                 model_of(changed)
                 self.scenario, self._slid = changed, self._slid or slid
         except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+            return self.refuse(error)
         return True
 
     def set_live(self, **changes: Any) -> None:

@@ -81,8 +81,7 @@ class Running(Playing, ABC):
         """Writes the export of the last result in the pool; `done` gets its folder."""
         outcome, scenario = self.outcome, self.outcome_of
         if outcome is None or scenario is None:
-            self.show_message("There is no result yet; identify first.", bad=True)
-            return False
+            return self.refuse("There is no result yet; identify first.")
         out = self.folder / "export"
         outcome = self._complete_outcome(outcome)
         text = scenario_toml(scenario)
@@ -109,8 +108,7 @@ class Running(Playing, ABC):
         try:
             plain = edited(self.scenario, put(("limits",), limits or None))
         except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+            return self.refuse(error)
         out = self.folder / "plan"
         where = {"folder": str(self.folder), "out": str(out)}
         text = scenario_toml(plain)
@@ -183,8 +181,7 @@ class Running(Playing, ABC):
 
                 self.job = services.pool.submit(self.key, task, relay)
         except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+            return self.refuse(error)
         self.notify(Topic.RUN)
         return True
 

@@ -39,8 +39,7 @@ class Session(Keeping):
             if path is not None:
                 scenario = fetch_files(scenario, path.parent, services.data_folder, self.folder)
         except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+            return self.refuse(error)
         return self.open(scenario)
 
     def open(self, scenario: Scenario) -> bool:
@@ -48,8 +47,7 @@ class Session(Keeping):
         try:
             self.begin_with(scenario)
         except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+            return self.refuse(error)
         return True
 
     def begin_with(self, scenario: Scenario) -> None:

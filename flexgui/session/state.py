@@ -171,3 +171,8 @@ class Observable:
         with self._lock:
             self.message = Message(brief(text) if bad else text, bad, self.message.number + 1)
         self.notify(Topic.MESSAGE)
+
+    def refuse(self, why: object) -> bool:
+        """Shows the person a sentence on what is not done; False."""
+        self.show_message(str(why), bad=True)
+        return False

@@ -145,8 +145,7 @@ class Uploading(Checking, ABC):
         try:
             self._answered(waiting.mapped(channel, header, gain, sign, unit))
         except InputError as error:
-            self.show_message(str(error), bad=True)
-            return False
+            return self.refuse(error)
         return True
 
     def no_column(self, channel: str) -> None:
