@@ -52,14 +52,6 @@ def test_what_our_own_fault_leaves_old_is_called_old_until_it_is_computed_anew(
     assert session.wait_idle() and not session.faults.old
 
 
-def test_a_page_that_does_not_hear_of_a_change_is_old(session: Session) -> None:
-    heard: list[Topic] = []
-    session.subscribe(fails)
-    session.subscribe(heard.append)
-    session.notify(Topic.STAGE)
-    assert Topic.STAGE in heard and session.faults.old == {Part.PAGE}
-
-
 def test_every_slider_moves_the_poles(session: Session) -> None:
     before = live(session).at.poles
     for name, value in (("young_modulus", 2e9), ("width", 0.06), ("mass", [8.0, 6.0])):

@@ -19,6 +19,7 @@ from flexgui.session import Session, Topic
 from flexgui.session.demo import demo_scenario, hidden_scenario, scenario_choices
 from flexgui.session.edit import arm_setting, edited, put
 from flexgui.session.experiments import Experiments
+from flexgui.session.state import Part
 
 
 def test_demo_is_a_scenario_that_needs_no_file() -> None:
@@ -66,12 +67,14 @@ def test_subscribers_hear_what_changed_until_they_leave(session: Session) -> Non
     assert heard == [Topic.STAGE]
 
 
-def test_a_subscriber_that_fails_does_not_hide_news_from_others(session: Session) -> None:
+def test_a_subscriber_that_fails_is_told_of_and_hides_no_news_from_others(
+    session: Session,
+) -> None:
     heard: list[Topic] = []
     session.subscribe(lambda topic: 1 / 0)
     session.subscribe(heard.append)
     session.show("Data")
-    assert heard == [Topic.STAGE]
+    assert heard == [Topic.MESSAGE, Topic.STAGE] and session.faults.old == {Part.PAGE}
 
 
 def test_experiments_replace_the_simulated_recordings_only(session: Session) -> None:
