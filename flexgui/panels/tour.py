@@ -41,6 +41,11 @@ div:has(> .fx > .fx-tour) + div button { width: auto; padding: 0 .9em;
 </style><span class='fx-tour'></span>""")
 """A small word on the right: it is always there, and invites nobody."""
 
+AWAY = Markup("""<style>div:has(> .fx > .fx-away) + div { display: none; }</style>
+<span class='fx-away'></span>""")
+"""Hides the button below it: one that were removed would take with it the note of the file that it
+sends, for which the next file waits."""
+
 OPEN_MINE = "Open my recordings"
 """Beside the tour's offer: who has own files need not walk through somebody else's."""
 
@@ -54,8 +59,12 @@ class Tour:
         self._context = context
         self._card = Words(context.gui)
         self._go: Any = widgets.button(context, BEGIN, self._pressed, prominent=True)
-        self._mine: Any = None
-        self._place = context.gui.add_folder(None)
+        self._away = Words(context.gui, AWAY)
+        self._mine: Any = context.gui.add_upload_button(
+            OPEN_MINE, hint=upload_hint(context.services), disabled=context.read_only, color="gray"
+        )
+        if not context.read_only:
+            self._mine.on_upload(self._brought)
         self._mark = Words(context.gui, QUIET)
         self._quiet: Any = widgets.button(context, AGAIN, self._left_or_back)
 
@@ -83,19 +92,6 @@ class Tour:
             session.go_on_tour(OFFERED)
             session.show(FIRST_STAGE)
 
-    def _offer_own(self, offers: bool) -> None:
-        """viser shows an upload button whatever is said of its visibility: it comes and goes."""
-        context = self._context
-        if not offers and self._mine is not None:
-            self._mine.remove()
-            self._mine = None
-        elif offers and self._mine is None:
-            with self._place:
-                self._mine = context.gui.add_upload_button(
-                    OPEN_MINE, hint=upload_hint(context.services), color="gray"
-                )
-            self._mine.on_upload(self._brought)
-
     def _brought(self, event: Any) -> None:
         file, session = event.target.value, self._context.session
         session.show("Data")
@@ -105,7 +101,7 @@ class Tour:
         """Shows the card of the moment."""
         shown = self._shown()
         offers = shown is not None and shown.button == BEGIN
-        self._offer_own(offers)
+        self._away.show("" if offers else AWAY)
         self._go.visible = shown is not None and bool(shown.button)
         ends = shown is not None and shown.button == END
         self._quiet.visible = not (self._context.read_only or ends)

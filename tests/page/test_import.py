@@ -166,18 +166,23 @@ def test_another_rig_asks_for_other_signals(page: Any, session: Session) -> None
 
 
 @pytest.mark.long
+@pytest.mark.parametrize(
+    ("stage", "button"),
+    [("Arm", "Open my recordings"), ("Data", "Upload a recording or a scenario")],
+)
 def test_several_files_of_one_choice_share_one_table(
-    page: Any, session: Session, foreign: Path
+    page: Any, session: Session, foreign: Path, stage: str, button: str
 ) -> None:
     second = foreign.with_name("second.csv")
     second.write_bytes(foreign.read_bytes())
     page.set_default_timeout(PATIENT)
     hand = Clicks(page)
-    hand.press("Data")
+    hand.press(stage)
     with page.expect_file_chooser() as chooser:
-        hand.press("Upload a recording or a scenario")
+        hand.press(button)
     chooser.value.set_files([foreign, second])
     sees(page, "bench.csv and one more file: All required signals are assigned.")
+    page.get_by_text("Uploading").wait_for(state="detached")
     shot(page, "several")
     hand.press("Read the file")
     hand.press("Use these 2 alone")

@@ -47,7 +47,8 @@
   several();
 
   const holdsFiles = event => [...(event.dataTransfer?.types ?? [])].includes("Files");
-  const target = () => document.querySelector('input[type="file"]');
+  const target = () => [...document.querySelectorAll('input[type="file"]')]
+    .find(input => input.parentElement.offsetParent);
   document.addEventListener("dragover", event => {
     if (holdsFiles(event) && target()) event.preventDefault();
   });
