@@ -31,12 +31,16 @@ from flexgui.session.edit import Document
 from flexgui.session.look import Look
 from flexgui.session.records import known, packed, unpacked
 from flexgui.session.state import STAGES, Cursor, Live, Topic
+from flexgui.session.study_state import StudyChoice
 from flexgui.session.studying import Studying
 from flexgui.session.uploading import check_suits
 
 DURABLE = frozenset(
-    {Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE}
-)
+    {
+        Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE,
+        Topic.STUDY,
+    }
+)  # fmt: skip
 RESTORED = "Your work of {} is restored; start interrupted computations again."
 WITHOUT = "Your work of {} is restored without its results, which are set aside as {}: {}"
 UNREAD = "Your work of {} cannot be read and is set aside as {}: {}"
@@ -149,6 +153,9 @@ class Keeping(Studying, ABC):
             self.challenge = replace(self.challenge, started=begun)
         self.outcome, self.outcome_of = found.outcome, found.outcome_of
         self.looks = found.looks
+        self.study_choice = known(StudyChoice, stated.study)
+        if stated.studied is not None:
+            self._recall_study(stated.studied)
 
     def _exchange(self, earlier: Path) -> None:
         """Two renames: whenever this is interrupted, the earlier work lies in one of its places."""
@@ -183,7 +190,8 @@ class Keeping(Studying, ABC):
 
     def _stated(self) -> tuple[Any, ...]:
         tried = " ".join(self._formulas)
-        return (self.scenario, self.challenge, self.aside, self._own, tried)
+        study = (self.study_choice, self.study.settings)
+        return (self.scenario, self.challenge, self.aside, self._own, tried, *study)
 
     def _found(self) -> tuple[Any, ...]:
         return (self.outcome, self.outcome_of, self._judged_looks())
@@ -210,6 +218,8 @@ class Keeping(Studying, ABC):
             "challenge": self.challenge,
             "challenged_for": time.monotonic() - self.challenge.started if self.challenge else 0.0,
             "formulas": dict(self._formulas),
+            "study": dict(vars(self.study_choice)),
+            "studied": self.study.settings and self.study.settings.scenario,
         }
 
 
@@ -230,6 +240,10 @@ class Stated:
     challenged_for: float = 0.0
     """s since it began."""
     formulas: dict[str, tuple[str, str, str]] = field(default_factory=dict)
+    study: dict[str, Any] = field(default_factory=dict)
+    """Fields of `StudyChoice`."""
+    studied: Scenario | None = None
+    """Whose cases lie in the folder."""
 
 
 @dataclass(frozen=True)

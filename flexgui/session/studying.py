@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Any
 
 from core.errors import InputError
 from core.montecarlo.settings import StudySettings
-from core.resumable.executor import Executor
+from core.resumable.executor import Executor, Here
 from core.resumable.journal import Finished as FinishedCase
 from core.resumable.journal import Journal, Record
 from core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Task
 from flexgui.jobs.queue_executor import QueueExecutor
 from flexgui.jobs.tasks.direct import JOURNAL, study_report
-from flexgui.places import without_places
+from flexgui.places import is_kept, without_places
 from flexgui.session.challenging import Challenging
 from flexgui.session.latest import LatestWins
 from flexgui.session.services import Services
@@ -87,26 +87,42 @@ class Studying(Challenging, ABC):
 
     def start_study(self, services: Services) -> bool:
         """Begins, or goes on with what is missing; says why where it cannot."""
+        executor = QueueExecutor(services.pool, self.key, self.study_choice.at_once)
         try:
-            with self._lock:
-                if self.study.busy:
-                    raise InputError("The study is under way already; stop it or wait.")
-                choice = self.study_choice
-                settings = asked(self.scenario, choice)
-                known = self.study.settings
-                same = known is not None and known.identity == settings.identity
-                executor = QueueExecutor(services.pool, self.key, choice.at_once)
-                folder = self.folder / "studies" / settings.identity
-                run = StudyRun(settings, choice.parts, executor, folder, self._study_changed)
-                left, self._study_run = self._study_run or self._study_left, run
-                sections = self.study.sections if same else ()
-                self.study = replace(_state(run), sections=sections)
+            run, left = self._new_study(self.scenario, executor, self._study_changed)
         except InputError as error:
             self.show_message(str(error), bad=True)
             return False
         run.start(after=left)
         self.notify(Topic.STUDY)
         return True
+
+    def _recall_study(self, scenario: Scenario) -> None:
+        """Shows what the session's folder holds of a study of the scenario; computes nothing."""
+        try:
+            run, left = self._new_study(scenario, Here(), self._show_study)
+        except InputError as error:  # another version refuses it
+            self.study = StudyState(FAILED, sentence=str(error))
+            return
+        run.stop()
+        run.start(after=left)
+
+    def _new_study(
+        self, scenario: Scenario, executor: Executor, on_change: Callable[[StudyRun], object]
+    ) -> tuple[StudyRun, StudyRun | None]:
+        """A run that is not started, and the one before it, which may still write."""
+        with self._lock:
+            if self.study.busy:
+                raise InputError("The study is under way already; stop it or wait.")
+            settings = asked(scenario, self.study_choice)
+            known = self.study.settings
+            same = known is not None and known.identity == settings.identity
+            folder = self.folder / "studies" / settings.identity
+            run = StudyRun(settings, self.study_choice.parts, executor, folder, on_change)
+            left, self._study_run = self._study_run or self._study_left, run
+            sections = self.study.sections if same else ()
+            self.study = replace(_state(run), sections=sections)
+        return run, left
 
     def stop_study(self) -> None:
         """What is finished stays, and the next start goes on from there."""
@@ -152,19 +168,25 @@ class Studying(Challenging, ABC):
         return self._submit(services, "study report", task, on_event)
 
     def _study_changed(self, run: StudyRun) -> None:
-        if self.closed:
-            # A run that was just beginning has made its folder anew.
-            shutil.rmtree(self.folder, ignore_errors=True)
-        with self._lock:
-            if run is not self._study_run:
-                return
-            self.study = replace(_state(run), sections=self.study.sections)
-        self.notify(Topic.STUDY)
+        if not self._show_study(run):
+            return
         if run.phase == FAILED:
             self.show_message(run.sentence, bad=True)
         elif run.phase == STOPPED:
             self.show_message("The study was stopped; what is finished is kept.")
+
+    def _show_study(self, run: StudyRun) -> bool:
+        """False where another one, or none, is shown."""
+        if self.closed and not is_kept(self.folder):
+            # A run that was just beginning has made its folder anew.
+            shutil.rmtree(self.folder, ignore_errors=True)
+        with self._lock:
+            if run is not self._study_run:
+                return False
+            self.study = replace(_state(run), sections=self.study.sections)
+        self.notify(Topic.STUDY)
         self._study_worker.ask(lambda: self._draw_study(run))
+        return True
 
     def _draw_study(self, run: StudyRun) -> None:
         """On a thread of its own, and not too often; the newest results win."""
@@ -206,7 +228,7 @@ class StudyRun:
         parts: tuple[str, ...],
         executor: Executor,
         folder: Path,
-        on_change: Callable[[StudyRun], None],
+        on_change: Callable[[StudyRun], object],
     ) -> None:
         from core.montecarlo.study import study_cases
 

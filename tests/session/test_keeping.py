@@ -31,6 +31,8 @@ from flexgui.session.demo import demo_scenario, hidden_scenario
 from flexgui.session.edit import put
 from flexgui.session.records import packed, unpacked
 from flexgui.session.state import STAGES
+from flexgui.session.study_state import DONE, STOPPED
+from tests.paper_study.helpers import short
 from tests.session.conftest import SOON, Offered
 from tests.session.helpers import bring, good_csv, small, until
 
@@ -172,6 +174,33 @@ def test_results_are_there_again(
     assert same(made.outcome, found.outcome) and made.outcome_of == made.scenario
     assert same(made.looks, found.looks)
     assert made.diagnose(services), "it goes on from there"
+    made.close()
+
+
+@pytest.mark.parametrize("end", [dead, Session.close])
+def test_a_study_is_there_again_and_goes_on(
+    session: Session, work: KeptWork, services: Offered, end: Callable[[Session], None]
+) -> None:
+    assert session.open(short().scenario)
+    session.choose_study(runs=3, at_once=1)
+    assert session.start_study(services)
+    until(lambda: session.study.done >= 2)
+    threads = [t for t in threading.enumerate() if t.name == "study"]
+    if end is dead:
+        session.stop_study()
+    end(session)
+    for thread in threads:
+        thread.join()
+    work.end(session.folder)
+    made = revived(work)
+    until(lambda: bool(made.study.sections))
+    assert made.study_choice == session.study_choice
+    assert (made.study.phase, made.study.total) == (STOPPED, 6)
+    known = made.study.done
+    assert known >= 2 and "restored" in made.message.text
+    assert made.start_study(services)
+    until(lambda: not made.study.busy)
+    assert (made.study.phase, made.study.before) == (DONE, known)
     made.close()
 
 
