@@ -155,8 +155,8 @@ def _offer(dropdown: Any, options: tuple[str, ...], value: str) -> None:
 
 
 def worst_output(c: RecordingComparison, floors: Mapping[str, float]) -> str:
-    """The output whose error is largest in its noise floor; in its own spread where none is
-    known."""
+    """The output whose error is largest, of those that are fitted or have a noise floor, as the
+    map of errors counts it: in its floor; in its own spread where none is known."""
 
     def error(k: ChannelComparison) -> float:
         unit = floors.get(k.channel) or float(np.std(k.measured[k.counted])) or 1.0
@@ -165,8 +165,8 @@ def worst_output(c: RecordingComparison, floors: Mapping[str, float]) -> str:
             float(np.sqrt(np.mean(np.square(k.residual[counts])))) / unit if counts.any() else 0.0
         )
 
-    known = [k for k in c.channels if k.fitted and k.counted.any()] or list(c.channels)
-    return max(known, key=error).channel
+    known = [k for k in c.channels if (k.fitted or k.channel in floors) and k.counted.any()]
+    return max(known or c.channels, key=error).channel
 
 
 def _title(c: RecordingComparison, shown: Sequence[str]) -> str:

@@ -30,6 +30,8 @@ def test_compare_opens_on_the_output_that_fails_most() -> None:
     shown = RecordingComparison("r", "estimate", "all", both)
     assert worst_output(shown, {}) == "z2"
     assert worst_output(shown, {"z1": 1e-6, "z2": 1e-3}) == "z1", "in multiples of its noise floor"
+    floors = {"z1": 1e-3, "z2": 1e-3, "y1": 1e-2}
+    assert worst_output(shown, floors) == "y1", "what is not fitted, too, where its noise is known"
 
 
 def test_positions_that_hardly_move_are_drawn_as_a_change() -> None:
