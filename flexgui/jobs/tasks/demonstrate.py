@@ -77,15 +77,20 @@ def demonstrate(
 
 
 def _asked(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Recording]:
+    """Compared in the outputs in which a diagnosis ranks effects: more than a fit may have."""
+    from core.diagnose.start import outputs_of
     from core.identify.setup import make_setup
     from core.scenario.stated_effects import base_model, with_effect_parameters
     from flexgui.stage.recorded import read_one
 
     model = base_model(scenario)
     spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    if scenario.diagnose.output is not None:
+        spec = spec.model_copy(update={"output": scenario.diagnose.output})
     # Only recordings to estimate from decide which outputs there are.
     data = replace(read_one(scenario, name, folder), role="estimate")
-    return make_setup(model, spec, [data]), data
+    setup = make_setup(model, spec, [data])
+    return replace(setup, outputs=outputs_of(setup.model, setup.outputs, [data])), data
 
 
 def _effect(setup: Setup, kind: str) -> Effect:
