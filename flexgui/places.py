@@ -57,10 +57,10 @@ def earlier_folder(folder: Path) -> Path:
     return folder.with_name(f"{folder.name}-before")
 
 
-def set_aside(path: Path, when: float) -> str:
-    """Renames stored work that cannot be read, so that nothing overwrites it; its new name."""
+def set_aside(path: Path, when: float, why: str = "unread") -> str:
+    """Renames stored work, so that nothing overwrites it; its new name."""
     date = time.strftime("%Y-%m-%d-%H%M%S", time.localtime(when))
-    name = f"unread-{date}{path.name if path.is_file() else f'-{path.name[:8]}'}"
+    name = f"{why}-{date}{path.name if path.is_file() else f'-{path.name[:8]}'}"
     path.rename(path.with_name(name))
     return name
 

@@ -15,7 +15,15 @@ from pathlib import Path
 
 from platformdirs import user_state_path
 
-from flexgui.places import FRESH, OWNER, earlier_folder, is_kept, kept_at, remove_half_written
+from flexgui.places import (
+    FRESH,
+    OWNER,
+    earlier_folder,
+    is_kept,
+    kept_at,
+    remove_half_written,
+    set_aside,
+)
 from flexgui.server.limits import MEGA
 
 MOST, MOST_BYTES, LONGEST = 200, 2000 * MEGA, 30 * 86400.0
@@ -38,11 +46,16 @@ class KeptWork:
         return any(is_kept(each) and not _used(each) for each in (folder, earlier_folder(folder)))
 
     def begin(self, key: str) -> Path:
-        """A fresh folder for the key; what was kept of it waits beside."""
+        """A fresh folder for the key; what was kept of it waits beside, and what waited there and
+        was not wanted is set aside."""
         folder = self._folder(key)
+        earlier = earlier_folder(folder)
         if is_kept(folder):
-            shutil.rmtree(earlier_folder(folder), ignore_errors=True)
-            folder.rename(earlier_folder(folder))
+            if is_kept(earlier):
+                name = set_aside(earlier, kept_at(earlier), "declined")
+                log.warning("Work that was not restored is set aside as %s", name)
+            shutil.rmtree(earlier, ignore_errors=True)
+            folder.rename(earlier)
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(mode=0o700)
         (folder / OWNER).write_text(f"{os.getpid()} {born(os.getpid())}")

@@ -44,6 +44,7 @@ DURABLE = frozenset(
 RESTORED = "Your work of {} is restored; start interrupted computations again."
 WITHOUT = "Your work of {} is restored without its results, which are set aside as {}: {}"
 UNREAD = "Your work of {} cannot be read and is set aside as {}: {}"
+UNMOVED = "Your work of {} cannot be put back now and stays where it is ({}); try again."
 NOT_KEPT = "Your work cannot be written to the disk, so it ends with this server: export it."
 
 log = logging.getLogger(__name__)
@@ -125,12 +126,17 @@ class Keeping(Studying, ABC):
         with self._writing, self._lock:
             self._keeps = False
             try:
-                self.begin_with(stated.scenario)
+                self.leave_waiting()  # its files lie in the folder that goes
                 self._exchange(earlier.folder)
+                self.begin_with(stated.scenario)
                 self.live = live
                 self._take_up(stated, found)
+                self._written = (self._stated(), self._found())
+            except OSError as error:
+                self.show_message(UNMOVED.format(earlier.words, error.strerror), bad=True)
+                return False
             finally:
-                self._written, self._keeps = (self._stated(), self._found()), True
+                self._keeps = True
         self._settle(words)
         return True
 
@@ -160,7 +166,6 @@ class Keeping(Studying, ABC):
     def _exchange(self, earlier: Path) -> None:
         """Two renames: whenever this is interrupted, the earlier work lies in one of its places."""
         fresh = self.folder.with_name(f"{self.folder.name}{FRESH}")
-        owner = {p.name: p.read_bytes() for p in self.folder.glob(OWNER)}
         shutil.rmtree(fresh, ignore_errors=True)
         self.folder.rename(fresh)
         try:
@@ -168,8 +173,10 @@ class Keeping(Studying, ABC):
         except OSError:
             fresh.rename(self.folder)
             raise
-        for name, content in owner.items():
-            (self.folder / name).write_bytes(content)
+        for owner in fresh.glob(OWNER):
+            owner.replace(self.folder / OWNER)
+        if is_kept(fresh):  # what was done before the question was answered
+            set_aside(fresh, kept_at(fresh), "replaced")
         shutil.rmtree(fresh, ignore_errors=True)
 
     def _write_down(self) -> None:

@@ -257,9 +257,41 @@ def test_who_declines_is_asked_again_and_who_begins_anew_keeps_both(work: KeptWo
     second.close()
     work.end(second.folder)
     third = begun(KeptWork(work.root))
-    assert third.change(put(("identify", "population"), 19)) and third.earlier is not None
-    assert third.restore() and third.scenario.identify.population == 17
-    third.close()
+    assert third.earlier is not None
+    third.decline()
+    assert third.change(put(("identify", "population"), 19))
+    dead(third)
+    fourth = begun(work)
+    assert fourth.change(put(("identify", "population"), 21))
+    assert fourth.restore() and fourth.scenario.identify.population == 19
+    fourth.close()
+    for why, population in (("declined", 17), ("replaced", 21)):
+        (aside,) = work.root.glob(f"{why}-*")
+        kept = unpacked((aside / WORK).read_bytes())["scenario"]
+        assert kept.identify.population == population
+
+
+def test_work_that_cannot_be_moved_stays_and_so_does_what_is_here(
+    session: Session, work: KeptWork, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert session.change(put(("identify", "population"), 17))
+    dead(session)
+    made = begun(KeptWork(work.root))
+    (made.folder / "own.csv").write_text("mine")
+    here, rename = made.scenario, Path.rename
+
+    def refuse(path: Path, target: Path) -> Path:
+        if path == earlier_folder(made.folder):
+            raise OSError(39, "Directory not empty")
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "rename", refuse)
+    assert not made.restore() and made.earlier is not None
+    assert made.message.bad and "Directory not empty" in made.message.text
+    assert made.scenario == here and (made.folder / "own.csv").read_text() == "mine"
+    monkeypatch.undo()
+    assert made.restore() and made.scenario.identify.population == 17
+    made.close()
 
 
 Spoil = Callable[[Path], object]
