@@ -21,6 +21,9 @@ ERRORS = {f"error ×{times:g}": times for times in (1.0, 5.0, 20.0, 100.0)}
 on each other are seen apart."""
 ROW = Markup("<span class='fx-line'></span>")
 """A mark for the style sheet: the inputs below stand beside one another."""
+POSTURE = "Here the sliders set the posture; recordings play from Data on."
+UNREAD = "The recording is not read yet; it will play here."
+NOTHING = "Here a recording will play, once there is one."
 STEP = 0.02
 """s, one frame."""
 
@@ -68,12 +71,14 @@ class TimeLine:
         """Shows the cursor."""
         session = self._context.session
         motion, cursor = session.playback, session.cursor
-        if motion is not None and not plays(session):
-            words = "Here the sliders set the posture; recordings play from Data on."
-            self._about.show(ROW + paragraph(words, "soft"))
-            return
-        if motion is None:
-            words = "Here a recording will play, once there is one."
+        if motion is None or not plays(session):
+            words = (
+                POSTURE
+                if motion is not None
+                else UNREAD
+                if session.scenario.recordings
+                else NOTHING
+            )
             self._about.show(ROW + paragraph(words, "soft"))
             return
         who = "identified model" if motion.fitted else "model as stated"

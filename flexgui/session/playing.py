@@ -101,6 +101,7 @@ class Playing(Editing, ABC):
             kept = self.recording if key == before else None
             recording, found = self._played(scenario, name, fitted, kept)
         except InputError as error:
+            self._playback_waits = True  # for the next stage: a worker may have been late or lost
             self.show_message(str(error), bad=True)
             return
         with self._lock:

@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flexgui.session import Session
-from tests.page.helpers import press
+from core.errors import InputError
+from flexgui.session import Session, playing
+from flexgui.session.demo import demo_scenario
+from tests.page.helpers import press, sees
 from tests.session.helpers import until
 
 pytestmark = pytest.mark.long
@@ -37,3 +39,19 @@ def test_the_line_moves_and_the_figure_stays(page: Any, session: Session) -> Non
     assert [key for _, key in page.evaluate(AT)] == [key for _, key in before]
     page.set_viewport_size({"width": 1200, "height": 800})
     until(lambda: np.isclose(page.evaluate(AT)[0][0], 1.25, atol=SEEN))
+
+
+def test_a_recording_that_is_not_read_yet_is_told_and_read_at_the_next_stage(
+    page: Any, session: Session, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def late(*_: Any) -> None:
+        raise InputError("The worker was stopped.")
+
+    press(page, "Diagnose")
+    with monkeypatch.context() as patched:
+        patched.setattr(playing, "read_one", late)
+        assert session.open(demo_scenario())
+        sees(page, "The worker was stopped.")
+        sees(page, "The recording is not read yet")
+    press(page, "Data")
+    sees(page, "model as stated")
