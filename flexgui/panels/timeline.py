@@ -72,13 +72,8 @@ class TimeLine:
         session = self._context.session
         motion, cursor = session.playback, session.cursor
         if motion is None or not plays(session):
-            words = (
-                POSTURE
-                if motion is not None
-                else UNREAD
-                if session.scenario.recordings
-                else NOTHING
-            )
+            none = UNREAD if session.scenario.recordings else NOTHING
+            words = none if motion is None else POSTURE
             self._about.show(ROW + paragraph(words, "soft"))
             return
         who = "identified model" if motion.fitted else "model as stated"

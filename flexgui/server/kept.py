@@ -23,7 +23,7 @@ from flexgui.places import (
     kept_at,
     remove_half_written,
     set_aside,
-)
+)  # fmt: skip
 from flexgui.server.limits import MEGA
 
 MOST, MOST_BYTES, LONGEST = 200, 2000 * MEGA, 30 * 86400.0

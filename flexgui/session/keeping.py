@@ -35,12 +35,9 @@ from flexgui.session.study_state import StudyChoice
 from flexgui.session.studying import Studying
 from flexgui.session.uploading import check_suits
 
-DURABLE = frozenset(
-    {
-        Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE,
-        Topic.STUDY,
-    }
-)  # fmt: skip
+DURABLE = frozenset({
+    Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE, Topic.STUDY,
+})  # fmt: skip
 RESTORED = "Your work of {} is restored; start interrupted computations again."
 WITHOUT = "Your work of {} is restored without its results, which are set aside as {}: {}"
 UNREAD = "Your work of {} cannot be read and is set aside as {}: {}"
