@@ -156,7 +156,8 @@ def look(
     candidates += [e for e in also if e.kind not in {c.kind for c in candidates}]
     planned = [t for c in candidates for t in trials(at.hypothesis, c, state.data)]
     steps = Steps(progress, at.hypothesis.model.arm, planned)
-    steps.begin(round_title(state.present, bool(options.candidates)), len(candidates) + REFITTED)
+    total = len(candidates) + REFITTED + any(e.resolution for e in candidates)  # see promising
+    steps.begin(round_title(state.present, bool(options.candidates)), total)
     seen = _round(state, candidates, most, steps, on_ranking)
     ranking = ranking_of(seen, state.data)
     next_ones = deciding(seen, ranking, state.data, progress)
