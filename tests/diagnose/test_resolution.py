@@ -24,7 +24,8 @@ from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model, run_scenario
+from core.scenario.stated_effects import base_model
+from core.workbench import run_scenario
 
 MODE = "extra_bending_mode"
 

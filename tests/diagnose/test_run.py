@@ -16,7 +16,8 @@ from core.recording.recording import Recording
 from core.results import Diagnosis, Outcome
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model, run_scenario
+from core.scenario.stated_effects import base_model
+from core.workbench import run_scenario
 from flexgui.views.summary import summary
 
 HIDDEN = "hidden = { coulomb_friction = { fc1 = 1.2, fc2 = 0.5 } }"

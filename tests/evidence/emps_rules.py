@@ -22,9 +22,10 @@ from core.drives.law import DriveLaw
 from core.recording.recording import Recording
 from core.results import Outcome
 from core.scenario.read import check_scenario, read_scenario
-from core.scenario.stated_effects import base_model, run_scenario
+from core.scenario.stated_effects import base_model
 from core.simulate.motion import Task, at_rest
 from core.study.rig import exactly
+from core.workbench import run_scenario
 
 ESTIMATED, JUDGED = "emps.csv", "emps_pulses.csv"
 SCENARIO = Path(__file__).resolve().parents[2] / "scenarios" / "emps.toml"

@@ -20,9 +20,10 @@ from core.recording.save import save_recording
 from core.results import Outcome
 from core.scenario.read import parse_scenario
 from core.scenario.schema import IdentifySpec, Scenario
-from core.scenario.stated_effects import base_model, run_scenario
+from core.scenario.stated_effects import base_model
 from core.simulate.motion import Task, at_rest
 from core.simulate.nonlinear import simulate_within
+from core.workbench import run_scenario
 from tests.marks import long_except
 
 STEP, SAMPLES, HOLD = 4e-3, 400, 5

@@ -17,7 +17,8 @@ from core.progress import Silent
 from core.results import Outcome
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model, run_scenario
+from core.scenario.stated_effects import base_model
+from core.workbench import run_scenario
 from tests.workbench.test_rigs_as_they_are import CLOSE, DELAY, FILE, LATE_GAUGE, estimates, keep
 
 RIG = """

@@ -21,9 +21,10 @@ from core.recording.spec import SimulateSpec
 from core.results import Diagnosis, Outcome
 from core.scenario.read import parse_scenario
 from core.scenario.schema import DiagnoseSpec, Scenario
-from core.scenario.stated_effects import base_model, load_recordings, run_scenario
+from core.scenario.stated_effects import base_model
 from core.simulate.experiment import NO_NOISE, make_task, read_sensors
 from core.simulate.nonlinear import simulate_within
+from core.workbench import load_recordings, run_scenario
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import inviting
 from flexgui.views.ranking import ranking_table

@@ -12,7 +12,8 @@ from core.loading import load_recordings
 from core.progress import Silent
 from core.recording.recording import Recording
 from core.scenario.read import read_scenario
-from core.scenario.stated_effects import base_model, run_scenario
+from core.scenario.stated_effects import base_model
+from core.workbench import run_scenario
 from tests.sample.torque_rigs import TorqueRig, written
 
 RIG = TorqueRig((3.0,), (0.6,), viscous=(0.8,), rate=500.0, seconds=2.0, bits=17)
