@@ -14,9 +14,9 @@ from core.scenario.schema import Scenario
 from core.scenario.stated_effects import (
     base_model,
     candidate_effects,
-    run_scenario,
     with_effect_parameters,
 )
+from core.workbench import run_scenario
 
 HEAD = """
 title = "effects"
