@@ -18,7 +18,7 @@ from core.check.late import Judged, judge, link_fit
 from core.check.measured import Measured
 from core.check.relations import relations
 from core.check.suspects import CLEAR, Suspect, late_channels, suspects
-from core.recording.channels import channel_kind
+from core.recording.channels import Role, channel_kind, role_of
 from core.written import parse_header
 
 MOST_POINTS = 600
@@ -190,5 +190,5 @@ class Case:
 
 def _explained(found: Sequence[Relation]) -> float:
     """Share of the encoders' variance that the scenario's loop explains, the mean of all."""
-    shares = [r.explained for r in found if r.tolerance == LOOP and r.output.startswith("theta")]
+    shares = [r.explained for r in found if r.tolerance == LOOP and role_of(r.output) is Role.PLACE]
     return float(np.mean(shares)) if shares else 0.0

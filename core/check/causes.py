@@ -17,7 +17,7 @@ from core.check.geometry import Tip
 from core.check.lagged import DIRECT, LOOP
 from core.check.measured import Measured
 from core.check.relations import relations
-from core.recording.channels import channel_kind
+from core.recording.channels import Role, channel_kind, role_of
 
 DEGREES, MILLI = 180.0 / np.pi, 1000.0
 FAMILIES = ("theta#", "z#", "u#", "i#", "deflection#", "dtheta#_ref", "theta#_ref", "i#_ref")
@@ -122,7 +122,7 @@ def _lessened(before: Mapping[object, float], after: Mapping[object, float]) -> 
 
 def _known(found: Measured) -> Iterable[Cause]:
     names = [n for n in found.channels if channel_kind(n).pattern in FAMILIES and found.has(n)]
-    places = [n for n in names if n[0] in "tz" or n.startswith("dtheta")]
+    places = [n for n in names if role_of(n) in (Role.PLACE, Role.SPEED, Role.TIP)]
     for fault, unit, factor in (("degrees", "rad", DEGREES), ("millimetres", "m", MILLI)):
         for group in _groups([n for n in places if unit_of(found, n).split("/")[0] == unit]):
             yield Cause(fault, group, factor)

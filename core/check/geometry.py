@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from core.check.measured import Measured
+from core.recording.channels import Role, role_of
 
 POINTS = 200
 """Rows that are compared: the geometry has a handful of unknowns."""
@@ -75,7 +76,7 @@ class Tip:
         """(channel, shift in SI) with which the two agree."""
         made = []
         for name in self.values:
-            most = self.reach if name.startswith("z") else np.pi
+            most = self.reach if role_of(name) is Role.TIP else np.pi
             grid = np.linspace(-most, most, 61)
             size, left = _least(partial(self.misfit, name, 1.0), grid)
             made += [(name, size)] if left <= self.tolerance else []

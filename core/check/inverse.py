@@ -15,6 +15,7 @@ from core.check.bending import SMALL, Bending, Shape
 from core.check.lagged import NEWTON, WORTH, Relation
 from core.check.measured import Measured
 from core.model import Model
+from core.recording.channels import DRIVES, Role, role_of
 
 PART = 0.1
 """Of a torque's variance must a part have for its gain to say something."""
@@ -67,7 +68,7 @@ def loops(found: Measured, shape: Shape) -> list[tuple[float, float, float]]:
     if links is None or model is None or gains_ is None:
         return []
     names = model.drive.reference_channels(model.arm)
-    if not found.has(*names) or not all(n.startswith("dtheta") for n in names):
+    if not found.has(*names) or not all(role_of(n) is Role.SPEED for n in names):
         return []
     torques = links.torques(links.moved(shape, links.q))
     speed, dry = links.rubbed(links.q)
@@ -90,7 +91,7 @@ MOST_REGRESSED = 4000
 def torque_relations(found: Measured, model: Model, shape: Shape | None) -> list[Relation]:
     """Each torque against every joint's motion; where that cannot be, against its own joint's."""
     names = model.drive.reference_channels(model.arm)
-    if not all(n[0] in "ui" for n in names):
+    if not all(role_of(n) in DRIVES for n in names):
         return _newton(found, model)
     constants = getattr(model.drive, "torque_constants", None) or (1.0,) * len(names)
     known = gains(found, names, shape)
@@ -119,7 +120,7 @@ def _newton(found: Measured, model: Model) -> list[Relation]:
 
 def _nominal(model: Model, output: str, k: int) -> float:
     """The apparent inertia of a straight rigid arm, per unit of torque or current; 0: unknown."""
-    if output.startswith("deflection"):
+    if role_of(output) is Role.DEFLECTION:
         return 0.0
     moved = model.arm.segments[k]
     inertia, reach = moved.hub_inertia + moved.rotor_inertia, 0.0
@@ -135,7 +136,7 @@ def _nominal(model: Model, output: str, k: int) -> float:
         if any(s.mount == "ground" for s in model.arm.segments[k + 1 :]):
             break
     constants = getattr(model.drive, "torque_constants", None)
-    if output.startswith("i"):
+    if role_of(output) is Role.CURRENT:
         return inertia / constants[k] if constants else 0.0
     return inertia
 
@@ -164,7 +165,7 @@ def _inertial(found: Measured, output: str, angle: str, nominal: float) -> Relat
         best, gain, share = _at_lag(columns, y, top)
     if best < WORTH or share < 0.1 or gain == 0:
         return None
-    sign = -1.0 if output.startswith("deflection") else 1.0
+    sign = -1.0 if role_of(output) is Role.DEFLECTION else 1.0
     gain = sign * gain / (nominal or abs(gain))
     tolerance = NEWTON if nominal else np.inf
     # Bending and friction shift what fits best by some samples, unless all is explained.

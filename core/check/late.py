@@ -16,6 +16,7 @@ import numpy as np
 
 from core.check.bending import LIGHT, Bending, Shape
 from core.check.measured import Measured, lattice_step
+from core.recording.channels import DRIVES, Role, is_reference, role_of
 
 STARTS = tuple(np.geomspace(0.2, 5.0, 13))
 """Times the stated stiffness at which a fit may begin: estimates from a drawing are a factor of 4
@@ -158,7 +159,7 @@ class LinkFit:
         be a sum of inertia and friction."""
         model = self.links.model
         names = model.drive.reference_channels(model.arm)
-        known = all(n[0] in "ui" or n.startswith("dtheta") for n in names)
+        known = all(role_of(n) in (*DRIVES, Role.SPEED) for n in names)
         return names if known and len(names) == model.arm.joints else ()
 
     @cached_property
@@ -192,7 +193,7 @@ class LinkFit:
     def causes(self) -> list[Cause]:
         """Channels that may be late, in both ways; a reference that was written is not."""
         groups: list[tuple[str, ...]] = [
-            (n,) for n in (*self.places, *self.names) if not n.endswith("_ref")
+            (n,) for n in (*self.places, *self.names) if not is_reference(n)
         ]
         groups += [("z1", "z2")] if {"z1", "z2"} <= set(self.names) else []
         return [Cause(group, grows) for group in groups for grows in (False, True)]

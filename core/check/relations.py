@@ -16,6 +16,7 @@ from core.check.inverse import torque_relations
 from core.check.lagged import DIRECT, LAGS, LOOP, WORTH, Relation, compare, smoothed
 from core.check.measured import Measured
 from core.model import Model
+from core.recording.channels import Role, is_reference, role_of
 from core.sensors import sensors
 from core.simulate.motion import Task, at_rest
 from core.simulate.nonlinear import run
@@ -52,7 +53,7 @@ def _followed(found: Measured) -> list[Relation]:
         x, y = found.even(given), found.even(output)
         one = compare(output, (given,), y, [x - x[0]], found.step, DIRECT)
         if one:
-            gain = _level(y, x, one, found.step) if output.startswith("theta") else one.gain
+            gain = _level(y, x, one, found.step) if role_of(output) is Role.PLACE else one.gain
             made.append(replace(one, gain=gain))
     return made
 
@@ -70,7 +71,7 @@ def _level(y: np.ndarray, x: np.ndarray, one: Relation, dt: float) -> float:
 def _loop(found: Measured, model: Model, quick: bool) -> list[Relation]:
     """Every sensor against the scenario's closed loop under the recorded references."""
     references = model.drive.reference_channels(model.arm)
-    if not all(r.endswith("_ref") and r.startswith(("dtheta", "theta")) for r in references):
+    if not all(is_reference(r) and role_of(r) in (Role.PLACE, Role.SPEED) for r in references):
         return []
     if not references or not found.has(*references):
         return []
@@ -98,7 +99,10 @@ def _compared(found, model, references, signals, predicted, together, quick):  #
     joints = model.arm.joints
     moved = max((np.ptp(together[f"theta{k + 1}"]) for k in range(joints)), default=0.0)
     small = (
-        not quick and moved < SMALL and joints > 1 and all(r.startswith("d") for r in references)
+        not quick
+        and moved < SMALL
+        and joints > 1
+        and all(role_of(r) is Role.SPEED for r in references)
     )
     singles: list[dict[str, np.ndarray]] = []
     if small:
@@ -180,5 +184,5 @@ def _measured(model: Model, motion: Trajectory) -> dict[str, np.ndarray] | None:
         values = np.array(sensor.measure(motion))
         for k, channel in enumerate(sensor.channels(motion.arm)):
             channels[channel.name] = values[:, k]
-    good = all(np.isfinite(channels[n]).all() for n in channels if n.startswith("theta"))
+    good = all(np.isfinite(channels[n]).all() for n in channels if role_of(n) is Role.PLACE)
     return {n: v for n, v in channels.items() if np.isfinite(v).all()} if good else None

@@ -16,6 +16,7 @@ from core.loading import joint_units, simulated
 from core.model import Model
 from core.plugins import discover
 from core.progress import Progress, Silent
+from core.recording.channels import from_camera
 from core.recording.clock import in_base_frame, shifted
 from core.recording.load import load_unchecked
 from core.recording.spec import RecordingSpec
@@ -147,7 +148,7 @@ def _read(
         channels["z1"], channels["z2"] = in_base_frame(channels["z1"], channels["z2"], pose)
     found = Measured(spec.name, spec.role, raw.time, channels, raw.headers, model=model)
     if spec.time_shift:
-        for name in [n for n in channels if n[0] in "zy"]:
+        for name in [n for n in channels if from_camera(n)]:
             channels[name] = shifted(channels[name], spec.time_shift / found.step)
     masks = {
         name: ~np.any([(raw.time >= a) & (raw.time <= b) for a, b in stretches], axis=0)

@@ -9,6 +9,7 @@ import numpy as np
 
 from core.check.lagged import LOOP, WORTH, Relation
 from core.check.late import Judged
+from core.recording.channels import DRIVES, Role, is_reference, role_of
 
 SCALE = 0.12
 """|ln factor| below which a gain is friction, a payload or a calibration (scenarios/mujoco: the
@@ -119,11 +120,13 @@ def _trusted(
     """Relations whose lag says something by itself: of a current, and of a velocity loop that
     explains every encoder."""
     loop = [e for e in entries if e.relation.tolerance == LOOP]
-    loop = [e for e in loop if all(name.startswith("d") for name in e.relation.inputs)]
-    encoders = [e.relation.explained for e in loop if e.relation.output.startswith("theta")]
+    loop = [e for e in loop if all(role_of(n) is Role.SPEED for n in e.relation.inputs)]
+    encoders = [e.relation.explained for e in loop if role_of(e.relation.output) is Role.PLACE]
     if min(encoders, default=0.0) < SURE:
         loop = []
-    direct = [e for e in entries if e.relation.output[0] in "iu" and e.relation.tolerance != LOOP]
+    direct = [
+        e for e in entries if role_of(e.relation.output) in DRIVES and e.relation.tolerance != LOOP
+    ]
     return [*loop, *direct], SURE, lambda e: e.relation.lag
 
 
@@ -159,7 +162,7 @@ def _channels(entries: Sequence[_Entry]) -> list[str]:
     """Measured ones first: a sensor is wrong more often than a command."""
     names = {e.relation.output for e in entries}
     names |= {e.relation.inputs[0] for e in entries if len(e.relation.inputs) == 1}
-    return sorted(names, key=lambda n: (n.endswith("_ref"), n))
+    return sorted(names, key=lambda n: (is_reference(n), n))
 
 
 def _of(entry: _Entry, channel: str) -> np.ndarray | None:
@@ -189,7 +192,7 @@ def _factors(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
             continue
         if len(group) > 1 and abs(size) < np.log(20.0):
             continue  # only a unit is wrong in several channels alike
-        score = left - 0.02 * abs(size) * (size > np.log(5.0)) + COMMAND * group[0].endswith("_ref")
+        score = left - 0.02 * abs(size) * (size > np.log(5.0)) + COMMAND * is_reference(group[0])
         if best is None or score < best[0]:
             best = (score, group, size)
     if best is None:

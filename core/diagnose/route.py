@@ -15,6 +15,7 @@ from core.identify.held import points_led
 from core.identify.predictor import motion_of
 from core.identify.prepared import TORQUE, Prepared, make_task, measured_outputs
 from core.model import Numbers
+from core.recording.channels import DRIVES, Role, role_of
 from core.recording.logger_filter import apply_logger_filter
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass
@@ -101,7 +102,7 @@ class Route:
         model = self.experiment.model
         joints = self.places if self.driven else []
         if self.followed(s):
-            own = [n for n in model.drive.reference_channels(model.arm) if n[0] in "ui"]
+            own = [n for n in model.drive.reference_channels(model.arm) if role_of(n) in DRIVES]
         elif s.direct(self.recording, model.arm):
             own = [c.name for c in s.channels(model.arm)]
         else:  # angles and velocities of the rigid arm come from the camera
@@ -118,7 +119,7 @@ class Route:
         """What is stated of a column; of a current by its torque."""
         if name in stated:
             return stated[name]
-        torque = stated.get(f"u{name[1:]}") if name[0] == "i" else None
+        torque = stated.get(f"u{name[1:]}") if role_of(name) is Role.CURRENT else None
         return None if torque is None else torque / self._constant(name)
 
     def _constant(self, name: str) -> float:

@@ -14,6 +14,7 @@ from core.identify.predictor import Predictor
 from core.identify.prepared import TORQUE, Prepared, Processing, prepare
 from core.identify.unknowns import Unknown, Unknowns
 from core.model import Model
+from core.recording.channels import Role, role_of
 from core.recording.recording import Recording
 from core.results import ChannelComparison, JointMotion, MissingTorque, RecordingComparison
 from core.sensors import Sensor, sensors
@@ -117,7 +118,7 @@ def _missing(
     _, speed = model.steering.motion(experiment.recording, model.arm)
     dt, kinds = experiment.recording.sample_time, (TORQUE,) * model.arm.joints
     speed = experiment.processing.apply(speed, dt, kinds)
-    torques = [c for c in channels if c.channel.startswith("u")]
+    torques = [c for c in channels if role_of(c.channel) is Role.TORQUE]
     found = []
     for k, c in enumerate(torques):
         if k + 1 in model.drive.torque_unknown:

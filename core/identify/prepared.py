@@ -18,6 +18,7 @@ from core.identify.unknowns import GAIN, OFFSET, START
 from core.identify.zero_phase import filtered
 from core.model import Model, Numbers
 from core.recording.beginning import AT_ONCE
+from core.recording.channels import from_camera
 from core.recording.logger_filter import apply_logger_filter
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass
@@ -265,7 +266,7 @@ class Prepared:
 
     def _through_logger(self, name: str, y: np.ndarray, dt: float) -> np.ndarray:
         delay = self.recording.camera.delay
-        if delay and name[:1] in ("z", "y"):
+        if delay and from_camera(name):
             t = self.task.time
             y = np.interp(t - delay, t, y)
         logged = self.recording.logger_filters.get(name)

@@ -14,6 +14,7 @@ from core.effects.effect import Effect
 from core.identify.prepared import Prepared, Processing
 from core.identify.unknowns import GAIN, OFFSET
 from core.identify.zero_phase import filtered
+from core.recording.channels import from_camera
 from core.recording.logger_filter import apply_logger_filter
 
 Values = Sequence[Mapping[str, float]]
@@ -70,7 +71,7 @@ def _through_effects(e: Prepared, kind: str, y: np.ndarray, values: Values) -> n
 def _through_logger(e: Prepared, name: str, y: np.ndarray, dt: float) -> np.ndarray:
     """y (N, S) of one channel."""
     delay = e.recording.camera.delay
-    if delay and name[:1] in ("z", "y"):
+    if delay and from_camera(name):
         y = _delayed(y, e.task.time, delay)
     logged = e.recording.logger_filters.get(name)
     return y if logged is None else apply_logger_filter(y, dt, logged)

@@ -5,7 +5,28 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
+from enum import Enum
 from functools import cache
+
+
+class Role(Enum):
+    """What a channel measures or commands."""
+
+    TIME = "time"
+    SPEED = "speed of a joint"
+    PLACE = "place of a joint"
+    TORQUE = "torque of a drive"
+    CURRENT = "current of a motor"
+    VOLTAGE = "voltage of a motor"
+    KNOWN_TORQUE = "torque that is known from elsewhere"
+    TIP = "place of the tip"
+    RIGID = "a fictitious rigid arm's angle or speed"
+    DEFLECTION = "deflection of a link"
+    OTHER = "what a further sensor measures"
+
+
+DRIVES = (Role.TORQUE, Role.CURRENT)
+"""What moves a joint."""
 
 
 @dataclass(frozen=True)
@@ -17,10 +38,13 @@ class ChannelKind:
     units: tuple[str, ...]
     """The SI units it may have; more than one where a joint may turn or slide."""
     title: str
+    role: Role = Role.OTHER
+    reference: bool = False
+    """Whether it was commanded, not measured."""
     sparse: bool = False
     """Whether an empty cell means 'no sample'; otherwise every row needs a number."""
     camera: bool = False
-    """Whether it comes from the camera, with the camera's clock."""
+    """Whether it comes from the camera, with the camera's clock and delay."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -31,20 +55,29 @@ class ChannelKind:
 
 
 CHANNEL_KINDS = (
-    ChannelKind("t", "", ("s",), "time"),
-    ChannelKind("dtheta#_ref", "123", ("rad/s", "m/s"), "joint velocity reference"),
-    ChannelKind("theta#_ref", "123", ("rad", "m"), "joint position reference"),
-    ChannelKind("theta#", "123", ("rad", "m"), "joint position (encoder)"),
-    ChannelKind("u#", "123", ("N m", "N"), "joint torque or force"),
-    ChannelKind("i#_ref", "123", ("A",), "motor current reference"),
-    ChannelKind("i#", "123", ("A",), "motor current"),
-    ChannelKind("voltage#", "123", ("V",), "motor voltage"),
-    ChannelKind("known_torque#", "123", ("N m", "N"), "known extra torque or force"),
-    ChannelKind("z#", "12", ("m",), "end effector (camera)", sparse=True, camera=True),
-    ChannelKind("y#", "12", ("rad",), "fictitious rigid joint angle", sparse=True, camera=True),
-    ChannelKind("ydot#", "12", ("rad/s",), "its velocity", sparse=True, camera=True),
-    ChannelKind("deflection#", "123", ("rad", ""), "link deflection (strain gauge)", sparse=True),
-)
+    ChannelKind("t", "", ("s",), "time", Role.TIME),
+    ChannelKind(
+        "dtheta#_ref", "123", ("rad/s", "m/s"), "joint velocity reference", Role.SPEED, True
+    ),
+    ChannelKind("theta#_ref", "123", ("rad", "m"), "joint position reference", Role.PLACE, True),
+    ChannelKind("theta#", "123", ("rad", "m"), "joint position (encoder)", Role.PLACE),
+    ChannelKind("u#", "123", ("N m", "N"), "joint torque or force", Role.TORQUE),
+    ChannelKind("i#_ref", "123", ("A",), "motor current reference", Role.CURRENT, True),
+    ChannelKind("i#", "123", ("A",), "motor current", Role.CURRENT),
+    ChannelKind("voltage#", "123", ("V",), "motor voltage", Role.VOLTAGE),
+    ChannelKind(
+        "known_torque#", "123", ("N m", "N"), "known extra torque or force", Role.KNOWN_TORQUE
+    ),
+    ChannelKind("z#", "12", ("m",), "end effector (camera)", Role.TIP, sparse=True, camera=True),
+    ChannelKind(
+        "y#", "12", ("rad",), "fictitious rigid joint angle", Role.RIGID, sparse=True, camera=True
+    ),
+    ChannelKind("ydot#", "12", ("rad/s",), "its velocity", Role.RIGID, sparse=True, camera=True),
+    ChannelKind(
+        "deflection#", "123", ("rad", ""), "link deflection (strain gauge)", Role.DEFLECTION,
+        sparse=True,
+    ),
+)  # fmt: skip
 
 
 _OF_SENSORS: dict[str, ChannelKind] = {}
@@ -81,6 +114,29 @@ def is_channel(name: str) -> bool:
 def channel_kind(name: str) -> ChannelKind:
     """The family of a channel; KeyError where there is no such channel."""
     return _by_name()[name]
+
+
+_UNKNOWN = ChannelKind("", "", ("",), "")
+
+
+def _kind_of_output(name: str) -> ChannelKind:
+    """As `channel_kind`; of an output that no recording has as a column one without a role."""
+    return _by_name().get(name, _UNKNOWN)
+
+
+def role_of(name: str) -> Role:
+    """What a channel measures or commands."""
+    return _kind_of_output(name).role
+
+
+def is_reference(name: str) -> bool:
+    """Whether a channel was commanded, not measured."""
+    return _kind_of_output(name).reference
+
+
+def from_camera(name: str) -> bool:
+    """Whether a channel comes with the camera's clock and delay."""
+    return _kind_of_output(name).camera
 
 
 def joint_of(name: str) -> int | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from core.errors import InputError
+from core.recording.channels import Role, is_reference, role_of
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,7 @@ class Recording:
         N = len(self.time)
         if most >= N:
             return self
-        names = [n for n in self.channels if n.startswith("theta") and not n.endswith("_ref")]
+        names = [n for n in self.channels if role_of(n) is Role.PLACE and not is_reference(n)]
         names = names or list(self.channels)
         first = range(0, N - most + 1, max(most // 2, 1))
         moved = [sum(np.ptp(self.channels[n][a : a + most]) for n in names) for a in first]

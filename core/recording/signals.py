@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from core.errors import InputError
-from core.recording.channels import channel_kind, is_channel
+from core.recording.channels import channel_kind, is_channel, is_reference
 from core.recording.clock import JITTER
 from core.recording.table import Listed, Reading, Table
 from core.sentences import few
@@ -212,7 +212,7 @@ def _way(header: str) -> _Way:
     name = parse_header(_channel_header(header))[0]
     if name and channel_kind(name).sparse:
         return _nearest
-    return _held if name.endswith("_ref") else _linear
+    return _held if is_reference(name) else _linear
 
 
 def _inside(columns: Mapping[str, np.ndarray], groups: Sequence[Group], time: np.ndarray) -> slice:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from core.recording.channels import is_reference
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
 from flexgui.session.edit import Document, Edit
@@ -63,7 +64,7 @@ def has_working_points(scenario: Scenario) -> bool:
     """Whether the rig can run the experiments offered: references, and a second joint to place."""
     model = base_model(scenario)
     references = model.drive.reference_channels(model.arm)
-    follows = any(name.endswith("_ref") for name in references)
+    follows = any(is_reference(name) for name in references)
     return model.arm.joints > 1 and follows and model.drive.torque_known
 
 

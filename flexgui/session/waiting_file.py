@@ -8,7 +8,7 @@ from typing import Any
 
 from core.arm.arm import Arm
 from core.errors import InputError
-from core.recording.channels import channel_kind, channel_names, is_channel, joint_of
+from core.recording.channels import channel_kind, channel_names, is_channel, is_reference, joint_of
 from core.recording.spec import RecordingSpec
 from core.written import parse_header
 from flexgui.jobs.tasks.glance import Glance
@@ -219,7 +219,7 @@ def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[st
 
     encoders = tuple(f"theta{k + 1}" for k in range(arm.joints))
     # Where torques are recorded the encoders are enough; of a rig in loops the camera says most.
-    loops = any(name.endswith("_ref") for name in references)
+    loops = any(is_reference(name) for name in references)
     useful = (*encoders, *(("z1", "z2") if loops else ()))
     needed = ("t", *references, *((POINT,) if arm.joints > 1 else ()))
     joints = [(name, joint_of(name)) for name in channel_names()]

@@ -10,6 +10,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
+from core.recording.channels import Role, role_of
 from core.results import ChannelComparison, ErrorMap, RecordingComparison, WorstCell
 from core.written import format_number
 from flexgui.views import colours
@@ -187,7 +188,7 @@ def error_now(seen: RecordingComparison, floors: Mapping[str, float]) -> ErrorNo
     parts = {
         name: np.sqrt(_square(c, floors[name]))
         for name, c in known.items()
-        if name.startswith(("theta", "deflection"))
+        if role_of(name) in (Role.PLACE, Role.DEFLECTION)
     }
     seen_by = next((names for names in TIP if known.keys() & set(names)), ())
     tip = [_square(known[name], floors[name]) for name in seen_by if name in known]

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from core.recording.channels import Role, role_of
 from core.results import ChannelComparison, Estimate, Fit, RecordingComparison
 
 ESTIMATE, VALIDATE = "estimate", "validate"
@@ -73,7 +74,7 @@ def tip_rms(comparisons: Iterable[RecordingComparison]) -> float | None:
 
 def _samples(comparison: RecordingComparison) -> int:
     """How many camera samples a recording has; at least 1, so that weights never vanish."""
-    camera = [c for c in comparison.channels if c.channel.startswith("z")]
+    camera = [c for c in comparison.channels if role_of(c.channel) is Role.TIP]
     counts = [int(c.counted.sum()) for c in camera or comparison.channels]
     return max([1, *counts])
 

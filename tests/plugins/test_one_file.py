@@ -207,6 +207,22 @@ def test_a_new_sensor_is_identified_from_and_its_noise_is_known(add: Add) -> Non
     assert "`accelerometer_noise`" in reference_text()
 
 
+def test_a_sensor_is_delayed_with_the_camera_only_where_it_says_so(
+    add: Add, tmp_path: Path
+) -> None:
+    """Whatever its name begins with: yaw is neither of the camera's y and z."""
+    add("core.sensors", "yaw_rate", SENSOR.replace("acceleration", "yaw").replace("a#", "yaw#")
+        .replace('"a1"', '"yaw1"').replace('"a2"', '"yaw2"'))  # fmt: skip
+    path = tmp_path / "run.csv"
+    made = machine().simulate(theta2=1.2, seconds=0.5, seed=7, noise=False)
+    made.to_dataframe().to_csv(path, index=False)
+    late = [{"file": str(path), "theta2": 1.2, "camera": {"delay": 0.02}}]
+    outputs = {"output": ["yaw", "z"]}
+    compared = machine(recordings=late, identify=outputs).compare().recordings[0].channels
+    fit = {c.channel: c.fit_percent for c in compared}
+    assert fit["yaw1"] > 99.0 > 90.0 > fit["z1"]
+
+
 def test_a_misspelt_noise_setting_is_met_with_the_nearest(add: Add) -> None:
     add("core.sensors", "tip_accelerometer", SENSOR)
     with pytest.raises(fg.InputError, match="'accelerometer_noise'"):

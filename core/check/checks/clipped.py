@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from core.check.case import Case
 from core.check.finding import Check, Finding
 from core.check.measured import limit_of
+from core.recording.channels import DRIVES, is_reference, role_of
 
 
 class Clipped(Check):
@@ -17,7 +18,7 @@ class Clipped(Check):
     def look(self, case: Case) -> Iterable[Finding]:
         found = case.recording
         for name in found.channels:
-            if name.endswith("_ref") or name[0] in "ui":
+            if is_reference(name) or role_of(name) in DRIVES:
                 continue
             limit = limit_of(found.counted(name))
             if limit is not None:

@@ -9,6 +9,7 @@ import numpy as np
 from core.check.case import Case
 from core.check.finding import Check, Finding
 from core.check.measured import ON_LATTICE
+from core.recording.channels import is_reference
 
 LONGEST = 20
 """Equal samples in a row: noise and motion never repeat a value so often."""
@@ -33,7 +34,7 @@ class Dead(Check):
                 span = float(found.time[good[-1]] - found.time[good[0]])
                 sentence = f"{name} is {x[0]:g} all the time"
                 yield case.finding(self.kind, name, span, "s", sentence)
-            elif not name.endswith("_ref"):  # a reference may stand still
+            elif not is_reference(name):  # a reference may stand still
                 yield from self._frozen(case, name, good, x)
 
     def _frozen(self, case: Case, name: str, good: np.ndarray, x: np.ndarray) -> Iterable[Finding]:

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.recording.channels import from_camera
 
 
 class Delay(Check):
@@ -19,6 +20,6 @@ class Delay(Check):
                 continue
             sentence = f"{one.channel} is {1e3 * one.delay:.3g} ms late against {one.against}"
             # Camera columns alone have a clock of their own that a scenario can move.
-            camera = one.channel.startswith(("z", "y"))
+            camera = from_camera(one.channel)
             mend = f"time_shift = {one.delay:.6g}" if camera else None
             yield case.finding(self.kind, one.channel, one.delay, "s", sentence, mend, one.expected)

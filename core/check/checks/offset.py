@@ -8,6 +8,7 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.recording.channels import Role, role_of
 
 SHARE = 0.25
 """Of the channel's own spread: a real drive's current is off by less (0.1 of it at most)."""
@@ -26,7 +27,11 @@ class Offset(Check):
             if not found.has(given) or name in wrong or given in wrong:
                 continue
             a, b = found.even(given), found.even(name)
-            shift = float(np.median(b) - np.median(a)) if name.startswith("i") else _at_rest(a, b)
+            shift = (
+                float(np.median(b) - np.median(a))
+                if role_of(name) is Role.CURRENT
+                else _at_rest(a, b)
+            )
             if abs(shift) > SHARE * float(np.std(b)) and abs(float(np.corrcoef(a, b)[0, 1])) > 0.5:
                 sentence = f"{name} is {shift:.4g} above {given} on average"
                 yield case.finding(self.kind, name, shift, "SI", sentence)

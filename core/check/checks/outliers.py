@@ -8,6 +8,7 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
+from core.recording.channels import is_reference
 
 FAR = 8.0
 """Times what nearly all samples stand out by at most; white noise stays below four."""
@@ -31,7 +32,7 @@ class Outliers(Check):
     def look(self, case: Case) -> Iterable[Finding]:
         found = case.recording
         for name in found.channels:
-            if name.endswith("_ref"):
+            if is_reference(name):
                 continue
             values = found.counted(name)
             good = np.flatnonzero(np.isfinite(values))

@@ -9,6 +9,7 @@ import numpy as np
 from core.check.case import Case
 from core.check.finding import Check, Finding
 from core.check.measured import lattice_step
+from core.recording.channels import is_reference
 
 COARSE = 0.05
 """Of the channel's spread: three times the coarsest current sensor of real recordings (0.0155)."""
@@ -22,7 +23,7 @@ class Quantised(Check):
     def look(self, case: Case) -> Iterable[Finding]:
         found = case.recording
         for name in found.channels:
-            if name.endswith("_ref"):
+            if is_reference(name):
                 continue
             x = found.counted(name)
             x = x[np.isfinite(x)]

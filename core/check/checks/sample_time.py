@@ -13,6 +13,7 @@ from core.check.finding import Check, Finding
 from core.check.inverse import loops
 from core.check.measured import Measured
 from core.check.relations import relations
+from core.recording.channels import Role, role_of
 
 FACTORS = (0.1, 0.2, 0.25, 0.4, 0.5, 2.0, 2.5, 4.0, 5.0, 10.0)
 """Wrong sample times are slips of rates: 1 and 2 kHz, 100 and 250 Hz, a decimal."""
@@ -77,9 +78,9 @@ def _off(speed: float) -> float:
 
 def _explained(found: Measured) -> float | None:
     """The mean over the encoders, at gains near one; a gain far from one explains nothing."""
-    made = [r for r in relations(found, quick=True) if r.output.startswith("theta")]
+    made = [r for r in relations(found, quick=True) if role_of(r.output) is Role.PLACE]
     loops = [r for r in made if len(r.inputs) == len(found.names("theta#"))]
-    loops = [r for r in loops if r.inputs[0].startswith("d")]
+    loops = [r for r in loops if role_of(r.inputs[0]) is Role.SPEED]
     if not loops:
         return None
     return float(np.mean([r.explained if 0.7 < r.gain < 1.4 else 0.0 for r in loops]))

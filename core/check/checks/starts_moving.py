@@ -12,6 +12,7 @@ from core.check.checks.together import MissingReference
 from core.check.finding import Check, Finding
 from core.check.lagged import Relation
 from core.check.measured import Measured, noise_of
+from core.recording.channels import Role, role_of
 
 SHARE = 0.5
 """Of the rms speed: below, a model at rest is right within its noise."""
@@ -134,7 +135,9 @@ def _steps(case: Case, one: Relation, early: int) -> np.ndarray:
     columns = []
     for name in one.inputs:
         given = case.mended.even(name)
-        before = 0.0 if name.startswith("d") else case.mended.even(name.removesuffix("_ref"))[0]
+        before = (
+            0.0 if role_of(name) is Role.SPEED else case.mended.even(name.removesuffix("_ref"))[0]
+        )
         for late in range(0, early, width):
             then = np.r_[np.full(late + width, before), given]
             columns.append(then[width : width + len(given)] - then[: len(given)])

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import plotly.graph_objects as go
 
+from core.recording.channels import Role, role_of
 from core.results import ErrorMaps, RecordingComparison
 
 
@@ -37,7 +38,7 @@ def believable_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, f
     spread: dict[str, list[float]] = {}
     for r in comparisons:
         for c in r.channels:
-            if c.counted.any() and (c.fitted or c.channel.startswith("theta")):
+            if c.counted.any() and (c.fitted or role_of(c.channel) is Role.PLACE):
                 spread.setdefault(c.channel, []).append(float(np.std(c.measured[c.counted])))
     noise = noise_floors(comparisons)
     floors = {
