@@ -53,8 +53,8 @@ class Processing:
         return tuple(f for f in (self.filter, self.output_filter, own) if f is not None)
 
     def apply(self, y: np.ndarray, dt: float, kinds: Sequence[str] = ()) -> np.ndarray:
-        """(N, k) -> (ceil(N / decimate), k); `kinds` (k,) of the sensors of the columns, where
-        some may be torques."""
+        """(N, k, ...) -> (ceil(N / decimate), k, ...); `kinds` (k,) of the sensors of the columns,
+        where some may be torques. Only (N, k) may have empty samples."""
         alike = {kind: (self.filters(kind), kind == TORQUE) for kind in kinds or ("",)}
         if len(set(alike.values())) == 1:
             return self._filtered(y, dt, *next(iter(alike.values())))[:: self.decimate]
@@ -67,7 +67,7 @@ class Processing:
     def _filtered(
         self, y: np.ndarray, dt: float, filters: Sequence[ZeroPhaseLowPass], even: bool
     ) -> np.ndarray:
-        complete = y.size > 0 and bool(np.isfinite(y).all())
+        complete = y.ndim > 2 or (y.size > 0 and bool(np.isfinite(y).all()))
         for low_pass in filters:
             if complete:
                 y = filtered(low_pass, y, dt, even)
@@ -182,14 +182,13 @@ class Prepared:
             return np.full((len(self.task.time), len(self.channels)), np.nan)
         columns = [self.sensed(sensor, trajectory, numbers, values) for sensor in self.outputs]
         raw = np.hstack(columns)
-        dt = self.recording.sample_time
         for k, (name, _) in enumerate(self.channels):
-            raw[:, k] = self._through_logger(name, raw[:, k], dt)
+            raw[:, k] = self.through_logger(name, raw[:, k])
             raw[:, k] = values.get(GAIN + name, 1.0) * raw[:, k] + values.get(OFFSET + name, 0.0)
         return raw
 
     def processed(self, raw: np.ndarray) -> np.ndarray:
-        """(M, k): readings (N, k) behind the filters of the comparison."""
+        """(M, k, ...): readings (N, k, ...) behind the filters of the comparison."""
         return self.processing.apply(raw, self.recording.sample_time, self.kinds)
 
     def processed_change(self, raw: np.ndarray) -> np.ndarray:
@@ -264,13 +263,21 @@ class Prepared:
         """Samples at both ends of which a torque along the led joints says nothing."""
         return vague_ends(self.model, self.task)
 
-    def _through_logger(self, name: str, y: np.ndarray, dt: float) -> np.ndarray:
+    def through_logger(self, name: str, y: np.ndarray) -> np.ndarray:
+        """y (N, ...) of one channel as its logger writes it: late with the camera, and filtered."""
         delay = self.recording.camera.delay
         if delay and from_camera(name):
-            t = self.task.time
-            y = np.interp(t - delay, t, y)
+            y = _delayed(y, self.task.time, delay)
         logged = self.recording.logger_filters.get(name)
-        return y if logged is None else apply_logger_filter(y, dt, logged)
+        return y if logged is None else apply_logger_filter(y, self.recording.sample_time, logged)
+
+
+def _delayed(y: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
+    """y (N, ...) at time - delay, straight between samples, constant beyond the ends."""
+    at = np.interp(time - delay, time, np.arange(len(time), dtype=float))
+    below = np.minimum(at.astype(np.int64), len(time) - 2)
+    share = (at - below).reshape(-1, *[1] * (y.ndim - 1))
+    return np.asarray(y[below] + share * (y[below + 1] - y[below]))
 
 
 def _with_ends(x: np.ndarray, first: int, last: int) -> np.ndarray:
