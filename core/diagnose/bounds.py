@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from core.diagnose.data import Data
-from core.diagnose.descent import GOOD_ENOUGH, normal_equations
 from core.diagnose.evidence import AT_BOUND, RELEVANT
 from core.diagnose.refit import Refit
 from core.diagnose.verdict import ABOVE
 from core.effects.sizes import typical
+from core.identify.least_squares import GOOD_ENOUGH, normal_equations
 from core.parameters import Parameter
 from core.written import format_number
 

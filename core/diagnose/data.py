@@ -11,12 +11,12 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.arm.structure import Structure
-from core.diagnose.descent import Limits, limits_of, whole
 from core.diagnose.floor import Floor
 from core.effects import with_included
 from core.effects.effect import Effect, Rig
 from core.effects.sizes import Sizes, typical
 from core.identify.held import steps_needed
+from core.identify.least_squares import Limits, limits_of, whole
 from core.identify.predictor import KnownMotions, Predictor
 from core.identify.prepared import Prepared, make_task
 from core.identify.residuals import Residuals

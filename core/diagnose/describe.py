@@ -9,13 +9,13 @@ import numpy as np
 
 from core.diagnose.acceptance import Round
 from core.diagnose.data import Data, names_of
-from core.diagnose.descent import normal_equations
 from core.diagnose.evidence import RELEVANT, Weighed, acceptable
 from core.diagnose.groups import confused_with
 from core.diagnose.refit import Refit
 from core.diagnose.screen import Screened
 from core.diagnose.steps import estimates
 from core.identify.identifiability import TOGETHER, correlation_of
+from core.identify.least_squares import normal_equations
 from core.identify.uncertainty import pseudo_inverse
 from core.results import Estimate, RankedEffect
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from core.diagnose.data import Data, names_of
-from core.diagnose.descent import whole
 from core.diagnose.refit import Refit, robust_covariance
 from core.diagnose.steps import estimates
 from core.effects import catalogue
@@ -16,6 +15,7 @@ from core.effects.effect import Effect
 from core.effects.sizes import typical
 from core.identify import identifiability
 from core.identify.derived import derived_estimates
+from core.identify.least_squares import whole
 from core.identify.uncertainty import BY_DIFFERENCES
 from core.model import Model
 from core.results import Estimate

@@ -13,7 +13,6 @@ from dataclasses import replace
 
 from core.diagnose.acceptance import Added, Gate, Round
 from core.diagnose.data import Data, hypothesis, sharing_motions
-from core.diagnose.descent import cost_of
 from core.diagnose.evidence import RELEVANT, TIE, weigh
 from core.diagnose.minimum import converged, precise
 from core.diagnose.refit import Refit, nominal_values, whitened
@@ -21,6 +20,7 @@ from core.diagnose.screen import Screen, screen
 from core.diagnose.valleys import in_the_right_valley
 from core.diagnose.whitening import Whitener, fit_whitener, whitened_rows
 from core.effects.effect import Effect
+from core.identify.least_squares import cost_of
 
 
 def finer_round(

@@ -17,11 +17,11 @@ import numpy as np
 
 from core.arm.structure import Structure
 from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
-from core.diagnose.descent import descend, whole
 from core.diagnose.narrow import CLOSER, TOGETHER, batched
 from core.diagnose.profile import followed
 from core.effects.effect import Effect
 from core.identify.growing import FEWEST, SHARES, beginnings
+from core.identify.least_squares import descend, whole
 
 LOOK = 3
 """Iterations from each start before the best go on."""

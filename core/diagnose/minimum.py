@@ -9,16 +9,16 @@ from dataclasses import replace
 import numpy as np
 
 from core.diagnose.data import Anchor, Data, Hypothesis, again, coarser
-from core.diagnose.descent import (
+from core.diagnose.first_swings import from_nominal_values
+from core.diagnose.refit import Refit, fit, settled, whitened
+from core.diagnose.whitening import Whitener
+from core.identify.held import steps_needed
+from core.identify.least_squares import (
     MOST_ITERATIONS,
     cost_of,
     descend,
     normal_equations,
 )
-from core.diagnose.first_swings import from_nominal_values
-from core.diagnose.refit import Refit, fit, settled, whitened
-from core.diagnose.whitening import Whitener
-from core.identify.held import steps_needed
 from core.identify.predictor import on_all_cores
 
 SAME = 0.05

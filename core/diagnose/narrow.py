@@ -8,9 +8,9 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.descent import cost_of
 from core.diagnose.resonance import resonant_sizes
 from core.effects.effect import Effect
+from core.identify.least_squares import cost_of
 from core.lanes.wide import LANES
 
 T = TypeVar("T")

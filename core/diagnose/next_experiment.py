@@ -13,9 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.descent import normal_equations
 from core.diagnose.groups import TIE
 from core.diagnose.planned import described, planned_data
+from core.identify.least_squares import normal_equations
 from core.identify.predictor import on_all_cores
 from core.identify.uncertainty import BY_DIFFERENCES
 from core.recording.spec import SimulateSpec

@@ -11,7 +11,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from core.diagnose.data import Hypothesis
-from core.diagnose.descent import cost_of, normal_equations, whole
+from core.identify.least_squares import cost_of, normal_equations, whole
 
 TIED = 1e-10
 """Relative, of the squares of what two unknowns do: below this they do the same."""

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis
-from core.diagnose.descent import promised
 from core.diagnose.evidence import CLOSE, merit
 from core.diagnose.refit import ROUGH_ITERATIONS, Known, Refit, ahead, columns_of, exactly, fit
 from core.diagnose.valleys import better_valley
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
+from core.identify.least_squares import promised
 
 FIRST = 2
 """Iterations of everybody: the first goes to where straight lines lead, the second tells how far

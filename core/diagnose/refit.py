@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, again, hypothesis
-from core.diagnose.descent import (
+from core.diagnose.first_swings import from_first_swings, has_moved, nominal_values
+from core.diagnose.narrow import narrowed
+from core.diagnose.whitening import Whitener
+from core.effects.effect import Effect
+from core.identify.least_squares import (
     FIRST_DAMPING,
     Descended,
     cost_of,
     descend,
     normal_equations,
 )
-from core.diagnose.first_swings import from_first_swings, has_moved, nominal_values
-from core.diagnose.narrow import narrowed
-from core.diagnose.whitening import Whitener
-from core.effects.effect import Effect
 from core.identify.uncertainty import NOTHING, covariance
 
 ROUGH_ITERATIONS = 10

@@ -12,7 +12,6 @@ from core.diagnose.announce import Steps, round_title
 from core.diagnose.columns import trials
 from core.diagnose.data import Data, hypothesis, sharing_motions
 from core.diagnose.deciding import deciding
-from core.diagnose.descent import cost_of
 from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import RELEVANT, weigh
 from core.diagnose.exchange import best_exchange
@@ -30,6 +29,7 @@ from core.diagnose.state import Options, RankingCallback, State, ToCome, step_of
 from core.diagnose.valleys import in_the_right_valley
 from core.diagnose.verdict import remains, within_noise
 from core.effects.effect import Effect
+from core.identify.least_squares import cost_of
 from core.progress import Progress
 from core.results import DiagnosisRound
 

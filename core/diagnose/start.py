@@ -18,7 +18,6 @@ from core.diagnose.data import (
     enough_steps,
     hypothesis,
 )
-from core.diagnose.descent import MOST_ITERATIONS
 from core.diagnose.floor import Floor, channel_floors
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit, fit
@@ -31,6 +30,7 @@ from core.errors import InputError
 from core.identify.growing import grown
 from core.identify.guide import is_guided
 from core.identify.held import points_led
+from core.identify.least_squares import MOST_ITERATIONS
 from core.identify.prepared import Prepared, Processing, can_measure, prepare
 from core.identify.setup import primary_sensors
 from core.identify.unknowns import (

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
-from core.diagnose.descent import descend, whole
 from core.diagnose.refit import Refit
 from core.diagnose.verdict import channel_rms
 from core.identify.identifiability import analyse, identified
+from core.identify.least_squares import descend, whole
 from core.identify.prepared import Prepared
 from core.identify.uncertainty import BY_DIFFERENCES
 from core.identify.unknowns import Unknown

@@ -16,12 +16,12 @@ import numpy as np
 
 from core.diagnose.acceptance import WHOLE
 from core.diagnose.data import Data, Hypothesis, again
-from core.diagnose.descent import whole
 from core.diagnose.minimum import converged
 from core.diagnose.narrow import CLOSER, TOGETHER, batched
 from core.diagnose.profile import followed
 from core.diagnose.refit import Refit, fit
 from core.diagnose.verdict import within_noise
+from core.identify.least_squares import whole
 from core.identify.unknowns import Unknown
 from core.lanes.wide import LANES
 
@@ -87,7 +87,7 @@ def better_valley(data: Data, h: Hypothesis, stopped: Callable[[], bool]) -> Hyp
 
 def _believed(found: Refit) -> float:
     """Squared error, with that against what is known beforehand."""
-    return found.cost + found.hypothesis.limits.surprise(found.hypothesis.vector)
+    return found.cost + float(found.hypothesis.limits.surprise(found.hypothesis.vector))
 
 
 def _may_mislead(u: Unknown) -> bool:

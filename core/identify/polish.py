@@ -13,7 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.identify.refinement import Prior, Refined
+from core.identify.least_squares import limits_of
+from core.identify.refinement import Refined
 from core.identify.residuals import Residuals
 from core.simulate.nonlinear import LEAST_GAIN
 
@@ -108,18 +109,19 @@ def _step(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The Gauss-Newton step (P,) of what is free to move, and the deviations (P,) of the
     estimates under white noise; infinite where nothing tells them."""
-    scales, p, prior = residuals.scales, residuals.unknowns.parameters, Prior(residuals)
+    scales, limits = residuals.scales, limits_of(residuals.unknowns.parameters)
     r = residuals(vector)
     level = float(np.sqrt(np.mean(r**2)))
-    J = np.vstack([residuals.vector(slopes), prior.jacobian(level)]) * scales
-    whole = np.concatenate([r, prior.rows(vector, level)])
+    weights = level / np.asarray(limits.deviations)  # of the priors, as rows of their own
+    J = np.vstack([residuals.vector(slopes), np.diag(weights)]) * scales
+    whole = np.concatenate([r, weights * (vector - limits.believed)])
     free = np.ones(len(vector), dtype=bool)
     move = np.zeros(len(vector))
     while free.any():
         move[:] = 0.0
         move[free] = -np.linalg.lstsq(J[:, free], whole, rcond=SEEN)[0]
         at = vector + move * scales
-        beyond = free & ((at < p.lower()) | (at > p.upper()))
+        beyond = free & ((at < limits.lower) | (at > limits.upper))
         if not beyond.any():
             break
         free &= ~beyond

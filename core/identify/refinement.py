@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-import scipy
 
+from core.identify.least_squares import Descended, cost_of, descend, limits_of
 from core.identify.residuals import Residuals
 from core.progress import StoppedError
 
-MOST_EVALUATIONS = 60
+MOST_ITERATIONS = 60
+TINY = 1e-150
+"""A level of residuals that are zero to the last digit."""
 TOLERANCE = 1e-14
 """Relative; the cost of noise-free data falls by twenty orders, so this is meant to be small."""
 
@@ -35,43 +37,6 @@ class Refined:
     """The residuals' sensitivities (M, k, P) there, where the last step has found them."""
 
 
-class Prior:
-    """Rows (theta - mean)/std appended to the residuals, in units of the residuals' own level.
-
-    With N counted samples and noise of unknown level the likelihood is N log V; its quadratic
-    approximation around a cost V has the noise variance V / N, which is what scales the rows.
-    """
-
-    def __init__(self, residuals: Residuals) -> None:
-        items = residuals.unknowns.parameters.items
-        self.at = np.array([i for i, p in enumerate(items) if p.prior_std is not None], dtype=int)
-        means = [
-            items[i].value if items[i].prior_mean is None else items[i].prior_mean for i in self.at
-        ]
-        self.mean = np.array(means, dtype=float)
-        self.std = np.array([items[i].prior_std for i in self.at], dtype=float)
-        self.count = residuals.count
-        self.size = len(items)
-
-    def misfit(self, vectors: np.ndarray) -> np.ndarray:
-        """(S,) sum of squared standardised deviations."""
-        return np.asarray(np.sum(((vectors[:, self.at] - self.mean) / self.std) ** 2, axis=1))
-
-    def factor(self, vectors: np.ndarray) -> np.ndarray:
-        """(S,) by which the likelihood's cost V grows: exp(misfit / N)."""
-        return np.exp(self.misfit(vectors) / self.count)
-
-    def rows(self, vector: np.ndarray, level: float) -> np.ndarray:
-        """Residuals of the prior, weighted like those of the data."""
-        return level * (vector[self.at] - self.mean) / self.std
-
-    def jacobian(self, level: float) -> np.ndarray:
-        """Their slopes by the unknowns (rows, unknowns)."""
-        out = np.zeros((len(self.at), self.size))
-        out[np.arange(len(self.at)), self.at] = level / self.std
-        return out
-
-
 ROUNDS_WITH_PRIOR = 3
 """The noise level that scales the prior settles in two; the third confirms."""
 
@@ -85,64 +50,51 @@ def refine(
 ) -> Refined:
     """The least-squares minimum reached from `start` within the bounds; `tolerance` is relative
     and about the cost, and as strict as makes sense where none is given."""
-    prior = Prior(residuals)
-    vector = start
-    for _ in range(ROUNDS_WITH_PRIOR if len(prior.at) else 1):
-        level = float(np.sqrt(np.mean(residuals(vector) ** 2))) if len(prior.at) else 1.0
+    if tolerance is None:
+        tolerance = DEAR_TOLERANCE if residuals.predictor.simulation_is_dear else TOLERANCE
+    limits = limits_of(residuals.unknowns.parameters)
+    stated, vector = np.asarray(limits.deviations), np.asarray(start, dtype=float)
+    watched = _Watched(residuals, on_step)
+    with_prior = bool(np.isfinite(stated).any())
+    for _ in range(ROUNDS_WITH_PRIOR if with_prior else 1):
+        # Rows of the prior in units of the residuals' own level.
+        level = float(np.sqrt(np.mean(residuals(vector) ** 2))) if with_prior else 1.0
+        limits = replace(limits, deviations=stated / max(level, TINY))
         try:
-            found = _minimise(residuals, vector, prior, level, on_step, tolerance)
-        except _StoppedAt as stop:
-            return Refined(stop.vector, stop.cost, np.nan, False, not np.isfinite(stop.cost))
-        vector = found.x * residuals.scales
-    r, J = found.fun[: residuals.count], found.jac[: residuals.count]
+            found = descend(
+                watched.errors, watched.slopes, vector, limits, watched.stopped,
+                MOST_ITERATIONS, 0.0, share=tolerance,
+            )  # fmt: skip
+        except StoppedError:
+            return Refined(watched.vector, watched.cost, np.nan, False, watched.cost == np.inf)
+        vector = found.vector
+    return Refined(vector, found.cost, _cosine(found, residuals.scales), found.ended)
+
+
+def _cosine(found: Descended, scales: np.ndarray) -> float:
+    r, J = found.blocks[0], found.slopes[0] * scales
     size = np.linalg.norm(J) * np.linalg.norm(r)
-    gradient = float(np.linalg.norm(J.T @ r) / size) if size > 0.0 else 0.0
-    return Refined(vector, float(r @ r), gradient, bool(found.status > 0))
+    return float(np.linalg.norm(J.T @ r) / size) if size > 0.0 else 0.0
 
 
 @dataclass
-class _StoppedAt(Exception):  # noqa: N818
-    """Somebody stopped in the middle of a step: where the last one ended."""
+class _Watched:
+    """Residuals and slopes for a descent, and the best that it has come to."""
 
-    vector: np.ndarray
-    cost: float
+    residuals: Residuals
+    on_step: OnStep
+    vector: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    cost: float = np.inf
 
+    def errors(self, x: np.ndarray) -> list[np.ndarray]:
+        r = self.residuals(x)
+        cost = cost_of([r])
+        if cost < self.cost or not self.vector.size:
+            self.vector, self.cost = np.array(x), cost
+        return [r]
 
-def _minimise(
-    residuals: Residuals,
-    start: np.ndarray,
-    prior: Prior,
-    level: float,
-    on_step: OnStep,
-    asked: float | None,
-) -> scipy.optimize.OptimizeResult:
-    """SciPy's result, in units of the scales; _StoppedAt where somebody stopped it."""
-    parameters, scales = residuals.unknowns.parameters, residuals.scales
+    def slopes(self, x: np.ndarray) -> list[np.ndarray]:
+        return [self.residuals.jacobian(x)]
 
-    def value(x: np.ndarray) -> np.ndarray:
-        r = np.concatenate([residuals(x * scales), prior.rows(x * scales, level)])
-        return np.where(np.isfinite(r), r, 1e100)
-
-    def slope(x: np.ndarray) -> np.ndarray:
-        J = np.vstack([residuals.jacobian(x * scales), prior.jacobian(level)])
-        return np.asarray(np.nan_to_num(J * scales))
-
-    best: list[tuple[np.ndarray, float]] = []
-
-    def watch(intermediate_result: scipy.optimize.OptimizeResult) -> None:
-        best[:] = [(np.array(intermediate_result.x), 2.0 * float(intermediate_result.cost))]
-        if on_step(2.0 * float(intermediate_result.cost)):
-            raise StopIteration
-
-    tolerance = DEAR_TOLERANCE if residuals.predictor.simulation_is_dear else TOLERANCE
-    tolerance = tolerance if asked is None else asked
-    lower, upper = parameters.lower() / scales, parameters.upper() / scales
-    begin = np.clip(start / scales, lower, upper)
-    try:
-        return scipy.optimize.least_squares(
-            value, begin, jac=slope, bounds=(lower, upper), xtol=tolerance, ftol=tolerance,
-            gtol=tolerance, max_nfev=MOST_EVALUATIONS, callback=watch,
-        )  # fmt: skip
-    except StoppedError:
-        x, cost = best[0] if best else (begin, float("nan"))
-        raise _StoppedAt(x * scales, cost) from None
+    def stopped(self) -> bool:
+        return self.on_step(self.cost)

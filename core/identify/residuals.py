@@ -19,7 +19,8 @@ STEP = 1e-4
 """Relative step of central differences: truncation about 1e-8, rounding about 1e-10."""
 
 ONE_SIDED_STEP = 1e-6
-"""Of one-sided differences inside a descent; the uncertainty always uses central ones."""
+"""Of one-sided differences, inside a descent and at a bound; the uncertainty uses central ones
+elsewhere."""
 
 
 TOGETHER = 16
@@ -173,13 +174,13 @@ class Residuals:
 
     def _sides(self, vector: np.ndarray, j: int, central: bool) -> tuple[np.ndarray, np.ndarray]:
         """Two vectors that differ in entry j, inside the bounds."""
-        item = self.unknowns.items[j].parameter
-        step = (STEP if central else ONE_SIDED_STEP) * self.scales[j]
+        item, scale, at = self.unknowns.items[j].parameter, self.scales[j], vector[j]
         up, down = vector.copy(), vector.copy()
-        if central:
-            up[j], down[j] = min(vector[j] + step, item.upper), max(vector[j] - step, item.lower)
+        if central and item.lower <= at - STEP * scale and at + STEP * scale <= item.upper:
+            up[j], down[j] = at + STEP * scale, at - STEP * scale
         else:
-            up[j] = vector[j] + step if vector[j] + step <= item.upper else vector[j] - step
+            step = ONE_SIDED_STEP * scale
+            up[j] = at + step if at + step <= item.upper else at - step
         return up, down
 
     def _concerned(self, j: int) -> list[int]:

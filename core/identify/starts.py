@@ -10,8 +10,9 @@ import scipy
 from core.identify.estimates import first_estimate
 from core.identify.evolution import Searched, evolve
 from core.identify.guide import is_guided
+from core.identify.least_squares import limits_of
 from core.identify.population import PopulationCost
-from core.identify.refinement import Prior, Refined, refine
+from core.identify.refinement import Refined, refine
 from core.identify.residuals import Residuals
 from core.progress import Progress
 from core.results import Generation
@@ -46,12 +47,13 @@ def search(
     if not spec.generations or not len(free):
         return None
     parameters = residuals.unknowns.parameters
-    prior = Prior(residuals)
+    limits = limits_of(parameters)
 
     def costs(points: np.ndarray) -> np.ndarray:
         vectors = np.tile(start, (len(points), 1))
         vectors[:, free] = points
-        return np.asarray(cost(vectors) * prior.factor(vectors))
+        # With noise of unknown level the likelihood is N log V.
+        return np.asarray(cost(vectors) * np.exp(limits.surprise(vectors) / residuals.count))
 
     def report(generation: Generation) -> bool:
         progress.generation(label, generation)

@@ -10,11 +10,11 @@ import pytest
 
 from core.diagnose.bounds import at_bounds, beyond, ended_at_bound
 from core.diagnose.data import Data, hypothesis
-from core.diagnose.descent import Limits, cost_of, descend
 from core.diagnose.prune import ITERATIONS, without_refuted
 from core.diagnose.refit import Refit, fit
 from core.effects import effect
 from core.effects.sizes import typical
+from core.identify.least_squares import Limits, cost_of, descend
 from tests.diagnose.test_stated import bare, begun
 from tests.helpers import PAPER, looped
 

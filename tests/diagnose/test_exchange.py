@@ -13,11 +13,11 @@ import pytest
 
 from core.diagnose.acceptance import Acceptance, Added
 from core.diagnose.data import Data, again, hypothesis
-from core.diagnose.descent import cost_of
 from core.diagnose.exchange import _simpler, best_exchange
 from core.diagnose.minimum import _off_bounds, _with_steps, anchored, converged, precise
 from core.diagnose.screen import screen
 from core.effects import effect
+from core.identify.least_squares import cost_of
 from tests.diagnose.test_stated import TRUE, bare
 
 NEVER = lambda: False  # noqa: E731

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from core.diagnose.data import hypothesis
-from core.diagnose.descent import cost_of
 from core.diagnose.narrow import TOGETHER, batched, costs, narrowed
 from core.effects import effect
 from core.effects.effect import Effect
+from core.identify.least_squares import cost_of
 from tests.diagnose.test_rounds import begun
 
 SAME = 1e-6

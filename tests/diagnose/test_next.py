@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.descent import cost_of, descend
 from core.diagnose.groups import TIE
 from core.diagnose.next_experiment import (
     _left,
@@ -24,6 +23,7 @@ from core.diagnose.planned import NAME, planned_data, possible
 from core.diagnose.refit import fit
 from core.diagnose.start import begin
 from core.effects import effect
+from core.identify.least_squares import cost_of, descend
 from core.identify.prepared import prepare
 from core.identify.setup import make_setup
 from core.model import Model

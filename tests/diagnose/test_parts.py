@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.diagnose.descent import Limits, descend
 from core.diagnose.gram import explain, gram
 from core.diagnose.lines import line_of
 from core.diagnose.sensor_noise import noise_of
 from core.diagnose.whitening import no_whitening
+from core.identify.least_squares import Limits, descend
 
 ROUNDING = 1e-8
 """Relative: small dense problems, solved two ways."""

@@ -12,12 +12,12 @@ import pytest
 from core.diagnose import acceptance
 from core.diagnose.acceptance import Acceptance, Round
 from core.diagnose.columns import Column
-from core.diagnose.descent import Limits, descend
 from core.diagnose.evidence import BAR, Weighed, acceptable
 from core.diagnose.screen import Screen, _scored
 from core.diagnose.sets import FoundSet, best_set
 from core.effects import effect
 from core.effects.effect import Effect
+from core.identify.least_squares import Limits, descend
 
 SAMPLES = 2000
 NOISE = 1.0

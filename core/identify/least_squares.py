@@ -52,9 +52,9 @@ class Limits:
     believed: np.ndarray | float = 0.0
     deviations: np.ndarray | float = np.inf
 
-    def surprise(self, x: np.ndarray) -> float:
-        """Squared deviations from what is known beforehand."""
-        return float(np.sum(((x - self.believed) / self.deviations) ** 2))
+    def surprise(self, x: np.ndarray) -> np.ndarray:
+        """(...) squared deviations of x (..., P) from what is known beforehand."""
+        return np.asarray(np.sum(((x - self.believed) / self.deviations) ** 2, axis=-1))
 
 
 def limits_of(parameters: ParameterSet) -> Limits:
@@ -113,8 +113,12 @@ def descend(
     keep: bool = False,
     damping: float = FIRST_DAMPING,
     exact: Callable[[np.ndarray], Slopes] | None = None,
+    share: float = 0.0,
 ) -> Descended:
     """The minimum reached from `start` (P,) within the bounds; `damping` of a descent that goes on.
+
+    An iteration is the last where it reduces the cost by less than `good_enough` per sample, or by
+    less than that `share` of it.
 
     Where rough `slopes` lead nowhere downhill, the descent goes on with the `exact` ones: of a fast
     vibration with half the steps they pointed uphill, and left a tenth of the error.
@@ -128,14 +132,15 @@ def descend(
     """
     x = np.clip(start, limits.lower, limits.upper)
     blocks = errors(x)
-    enough = good_enough * sum(b.size for b in blocks)
+    least = good_enough * sum(b.size for b in blocks)
     cost, gradient, done, ended = cost_of(blocks), np.nan, 0, False
-    cost += limits.surprise(x)
+    cost += float(limits.surprise(x))
     S: Slopes = ()
-    at, shorter = None, enough if keep else 0.0
+    at, shorter = None, keep
     while done < most and len(x) and np.isfinite(cost) and not (S and stopped()):
         if at is None:
             S, at = [whole(s) for s in slopes(x)], x
+        enough = max(least, share * cost)
         A, b = normal_equations(blocks, S)
         A[np.diag_indices_from(A)] += np.asarray(limits.deviations) ** -2.0
         b += (x - limits.believed) / np.asarray(limits.deviations) ** 2
@@ -143,7 +148,7 @@ def descend(
         free = _free(x, b, limits)
         gradient = _cosine(A, b * free, cost)
         x_new, blocks_new, cost_new, damping = _step(
-            errors, x, blocks, cost, A, b, free, limits, damping, shorter
+            errors, x, blocks, cost, A, b, free, limits, damping, enough if shorter else 0.0
         )
         promise = _predicted_reduction(A, b, x_new - x)
         bent = keep and cost - cost_new > FLAT * promise + enough
@@ -153,8 +158,7 @@ def descend(
         stuck = np.array_equal(x, x_new)
         poor = stuck or bent or reduction < KEPT * promise
         if stuck and exact is not None and np.any(free):
-            slopes, exact, at, damping = exact, None, None, FIRST_DAMPING
-            shorter = enough
+            slopes, exact, at, damping, shorter = exact, None, None, FIRST_DAMPING, True
             continue
         resting = stuck or (reduction < enough and damping < SHORT)
         ended = resting and (at is x or not poor)
@@ -198,8 +202,8 @@ def _free(x: np.ndarray, b: np.ndarray, limits: Limits) -> np.ndarray:
 
 
 def _cosine(A: np.ndarray, b: np.ndarray, cost: float) -> float:
-    size = np.sqrt(np.maximum(np.diag(A), 1e-300) * max(cost, 1e-300))
-    return float(np.max(np.abs(b) / size)) if len(b) else 0.0
+    size = np.sqrt(np.diag(A) * cost)
+    return float(np.max(np.abs(b[size > 0.0]) / size[size > 0.0], initial=0.0))
 
 
 FIRST_WAY = 0.9
@@ -230,7 +234,7 @@ def _step(  # type: ignore[no-untyped-def]
         move = _move(A, b, free, damping)
         tried = _inside(x, move, limits)
         found = errors(tried)
-        new = cost_of(found) + limits.surprise(tried)
+        new = cost_of(found) + float(limits.surprise(tried))
         if new < cost:
             return tried, found, new, max(0.1 * damping, 1e-9)
         if np.isfinite(new) and _predicted_reduction(A, b, move) < enough:
@@ -244,17 +248,26 @@ def _longer(errors, x, x_new, blocks, cost: float, limits: Limits):  # type: ign
     while True:
         tried = _inside(x, 2.0 * (x_new - x), limits)
         found = errors(tried)
-        new = cost_of(found) + limits.surprise(tried)
+        new = cost_of(found) + float(limits.surprise(tried))
         if not new < cost:
             return x_new, blocks, cost
         x_new, blocks, cost = tried, found, new
+
+
+SEEN = 1e-10
+"""Of the largest eigenvalue of the scaled normal equations: directions with less of it do not
+move, since differences cannot tell their slopes from rounding."""
 
 
 def _move(A: np.ndarray, b: np.ndarray, free: np.ndarray, damping: float) -> np.ndarray:
     """(P,) Levenberg's step of what is free and moves any output."""
     scale = np.sqrt(np.maximum(np.diag(A), 1e-300))
     inside = np.flatnonzero(free & (np.diag(A) > 0.0))
-    normal = (A / np.outer(scale, scale))[np.ix_(inside, inside)]
     move = np.zeros_like(b)
-    move[inside] = -np.linalg.solve(normal + damping * np.eye(len(inside)), (b / scale)[inside])
+    if len(inside):
+        normal = (A / np.outer(scale, scale))[np.ix_(inside, inside)]
+        sizes, directions = np.linalg.eigh(normal)
+        directions, sizes = directions[:, sizes > SEEN * sizes[-1]], sizes[sizes > SEEN * sizes[-1]]
+        along = directions.T @ (b / scale)[inside] / (sizes + damping)
+        move[inside] = -directions @ along
     return move / scale
