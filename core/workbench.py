@@ -14,10 +14,10 @@ import numpy as np
 from core.check.run import check_scenario
 from core.diagnose.diagnose import diagnose
 from core.diagnose.level import AUTO, choose_level
+from core.diagnose.noise_route import stated_noise
 from core.diagnose.phrases import linear_line
-from core.diagnose.repeated_runs import runs_compared
+from core.diagnose.repetition import runs_compared
 from core.diagnose.state import Options
-from core.diagnose.stated_noise import stated_noise
 from core.diagnosed import diagnosed_scenario
 from core.errors import InputError
 from core.identify import predictor

@@ -12,14 +12,16 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from core.diagnose.acceptance import Round
 from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.groups import TIE
-from core.diagnose.planned import described, planned_data
+from core.diagnose.evidence import TIE
+from core.diagnose.planned import described, planned_data, possible
 from core.identify.least_squares import normal_equations
 from core.identify.predictor import on_all_cores
 from core.identify.uncertainty import BY_DIFFERENCES
+from core.progress import Progress
 from core.recording.spec import SimulateSpec
-from core.results import PlannedExperiment
+from core.results import PlannedExperiment, RankedEffect
 from core.sentences import listed
 from core.written import format_number
 
@@ -128,3 +130,22 @@ def _sentence(text: str, score: float, titles: Sequence[str]) -> str:
 
 def _number(score: float) -> str:
     return format_number(score, 2)
+
+
+def deciding(
+    found: Round, ranking: Sequence[RankedEffect], data: Data, progress: Progress
+) -> tuple[PlannedExperiment, ...]:
+    """Best first; none where nothing was found or nothing competes with it."""
+    best = found.accepted
+    if best is None:
+        return ()
+    named = next(r for r in ranking if r.effect == best.screened.effect.kind)
+    competitors = [w for w in found.weighed if w.screened.effect.kind in named.confused_with[:1]]
+    specs = possible(data)
+    if not competitors or not specs:
+        return ()
+    progress.advance(0, "Planning the experiment that would decide")
+    return next_experiments(
+        data, best.refit.hypothesis, competitors[0].refit.hypothesis,
+        (named.title, competitors[0].screened.effect.title), specs, progress.stopped,
+    )  # fmt: skip

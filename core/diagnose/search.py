@@ -11,7 +11,6 @@ from core.diagnose.acceptance import Gate, Round
 from core.diagnose.announce import Steps, round_title
 from core.diagnose.columns import trials
 from core.diagnose.data import Data, hypothesis, sharing_motions
-from core.diagnose.deciding import deciding
 from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import RELEVANT, weigh
 from core.diagnose.exchange import best_exchange
@@ -19,6 +18,7 @@ from core.diagnose.finer import finer_round
 from core.diagnose.implausible import keep_implausible, stands_in, take_out_refuted
 from core.diagnose.ladder import REFITTED, applicable, one_round
 from core.diagnose.minimum import converged, precise
+from core.diagnose.next_experiment import deciding
 from core.diagnose.phrases import times
 from core.diagnose.prune import ITERATIONS, without_needless
 from core.diagnose.refit import Refit, fit, settled

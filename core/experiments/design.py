@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.diagnose.data import Hypothesis
-from core.diagnose.groups import TIE
+from core.diagnose.evidence import TIE
 from core.diagnose.next_experiment import Known, on_data, score_on, shared_normal_matrix
 from core.diagnose.planned import NAME
 from core.diagnose.refit import Refit, refit_with

@@ -9,9 +9,9 @@ from pathlib import Path
 from core.diagnose.diagnose import begin_on
 from core.diagnose.level import AUTO
 from core.diagnose.minimum import precise
+from core.diagnose.noise_route import stated_noise
 from core.diagnose.start import Begun
 from core.diagnose.state import Options
-from core.diagnose.stated_noise import stated_noise
 from core.experiments.design import Design, Wish, design
 from core.identify.setup import make_setup
 from core.loading import load_recordings

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.diagnose.groups import TIE
+from core.diagnose.evidence import TIE
 from core.experiments.design import Candidate, Design, Deviation
 from core.experiments.trial import KEPT
 from core.recording.channels import channel_kind

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.groups import TIE
+from core.diagnose.evidence import TIE
 from core.diagnose.next_experiment import (
     _left,
     expected_score,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.diagnose.stated_noise import stated_noise
+from core.diagnose.noise_route import stated_noise
 from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.model import Model

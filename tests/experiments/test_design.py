@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from core.diagnose.evidence import TIE
 from core.diagnose.facts import final_parameters
-from core.diagnose.groups import TIE
 from core.diagnose.refit import settled
 from core.errors import InputError
 from core.experiments.allowed import Allowed

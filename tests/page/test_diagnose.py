@@ -61,8 +61,8 @@ def bars(page: Any) -> list[str]:
 def headless(session: Session) -> float:
     """What a diagnosis without a page reaches with one effect: rms in floors."""
     from core.diagnose.diagnose import diagnose
+    from core.diagnose.noise_route import stated_noise
     from core.diagnose.state import Options
-    from core.diagnose.stated_noise import stated_noise
     from core.identify.setup import make_setup
     from core.loading import load_recordings
     from core.progress import Silent

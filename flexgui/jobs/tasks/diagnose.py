@@ -98,8 +98,8 @@ def diagnose(
 def _asked(
     scenario: Any, model: Any, spec: IdentifySpec, where: Within, progress: PartialProgress
 ) -> Asked:
+    from core.diagnose.noise_route import stated_noise
     from core.diagnose.state import Options
-    from core.diagnose.stated_noise import stated_noise
     from core.errors import InputError
     from core.identify.setup import make_setup
     from core.loading import load_recordings
