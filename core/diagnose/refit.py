@@ -14,6 +14,7 @@ from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
 from core.identify.least_squares import (
     FIRST_DAMPING,
+    SEEN,
     Descended,
     cost_of,
     descend,
@@ -99,7 +100,7 @@ def whitened(at: Hypothesis, found: Descended, whitener: Whitener) -> tuple[floa
     inside = (x > limits.lower + near) & (x < limits.upper - near) & (np.diag(A) > 0.0)
     which = np.flatnonzero(inside)
     d = np.sqrt(np.diag(A)[which])
-    inverse = np.linalg.pinv(A[np.ix_(which, which)] / np.outer(d, d), rcond=1e-10, hermitian=True)
+    inverse = np.linalg.pinv(A[np.ix_(which, which)] / np.outer(d, d), rcond=SEEN, hermitian=True)
     g = b[which] / d
     covariance = np.full(A.shape, np.nan)
     covariance[np.ix_(which, which)] = inverse / np.outer(d, d)

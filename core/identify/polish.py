@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.identify.least_squares import limits_of
+from core.identify.least_squares import SEEN, limits_of
 from core.identify.refinement import Refined
 from core.identify.residuals import Residuals
 from core.simulate.nonlinear import LEAST_GAIN
@@ -119,18 +119,14 @@ def _step(
     move = np.zeros(len(vector))
     while free.any():
         move[:] = 0.0
-        move[free] = -np.linalg.lstsq(J[:, free], whole, rcond=SEEN)[0]
+        move[free] = -np.linalg.lstsq(J[:, free], whole, rcond=SEEN**0.5)[0]
         at = vector + move * scales
         beyond = free & ((at < limits.lower) | (at > limits.upper))
         if not beyond.any():
             break
         free &= ~beyond
     found = np.full(len(vector), np.inf)
-    variances = np.diag(np.linalg.pinv(J[:, free].T @ J[:, free], SEEN**2))
+    variances = np.diag(np.linalg.pinv(J[:, free].T @ J[:, free], SEEN))
     found[free] = level * np.sqrt(np.maximum(variances, 0.0))
     found[free & (found <= 0.0)] = np.inf
     return move * scales, found * scales
-
-
-SEEN = 1e-6
-"""Of the largest singular value: directions that change the outputs by less do not move."""

@@ -12,8 +12,6 @@ from core.identify.residuals import Residuals
 from core.progress import StoppedError
 
 MOST_ITERATIONS = 60
-TINY = 1e-150
-"""A level of residuals that are zero to the last digit."""
 TOLERANCE = 1e-14
 """Relative; the cost of noise-free data falls by twenty orders, so this is meant to be small."""
 
@@ -59,7 +57,7 @@ def refine(
     for _ in range(ROUNDS_WITH_PRIOR if with_prior else 1):
         # Rows of the prior in units of the residuals' own level.
         level = float(np.sqrt(np.mean(residuals(vector) ** 2))) if with_prior else 1.0
-        limits = replace(limits, deviations=stated / max(level, TINY))
+        limits = replace(limits, deviations=stated / (level or 1.0))
         try:
             found = descend(
                 watched.errors, watched.slopes, vector, limits, watched.stopped,
