@@ -138,13 +138,13 @@ def run_scenario(
 def _findings(
     scenario: Scenario, folder: Folder | None, data_folder: Path | None, progress: Progress
 ) -> tuple[str, ...]:
-    """What the check says of the recordings from files: the model made the others."""
+    """What is wrong with the recordings from files: the model made the others."""
     files = tuple(spec for spec in scenario.recordings if spec.file is not None)
     if not files:
         return ()
     looked = scenario.model_copy(update={"recordings": files})
     found = check_scenario(looked, folder or Path(), data_folder, progress)
-    return tuple(one.sentence for one in found)
+    return tuple(one.sentence for one in found if one.is_fault)
 
 
 def _prepare_forms(model: Model) -> None:

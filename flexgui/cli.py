@@ -210,7 +210,7 @@ def check(
         typer.echo(dumps({"findings": [one.as_json() for one in found]}), nl=False)
     else:
         typer.echo("\n".join([*listed, *_lines(found, count)]))
-    raise typer.Exit(int(any(not one.good for one in found)))
+    raise typer.Exit(int(any(one.is_fault for one in found)))
 
 
 @app.command()
@@ -288,7 +288,7 @@ def _contents(table: Table) -> list[str]:
 
 def _lines(found: Sequence[Finding], count: int) -> list[str]:
     lines = []
-    if all(one.good for one in found):
+    if not any(one.is_fault for one in found):
         lines.append(f"{count} recording{'s' * (count != 1)}, no faults")
     for one in found:
         lines.append(f"{one.recording}, {one.channel}: {one.fault}. {one.evidence}")

@@ -87,7 +87,7 @@ class Bending:
 
     @cached_property
     def segments(self) -> np.ndarray:
-        """(bending coordinates,) the bending segment of each, from 0."""
+        """(bending coordinates,) the bending segment of each, from 0; they come before twists."""
         counts = [m for m in self.model.arm.modes if m]
         return np.repeat(np.arange(len(counts)), counts)
 
@@ -104,7 +104,8 @@ class Bending:
         """(rad/s (modes,), shapes (bending coordinates, modes)) while the joints stand."""
         _, M, K = self._matrices
         j = self.model.arm.joints
-        root = np.sqrt(shape.stiffness[self.segments])
+        root = np.ones(len(K) - j)  # twists of joints and a soft base are as stated
+        root[: len(self.segments)] = np.sqrt(shape.stiffness[self.segments])
         squares, modes = scipy.linalg.eigh(root[:, None] * K[j:, j:] * root, M[j:, j:])
         return np.sqrt(np.maximum(squares, 1e-12)), modes
 

@@ -27,9 +27,6 @@ class Picture:
     unit: str = ""
 
 
-GOOD = ("repeated_cycles",)
-
-
 @dataclass(frozen=True)
 class Finding:
     """One fault of one channel."""
@@ -44,6 +41,8 @@ class Finding:
     mend: str | None = None
     """The line of TOML, in the recording's table, that mends it; None where nothing safe does."""
     picture: Picture | None = field(default=None, compare=False)
+    is_fault: bool = True
+    """False: nothing is wrong, but it is worth knowing."""
 
     @property
     def sentence(self) -> str:
@@ -51,14 +50,9 @@ class Finding:
         mend = f" In its table: {self.mend}" if self.mend else ""
         return f"{self.recording}, {self.channel}: {self.fault}. {self.evidence}{mend}"
 
-    @property
-    def good(self) -> bool:
-        """Whether it is no fault but worth knowing."""
-        return self.fault in GOOD
-
     def as_json(self) -> dict[str, Any]:
-        """Without the picture."""
-        return {k: v for k, v in asdict(self).items() if k != "picture"}
+        """What a script needs to find and mend it."""
+        return {k: v for k, v in asdict(self).items() if k not in ("picture", "is_fault")}
 
 
 class Check(ABC):

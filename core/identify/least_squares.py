@@ -136,7 +136,7 @@ def descend(
     cost, gradient, done, ended = cost_of(blocks), np.nan, 0, False
     cost += float(limits.surprise(x))
     S: Slopes = ()
-    at, shorter = None, keep
+    at, shorter = None, keep or share > 0.0
     while done < most and len(x) and np.isfinite(cost) and not (S and stopped()):
         if at is None:
             S, at = [whole(s) for s in slopes(x)], x

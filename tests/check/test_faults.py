@@ -117,6 +117,7 @@ def test_a_cycle_is_found_in_references_that_were_measured(noise: float) -> None
     given = np.tile(cycle, 3) + noise * rng.standard_normal(3000)
     found = Measured("steps", "estimate", 2e-3 * np.arange(3000), {"theta1_ref": given})
     (said,) = checks()["repeated_cycles"].look(Case(found))
+    assert not said.is_fault
     assert said.size == pytest.approx(2.0, abs=2e-3)  # one sample
 
 

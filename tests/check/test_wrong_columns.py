@@ -63,6 +63,16 @@ def test_a_model_that_is_off_is_no_fault_of_its_recordings() -> None:
     assert check_all([case.recording for case in elastic().cases]) == []
 
 
+def test_an_arm_with_stated_elastic_joints_and_base_is_checked_too() -> None:
+    """Their coordinates are no bending of a link: this ended with an internal error."""
+    found = elastic().cases[0].recording
+    effects = "joint_elasticity", "base_compliance"
+    stated = "".join(f'{{ id = "{kind}" }}, ' for kind in effects)
+    text = TEXT.replace('level = "nonlinear"', f'level = "nonlinear"\neffects = [{stated}]')
+    soft = base_model(parse_scenario(text, "soft"))
+    assert alone(replace(found, model=soft)) == []
+
+
 def test_degrees_come_before_gears_where_friction_shifts_the_factor(rigs: list[Rig]) -> None:
     found = rigs[0].cases[0].recording
     heavy = {"theta1": 0.9 * 180 / np.pi * found.channels["theta1"]}

@@ -59,6 +59,7 @@ def quick(path: Path, folder: Path) -> Path:
 def exported(path: Path, out: Path) -> dict[str, Any]:
     result = CliRunner().invoke(app, ["export", str(path), "--out", str(out)])
     assert result.exit_code == 0, result.output
+    assert "Warning: " not in result.output
     assert f"The report is {out / 'report.html'}." in result.output
     return dict(json.loads((out / "result.json").read_text(encoding="utf-8")))
 
