@@ -44,8 +44,6 @@ class Numbers(NamedTuple):
     law: DriveLaw
     elements: tuple[Element, ...] = ()
     """Extra forces of the effects."""
-    beside: tuple[Element, ...] = ()
-    """Those that are not simulated with them: forces at joints that a servo holds."""
 
     def packed(self, n: int) -> ElementArrays:
         """The extra forces as compiled code takes them, on an arm with n coordinates."""

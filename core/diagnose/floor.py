@@ -3,8 +3,7 @@
 The noise comes from the best source there is: what does not repeat when a motion is made again,
 else what is stated of the sensors, else their own high band. The last two are noise of the columns
 as they were written, and go the way of the measurement: logger, differentiation, servo, filters,
-decimation. To that comes what an arm misses of itself where it is led along encoders that hardly
-show how it vibrates.
+decimation.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.diagnose.led_error import led_errors
 from core.diagnose.noise_route import noise_in_outputs
 from core.diagnose.repetition import repeated, scatter
 from core.diagnose.sensor_noise import ESTIMATED
@@ -60,15 +58,15 @@ def channel_floors(
     """
     again = scatter(repeated(experiments), experiments, errors)
     drawn = noise_in_outputs(experiments, motions, stated, without=again)
-    missed, left = _led_errors(experiments, motions), channel_rms(experiments, errors)
+    left = channel_rms(experiments, errors)
     found = {}
     for name, spread in _spreads(experiments).items():
         alike = (1.0,) * len(experiments)
         noise, source, ratios = (again[name], REPETITION, alike) if name in again else drawn[name]
         noise = min(noise, WITHIN * left[name]) if source == ESTIMATED else noise
-        beside = [fidelity * spread, missed.get(name, 0.0)]
-        value = float(np.linalg.norm([noise, *beside])) or 1e-12
-        own = [float(np.linalg.norm([noise * ratio, *beside])) / value for ratio in ratios]
+        beside = fidelity * spread
+        value = float(np.hypot(noise, beside)) or 1e-12
+        own = [float(np.hypot(noise * ratio, beside)) / value for ratio in ratios]
         within = WITHIN if source == ESTIMATED else 1.0
         found[name] = Floor(value, noise, source, within, alike if ratios == alike else tuple(own))
     return found
@@ -83,10 +81,3 @@ def _mean(e: Prepared) -> np.ndarray:
     """(k,) of the samples that count."""
     total = np.sum(e.measured, axis=0, where=e.counted)
     return np.asarray(total / np.maximum(e.counted.sum(axis=0), 1))
-
-
-def _led_errors(experiments: Sequence[Prepared], motions: Sequence[Motion]) -> dict[str, float]:
-    """channel -> rms of what an arm that is led along its encoders misses of itself."""
-    found = led_errors(experiments, motions)
-    known = [(e, x) for e, x in zip(experiments, found, strict=True) if x is not None]
-    return channel_rms([e for e, _ in known], [x for _, x in known])

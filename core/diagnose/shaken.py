@@ -3,8 +3,7 @@
 Where a servo leads the joints, their noise sets lightly damped links swinging, and they swing for
 the whole recording at the frequency by which a stiffness shows. A fit takes most of that up, so the
 residual does not tell: three deviations off were no rarity. What the noise does to the estimates is
-therefore drawn, with the model's own equations; and where samples hardly show the vibrations, what
-the arm so led misses of itself is counted too.
+therefore drawn, with the model's own equations.
 """
 
 from __future__ import annotations
@@ -15,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 
 from core.diagnose.data import Data
-from core.diagnose.led_error import led_errors
 from core.diagnose.noise_route import noise_drawn
 from core.diagnose.refit import Refit
 from core.diagnose.start import motions_of
@@ -48,8 +46,8 @@ def widened(data: Data, refit: Refit, stated: Mapping[str, float]) -> Refit:
 def _variances(
     data: Data, refit: Refit, known: np.ndarray, stated: Mapping[str, float]
 ) -> np.ndarray:
-    """(p,) of the unknowns `known`: of (S'S)^-1 S'e over draws e, which recordings make apart, and
-    of the error that all make by being led. A channel's draws are at most its floor, where the
+    """(p,) of the unknowns `known`: of (S'S)^-1 S'e over draws e, which recordings make apart. A
+    channel's draws are at most its floor, where the
     model has shown that its columns are less noisy than they seemed."""
     h = refit.hypothesis
     slopes = [S[:, :, known].reshape(-1, len(known)) for S in refit.descended.slopes]
@@ -64,13 +62,7 @@ def _variances(
     ]
     sizes = channel_rms(experiments, [np.sqrt(np.mean(x**2, axis=0)) for x in drawn])
     most = np.array([1.0 / max(sizes.get(n, 0.0), 1.0) for n, _ in experiments[0].channels])
-    led = led_errors(experiments, motions)
-    pull = np.zeros(len(known))
-    for S, e, weights, draws, one in zip(
-        slopes, experiments, data.weights, drawn, led, strict=True
-    ):
+    for S, draws in zip(slopes, drawn, strict=True):
         pulls = np.array([S.T @ (x * most).ravel() for x in draws])
         meat += pulls.T @ pulls / len(pulls)
-        if one is not None:
-            pull += S.T @ (np.where(e.counted, one, 0.0) * weights).ravel()
-    return np.diag(inverse @ (meat + np.outer(pull, pull)) @ inverse)
+    return np.diag(inverse @ meat @ inverse)

@@ -27,8 +27,6 @@ from core.diagnose.valleys import in_the_right_valley
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
 from core.errors import InputError
-from core.identify.growing import grown
-from core.identify.guide import is_guided
 from core.identify.held import points_led
 from core.identify.least_squares import MOST_ITERATIONS
 from core.identify.prepared import Prepared, Processing, can_measure, prepare
@@ -254,10 +252,6 @@ def _better_start(
     labels = {u.label: u.parameter.value for u in data.nuisance}
     if any(labels.get(k, v) != v for k, v in identified.items()):
         starts.append({**values, **identified})
-    elif is_guided(data.experiments[0].model):
-        h = hypothesis(data, effects, dict(values))
-        within = h.at(grown(h.residuals, h.vector, lambda _: stopped()))
-        starts.append({**values, **within.values()})
     looks = [fit(hypothesis(data, effects, s), None, stopped, LOOK) for s in starts]
     best = min(looks, key=lambda one: one.cost)
     return fit(best.hypothesis, None, stopped, MOST_ITERATIONS)

@@ -121,9 +121,6 @@ class FollowingServo:
     """Diagonal of M at the joints, kg m^2; fixed, so that it does not move with the estimates."""
     band_hz: float = np.inf
     """Hz beyond which nothing is compared, so that no vibration need be led there."""
-    guided: bool = False
-    """Whether the joints are led between samples as the model answers to the recorded torque
-    (core.identify.guide), not along splines alone."""
     torque_hz: float = np.inf
     """Hz beyond which no torque is compared, of which friction along the joints is a part."""
 
@@ -167,13 +164,6 @@ class FollowingServo:
         (N, 2 nr + 2 joints) and the servo's law; what its feedback adds is smooth."""
         nr = (law.references - 2 * len(law.R)) // 2
         return np.asarray(references[:, :nr] @ law.R[:, nr : 2 * nr].T)
-
-    def own_feedback(self, law: DriveLaw) -> tuple[np.ndarray, np.ndarray]:
-        """(joints, joints) by which the drive itself takes off torque per position and per speed of
-        the joints, of this servo's law."""
-        joints = len(law.R)
-        seen = law.R[:, -2 * joints :]
-        return law.P[:, :joints] - seen[:, :joints], law.V[:, :joints] - seen[:, joints:]
 
     def seen_by_friction(self, place: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
         """Positions and speeds (N, joints) without the encoders' noise, which would turn the sign

@@ -20,7 +20,6 @@ from core.drives.servo import FollowingServo, averaged
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law
 from core.forces.element import Element
-from core.identify.guide import is_guided
 from core.identify.led_motion import joint_servo
 from core.identify.led_points import finer_by
 from core.identify.prescribed import is_prescribed
@@ -62,8 +61,7 @@ def simulated_part(model: Model, numbers: Numbers) -> Numbers:
     moving = tuple(e for e in numbers.elements if not is_held(model, e))
     if len(moving) == len(numbers.elements):
         return numbers
-    beside = tuple(e for e in numbers.elements if is_held(model, e))
-    return numbers._replace(elements=moving, beside=beside)
+    return numbers._replace(elements=moving)
 
 
 def effects_in_steps(model: Model) -> tuple[Effect, ...]:
@@ -85,7 +83,7 @@ def with_held(model: Model, numbers: Numbers, motion: Trajectory) -> Trajectory:
     """The motion with the torque that overcomes the forces at held joints as well.
 
     Where the joints are prescribed, friction sees a smooth motion: the encoders' noise would turn
-    its sign at rest. A guide is smooth itself.
+    its sign at rest.
     """
     simulated = simulated_part(model, numbers)
     if simulated is numbers:
@@ -118,7 +116,7 @@ def _seen(model: Model, simulated: Numbers, motion: Trajectory) -> np.ndarray:
 
     def made() -> np.ndarray:
         place, speed = motion.q[:, :joints], motion.v[:, :joints]
-        if not is_prescribed(model, simulated) or is_guided(model):
+        if not is_prescribed(model, simulated):
             return _curved(np.hstack([place, speed]))
         dt, servo = float(motion.time[1] - motion.time[0]), joint_servo(model)
         key = hashlib.blake2b(place.tobytes(), digest_size=16).digest(), dt, servo.hz, servo.band_hz
@@ -223,7 +221,7 @@ def digest(model: Model, numbers: Numbers, task: Task, plain: Task) -> bytes:
     if not is_prescribed(model, numbers):  # then no drive decides where the joints go
         for array in law_arrays(numbers.law):
             found.update(array.tobytes())
-    for e in (*numbers.elements, *(numbers.beside if is_guided(model) else ())):
+    for e in numbers.elements:
         found.update(repr((hash(e.law), e.values, e.at_tip, e.loaded_by)).encode())
         for direction in e.directions:
             found.update(direction.tobytes())

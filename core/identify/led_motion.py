@@ -21,7 +21,6 @@ from core.arm.signatures import DYNAMICS, kernel, matrix, vector
 from core.arm.slots import weighing
 from core.arm.structure import Structure
 from core.drives.servo import FollowingServo
-from core.identify.guide import decisive, guide, is_guided
 from core.identify.led_points import finer_by
 from core.model import Model, Numbers
 from core.recent import Recent
@@ -53,8 +52,8 @@ per sample all of the torque at the last but one, a sixth of that each sample be
 def vague_ends(model: Model, task: Task) -> tuple[int, int]:
     """Samples at the beginning and at the end of a recording of which the torque along the led
     joints is not known: an end has no second difference, and what the drive held before it nobody
-    knows. What begins at rest has a known end; a guide vibrates by itself."""
-    seldom = finer_by(model, task.sample_time) > 1 and not is_guided(model)
+    knows. What begins at rest has a known end."""
+    seldom = finer_by(model, task.sample_time) > 1
     return VAGUE if seldom and task.before is None else 1, VAGUE if seldom else 1
 
 
@@ -82,8 +81,7 @@ def joint_motion(model: Model, numbers: Numbers, task: Task) -> Led:
     finer = finer_by(model, task.sample_time)
     law, weight = numbers.law, weighing(numbers.p, joints).tobytes()
     along = law.R.tobytes(), law.references, lead, finer, task.sample_time
-    guided = decisive(model, numbers, task) if is_guided(model) else None
-    key = id(task.references), id(task.before), Structure.of(model.arm), weight, along, guided
+    key = id(task.references), id(task.before), Structure.of(model.arm), weight, along
     return _SAME.get(key, lambda: _Same(task, _led_anew(model, numbers, task, lead, finer))).led
 
 
@@ -98,14 +96,8 @@ def _led_anew(model: Model, numbers: Numbers, task: Task, lead: int, finer: int)
         return astray
     at_once = _held_acceleration(model, numbers, task, whole, lead)
     dt = task.sample_time
-    if not is_guided(model):
-        key = _digest(whole, at_once), lead, finer, dt
-        return _LED.get(key, lambda: _led(whole, at_once, lead, finer, dt))
-    moved = guide(model, numbers, task)
-    if not np.isfinite(moved).all():
-        return astray
-    moved = np.vstack([np.repeat(moved[:1], lead * finer, axis=0), moved])
-    return _led(whole, at_once, lead, finer, dt, moved)
+    key = _digest(whole, at_once), lead, finer, dt
+    return _LED.get(key, lambda: _led(whole, at_once, lead, finer, dt))
 
 
 def _digest(*arrays: np.ndarray) -> bytes:
@@ -145,22 +137,16 @@ def _led(
     lead: int,
     finer: int,
     sample_time: float,
-    moved: np.ndarray | None = None,
 ) -> Led:
     """The motion through places (L + N, joints); `at_once` (L + N, joints) is the part of its
-    acceleration that is held between samples, `moved` (finer (L + N - 1) + 1, joints) a motion that
-    has its vibration, where there is one."""
+    acceleration that is held between samples."""
     mean = scipy.ndimage.uniform_filter1d(at_once, AVERAGE, axis=0, mode="nearest")
     at_once, mean = _between(at_once, mean, finer)
     dt = sample_time / finer
     jumping, speed = _integrated(at_once, mean, dt)
     # At rest there is neither speed nor acceleration; what they are at other ends nobody knows.
     flat = (mean[0] - at_once[0], (mean[1] - mean[0]) / dt) if lead else None
-    if moved is None:
-        smooth = _finely(whole - jumping[::finer], finer, dt, flat)
-    else:
-        flat = None if flat is None else (np.zeros_like(flat[0]), np.zeros_like(flat[1]))
-        smooth = _finely(whole - moved[::finer], finer, dt, flat) + moved - jumping
+    smooth = _finely(whole - jumping[::finer], finer, dt, flat)
     # A speed at the start, read out of the first samples' noise, would shake the arm to the end.
     begin = "not-a-knot" if flat is None else (1, np.zeros_like(flat[0]))
     spline = scipy.interpolate.CubicSpline(

@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from core.drives.servo import FollowingServo
-from core.model import Model, Numbers
+from core.model import Model
 from core.recent import Recent
 
 SWING = 0.5
@@ -54,43 +54,13 @@ def _finer(bare: Model, servo: object, sample_time: float) -> int:
     band = servo.band_hz if isinstance(servo, FollowingServo) else np.inf
     most = min(2.0 * np.pi * band * sample_time, UNSURE * np.pi)
 
-    guided = isinstance(servo, FollowingServo) and servo.guided
-
     def fastest(K: np.ndarray, M: np.ndarray) -> float:
         swing = _swings(K, M, sample_time)
-        shown = (swing < most) | (guided & (_folded(swing) < most))
-        return float(np.max(swing[shown], initial=0.0))
+        return float(np.max(swing[swing < most], initial=0.0))
 
     free, led = fastest(K, M), fastest(K[joints:, joints:], M[joints:, joints:])
     points = max(free / SWING, led / LED_SWING, 1.0)
     return int(np.clip(2 ** np.ceil(np.log2(points)), 1, FINEST))
-
-
-def _folded(swings: np.ndarray) -> np.ndarray:
-    """rad per sample as which samples show vibrations that may be faster than half their rate."""
-    whole = 2.0 * np.pi
-    return np.abs(swings - whole * np.round(swings / whole))
-
-
-def fastest_swing(model: Model, numbers: Numbers, sample_time: float) -> float:
-    """rad by which an arm's fastest vibration swings on from one sample to the next."""
-    at = np.zeros(model.arm.coordinates)
-    K, _ = model.compiled.linear_matrices(at, numbers.p)
-    M = model.compiled.mass_matrix(at, numbers.p)
-    return float(_swings(0.5 * (K + K.T), 0.5 * (M + M.T), sample_time).max(initial=0.0))
-
-
-def hidden_between(model: Model, servo: FollowingServo, sample_time: float) -> bool:
-    """Whether splines through samples miss a vibration of the bare arm that they show: one that
-    swings on by more than SELDOM from one to the next. Of the slowest vibrations, one per joint:
-    further bending shapes take little part in a motion, and most samples miss those."""
-    bare = model.bare or model
-    if bare.arm.coordinates == bare.arm.joints:
-        return False
-    swings = _swings(*_matrices(bare), sample_time)
-    swings = np.sort(swings[swings > STILL])[: bare.arm.joints]
-    shown = _folded(swings) < 2.0 * np.pi * servo.band_hz * sample_time
-    return bool(np.any(shown & (swings > SELDOM)))
 
 
 def sampled_seldom(model: Model, sample_time: float) -> str:

@@ -15,7 +15,6 @@ import numpy as np
 
 from core.drives.servo import FollowingServo
 from core.identify import held
-from core.identify.guide import guide_all
 from core.identify.prepared import TORQUE, Prepared
 from core.identify.prescribed import given_motion, is_given, is_prescribed, prescribed_job
 from core.identify.unknowns import Unknowns
@@ -238,7 +237,6 @@ class Predictor:
         requests = list(zip(models, numbers, tasks, strict=True))
         if all(map(is_given, models, numbers)):
             return [given_motion(*each) for each in requests]
-        guide_all(requests, WORKERS)
         jobs = [job_of(*each) for each in requests]
         if self.steps is not None:
             # Play has edges, and what is extrapolated across them imitated it on a rigid slide.

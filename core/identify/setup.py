@@ -9,7 +9,7 @@ import numpy as np
 
 from core.drives.servo import DEFAULT_HZ, FollowingServo
 from core.errors import InputError
-from core.identify.led_points import hidden_between, sampled_seldom
+from core.identify.led_points import sampled_seldom
 from core.identify.prepared import TORQUE, Processing, start_joints
 from core.identify.unknowns import first_states, starts_unknown
 from core.model import Model
@@ -161,19 +161,10 @@ def _servo(
     posture = at_rest(start_joints(model, recordings[0]), n)[:n]
     inertia = np.diag(model.compiled.mass_matrix(posture, p))[: model.arm.joints]
     hz = spec.servo_hz or DEFAULT_HZ
-    servo = FollowingServo(
+    return FollowingServo(
         model.drive, hz, tuple(float(x) for x in inertia), processing.band_hz(kinds),
         torque_hz=processing.band_hz([TORQUE]),
     )  # fmt: skip
-    between = max(r.sample_time for r in recordings)
-    known = model.drive.torque_known and hidden_between(model, servo, between)
-    return replace(servo, guided=known)
-
-
-GUIDED = (
-    "The arm may vibrate faster than the samples show; between them its joints are led as the "
-    "model answers to the recorded torque, and fits begin with the first swings."
-)
 
 
 IN_MOTION = (
@@ -222,9 +213,7 @@ def _notes(
             f"{torque if model.drive.torque_known else unknown}."
         )
         seldom = sampled_seldom(model, max(r.sample_time for r in recordings))
-        if servo.guided:
-            sentences.append(GUIDED)
-        elif seldom and model.drive.torque_known:
+        if seldom and model.drive.torque_known:
             sentences.append(seldom)
     if first_states(model) and any(starts_unknown(spec, r) for r in recordings):
         sentences.append(IN_MOTION if spec.initial_state is None else ANY_START)

@@ -9,7 +9,6 @@ import scipy
 
 from core.identify.estimates import first_estimate
 from core.identify.evolution import Searched, evolve
-from core.identify.guide import is_guided
 from core.identify.least_squares import limits_of
 from core.identify.population import PopulationCost
 from core.identify.refinement import Refined, refine
@@ -92,8 +91,7 @@ def several_starts(residuals: Residuals, start: np.ndarray, spec: IdentifySpec) 
     moved = [
         i for i, u in enumerate(items) if u.searched and u.parameter.positive and start[i] > 0.0
     ]
-    guided = any(is_guided(e.model) for e in residuals.experiments)  # then `grown` tries them all
-    if not moved or not spec.refine or spec.generations == 0 or guided:
+    if not moved or not spec.refine or spec.generations == 0:
         return [start]
     points = scipy.stats.qmc.LatinHypercube(
         len(moved), rng=np.random.default_rng(spec.seed)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from core.diagnose import floor
 from core.diagnose.data import hypothesis
 from core.diagnose.final_ladder import final_ladder
 from core.diagnose.floor import WITHIN, Floor
@@ -26,7 +23,6 @@ from core.diagnose.start import Begun, begin
 from core.diagnose.state import Options, State, given_step
 from core.diagnose.verdict import remains, within_noise
 from core.effects import effect
-from core.identify.prepared import Prepared
 from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
@@ -217,21 +213,6 @@ def test_floors_of_led_arms_that_are_right_are_left_alone() -> None:
     floors = higher_floors(state, Options())
     assert floors is not None
     put_in_floors(state, floors, never)
-    assert higher_floors(state, Options()) is None
-
-
-@pytest.mark.long
-def test_what_a_led_arm_may_miss_of_itself_raises_no_floor(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a wrong valley that was eighty times what the model left."""
-    state, given = on_a_soft_base()
-    floors = higher_floors(state, Options())
-    assert floors is not None
-    put_in_floors(state, floors, never)
-
-    def much(experiments: Sequence[Prepared], _: object) -> list[np.ndarray]:
-        return [80.0 * e.measured for e in experiments]
-
-    monkeypatch.setattr(floor, "led_errors", much)
     assert higher_floors(state, Options()) is None
 
 

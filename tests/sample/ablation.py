@@ -107,18 +107,8 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "polish of the identification": [("core.identify.fit.polished", lambda r, refined: None)],
     "several starts": [("core.identify.fit.several_starts", lambda r, start, spec: [start])],
     "shaken deviations": [("core.diagnose.search.widened", _fit)],
-    "prescribed-motion error": [
-        ("core.diagnose.floor.led_errors", lambda e, m: [None] * len(e)),
-    ],
     "prediction-error bound": [("core.diagnose.noise_route.unforeseen", _none)],
     "noise per recording": [("core.diagnose.start._noise_ratios", lambda *_: ())],
-    "guide between samples": [
-        (f"core.{place}.is_guided", _no)
-        for place in (
-            "identify.starts", "identify.led_motion", "identify.growing", "identify.held",
-            "diagnose.start", "diagnose.led_error", "identify.guide",
-        )
-    ],
     "next experiments": [("core.diagnose.search.deciding", lambda *_: ())],
     "validation as a gate": [
         ("core.diagnose.search._gate", lambda state: lambda data, refit: ""),
