@@ -12,9 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from core.diagnose.bounds import at_bounds, ended_at_bound
 from core.diagnose.data import Data, Hypothesis
-from core.diagnose.evidence import RELEVANT, Weighed, acceptable, degenerate, weigh
+from core.diagnose.evidence import (
+    RELEVANT,
+    Weighed,
+    acceptable,
+    at_bounds,
+    degenerate,
+    ended_at_bound,
+    weigh,
+)
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit, refit_with, robust_covariance
 from core.diagnose.screen import Screen, Screened
@@ -23,15 +30,6 @@ from core.diagnose.shape_refinement import refine_shape
 from core.diagnose.verdict import within_noise
 from core.effects.effect import Effect
 from core.effects.sizes import typical
-
-
-@dataclass(frozen=True)
-class Added:
-    """One effect that a round puts into the model."""
-
-    weighed: Weighed
-    fit: Refit
-    """The model with it and those that the round added before it."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +63,7 @@ class Round:
     after: Refit
     data: Data
     """Anchored at `after`."""
-    added: tuple[Added, ...] = ()
+    added: tuple[Weighed, ...] = ()
     """What leads from `before` to `after`, in the order of what each explains."""
     refusals: Sequence[Refusal] = ()
     """What was good enough by itself and was refused, best first."""
@@ -156,8 +154,7 @@ class Acceptance:
     def _adding(self, one: Weighed, data: Data, after: Refit, found: list[Weighed]) -> Round:
         """The round that adds one effect."""
         order = (one, *[w for w in found if w.screened is not one.screened])
-        kept = (Added(one, after),)
-        return Round(self.seen, order, one, self.before, after, data, kept)
+        return Round(self.seen, order, one, self.before, after, data, (one,))
 
     def _in_company(self, spoiling: Weighed, found: list[Weighed]) -> Round | None:
         """What made unseen recordings worse by itself, together with one more effect: a true one
@@ -249,9 +246,9 @@ class Acceptance:
         whole = self._refit(members, values, [name for s in members for name in s.scanned])
         if not np.isfinite(whole.cost) or self.stopped():
             return None, set()
-        alone = min((w.refit.cost for w in found), default=self.before.cost)
+        best = min((w.refit.cost for w in found), default=self.before.cost)
         share = self._share(self.before.cost - whole.cost)
-        if alone - whole.cost < RELEVANT * self.data.count or share < WHOLE:
+        if best - whole.cost < RELEVANT * self.data.count or share < WHOLE:
             return None, {kind for kind, _ in at_bounds(whole, self.data)}
         data, after = converged(self.data, whole.hypothesis, self.seen.whitener, self.stopped)
         data, after = self._shaped(data, after, [s.effect for s in members])
@@ -260,36 +257,15 @@ class Acceptance:
         ended = {kind for kind, _ in at_bounds(after, data)}
         if ended or self._unsettled(after) or self.gate(data, after):
             return None, ended or {s.effect.kind for s in members}
-        if indistinct(members, after):
+        if len(members) < 2 or indistinct(members, after):
             return None, set()
-        added = self._in_order(members, after, found) if len(members) > 1 else []
-        if not added or self._stuck(added):
-            return None, set()
-        order = [a.weighed for a in added]
-        order += [w for w in found if w.screened not in [a.screened for a in order]]
-        kept = tuple(added)
-        return Round(self.seen, tuple(order), order[0], self.before, after, data, kept), set()
-
-    def _stuck(self, added: Sequence[Added]) -> bool:
-        """Whether a part of the set leaves less than all of it: a larger model that contains a
-        smaller one is never truly worse, so its fit did not find its minimum."""
-        worse = RELEVANT * self.data.count
-        return any(a.fit.cost + worse < added[-1].fit.cost for a in added[:-1])
-
-    def _in_order(
-        self, members: Sequence[Screened], after: Refit, found: list[Weighed]
-    ) -> list[Added]:
-        """The fits that lead to the whole set, one effect more each."""
-        known = {w.screened.effect.kind: w for w in found}
-        values, added, base = after.hypothesis.values(), list[Added](), self.before
-        for count, s in enumerate(members, start=1):
-            last = count == len(members)
-            fit_now = after if last else self._refit(members[:count], {**s.values, **values}, ())
-            alone = known.get(s.effect.kind)
-            weighed = alone or weigh(s, base, fit_now, self.data.count, self.tried)
-            added.append(Added(self._with_share(weighed, base, fit_now), fit_now))
-            base = fit_now
-        return added
+        alone = {w.screened.effect.kind: w for w in found}
+        added = tuple(
+            alone.get(s.effect.kind) or weigh(s, self.before, after, self.data.count, self.tried)
+            for s in members
+        )
+        order = (*added, *[w for w in found if w not in added])
+        return Round(self.seen, order, added[0], self.before, after, data, added), set()
 
 
 MOST_TRIED = 3

@@ -18,8 +18,8 @@ from core.diagnose.data import Data, hypothesis
 from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import weigh
 from core.diagnose.minimum import converged
-from core.diagnose.prune import ITERATIONS
 from core.diagnose.refit import Refit, fit, whitened
+from core.diagnose.revision import ITERATIONS
 from core.diagnose.screen import Screen, Screened
 from core.diagnose.search import look
 from core.diagnose.start import Begun
@@ -41,7 +41,8 @@ def final_ladder(
     better = bool(state.passed) and not state.found and state.refit.cost < begun.base.cost
     if (state.out_of_date or better) and not progress.stopped():
         begun = _given_again(state, begun, options, progress)
-    if (state.passed or state.out_of_date) and state.found:
+    detour = state.passed or state.out_of_date or len(state.steps) != 1 + len(state.found)
+    if detour and state.found:
         climbed = _climb_again(state, begun.base, progress)
         if not climbed and not progress.stopped():
             return before, first

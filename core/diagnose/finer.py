@@ -11,13 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from core.diagnose.acceptance import Added, Gate, Round
+from core.diagnose.acceptance import Gate, Round
 from core.diagnose.data import Data, hypothesis, sharing_motions
 from core.diagnose.evidence import RELEVANT, TIE, weigh
 from core.diagnose.minimum import converged, precise
-from core.diagnose.refit import Refit, nominal_values, whitened
+from core.diagnose.refit import Refit, whitened
 from core.diagnose.screen import Screen, screen
-from core.diagnose.valleys import in_the_right_valley
+from core.diagnose.starts import nominal_values
 from core.diagnose.whitening import Whitener, fit_whitener, whitened_rows
 from core.effects.effect import Effect
 from core.identify.least_squares import cost_of
@@ -46,19 +46,13 @@ def finer_round(
     if not _changes(seen, data) or stopped():
         return None
     there, after = _fitted(data, before, [*present, finer], stopped)
-    data, before = at_its_best(data, before, stopped)
+    data, before = precise(data, before, stopped)
     whitener = fit_whitener(after.errors, whitened_rows(data.experiments))
     before, after = (_whitened(one, whitener) for one in (before, after))
     weighed = weigh(seen.candidates[0], before, after, data.count, 1)
     if stopped() or not weighed.white_drop > TIE or gate(there, after):
         return None
-    return Round(seen, (weighed,), weighed, before, after, there, (Added(weighed, after),))
-
-
-def at_its_best(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data, Refit]:
-    """A model at the lowest of its minima, exactly: what only seems to be the end of a descent
-    would be evidence for any other model."""
-    return precise(*in_the_right_valley(data, refit, stopped), stopped)
+    return Round(seen, (weighed,), weighed, before, after, there, (weighed,))
 
 
 def _changes(seen: Screen, data: Data) -> bool:
@@ -74,7 +68,7 @@ def _fitted(
     bare, at = replace(data, anchor=None), refit.hypothesis.values()
     starts = [hypothesis(bare, effects, {**at, **v}) for v in ({}, nominal_values(data))]
     best = min(starts, key=lambda h: cost_of(h.errors(h.vector)))
-    return at_its_best(*converged(bare, best, None, stopped), stopped)
+    return precise(*converged(bare, best, None, stopped), stopped)
 
 
 def _whitened(refit: Refit, whitener: Whitener) -> Refit:

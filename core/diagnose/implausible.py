@@ -6,10 +6,9 @@ Something else is missing that acts as they do, and what is found instead may st
 from __future__ import annotations
 
 from core.diagnose.acceptance import Round
-from core.diagnose.bounds import at_bounds
-from core.diagnose.evidence import RELEVANT
+from core.diagnose.evidence import RELEVANT, at_bounds
 from core.diagnose.minimum import converged
-from core.diagnose.prune import priced, without_refuted
+from core.diagnose.revision import priced, without_refuted
 from core.diagnose.state import Implausible, State, step_of
 from core.progress import Progress
 from core.results import DiagnosisRound

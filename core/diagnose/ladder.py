@@ -1,10 +1,15 @@
-"""One round of diagnosis: candidates screened, the promising refitted, one or a set accepted."""
+"""One round of diagnosis: candidates screened, the promising refitted, one or a set accepted.
+
+The refits are a race: after a few steps each, what cannot come close to the best any more stops
+(successive halving). It keeps the figures that it has: where it stopped it was told from the best
+by more than its next step could bring.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,21 +20,33 @@ from core.diagnose.acceptance import (
     Round,
 )
 from core.diagnose.columns import nearer_to_neutral
-from core.diagnose.data import Data, sharing_motions
+from core.diagnose.data import Data, Hypothesis, sharing_motions
 from core.diagnose.evidence import (
+    CLOSE,
     Weighed,
     acceptable,
+    merit,
     ranked,
     weigh,
 )
-from core.diagnose.race import Runner, ended, in_its_best_valley, in_the_race, started
-from core.diagnose.refit import Refit, whitened
+from core.diagnose.refit import (
+    ROUGH_ITERATIONS,
+    Known,
+    Refit,
+    ahead,
+    columns_of,
+    exactly,
+    fit,
+    whitened,
+)
 from core.diagnose.screen import Screen, Screened, screen
 from core.diagnose.sets import FoundSet
 from core.diagnose.verdict import within_noise
+from core.diagnose.whitening import Whitener
 from core.effects import catalogue
 from core.effects.effect import Effect, Rig
 from core.identify import predictor
+from core.identify.least_squares import promised
 
 REFITTED = 5
 """Candidates of a round that are refitted fully: the best by score and by expected reduction."""
@@ -164,7 +181,7 @@ def _refitted(
         if not np.isfinite(begun.refit.cost):
             values = nearer_to_neutral(s.effect, base.model.arm, data, s.values)
             begun = started(data, base, effects, values, seen.slopes, s.scanned, stopped)
-        return in_its_best_valley(data, begun, stopped) if s.effect.resolution else begun
+        return begun
 
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
         runners = list(pool.map(look, chosen))
@@ -192,3 +209,69 @@ def promising(seen: Screen, count: int) -> list[Screened]:
                 chosen.setdefault(s.effect.kind, s)
     finer = {s.effect.kind: s for s in seen.candidates if s.effect.resolution}
     return list((chosen | finer).values())
+
+
+FIRST = 2
+"""Iterations of everybody: the first goes to where straight lines lead, the second tells how far
+that was right."""
+
+OPTIMISM = 2.0
+"""Times the reduction that straight lines promise next: a descent whose steps halve what is left
+ends there, and what converges more slowly does not compete with what is ahead by CLOSE in merit."""
+
+
+@dataclass(frozen=True)
+class Runner:
+    """A refit under way."""
+
+    refit: Refit
+    left: int
+    """Iterations that it may still take."""
+    known: Known
+
+    @property
+    def bound(self) -> float:
+        """The least cost that may still be hoped for."""
+        found, h = self.refit.descended, self.refit.hypothesis
+        if not np.isfinite(found.cost):
+            return np.inf
+        return found.cost - OPTIMISM * promised(found, h.limits)
+
+
+def started(
+    data: Data,
+    base: Hypothesis,
+    effects: Sequence[Effect],
+    values: Mapping[str, float],
+    slopes: Sequence[np.ndarray],
+    scanned: Sequence[str],
+    stopped: Callable[[], bool],
+) -> Runner:
+    """The first steps of `core.diagnose.refit.refit_with`."""
+    known = columns_of(base, slopes)
+    start, spent = ahead(data, base, effects, values, slopes, scanned, stopped)
+    left = ROUGH_ITERATIONS - spent
+    return Runner(fit(start, None, stopped, FIRST, known), left - FIRST, known)
+
+
+def ended(
+    data: Data, runner: Runner, goes_on: bool, whitener: Whitener, stopped: Callable[[], bool]
+) -> Refit:
+    """Its refit, with the steps that it has left where it `goes_on` and is not at its end: what
+    wins is what it would be without a race."""
+    found = runner.refit
+    if goes_on and not found.descended.ended:
+        at, damping = found.hypothesis, found.descended.damping
+        found = fit(at, None, stopped, runner.left, runner.known, damping)
+    return exactly(data, found, whitener)
+
+
+def in_the_race(runners: Sequence[Runner], base: Refit, count: int) -> list[bool]:
+    """Whether each may still come within CLOSE of the best, by merit over `count` samples."""
+    own = [len(r.refit.hypothesis.unknowns) - len(base.hypothesis.unknowns) for r in runners]
+
+    def merit_at(cost: float, parameters: int) -> float:
+        return merit(base.cost, cost, count, parameters)
+
+    best = min((merit_at(r.refit.cost, n) for r, n in zip(runners, own, strict=True)), default=0.0)
+    return [merit_at(r.bound, n) <= best + CLOSE for r, n in zip(runners, own, strict=True)]

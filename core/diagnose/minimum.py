@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from core.diagnose.data import Anchor, Data, Hypothesis, again, coarser
-from core.diagnose.first_swings import from_nominal_values
 from core.diagnose.refit import Refit, fit, settled, whitened
+from core.diagnose.starts import from_nominal_values
 from core.diagnose.whitening import Whitener
 from core.identify.held import steps_needed
 from core.identify.least_squares import (

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, again, hypothesis
-from core.diagnose.first_swings import from_first_swings, has_moved, nominal_values
-from core.diagnose.narrow import narrowed
+from core.diagnose.starts import starts
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
 from core.identify.least_squares import (
@@ -140,7 +139,7 @@ def ahead(
     stopped: Callable[[], bool],
 ) -> tuple[Hypothesis, int]:
     """The start that leads further, and the iterations that were spent on it."""
-    begun = _starts(data, base, effects, values, scanned, stopped)
+    begun = starts(data, base, effects, values, scanned, stopped)
     tried = [hypothesis(data, effects, start) for start in begun]
     if len(tried) < 2 or stopped():
         return tried[0], 0
@@ -148,37 +147,6 @@ def ahead(
     looks = [fit(h.coarse, None, stopped, LOOK, known) for h in tried]
     best = min(range(len(tried)), key=lambda k: looks[k].cost)
     return tried[best].at(looks[best].hypothesis.vector), LOOK
-
-
-def _starts(
-    data: Data,
-    base: Hypothesis,
-    effects: Sequence[Effect],
-    values: Mapping[str, float],
-    scanned: Sequence[str],
-    stopped: Callable[[], bool],
-) -> list[dict[str, float]]:
-    """From the base's nuisance and what the screen found, and where these may mislead also from
-
-    - what the first swings say, of an effect that swings itself; alone, where that is better than
-      the base as it stands;
-    - the best sizes near by: one alone may look better further off while the others are wrong;
-    - the prior nominals: the base fit may have bent them to swallow the effect, and a descent from
-      there can stick.
-    """
-    begun = {**base.values(), **values}
-    swung = from_first_swings(data, base, effects, values, scanned, stopped)
-    if swung is not None and _cost(hypothesis(data, effects, swung)) < _cost(base):
-        return [swung]
-    best = narrowed(data, base, effects, begun, scanned, stopped)
-    others = [best] if best != begun else []
-    others += [swung] if swung is not None else []
-    others += [{**best, **nominal_values(data)}] if has_moved(data, base.values()) else []
-    return [begun, *others]
-
-
-def _cost(h: Hypothesis) -> float:
-    return cost_of(h.errors(h.vector))
 
 
 EXACT = 2

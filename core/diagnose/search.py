@@ -10,28 +10,27 @@ from dataclasses import replace
 from core.diagnose.acceptance import Gate, Round
 from core.diagnose.announce import Steps, round_title
 from core.diagnose.columns import trials
-from core.diagnose.data import Data, hypothesis, sharing_motions
+from core.diagnose.data import Data, sharing_motions
 from core.diagnose.describe import ranking_of
-from core.diagnose.evidence import RELEVANT, weigh
-from core.diagnose.exchange import best_exchange
+from core.diagnose.evidence import RELEVANT
 from core.diagnose.finer import finer_round
 from core.diagnose.implausible import keep_implausible, stands_in, take_out_refuted
 from core.diagnose.ladder import REFITTED, applicable, one_round
 from core.diagnose.minimum import converged, precise
 from core.diagnose.next_experiment import deciding
 from core.diagnose.phrases import times
-from core.diagnose.prune import ITERATIONS, without_needless
-from core.diagnose.refit import Refit, fit, settled
+from core.diagnose.refit import Refit
 from core.diagnose.resolution import missed_by_laws
+from core.diagnose.revision import best_exchange, without_needless
 from core.diagnose.screen import Screen, screen
 from core.diagnose.shaken import widened
 from core.diagnose.state import Options, RankingCallback, State, ToCome, step_of
-from core.diagnose.valleys import in_the_right_valley
 from core.diagnose.verdict import remains, within_noise
 from core.effects.effect import Effect
 from core.identify.least_squares import cost_of
 from core.progress import Progress
 from core.results import DiagnosisRound
+from core.sentences import listed
 
 MOST_RETURNS = 2
 """To the climb, after effects that it added turned out needless and made room for others."""
@@ -61,28 +60,11 @@ def _settled(
         prune(state, progress)
         _exchange(state, options, progress)
         refuted = take_out_refuted(state, progress)
-        unchanged = len(state.passed) == before
-        if unchanged and _moved_to_a_better_minimum(state, progress):
-            prune(state, progress)
-            unchanged = False
-        if unchanged or progress.stopped() or returns == MOST_RETURNS:
+        if len(state.passed) == before or progress.stopped() or returns == MOST_RETURNS:
             break
         if not refuted and not remains(state.data, state.refit.errors).above:
             return False
     return more
-
-
-def _moved_to_a_better_minimum(state: State, progress: Progress) -> bool:
-    """Whether there is one beyond that of the last model; all is then weighed again in it."""
-    if not state.found or progress.stopped():
-        return False
-    before = state.refit
-    state.data, state.refit = in_the_right_valley(state.data, before, progress.stopped)
-    if state.refit is before:
-        return False
-    state.out_of_date = True
-    state.steps.append(step_of(state, None, "At a better minimum"))
-    return True
 
 
 def _climb(
@@ -128,11 +110,11 @@ def _refine(state: State, options: Options, progress: Progress) -> None:
 
 
 def _add(state: State, seen: Round) -> None:
-    """What a round adds, each as a step of the ladder."""
-    for one in seen.added:
-        added, state.refit = one.weighed.screened.effect, one.fit
-        state.present.append(added)
-        state.steps.append(step_of(state, added, added.title))
+    """What a round adds; of several at once the ladder is climbed again at the end."""
+    effects = [one.screened.effect for one in seen.added]
+    state.present += effects
+    state.refit = seen.after
+    state.steps.append(step_of(state, effects[-1], listed([e.title for e in effects])))
     trust_laws(state)
 
 
@@ -164,7 +146,7 @@ def look(
     refused = refusals(state, seen.refused, (*seen.screen.diverged, *seen.unfitted))
     keep_implausible(state, seen, DiagnosisRound(ranking, None, seen.refused))
     sentence = next_ones[0].sentence if next_ones else refused
-    kinds: list[str | None] = [a.weighed.screened.effect.kind for a in seen.added]
+    kinds: list[str | None] = [a.screened.effect.kind for a in seen.added]
     kinds = kinds or [None]
     for k, kind in enumerate(kinds):
         left = tuple(r for r in ranking if r.effect not in kinds[:k])
@@ -193,9 +175,10 @@ def prune(state: State, progress: Progress) -> None:
     """Until nothing is needless: without one effect the others come to rest elsewhere, and the
     next one may have lost its use."""
     while not progress.stopped():
-        kept, removed = without_needless(
+        kept = without_needless(
             state.data, state.refit, state.present, state.given, progress.stopped
         )
+        removed = [e for e in state.present if e not in kept.effects]
         if not removed:
             return
         state.data, state.refit = converged(
@@ -240,31 +223,19 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
         worse = refit.cost - state.refit.cost > RELEVANT * data.count
         if worse or _gate(state)(data, refit):
             return
-        _replace(state, seen, data, refit, effects)
+        _replace(state, data, refit, effects)
         prune(state, progress)
 
 
-def _replace(
-    state: State, seen: Screen, data: Data, refit: Refit, effects: Sequence[Effect]
-) -> None:
-    """Puts one effect in the place of others, told as a round against the model without any."""
+def _replace(state: State, data: Data, refit: Refit, effects: Sequence[Effect]) -> None:
+    """Puts one effect in the place of others; the ladder is climbed again at the end."""
     gone = [e for e in state.present if e not in effects]
     parts = {kind for e in gone for kind in e.includes}
     came = next(e for e in effects if e not in state.present and e.kind not in parts)
-    rest = [e for e in effects if e is not came]
-    start = hypothesis(state.data, rest, state.refit.hypothesis.values())
-    lacking = settled(fit(start, seen.whitener, lambda: False, ITERATIONS))
-    screened = next(s for s in seen.candidates if s.effect is came)
-    weighed = weigh(screened, lacking, refit, data.count, len(seen.candidates))
-    ranking = ranking_of(Round(seen, (weighed,), weighed, lacking, refit, data), data)
-    refused = bool(state.rounds) and state.rounds[-1].accepted is None  # the last word is kept
-    state.rounds.insert(len(state.rounds) - refused, DiagnosisRound(ranking[:1], came.kind))
-    state.refit, state.present = lacking, rest
     titles = [e.title for e in gone]
-    state.steps.append(step_of(state, None, f"Without: {', '.join(titles)}"))
     state.data, state.refit, state.present = data, refit, list(effects)
     trust_laws(state)
-    state.steps.append(step_of(state, came, came.title))
+    state.steps.append(step_of(state, came, f"{came.title} for {', '.join(titles)}"))
     state.passed += titles
 
 

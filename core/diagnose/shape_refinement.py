@@ -10,18 +10,22 @@ law is linear in its sizes, exactly), and the best of these shapes race.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 
 import numpy as np
+import sympy as sp
 
 from core.diagnose.data import Data, Hypothesis, again, hypothesis
-from core.diagnose.missing_torque import Pushed, pushed
+from core.diagnose.missing_torque import SLOW, Pushed, pushed
 from core.diagnose.refit import Refit, fit
 from core.diagnose.shapes import place
-from core.diagnose.torque_shape import Sized, best_shapes
 from core.effects.effect import Effect, EffectParameter
+from core.forces.element import Element
+from core.forces.law import ForceLaw
 from core.identify.prepared import Processing, prepare
+from core.model import Model
 
 Stopped = Callable[[], bool]
 
@@ -111,3 +115,120 @@ def _pushed(h: Hypothesis, data: Data) -> list[Pushed]:
         one, agility = pushed(h, i, block / data.weights[i], 1.0 / data.weights[i], agility)
         found += [] if one is None else [one]
     return found
+
+
+@dataclass(frozen=True)
+class Sized:
+    """The part of an effect at one joint: a shape, and sizes in which its force is linear."""
+
+    effect: Effect
+    model: Model
+    values: Mapping[str, float]
+    sizes: tuple[EffectParameter, ...]
+    shape: EffectParameter
+
+    @property
+    def joint(self) -> int:
+        """From 0."""
+        return int(place(self.shape.parameter.name)) - 1
+
+    @cached_property
+    def _p(self) -> np.ndarray:
+        return self.model.numbers().p
+
+    def element(self, size: EffectParameter, shape: float) -> Element | None:
+        """The law of that joint with one size; None where it has a memory of its own."""
+        alone = {k.parameter.name: k.neutral for k in self.sizes}
+        alone |= {size.parameter.name: size.parameter.value, self.shape.parameter.name: shape}
+        for one in self.effect.elements(self.model.arm, self._p, {**self.values, **alone}):
+            mine = len(one.directions) == 1 and one.directions[0][self.joint]
+            if mine and not one.law.states:
+                return one
+        return None
+
+
+def best_shapes(tried: Sized, motions: Sequence[Pushed], most: int) -> list[dict[str, float]]:
+    """Values of shape and sizes that explain more of the error than their neighbours,
+    best first; none where the effect is no force of place and speed."""
+    shapes = tried.shape.finely
+    if any(tried.element(size, shapes[0]) is None for size in tried.sizes):
+        return []
+    errors = np.concatenate([spectrum_of_error(m.error).ravel() for m in motions])
+
+    def at(shape: float) -> Fit:
+        return shape, *_explained(_columns(tried, motions, shape), errors)
+
+    fits = [at(shape) for shape in shapes]
+    drops = np.array([-np.inf, *(drop for _, drop, _ in fits), -np.inf])
+    peaks = [i for i in range(len(fits)) if drops[i + 1] >= max(drops[i], drops[i + 2])]
+    highest = sorted(peaks, key=lambda i: -drops[i + 1])[: CLOSER * most]
+    found = sorted((_top(fits, i, at) for i in highest), key=lambda one: -one[1])
+    return [_values(tried, shape, sizes) for shape, _, sizes in found[:most]]
+
+
+Fit = tuple[float, float, np.ndarray]
+"""A shape, the reduction of the squared error, and the sizes."""
+
+CLOSER = 4
+"""Times as many peaks are looked at between the grid's shapes: where these fall beside a peak they
+can miss it by more than peaks differ."""
+
+BETWEEN = 9
+"""Shapes tried between the neighbours of a peak."""
+
+
+def _top(fits: Sequence[Fit], i: int, at: Callable[[float], Fit]) -> Fit:
+    """The best around the i-th shape."""
+    near = fits[max(i - 1, 0)][0], fits[min(i + 1, len(fits) - 1)][0]
+    tried = [at(float(shape)) for shape in np.linspace(*near, BETWEEN)]
+    return max([fits[i], *tried], key=lambda one: one[1])
+
+
+def _values(tried: Sized, shape: float, coefficients: np.ndarray) -> dict[str, float]:
+    found = {tried.shape.parameter.name: shape}
+    for size, coefficient in zip(tried.sizes, coefficients, strict=True):
+        p = size.parameter
+        found[p.name] = float(np.clip(coefficient * p.value, p.lower, p.upper))
+    return found
+
+
+def _columns(tried: Sized, motions: Sequence[Pushed], shape: float) -> np.ndarray:
+    """(N, sizes), complex: how the errors answer the forces of the sizes' own values."""
+    elements = [tried.element(size, shape) for size in tried.sizes]
+    j, parts = tried.joint, []
+    for m in motions:
+        x, v = m.place[:, j], m.speed[:, j]
+        forces = [_force(e.law)(x, v, *e.values) + np.zeros(len(x)) for e in elements if e]
+        torque = spectrum(np.column_stack(forces))
+        parts.append((m.answer[:, :, j, None] * torque[:, None, :]).reshape(-1, len(forces)))
+    return np.concatenate(parts)
+
+
+def spectrum(block: np.ndarray) -> np.ndarray:
+    """(F, k) of (N, k), faded at both ends."""
+    window = np.hanning(len(block))[:, None]
+    return np.asarray(np.fft.rfft((block - block.mean(axis=0)) * window, axis=0)[SLOW:])
+
+
+def spectrum_of_error(error: np.ndarray) -> np.ndarray:
+    """(F, k) of (N, k), to be compared with the answer to a faded torque.
+
+    The answer of rates dies out much sooner than the window changes, that of positions never
+    does: so differences are faded, and summed up again over the frequencies.
+    """
+    steps = np.diff(error, axis=0, prepend=error[:1])
+    z = np.exp(-2j * np.pi * np.fft.rfftfreq(len(error))[SLOW:])
+    return np.asarray(spectrum(steps) / (1.0 - z)[:, None])
+
+
+def _explained(A: np.ndarray, b: np.ndarray) -> tuple[float, np.ndarray]:
+    """Reduction of the squared error, and by which the columns are multiplied."""
+    normal, right = np.real(A.conj().T @ A), np.real(A.conj().T @ b)
+    x = np.linalg.lstsq(normal, right, rcond=1e-10)[0]
+    return float(right @ x), x
+
+
+@cache
+def _force(law: ForceLaw):  # type: ignore[no-untyped-def]
+    """The first force over arrays of place and speed."""
+    return sp.lambdify([law.x[0], law.v[0], *law.parameters], law.forces[0], "numpy")

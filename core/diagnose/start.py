@@ -23,7 +23,6 @@ from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit, fit
 from core.diagnose.resolution import missed_by_laws
 from core.diagnose.steps import Validated, validated
-from core.diagnose.valleys import in_the_right_valley
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
 from core.errors import InputError
@@ -149,7 +148,6 @@ def begin(
     steps = enough_steps(data, effects, values, least=few)
     data = replace(data, steps=steps, few=few, needed=NeededSteps())
     data, base = converged(data, hypothesis(data, effects, values), None, stopped)
-    data, base = in_the_right_valley(data, base, stopped)
     return Begun(replace(data, idealised=missed_by_laws(data, base)), base)
 
 

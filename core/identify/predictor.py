@@ -329,36 +329,10 @@ class Predictor:
         ]
         return max(float(np.max(_rms(x) / s)) for x, s in zip(apart, spread, strict=True))
 
-    def settle(self, vector: np.ndarray) -> None:
-        """Goes on with few steps, their error at a vector taken off all that is predicted.
-
-        Few steps miss nearly the same whatever the parameters are. Nothing happens to a linear
-        model, which is exact.
-        """
-        if not self.simulation_is_dear or not self.experiments:
-            return
-        self.steps, self.correction = None, {}
-        fine = self.predict(vector)
-        spread = [_spread_of(e) for e in self.experiments]
-        steps = 1
-        while True:
-            self.steps = steps
-            coarse = self.predict(vector)
-            miss = self._largest_miss(fine, coarse, spread)
-            if miss <= COARSE_SHARE or steps >= max(self.substeps.values()):
-                break
-            steps *= 2
-        names = [e.recording.name for e in self.experiments]
-        self.correction = {name: a - b for name, a, b in zip(names, fine, coarse, strict=True)}
-
-
-COARSE_SHARE = 1e-3
-"""Of a channel's spread, rms: what few steps may miss before their error is taken off, which leaves
-about a tenth of it."""
-
 
 SEARCH_SHARE = 5e-3
-"""The same in a search: an estimate moves by some deviations, which the last step takes back."""
+"""Of a channel's spread, rms: what few steps may miss in a search. An estimate moves by some
+deviations, which the last step takes back."""
 
 
 def _rms(block: np.ndarray) -> np.ndarray:

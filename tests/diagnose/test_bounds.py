@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.diagnose.bounds import at_bounds, beyond, ended_at_bound
 from core.diagnose.data import Data, hypothesis
-from core.diagnose.prune import ITERATIONS, without_refuted
+from core.diagnose.evidence import at_bounds, beyond, ended_at_bound
 from core.diagnose.refit import Refit, fit
+from core.diagnose.revision import ITERATIONS, without_refuted
 from core.effects import effect
 from core.effects.sizes import typical
 from core.identify.least_squares import Limits, cost_of, descend

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from core.diagnose.foreseen import unforeseen
-from core.diagnose.noise_route import _counted
+from core.diagnose.noise_route import _counted, unforeseen
 from core.diagnose.sensor_noise import ESTIMATED, STATED, ColumnNoise, common_step
 from core.recording.recording import Recording
 

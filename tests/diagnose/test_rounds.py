@@ -15,8 +15,7 @@ from hypothesis import strategies as st
 
 from core.diagnose import ladder
 from core.diagnose.columns import Trial
-from core.diagnose.ladder import applicable
-from core.diagnose.race import ended
+from core.diagnose.ladder import applicable, ended
 from core.diagnose.refit import Refit
 from core.diagnose.screen import Screen, in_rounds, screen
 from core.diagnose.start import Begun, begin

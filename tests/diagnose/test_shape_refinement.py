@@ -11,9 +11,8 @@ import pytest
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.missing_torque import SLOW, Pushed
 from core.diagnose.refit import Refit, fit
-from core.diagnose.shape_refinement import refine_shape
+from core.diagnose.shape_refinement import Sized, best_shapes, refine_shape
 from core.diagnose.start import begin
-from core.diagnose.torque_shape import Sized, best_shapes
 from core.effects import effect
 from core.effects.sizes import Sizes, typical
 from core.effects.torque_ripple import every_order

@@ -56,10 +56,6 @@ def _start(residuals: Any, start: Any, *_: Any) -> Any:
     return start
 
 
-def _values(data: Any, base: Any, effects: Any, values: Any, *_: Any) -> dict[str, float]:
-    return {**base.values(), **values}
-
-
 def _plain_search(state: Any, options: Any, progress: Any, on_ranking: Any) -> Any:
     from core.diagnose.search import search
 
@@ -78,11 +74,9 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "basin search, base": [("core.diagnose.start.in_the_right_valley", _data_and_fit)],
     "basin search, last model": [("core.diagnose.search.in_the_right_valley", _data_and_fit)],
     "basin search, race": [("core.diagnose.ladder.in_its_best_valley", lambda d, r, s: r)],
-    "progressive horizon, refits": [("core.diagnose.refit.from_first_swings", _none)],
-    "nominal start of the base": [("core.diagnose.minimum.from_nominal_values", _none)],
-    "nominal start of a refit": [("core.diagnose.refit.has_moved", _no)],
-    "grid of sizes": [("core.diagnose.refit.narrowed", _values)],
-    "resonant sizes": [("core.diagnose.narrow.resonant_sizes", lambda *_: [])],
+    "progressive horizon, refits": [("core.diagnose.starts._shown_within", _none)],
+    "nominal start of a minimum": [("core.diagnose.minimum.from_nominal_values", _none)],
+    "nominal start of a refit": [("core.diagnose.starts.has_moved", _no)],
     "progressive horizon, identification": [
         ("core.identify.fit.grown", _start), ("core.diagnose.start.grown", _start),
     ],

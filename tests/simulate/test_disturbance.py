@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from core.diagnose.missing_torque import SLOW
-from core.diagnose.torque_shape import spectrum, spectrum_of_error
+from core.diagnose.shape_refinement import spectrum, spectrum_of_error
 from core.simulate.disturbance import torque_answer, torque_behind
 from core.simulate.motion import Task
 from core.simulate.nonlinear import run

@@ -122,7 +122,7 @@ def _evaluations(residuals: Residuals, start: np.ndarray) -> int:
     """Costs that least_squares takes from the start, with one-sided differences."""
     count = 0
     scales = residuals.scales
-    residuals.predictor.settle(start)  # few steps: only the number of costs matters here
+    residuals.predictor.coarsen(start)  # few steps: only the number of costs matters here
 
     def counted(x: np.ndarray) -> np.ndarray:
         nonlocal count

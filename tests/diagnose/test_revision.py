@@ -5,16 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
-from core.diagnose.acceptance import Acceptance, Added
 from core.diagnose.data import Data, again, hypothesis
-from core.diagnose.exchange import _simpler, best_exchange
 from core.diagnose.minimum import _off_bounds, _with_steps, anchored, converged, precise
+from core.diagnose.revision import _simpler, best_exchange
 from core.diagnose.screen import screen
 from core.effects import effect
 from core.identify.least_squares import cost_of
@@ -56,18 +53,6 @@ def test_what_is_true_stays() -> None:
     assert (
         exchanged(["viscous_friction"], ["drive_gain", "torque_offset", "coulomb_friction"]) is None
     )
-
-
-def added(*costs: float) -> list[Added]:
-    return [Added(None, SimpleNamespace(cost=c)) for c in costs]  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("costs, stuck", [((300.0, 100.0), False), ((300.0, 90.0, 150.0), True)])
-def test_a_set_that_leaves_more_than_a_part_of_it_was_not_fitted(
-    costs: tuple[float, ...], stuck: bool
-) -> None:
-    work: Any = SimpleNamespace(data=SimpleNamespace(count=100))
-    assert Acceptance._stuck(work, added(*costs)) is stuck
 
 
 def test_the_last_descent_ends_at_the_minimum() -> None:

@@ -1,4 +1,5 @@
-"""A soft base whose resonance a beam's stiffness has taken is found from the first swings."""
+"""A soft base whose resonance a beam's stiffness has taken is found from the first swings, and
+whatever else a refit begins from."""
 
 from __future__ import annotations
 
@@ -12,19 +13,23 @@ import pytest
 from core.arm.arm import Arm
 from core.arm.segment import Segment
 from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.first_swings import (
-    _closely,
-    _starts,
-    from_first_swings,
-    from_nominal_values,
-)
-from core.diagnose.narrow import CLOSER
 from core.diagnose.refit import fit
+from core.diagnose.starts import (
+    CLOSER,
+    Horizon,
+    Values,
+    batched,
+    closely,
+    followed,
+    from_nominal_values,
+    grid_sizes,
+    starts,
+)
 from core.drives.velocity_loop import VelocityLoop
 from core.effects import effect
 from core.effects.base_compliance import compliance
 from core.effects.sizes import typical
-from core.identify.growing import beginnings
+from core.identify.least_squares import cost_of
 from core.identify.prepared import Processing, prepare
 from core.identify.unknowns import Unknown
 from core.model import Model
@@ -107,8 +112,8 @@ def bent(data: Data) -> Hypothesis:
 def test_the_first_swings_tell_the_base_from_the_beam(data: Data) -> None:
     before = bent(data)
     begun = {**before.values(), "cb": compliance(ARM, 60.0)}
-    found = from_first_swings(data, before, [BASE], begun, ["cb"], lambda: False)
-    assert found is not None and apart(found) < FOUND
+    first, found = starts(data, before, [BASE], begun, ["cb"], lambda: False)
+    assert first == begun and apart(found) < FOUND
     there = fit(hypothesis(data, [BASE], found), None, lambda: False, 10)
     plain = fit(hypothesis(data, [BASE], begun), None, lambda: False, 10)
     assert there.cost < 0.1 * plain.cost  # or there was nothing to escape from
@@ -119,32 +124,59 @@ def test_a_base_between_two_sizes_of_the_grid_is_among_the_starts(hz: float) -> 
     """The sizes that the screen tries are a factor of four apart; the valley is a tenth wide."""
     size = compliance(ARM, hz)
     recording = replace(data_of(size), nuisance=stiffnesses({"EI1": 1.0, "EI2": 1.0}))
-    first = replace(recording, experiments=tuple(beginnings(recording.experiments, 1 / 4)))
-    base = hypothesis(first, [], {})
-    starts = _starts(first, base, [BASE], {"cb": compliance(ARM, 15.0)}, ["cb"], [])
-    assert min(abs(np.log(one["cb"] / size)) for one in starts) < np.log(CLOSER)
+    near = valleys(recording, 1 / 4, {"cb": compliance(ARM, 15.0)})
+    assert min(abs(np.log(one["cb"] / size)) for one in near) < np.log(CLOSER)
+
+
+def valleys(data: Data, share: float, at: Values) -> list[Values]:
+    """The sizes of the base whose cost is below that of their neighbours."""
+    horizon = Horizon(data, [BASE], share, (), lambda: False)
+    return horizon.valleys({**bent(data).values(), **at}, grid_sizes(data, [BASE], ["cb"]))
 
 
 @pytest.mark.parametrize("beams", [{"EI1": 1.1, "EI2": 1.1}, BENT])
 def test_a_base_is_among_the_starts_where_the_beams_stand_wrong(beams: dict[str, float]) -> None:
     """With the beams held where they stand the cost has no valley at the size that is true."""
     recording = replace(data_of(TRUTH["cb"]), nuisance=stiffnesses(beams))
-    first = replace(recording, experiments=tuple(beginnings(recording.experiments, 1 / 16)))
-    base = hypothesis(first, [], {})
-    starts = _starts(first, base, [BASE], {"cb": compliance(ARM, 240.0)}, ["cb"], [])
-    assert min(abs(np.log(one["cb"] / TRUTH["cb"])) for one in starts) < np.log(CLOSER)
+    near = valleys(recording, 1 / 16, {"cb": compliance(ARM, 240.0)})
+    assert min(abs(np.log(one["cb"] / TRUTH["cb"])) for one in near) < np.log(CLOSER)
 
 
 def test_close_sizes_hold_the_grid_and_leave_no_wide_gap() -> None:
     grid = sorted(k for one in BASE.parameters(ARM, DRIVE, typical(ARM)) for k in one.grid)
-    close = [one["cb"] for one in _closely([{"cb": x} for x in grid])]
+    close = [one["cb"] for one in closely([{"cb": x} for x in grid])]
     assert set(grid) <= set(close) and close == sorted(close)
     assert max(b / a for a, b in pairwise(close)) < CLOSER * (1.0 + ROUNDING)
 
 
-def test_what_does_not_swing_has_no_such_start(data: Data) -> None:
-    friction = [effect("viscous_friction")]
-    assert from_first_swings(data, bent(data), friction, {}, [], lambda: False) is None
+def test_what_does_not_swing_begins_where_the_model_stands_and_at_the_nominal_values() -> None:
+    known = stated(data_of(TRUTH["cb"]), AWAY)
+    wrong = hypothesis(known, [], {name: TRUTH[name] * x for name, x in BENT.items()})
+    tried = starts(known, wrong, [effect("viscous_friction")], {"fv1": 0.1}, [], lambda: False)
+    arms = [{n: one[n] / TRUTH[n] for n in ("EI1", "EI2")} for one in tried]
+    assert arms == [pytest.approx(BENT), pytest.approx({"EI1": AWAY, "EI2": AWAY})]
+    assert all(one["fv1"] == 0.1 for one in tried)
+
+
+def test_a_parameter_that_follows_hides_no_valley(data: Data) -> None:
+    """With the beams held where they are wrong, the cost over the base's compliance is higher than
+    with the beams where straight lines take them."""
+    h = hypothesis(data, [BASE], {"cb": TRUTH["cb"]}).coarse
+    k = h.unknowns.labels.index("cb")
+    ((cost, there),) = followed(h, [k], [h.vector])
+    assert cost < cost_of(h.errors(h.vector)) and there[k] == h.vector[k]
+
+
+def test_who_stops_gets_what_was_compared_so_far(data: Data) -> None:
+    h = hypothesis(data, [BASE], {"cb": TRUTH["cb"]})
+    assert followed(h, [0], [h.vector] * 3, lambda: True) == []
+
+
+def test_each_size_is_in_one_batch() -> None:
+    sizes = list(range(19))
+    parts = list(batched(sizes, 8))
+    assert [x for part in parts for x in part] == sizes
+    assert [len(part) for part in parts] == [8, 8, 3]
 
 
 def stated(data: Data, share: float) -> Data:
