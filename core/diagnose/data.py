@@ -16,11 +16,11 @@ from core.effects import with_included
 from core.effects.effect import Effect, Rig
 from core.effects.sizes import Sizes, typical
 from core.identify.held import steps_needed
-from core.identify.least_squares import Limits, limits_of, whole
 from core.identify.predictor import KnownMotions, Predictor
 from core.identify.prepared import Prepared, make_task
 from core.identify.residuals import Residuals
 from core.identify.unknowns import Unknown, Unknowns
+from core.least_squares import Limits, limits_of, whole
 from core.model import Model
 
 

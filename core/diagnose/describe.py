@@ -15,8 +15,8 @@ from core.diagnose.refit import Refit
 from core.diagnose.screen import Screened
 from core.diagnose.steps import estimates
 from core.identify.identifiability import TOGETHER, correlation_of
-from core.identify.least_squares import normal_equations
 from core.identify.uncertainty import pseudo_inverse
+from core.least_squares import normal_equations
 from core.results import Estimate, RankedEffect
 
 

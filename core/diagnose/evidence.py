@@ -16,7 +16,7 @@ from core.diagnose.refit import Refit
 from core.diagnose.screen import Screened
 from core.diagnose.verdict import ABOVE
 from core.effects.sizes import typical
-from core.identify.least_squares import GOOD_ENOUGH, normal_equations
+from core.least_squares import GOOD_ENOUGH, normal_equations
 from core.parameters import Parameter
 from core.written import format_number
 

@@ -15,8 +15,8 @@ from core.effects.effect import Effect
 from core.effects.sizes import typical
 from core.identify import identifiability
 from core.identify.derived import derived_estimates
-from core.identify.least_squares import whole
 from core.identify.uncertainty import BY_DIFFERENCES
+from core.least_squares import whole
 from core.model import Model
 from core.results import Estimate
 

@@ -20,7 +20,7 @@ from core.diagnose.screen import Screen, screen
 from core.diagnose.starts import nominal_values
 from core.diagnose.whitening import Whitener, fit_whitener, whitened_rows
 from core.effects.effect import Effect
-from core.identify.least_squares import cost_of
+from core.least_squares import cost_of
 
 
 def finer_round(

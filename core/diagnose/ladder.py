@@ -46,7 +46,7 @@ from core.diagnose.whitening import Whitener
 from core.effects import catalogue
 from core.effects.effect import Effect, Rig
 from core.identify import predictor
-from core.identify.least_squares import promised
+from core.least_squares import promised
 
 REFITTED = 5
 """Candidates of a round that are refitted fully: the best by score and by expected reduction."""

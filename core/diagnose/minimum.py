@@ -13,13 +13,13 @@ from core.diagnose.refit import Refit, fit, settled, whitened
 from core.diagnose.starts import from_nominal_values
 from core.diagnose.whitening import Whitener
 from core.identify.held import steps_needed
-from core.identify.least_squares import (
+from core.identify.predictor import on_all_cores
+from core.least_squares import (
     MOST_ITERATIONS,
     cost_of,
     descend,
     normal_equations,
 )
-from core.identify.predictor import on_all_cores
 
 SAME = 0.05
 """In floors, rms: by less than this more steps change nothing."""

@@ -16,9 +16,9 @@ from core.diagnose.acceptance import Round
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.evidence import TIE
 from core.diagnose.planned import described, planned_data, possible
-from core.identify.least_squares import normal_equations
 from core.identify.predictor import on_all_cores
 from core.identify.uncertainty import BY_DIFFERENCES
+from core.least_squares import normal_equations
 from core.progress import Progress
 from core.recording.spec import SimulateSpec
 from core.results import PlannedExperiment, RankedEffect

@@ -11,7 +11,8 @@ from core.diagnose.data import Data, Hypothesis, again, hypothesis
 from core.diagnose.starts import starts
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
-from core.identify.least_squares import (
+from core.identify.uncertainty import NOTHING, covariance
+from core.least_squares import (
     FIRST_DAMPING,
     SEEN,
     Descended,
@@ -19,7 +20,6 @@ from core.identify.least_squares import (
     descend,
     normal_equations,
 )
-from core.identify.uncertainty import NOTHING, covariance
 
 ROUGH_ITERATIONS = 10
 """Enough to rank; the accepted one is polished afterwards."""

@@ -16,7 +16,7 @@ from core.diagnose.shapes import best_shape, own_shape
 from core.diagnose.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
 from core.effects.effect import Effect
 from core.identify import predictor
-from core.identify.least_squares import whole
+from core.least_squares import whole
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from core.diagnose.shaken import widened
 from core.diagnose.state import Options, RankingCallback, State, ToCome, step_of
 from core.diagnose.verdict import remains, within_noise
 from core.effects.effect import Effect
-from core.identify.least_squares import cost_of
+from core.least_squares import cost_of
 from core.progress import Progress
 from core.results import DiagnosisRound
 from core.sentences import listed

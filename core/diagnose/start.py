@@ -27,7 +27,6 @@ from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
 from core.errors import InputError
 from core.identify.held import points_led
-from core.identify.least_squares import MOST_ITERATIONS
 from core.identify.prepared import Prepared, Processing, can_measure, prepare
 from core.identify.setup import primary_sensors
 from core.identify.unknowns import (
@@ -38,6 +37,7 @@ from core.identify.unknowns import (
     fixed_values,
     starts_unknown,
 )
+from core.least_squares import MOST_ITERATIONS
 from core.model import Model
 from core.recording.recording import Recording
 from core.scenario.schema import IdentifySpec

@@ -24,8 +24,8 @@ from core.arm.structure import Structure
 from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
 from core.effects.effect import Effect
 from core.identify.growing import FEWEST, SHARES, beginnings
-from core.identify.least_squares import cost_of, descend, normal_equations, whole
 from core.lanes.wide import LANES
+from core.least_squares import cost_of, descend, normal_equations, whole
 
 T = TypeVar("T")
 

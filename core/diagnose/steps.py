@@ -11,10 +11,10 @@ from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
 from core.diagnose.refit import Refit
 from core.diagnose.verdict import channel_rms
 from core.identify.identifiability import analyse, identified
-from core.identify.least_squares import descend, whole
 from core.identify.prepared import Prepared
 from core.identify.uncertainty import BY_DIFFERENCES
 from core.identify.unknowns import Unknown
+from core.least_squares import descend, whole
 from core.model import Model
 from core.results import ChannelError, Estimate, LadderStep
 

@@ -30,7 +30,7 @@ def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
     Where a servo leads the joints, the encoders' noise shakes the links, and a sharper limit than
     that of the verdict would find what imitates it: links that are damped follow noise less.
     """
-    from core.identify.least_squares import cost_of
+    from core.least_squares import cost_of
 
     share = ABOVE**2 if data.rig.servo else 1.0
     each = _by_channel(data.experiments, errors)

@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.identify.least_squares import SEEN, limits_of
 from core.identify.refinement import Refined
 from core.identify.residuals import Residuals
+from core.least_squares import SEEN, limits_of
 from core.simulate.nonlinear import LEAST_GAIN
 
 LEFT = 0.1

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from core.identify.least_squares import Descended, cost_of, descend, limits_of
 from core.identify.residuals import Residuals
+from core.least_squares import Descended, cost_of, descend, limits_of
 from core.progress import StoppedError
 
 MOST_ITERATIONS = 60

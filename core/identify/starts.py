@@ -9,10 +9,10 @@ import scipy
 
 from core.identify.estimates import first_estimate
 from core.identify.evolution import Searched, evolve
-from core.identify.least_squares import limits_of
 from core.identify.population import PopulationCost
 from core.identify.refinement import Refined, refine
 from core.identify.residuals import Residuals
+from core.least_squares import limits_of
 from core.progress import Progress
 from core.results import Generation
 from core.scenario.schema import IdentifySpec

@@ -14,7 +14,7 @@ from core.diagnose.refit import Refit, fit
 from core.diagnose.revision import ITERATIONS, without_refuted
 from core.effects import effect
 from core.effects.sizes import typical
-from core.identify.least_squares import Limits, cost_of, descend
+from core.least_squares import Limits, cost_of, descend
 from tests.diagnose.test_stated import bare, begun
 from tests.helpers import PAPER, looped
 

@@ -23,9 +23,9 @@ from core.diagnose.planned import NAME, planned_data, possible
 from core.diagnose.refit import fit
 from core.diagnose.start import begin
 from core.effects import effect
-from core.identify.least_squares import cost_of, descend
 from core.identify.prepared import prepare
 from core.identify.setup import make_setup
+from core.least_squares import cost_of, descend
 from core.model import Model
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec

@@ -11,7 +11,7 @@ from core.diagnose.gram import explain, gram
 from core.diagnose.lines import line_of
 from core.diagnose.sensor_noise import noise_of
 from core.diagnose.whitening import no_whitening
-from core.identify.least_squares import Limits, descend
+from core.least_squares import Limits, descend
 
 ROUNDING = 1e-8
 """Relative: small dense problems, solved two ways."""

@@ -14,7 +14,7 @@ from core.diagnose.minimum import _off_bounds, _with_steps, anchored, converged,
 from core.diagnose.revision import _simpler, best_exchange
 from core.diagnose.screen import screen
 from core.effects import effect
-from core.identify.least_squares import cost_of
+from core.least_squares import cost_of
 from tests.diagnose.test_stated import TRUE, bare
 
 NEVER = lambda: False  # noqa: E731

@@ -17,7 +17,7 @@ from core.diagnose.screen import Screen, _scored
 from core.diagnose.sets import FoundSet, best_set
 from core.effects import effect
 from core.effects.effect import Effect
-from core.identify.least_squares import Limits, descend
+from core.least_squares import Limits, descend
 
 SAMPLES = 2000
 NOISE = 1.0
