@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,26 +15,16 @@ from core.arm.compiled import CompiledArm, compile_arm
 from core.arm.structure import Structure
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
+from core.drives.servo import FollowingServo, Steering
 from core.effects import with_included
 from core.effects.effect import Effect
 from core.effects.sizes import Sizes, typical
 from core.errors import InputError
 from core.forces.element import Element, ElementArrays, pack
 from core.parameters import Parameter
-from core.recording.recording import Recording
 from core.sentences import did_you_mean
 
 LEVELS = ("lpv", "nonlinear")
-
-
-class Steering(Protocol):
-    """What closes the loop: a drive, or a servo around one."""
-
-    def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
-        """Its law on an arm with the numbers p and these parameter values."""
-
-    def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
-        """(N, nr): the references that a recording gives it."""
 
 
 class Numbers(NamedTuple):
@@ -57,8 +47,8 @@ class Model:
     arm: Arm
     drive: Drive
     level: str = "nonlinear"
-    steering: Steering | None = None
-    """The virtual servo where one is used; the drive itself otherwise."""
+    steering: FollowingServo | None = None
+    """The virtual servo that leads the joints along a recording, where one is used."""
     effects: tuple[Effect, ...] = ()
     """What is in the model beyond the bare arm; `arm` is the arm with them."""
     effect_values: Mapping[str, float] = field(default_factory=dict)
@@ -121,6 +111,12 @@ class Model:
     def active_steering(self) -> Steering:
         """What moves the joints: a virtual servo where there is one, else the drive."""
         return self.steering if self.steering is not None else self.drive
+
+    @property
+    def servo(self) -> FollowingServo:
+        """The virtual servo, where it is known that there is one."""
+        assert self.steering is not None
+        return self.steering
 
     def arm_vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:
         """p (S, np) for S value vectors (S, len(names)); names of the drive are passed over."""
@@ -229,7 +225,7 @@ class Model:
         """The same at another level, 'lpv' or 'nonlinear'."""
         return replace(self, level=level)
 
-    def steered_by(self, steering: Steering | None) -> Model:
+    def steered_by(self, steering: FollowingServo | None) -> Model:
         """The same with another virtual servo; None: by its drive."""
         bare = None if self.bare is None else replace(self.bare, steering=steering)
         return replace(self, steering=steering, bare=bare)

@@ -17,7 +17,6 @@ import numpy as np
 
 from core.diagnose.data import Hypothesis
 from core.diagnose.repetition import FEWEST_CYCLES, inputs_of, period
-from core.drives.servo import FollowingServo
 from core.identify.prepared import Prepared
 from core.simulate.modes import vibration_modes
 from core.simulate.posture import posture
@@ -198,7 +197,7 @@ class _Known:
     def of(cls, e: Prepared, fitted: Hypothesis | None, i: int) -> _Known:
         dt, N = e.recording.sample_time, len(e.recording.time)
         filters = [f for kind in {*e.kinds} for f in e.processing.filters(kind)]
-        commanded = not isinstance(e.model.steering, FollowingServo)
+        commanded = e.model.steering is None
         references = e.task.references if commanded else np.zeros((N, 0))
         cycle = period(inputs_of(e))
         return cls(

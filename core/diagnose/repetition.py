@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.drives.servo import FollowingServo
 from core.identify.fit import Fitted
 from core.identify.prepared import Prepared, start_joints
 from core.identify.repeatability import repeatability
@@ -104,7 +103,7 @@ def _cycles(i: int, e: Prepared) -> Group | None:
 
 def inputs_of(e: Prepared) -> np.ndarray:
     """(N, k) what the motion follows: references, or under a servo the measured joints."""
-    if not isinstance(e.model.steering, FollowingServo):
+    if e.model.steering is None:
         return e.task.references
     joints = e.model.arm.joints
     return e.task.references[:, -2 * joints :][:, :joints]

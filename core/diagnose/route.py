@@ -14,7 +14,6 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.diagnose.sensor_noise import ColumnNoise, is_command, quieter
-from core.drives.servo import FollowingServo
 from core.identify.held import points_led
 from core.identify.predictor import motion_of
 from core.identify.prepared import TORQUE, Prepared, make_task, measured_outputs
@@ -79,13 +78,7 @@ class Route:
     @property
     def driven(self) -> bool:
         """Whether a virtual servo leads the joints along the encoders."""
-        return isinstance(self.experiment.model.steering, FollowingServo)
-
-    @property
-    def _steering(self) -> FollowingServo:
-        steering = self.experiment.model.steering
-        assert isinstance(steering, FollowingServo)
-        return steering
+        return self.experiment.model.steering is not None
 
     @property
     def references(self) -> tuple[str, ...]:
@@ -146,7 +139,7 @@ class Route:
             y = np.array(s.measure(self.trajectory))
             # Under a servo the model's joints are the encoders', noise and all.
             if self.driven and kind == ENCODER:
-                y = self._steering.response(y, self.recording.sample_time)
+                y = e.model.servo.response(y, self.recording.sample_time)
             y = e.model.sensed(kind, y, self.recording.sample_time, self.values)
             return self._logged(name, y[:, names.index(name)])
         return None
@@ -159,7 +152,7 @@ class Route:
         # A drive may have no column for a joint whose motion alone is known.
         law = e.model.drive.law(e.model.arm, self.trajectory.p, self.values)
         torque = read[:, int(np.argmax(np.abs(law.R[:, place])))]
-        wide = min(WIDE_SERVO * self._steering.hz, 0.4 / dt)
+        wide = min(WIDE_SERVO * e.model.servo.hz, 0.4 / dt)
         return ZeroPhaseLowPass(cutoff_hz=wide).apply(torque, dt) / self._constant(name)
 
     def _logged(self, name: str, x: np.ndarray) -> np.ndarray:
@@ -256,7 +249,7 @@ class Route:
         return drawn
 
     def _at_rest(self, recording: Recording) -> bool:
-        return self._steering.places(recording, self.arm)[1] is not None
+        return self.experiment.model.servo.places(recording, self.arm)[1] is not None
 
     def _noisy(
         self,

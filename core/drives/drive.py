@@ -10,6 +10,7 @@ import numpy as np
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.law import DriveLaw
+from core.drives.servo import FollowingServo
 from core.errors import InputError
 from core.parameters import Parameter
 from core.plugins import classes_of
@@ -43,6 +44,11 @@ class Drive(Stated):
     def torque_unknown(self) -> tuple[int, ...]:
         """Joints, from 1, whose torque is not recorded beside others whose torque is."""
         return ()
+
+    @property
+    def servo(self) -> type[FollowingServo]:
+        """What leads the joints along a recording whose torque is replayed or compared."""
+        return FollowingServo
 
     def check(self, arm: Arm) -> None:
         """InputError where the drive does not fit the arm."""

@@ -11,6 +11,7 @@ import numpy as np
 from core.arm.arm import Arm
 from core.drives.drive import Drive, joints_there, stated_joints
 from core.drives.law import DriveLaw
+from core.drives.servo import FollowingServo
 from core.errors import InputError
 from core.parameters import Parameter
 
@@ -32,6 +33,10 @@ class WithKnownMotion(Drive):
     @property
     def torque_unknown(self) -> tuple[int, ...]:
         return self.joints
+
+    @property
+    def servo(self) -> type[FollowingServo]:
+        return self.base.servo
 
     def check(self, arm: Arm) -> None:
         self.base.check(arm)
@@ -105,6 +110,10 @@ class WithKnownTorque(Drive):
     base: Drive
     joints: tuple[int, ...]
     """From 1."""
+
+    @property
+    def servo(self) -> type[FollowingServo]:
+        return self.base.servo
 
     def check(self, arm: Arm) -> None:
         self.base.check(arm)

@@ -10,18 +10,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 import scipy
 
 from core.arm.arm import Arm
-from core.drives.drive import Drive
 from core.drives.law import DriveLaw, static_law
 from core.errors import InputError
 from core.recording.beginning import begins_at_rest
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass, central_difference
+
+if TYPE_CHECKING:
+    from core.drives.drive import Drive
 
 DEFAULT_HZ = 60.0
 """Reproduces the inverse-dynamics torque within a few per cent; 5 Hz would swallow it."""
@@ -107,9 +109,22 @@ BEYOND = 2.0
 the filters leave a thousandth, and by 2 % at the cut-off of a filter of fourth order."""
 
 
+class Steering(Protocol):
+    """What closes the loop: a drive, or a servo around one."""
+
+    def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
+        """Its law on an arm with the numbers p and these parameter values."""
+
+    def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
+        """(N, nr): the references that a recording gives it."""
+
+
 @dataclass(frozen=True)
 class FollowingServo:
     """A drive together with a servo of double pole `hz` on the rigid inertia of each joint.
+
+    Another servo is a class derived from this one with `gains` and `response` of its own, which a
+    drive states as its `servo`.
 
     References: those of the drive as they were recorded, the same as what is smooth sees them
     (`held`), then the measured joint positions and velocities.

@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from core.arm.joints import joint
-from core.drives.servo import FollowingServo
 from core.effects.sizes import deflection_rows
 from core.errors import InputError
 from core.identify.predictor import Predictor
@@ -24,7 +23,7 @@ from core.trajectory import Trajectory
 def visible_outputs(model: Model, recording: Recording, fitted: Sequence[Sensor]) -> list[Sensor]:
     """The fitted outputs, then every other one that the recording holds."""
     shown = list(fitted)
-    servo = isinstance(model.steering, FollowingServo)
+    servo = model.steering is not None
     torque = servo and model.drive.torque_known
     for kind, sensor in sensors().items():
         known = torque if kind == "torque" else sensor.available(recording, model.arm)
@@ -113,7 +112,7 @@ def _missing(
 ) -> tuple[MissingTorque, ...]:
     """Recorded minus modelled torque along the measured motion, where a servo follows it."""
     model = experiment.model
-    if not isinstance(model.steering, FollowingServo):
+    if model.steering is None:
         return ()
     _, speed = model.steering.motion(experiment.recording, model.arm)
     dt, kinds = experiment.recording.sample_time, (TORQUE,) * model.arm.joints

@@ -16,11 +16,10 @@ from numba import njit, types
 
 from core.arm.signatures import OPTIONS, kernel, vector
 from core.arm.structure import Structure
-from core.drives.servo import FollowingServo, averaged
+from core.drives.servo import averaged
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law
 from core.forces.element import Element
-from core.identify.led_motion import joint_servo
 from core.identify.led_points import finer_by
 from core.identify.prescribed import is_prescribed
 from core.model import Model, Numbers
@@ -46,7 +45,7 @@ MISS = 1e-9
 
 def is_held(model: Model, element: Element) -> bool:
     """Whether the element acts at one joint alone, and a servo holds that joint."""
-    servo = isinstance(model.steering, FollowingServo) and model.level == "nonlinear"
+    servo = model.steering is not None and model.level == "nonlinear"
     if not servo or element.at_tip or len(element.directions) != 1:
         return False
     direction = element.directions[0]
@@ -67,7 +66,7 @@ def simulated_part(model: Model, numbers: Numbers) -> Numbers:
 def effects_in_steps(model: Model) -> tuple[Effect, ...]:
     """Effects whose longest step counts: all but those that act at held joints alone."""
     numbers = model.numbers()
-    if not isinstance(model.steering, FollowingServo) or np.any(np.isfinite(numbers.law.limit)):
+    if model.steering is None or np.any(np.isfinite(numbers.law.limit)):
         return model.effects
 
     def moves(one: Effect) -> bool:
@@ -118,7 +117,7 @@ def _seen(model: Model, simulated: Numbers, motion: Trajectory) -> np.ndarray:
         place, speed = motion.q[:, :joints], motion.v[:, :joints]
         if not is_prescribed(model, simulated):
             return _curved(np.hstack([place, speed]))
-        dt, servo = float(motion.time[1] - motion.time[0]), joint_servo(model)
+        dt, servo = float(motion.time[1] - motion.time[0]), model.servo
         key = hashlib.blake2b(place.tobytes(), digest_size=16).digest(), dt, servo.hz, servo.band_hz
         return _SEEN.get(key, lambda: _curved(np.hstack(servo.seen_by_friction(place, dt))))
 

@@ -20,19 +20,11 @@ import scipy
 from core.arm.signatures import DYNAMICS, kernel, matrix, vector
 from core.arm.slots import weighing
 from core.arm.structure import Structure
-from core.drives.servo import FollowingServo
 from core.identify.led_points import finer_by
 from core.model import Model, Numbers
 from core.recent import Recent
 from core.simulate.motion import Task
 from core.simulate.small import factor_positive, substitute_positive
-
-
-def joint_servo(model: Model) -> FollowingServo:
-    """What leads the joints."""
-    assert isinstance(model.steering, FollowingServo)
-    return model.steering
-
 
 AVERAGE = 32
 """Samples over which a mean is taken off the held acceleration, so that its integral stays small
@@ -187,7 +179,7 @@ def _held_acceleration(
 ) -> np.ndarray:
     """(L + N, joints): what the drive's torque does to the joints at once."""
     joints, n = place.shape[1], model.arm.coordinates
-    torque = joint_servo(model).jumps(numbers.law, task.references)
+    torque = model.servo.jumps(numbers.law, task.references)
     if n == joints or not np.any(np.diff(torque, axis=0)) or not np.isfinite(torque).all():
         return np.zeros_like(place)
     q = np.zeros((len(torque), n))

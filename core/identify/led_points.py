@@ -48,10 +48,10 @@ _FINER = Recent[tuple[Model, object, int]](64)
 theirs."""
 
 
-def _finer(bare: Model, servo: object, sample_time: float) -> int:
+def _finer(bare: Model, servo: FollowingServo | None, sample_time: float) -> int:
     joints = bare.arm.joints
     K, M = _matrices(bare)
-    band = servo.band_hz if isinstance(servo, FollowingServo) else np.inf
+    band = np.inf if servo is None else servo.band_hz
     most = min(2.0 * np.pi * band * sample_time, UNSURE * np.pi)
 
     def fastest(K: np.ndarray, M: np.ndarray) -> float:

@@ -14,7 +14,6 @@ from math import comb
 
 import numpy as np
 
-from core.drives.servo import FollowingServo
 from core.effects.effect import Effect
 from core.identify.lane_groups import (
     FollowedGroup,
@@ -54,8 +53,7 @@ def applicable(experiments: Sequence[Prepared]) -> bool:
 
 def _has_rows(e: Prepared) -> bool:
     """Whether all that is compared follows from linear outputs along the recording's posture."""
-    servo = isinstance(e.model.steering, FollowingServo)
-    shown = servo and any(s.kind == TORQUE for s in e.outputs)
+    shown = e.model.steering is not None and any(s.kind == TORQUE for s in e.outputs)
     moves = any(type(one).started is not Effect.started for one in e.model.effects)
     return not shown and not moves and output_rows(e, e.model.numbers()) is not None
 

@@ -13,7 +13,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from core.drives.servo import FollowingServo
 from core.identify import held
 from core.identify.prepared import TORQUE, Prepared
 from core.identify.prescribed import given_motion, is_given, is_prescribed, prescribed_job
@@ -262,8 +261,8 @@ class Predictor:
         new = [i for name, i in first.items() if name not in self.substeps]
         if not new:
             return {}
-        servo = isinstance(chosen[0].model.steering, FollowingServo)
-        shown = servo and any(s.kind == TORQUE for s in chosen[0].outputs)
+        led = chosen[0].model.steering is not None
+        shown = led and any(s.kind == TORQUE for s in chosen[0].outputs)
         share = TORQUE_TOLERANCE if shown else np.inf
         results = simulate_many([jobs[i] for i in new], FIT_TOLERANCE, share, WORKERS)
         for i, result in zip(new, results, strict=True):

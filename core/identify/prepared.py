@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from core.drives.law import DriveLaw
-from core.drives.servo import FollowingServo, Recorded, rates_along
+from core.drives.servo import Recorded, rates_along
 from core.errors import InputError
 from core.identify.held import simulated_part
 from core.identify.led_motion import vague_ends
@@ -144,7 +144,7 @@ class Prepared:
 
     def _followed_at(self, values: Mapping[str, float]) -> Task:
         """The task with the motion that the values say the virtual servo must follow."""
-        if not isinstance(self.model.steering, FollowingServo):
+        if self.model.steering is None:
             return self.task
         whole, seen = self._place_at(values)
         if whole is seen:
@@ -214,7 +214,7 @@ class Prepared:
         y = np.array(sensor.measure_like(self.recording, trajectory))
         y = self.model.sensed(sensor.kind, y, self.recording.sample_time, values)
         steering = self.model.steering
-        if sensor.kind != TORQUE or not isinstance(steering, FollowingServo):
+        if sensor.kind != TORQUE or steering is None:
             return y
         # What the servo adds is the residual, whatever torque constant is being tried.
         arm, dt = self.model.arm, self.recording.sample_time
@@ -234,29 +234,25 @@ class Prepared:
     @cached_property
     def _stated(self) -> tuple[DriveLaw, np.ndarray]:
         """The drive as stated, and the torque (N, joints) that it applied then."""
-        assert isinstance(self.model.steering, FollowingServo)
-        steering, arm = self.model.steering, self.model.arm
+        steering, arm = self.model.servo, self.model.arm
         law = steering.base.law(arm, self.model.numbers().p, {})
         return law, steering.recorded_torque(self._recorded, arm, law)
 
     @cached_property
     def _recorded(self) -> Recorded:
         """Of the rig that the virtual servo follows."""
-        assert isinstance(self.model.steering, FollowingServo)
-        return self.model.steering.recorded(self.recording, self.model.arm)
+        return self.model.servo.recorded(self.recording, self.model.arm)
 
     @cached_property
     def _recorded_around(self) -> Recorded:
         """The same, averaged around each sample."""
-        assert isinstance(self.model.steering, FollowingServo)
-        return self.model.steering.recorded_around(self.recording, self.model.arm)
+        return self.model.servo.recorded_around(self.recording, self.model.arm)
 
     @cached_property
     def _stated_around(self) -> np.ndarray:
         """(N, joints): the torque that the drive as stated applied, averaged around each sample."""
-        assert isinstance(self.model.steering, FollowingServo)
         known, arm = self._recorded_around, self.model.arm
-        return self.model.steering.recorded_torque(known, arm, self._stated[0])
+        return self.model.servo.recorded_torque(known, arm, self._stated[0])
 
     @cached_property
     def _vague_ends(self) -> tuple[int, int]:
@@ -316,7 +312,7 @@ def prepare(
     mask = np.hstack(counted) if counted else np.zeros((len(recording.time), 0), dtype=bool)
     kinds = [s.kind for s in outputs for _ in s.channels(arm)]
     processed = processing.apply(raw, dt, kinds)
-    if isinstance(model.steering, FollowingServo) and kinds:
+    if model.steering is not None and kinds:
         mask = mask & np.column_stack([_inside(processing, k, len(mask), dt) for k in kinds])
     counts = mask[:: processing.decimate] & np.isfinite(processed)
     task = make_task(model, recording)
@@ -350,7 +346,7 @@ def _inside(processing: Processing, kind: str, N: int, dt: float) -> np.ndarray:
 
 def can_measure(model: Model, recording: Recording, sensor: Sensor) -> bool:
     """Whether the recording tells an output; a servo knows the torque wherever the drive does."""
-    servo = isinstance(model.steering, FollowingServo) and model.drive.torque_known
+    servo = model.steering is not None and model.drive.torque_known
     return (servo and sensor.kind == TORQUE) or sensor.available(recording, model.arm)
 
 
@@ -362,7 +358,7 @@ def measured_outputs(
     sensor.check(arm, recording)
     names = [c.name for c in sensor.channels(arm)]
     steering = model.steering
-    if sensor.kind == TORQUE and isinstance(steering, FollowingServo):
+    if sensor.kind == TORQUE and steering is not None:
         known = steering.recorded(recording, arm)
         y = steering.recorded_torque(known, arm, steering.base.law(arm, model.numbers().p, {}))
     else:
@@ -379,12 +375,12 @@ def measured_outputs(
 
 def make_task(model: Model, recording: Recording) -> Task:
     """References, start and schedule of a recording."""
-    arm, steering = model.arm, model.active_steering
-    references = steering.signals(recording, arm)
+    arm, steering = model.arm, model.steering
+    references = model.active_steering.signals(recording, arm)
     states = model.numbers().law.states
     start = at_rest(start_joints(model, recording), arm.coordinates, states)
     before = None
-    if isinstance(steering, FollowingServo):
+    if steering is not None:
         place, speed = steering.motion(recording, arm)
         before = steering.places(recording, arm)[1]
         start[: arm.joints] = place[0]

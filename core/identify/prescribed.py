@@ -28,8 +28,8 @@ from numba import types
 from core.arm.signatures import DYNAMICS, TIP, cube, kernel, matrix, vector
 from core.arm.slots import HUB_INERTIA, slot
 from core.drives.law import static_law
-from core.drives.servo import FollowingServo, acceleration, bend
-from core.identify.led_motion import Led, joint_motion, joint_servo
+from core.drives.servo import acceleration, bend
+from core.identify.led_motion import Led, joint_motion
 from core.model import Model, Numbers
 from core.simulate.elements import ELEMENTS, push, see
 from core.simulate.many import Job
@@ -53,7 +53,7 @@ def is_prescribed(model: Model, numbers: Numbers) -> bool:
     A drive that has a limit or states of its own answers the servo, and a force with a state, or
     one that depends on the drive's torque, is known only while it is simulated.
     """
-    if not isinstance(model.steering, FollowingServo) or model.level != "nonlinear":
+    if model.steering is None or model.level != "nonlinear":
         return False
     law = numbers.law
     known = not any(e.law.states or e.law.loaded for e in numbers.elements)
@@ -75,7 +75,7 @@ def prescribed_job(model: Model, numbers: Numbers, task: Task) -> Job:
     """The simulation of what the joints take along; its result has the joints' torque."""
     joints, n = model.arm.joints, model.arm.coordinates
     motion = joint_motion(model, numbers, task)
-    inertia = HEAVY * np.diag(joint_servo(model).inertia)
+    inertia = HEAVY * np.diag(model.servo.inertia)
     w = 2.0 * np.pi * DRIFT_HZ
     P, V = np.zeros((joints, n)), np.zeros((joints, n))
     P[:, :joints], V[:, :joints] = w * w * inertia, 2.0 * w * inertia

@@ -161,7 +161,7 @@ def _servo(
     posture = at_rest(start_joints(model, recordings[0]), n)[:n]
     inertia = np.diag(model.compiled.mass_matrix(posture, p))[: model.arm.joints]
     hz = spec.servo_hz or DEFAULT_HZ
-    return FollowingServo(
+    return model.drive.servo(
         model.drive, hz, tuple(float(x) for x in inertia), processing.band_hz(kinds),
         torque_hz=processing.band_hz([TORQUE]),
     )  # fmt: skip

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.drives.servo import FollowingServo
 from core.effects.effect import Effect
 from core.effects.sizes import typical
 from core.errors import InputError
@@ -106,7 +105,7 @@ def _factor(e: Prepared, longest: float, most: int) -> int:
     if e.processing.decimate > 1 or most >= N:
         return 1
     channels = e.model.drive.reference_channels(e.model.arm)
-    stepping = () if isinstance(e.model.steering, FollowingServo) else channels
+    stepping = channels if e.model.steering is None else ()
     enough = N / most * e.recording.sample_time  # no more is left out than has to be
     return largest_factor(e.recording, stepping, min(longest, 2.0 * enough))
 
@@ -118,14 +117,13 @@ def _longest_sample_time(
     a virtual servo's band, stated filters of logger and scenario, and stated delays."""
     rates, delays = [], []
     for e in experiments:
-        steering = e.model.steering
-        if isinstance(steering, FollowingServo):
-            rates.append(steering.hz)
+        if e.model.steering is not None:
+            rates.append(e.model.steering.hz)
         rates += [one.frequency / (2.0 * np.pi) for one in e.recording.logger_filters.values()]
         rates += [one.cutoff_hz for kind in {*e.kinds} for one in e.processing.filters(kind)]
         delays += [e.recording.camera.delay] if e.recording.camera.delay else []
         delays += _stated_delays(e)
-    if not any(isinstance(e.model.steering, FollowingServo) for e in experiments):
+    if all(e.model.steering is None for e in experiments):
         rates.append(STIFFER * _fastest(experiments, unknowns, fixed))
     between = delays or any(e.recording.logger_filters for e in experiments)
     samples = PER_PERIOD_BETWEEN if between else PER_PERIOD
@@ -188,7 +186,7 @@ def _part(e: Prepared, recording: Recording, most: int) -> Recording:
     """At most that many samples of a motion: the first, a rest before it aside; of a rigid arm
     that a servo holds those in which it moves most, as it can begin anywhere."""
     arm = e.model.arm
-    if isinstance(e.model.steering, FollowingServo) and arm.coordinates == arm.joints:
+    if e.model.steering is not None and arm.coordinates == arm.joints:
         return recording.excerpt(most)
     return first_part(recording, _rest(recording, arm.joints) + most)
 

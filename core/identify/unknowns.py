@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.drives.servo import FollowingServo
 from core.errors import InputError
 from core.model import Model
 from core.parameters import Parameter, ParameterSet
@@ -121,7 +120,7 @@ def starts_unknown(spec: IdentifySpec, recording: Recording) -> bool:
 def first_states(model: Model) -> tuple[str, ...]:
     """Names of the numbers of the state in which a recording begins; of an arm whose joints a
     virtual servo takes where the encoders say, of its other coordinates."""
-    led = model.arm.joints if isinstance(model.steering, FollowingServo) else 0
+    led = 0 if model.steering is None else model.arm.joints
     free = model.arm.coordinate_names[led:]
     return tuple(f"{START}{rate}{q}" for rate in ("", "d") for q in free)
 

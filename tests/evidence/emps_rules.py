@@ -19,7 +19,7 @@ from scipy.signal import butter, sosfiltfilt
 from core.arm.arm import Arm
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
-from core.recording.recording import Recording
+from core.parameters import Parameter
 from core.results import Outcome
 from core.scenario.read import check_scenario, read_scenario
 from core.scenario.stated_effects import base_model
@@ -65,19 +65,21 @@ class Table:
         return float(np.median(np.diff(self.time)))
 
 
-@dataclass(frozen=True)
-class Smoothly:
+class Smoothly(Drive):
     """A drive whose references run straight between samples: against a feedback without pauses,
     references that are held would give a saw-tooth of 150 N that the rig's own sampled loop, which
     reads position and reference at the same moment, does not have."""
 
-    drive: Drive
+    base: Drive
+
+    def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
+        return self.base.parameters(arm)
+
+    def reference_channels(self, arm: Arm) -> tuple[str, ...]:
+        return self.base.reference_channels(arm)
 
     def law(self, arm: Arm, p: np.ndarray, values: Mapping[str, float]) -> DriveLaw:
-        return replace(self.drive.law(arm, p, values), interpolate=True)
-
-    def signals(self, recording: Recording, arm: Arm) -> np.ndarray:
-        return self.drive.signals(recording, arm)
+        return replace(self.base.law(arm, p, values), interpolate=True)
 
 
 def table(folder: Path, name: str) -> Table:
@@ -139,7 +141,7 @@ def model_of(values: dict[str, float], effects: Sequence[dict[str, Any]], drive:
         "title": "EMPS", "arm": {"preset": "single_axis", "mass": values["m1"]}, "drive": drive,
         "model": {"level": "nonlinear", "effects": stated}, "identify": {"parameters": ["m1"]},
     }, "EMPS"))  # fmt: skip
-    return model.steered_by(Smoothly(model.drive))
+    return replace(model, drive=Smoothly(base=model.drive))
 
 
 def _with_values(effect: dict[str, Any], values: dict[str, float]) -> dict[str, Any]:

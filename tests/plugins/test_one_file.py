@@ -10,6 +10,7 @@ import importlib
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext, suppress
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
@@ -285,6 +286,71 @@ def test_a_drive_is_one_file(add: Add) -> None:
     assert rig.identify()["b1"].value == pytest.approx(60.0, rel=RECOVERED)
     assert rig.linear(theta2=1.2).inputs == ("theta1_ref", "theta2_ref")
     assert "`damped`" in reference_text()
+
+
+SERVED = '''
+"""Recorded torques along joints that a servo of damping ratio 0.7 leads."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from core.drives.servo import FollowingServo
+from core.drives.torque import Torque
+
+RATIO = 0.7
+
+
+@dataclass(frozen=True)
+class LightServo(FollowingServo):
+    """J (w^2 e + 2 RATIO w e')."""
+
+    def gains(self):
+        place, speed = super().gains()
+        return place, RATIO * speed
+
+    def response(self, x, dt, hz=None):
+        w = 2.0 * np.pi * (hz or self.hz)
+        system = [2.0 * RATIO * w, w * w], [1.0, 2.0 * RATIO * w, w * w]
+        b, a, _ = scipy.signal.cont2discrete(system, dt, method="foh")
+        b, a = np.ravel(b), np.ravel(a)
+        steady = np.outer(scipy.signal.lfilter_zi(b, a), x[0])
+        return scipy.signal.lfilter(b, a, x, axis=0, zi=steady)[0]
+
+
+class LightlyServed(Torque):
+    """Torque, with another servo."""
+
+    kind = "lightly_served"
+
+    @property
+    def servo(self):
+        return LightServo
+'''
+
+
+def test_a_drive_with_another_servo_is_one_file(add: Add, monkeypatch: pytest.MonkeyPatch) -> None:
+    module = add("core.drives", "lightly_served", SERVED)
+    asked: list[Any] = []
+    answer = module.LightServo.response
+
+    def response(self: Any, *signal: Any) -> Any:
+        asked.append(self.base)
+        return answer(self, *signal)
+
+    monkeypatch.setattr(module.LightServo, "response", response)
+    made = machine().simulate(theta2=1.2, seconds=0.5)
+    kept = {name: made.recording[name] for name in ("u1", "u2", "theta1", "theta2", "z1", "z2")}
+    recording = replace(made.recording, channels=kept)
+    rig = fg.project(
+        "paper", "lightly_served", [recording], model={"level": "nonlinear"},
+        identify={**QUICK, "output": ["torque", "z"]},
+    )  # fmt: skip
+    found = rig.identify()
+    assert found["EI2"].value == pytest.approx(EI, rel=RECOVERED)
+    assert asked and {drive.kind for drive in asked} == {"lightly_served"}
+    assert [t.joint for t in found.compare().recordings[0].missing_torque] == [1, 2]
 
 
 def test_the_page_has_sliders_for_a_new_drive(add: Add, monkeypatch: pytest.MonkeyPatch) -> None:
