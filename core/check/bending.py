@@ -37,6 +37,10 @@ CUTS = (0.4, 0.25, 0.16, 0.1, 0.06, 0.04, 0.025, 0.016, 0.01)
 """Of the sample rate, from which the highest is taken at which an acceleration is clean."""
 DRY = 0.05
 """Of the rms speed, over which dry friction changes its sign."""
+ALIKE = 10.0
+"""Neighbouring errors are alike: one in so many is independent."""
+EDGE, MOST = 20, 3000
+"""Samples left out at both ends, where a shifted channel has no values; rows of a regression."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +88,13 @@ class Bending:
     def grid(self) -> np.ndarray:
         """(M,) s"""
         return self.found.grid[self._stretch]
+
+    @property
+    def inner(self) -> slice:
+        """The samples of a regression."""
+        count = len(self.q)
+        edge = min(EDGE, count // 5)
+        return slice(edge, count - edge, max(count // MOST, 1))
 
     @cached_property
     def segments(self) -> np.ndarray:

@@ -14,7 +14,7 @@ from core.check.causes import FREE, Cause, wrong
 from core.check.finding import Finding, Picture
 from core.check.geometry import Tip
 from core.check.lagged import LOOP, Relation
-from core.check.late import Judged, judge, link_fit
+from core.check.late import Late, late_channel, shape_of
 from core.check.measured import Measured
 from core.check.relations import relations
 from core.check.suspects import CLEAR, Suspect, late_channels, suspects
@@ -42,17 +42,13 @@ class Dynamics:
     def shape(self) -> Shape | None:
         """The links as this recording shows them, each channel taken as it is; None where nothing
         that is measured shows them."""
-        fit = link_fit(self.recording)
-        return None if fit is None else fit.shape_alone
+        return shape_of(self.recording)
 
     @cached_property
-    def judged(self) -> Judged | None:
-        """Which channel is late, whatever the stiffness; None where that cannot be said."""
-        fit = link_fit(self.recording)
-        if fit is None:
-            return None
+    def late(self) -> Late | None:
+        """Which channel is late, whatever the stiffness."""
         known = (o.dynamics.shape for o in self.others)
-        return judge(fit, [shape for shape in known if shape is not None])
+        return late_channel(self.recording, [shape for shape in known if shape is not None])
 
     @cached_property
     def stiffness(self) -> dict[str, float]:
@@ -82,10 +78,10 @@ class Dynamics:
     def suspects(self) -> tuple[Suspect, ...]:
         """The channels that disagree with all others by a factor or a delay."""
         own, others = self.relations, [other.dynamics.relations for other in self.others]
-        if self.judged is None:
+        if self.shape is None:
             return suspects(own, others)
         found = suspects([r.timeless for r in own], [[r.timeless for r in o] for o in others])
-        return (*found, *late_channels(self.judged, self.recording.step))
+        return (*found, *late_channels(self.late, self.recording.step))
 
     @property
     def factors(self) -> list[Cause]:

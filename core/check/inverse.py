@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from core.check.bending import SMALL, Bending, Shape
+from core.check.bending import ALIKE, SMALL, Bending, Shape
 from core.check.lagged import NEWTON, WORTH, Relation
 from core.check.measured import Measured
 from core.model import Model
@@ -21,7 +21,6 @@ PART = 0.1
 """Of a torque's variance must a part have for its gain to say something."""
 SURE = 5.0
 """Standard deviations must a gain be from zero; one error in ten is independent."""
-EDGE, MOST, ALIKE = 20, 3000, 10
 
 
 def gains(
@@ -39,13 +38,11 @@ def gains(
     moved = float(np.max(np.ptp(links.q[:, 1:], axis=0), initial=0.0))
     parts = links.torques_of_each(shape if moved <= SMALL else None)
     speed, dry = links.rubbed(links.q)
-    count = len(links.q)
-    edge = min(EDGE, count // 5)
-    inner = slice(edge, count - edge, max(count // MOST, 1))
+    inner = links.inner
     made = []
     for k, name in enumerate(names):
         y = links.held(links.channel(name))[inner]
-        A = np.column_stack([parts[:, k], speed[:, k], dry[:, k], np.ones(count)])[inner]
+        A = np.column_stack([parts[:, k], speed[:, k], dry[:, k], np.ones(len(speed))])[inner]
         part, *_ = np.linalg.lstsq(A, y, rcond=None)
         rest, total = y - A @ part, max(float(np.var(y)), 1e-300)
         explained = 1.0 - float(np.var(rest)) / total
@@ -72,12 +69,11 @@ def loops(found: Measured, shape: Shape) -> list[tuple[float, float, float]]:
         return []
     torques = links.torques(links.moved(shape, links.q))
     speed, dry = links.rubbed(links.q)
-    count = len(links.q)
-    inner = slice(min(EDGE, count // 5), count - min(EDGE, count // 5))
+    inner = links.inner
     made = []
     for k, name in enumerate(names):
         y = links.held(links.channel(name))[inner]
-        A = np.column_stack([speed[:, k], torques[:, k], dry[:, k], np.ones(count)])[inner]
+        A = np.column_stack([speed[:, k], torques[:, k], dry[:, k], np.ones(len(speed))])[inner]
         part, *_ = np.linalg.lstsq(A, y, rcond=None)
         explained = 1.0 - float(np.var(y - A @ part) / max(float(np.var(y)), 1e-300))
         made.append((float(part[0]), float(part[1]) * gains_[k], explained))

@@ -8,39 +8,28 @@ gains and friction are coefficients of a regression.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from core.check.bending import LIGHT, Bending, Shape
+from core.check.bending import ALIKE, LIGHT, Bending, Shape
 from core.check.measured import Measured, lattice_step
+from core.least_squares import GOOD_ENOUGH, Descended, Limits, descend, normal_equations
 from core.recording.channels import DRIVES, Role, is_reference, role_of
 
 STARTS = tuple(np.geomspace(0.2, 5.0, 13))
 """Times the stated stiffness at which a fit may begin: estimates from a drawing are a factor of 4
 off, and a resonance shows to a fit that begins within some ten per cent of its frequency."""
-NEAR = 0.1
-"""In ln, by which two beginnings differ that lead to the same end: resonances 5 % apart."""
 LAGS = (1.0, 2.0, 4.0, 7.0, 10.0, 13.0, 16.0)
 """Samples of lag at which a fit may begin: it finds what is within half a period of it."""
 GROWN = (-20.0, -8.0, -3.0, -1.0, 1.0, 3.0, 8.0, 20.0)
 """The same at the end of a recording, where the lag grows."""
-STEPS = 10
-"""Of a fit at most."""
 CLOSEST = 3
 """Causes, of all that were scanned, that are fitted."""
 FINE = 1e-3
 """Of a channel's spread, below which no model is right."""
-ALIKE = 10.0
-"""Neighbouring errors are alike: one in so many is independent."""
-EDGE = 20
-"""Samples left out at both ends, where a shifted channel has no values."""
-KEPT = 8
-"""Answers of the links that are kept: two shapes, and the differences of a fit."""
-MOST = 3000
-"""Samples of a fit; more of them are thinned."""
 STIFFEST, LIGHTEST = np.log(30.0), (np.log(1e-5), np.log(0.3))
 """Bounds of the logarithms: beyond 30 times no link shows whether it is stiff or rigid."""
 
@@ -51,6 +40,9 @@ class Cause:
 
     channels: tuple[str, ...] = ()
     grows: bool = False
+
+
+PUNCTUAL = Cause()
 
 
 @dataclass(frozen=True)
@@ -66,66 +58,45 @@ class Late:
     """Share of what remained unexplained that still does, in the channel that gains most."""
 
 
-@dataclass(frozen=True)
-class Judged:
-    """The links as they are, and the best of all causes."""
-
-    shape: Shape
-    explained: dict[str, float]
-    """Channel -> share of its variance, with the best cause."""
-    late: Late | None
-    """What explains most; None where no lag explains anything."""
-
-
-def link_fit(found: Measured) -> LinkFit | None:
-    """The fit of the links that a recording shows, made once; None where it shows none of them."""
-    if LinkFit not in found.derived:
-        links = Bending.of(found)
-        made = None if links is None else LinkFit(links)
-        found.derived[LinkFit] = made if made is not None and made.names else None
-    fit = found.derived[LinkFit]
-    return fit if isinstance(fit, LinkFit) else None
+def shape_of(found: Measured) -> Shape | None:
+    """The links as a recording shows them where all channels are taken for punctual, fitted once;
+    None where it shows none of them."""
+    if Shape not in found.derived:
+        fit = LinkFit.of(found)
+        found.derived[Shape] = None if fit is None else fit.shape(fit.alone())
+    shape = found.derived[Shape]
+    return shape if isinstance(shape, Shape) else None
 
 
-def judge(problem: LinkFit, others: Sequence[Shape] = ()) -> Judged:
-    """The stiffness of the links, and the channel whose lag explains most.
+def late_channel(found: Measured, others: Sequence[Shape] = ()) -> Late | None:
+    """The cause that explains most, whatever the stiffness; None where no lag explains anything.
 
     Args:
         others: The same links as other recordings show them, where a fit may begin as well.
     """
-    tried = [problem.alone]
+    fit, alone = LinkFit.of(found), shape_of(found)
+    if fit is None or alone is None:
+        return None
+    plain = fit.unknowns([alone])
+    begins = [plain]
     if others:
-        tried.append(problem.fitted(Cause(), problem.middle(others)))
-    plain = min(tried, key=lambda x: problem.cost(problem.rests(Cause(), x)))
-    begins = _apart([plain, *tried, *([problem.middle(others)] if others else [])])
-    before = problem.rests(Cause(), plain)
-    scanned = [(problem.scanned(cause, begins), cause) for cause in problem.causes()]
-    best, chosen, least = plain, Cause(), problem.cost(before)
-    better = [one for one in scanned if one[0][0] < least]
-    closest = sorted(better, key=lambda one: one[0][0])[:CLOSEST]
-    for (_, start), cause in closest:
-        found = problem.fitted(cause, start)
-        cost = problem.cost(problem.rests(cause, found))
-        if cost < least:
-            best, chosen, least = found, cause, cost
-    after = problem.rests(chosen, best)
-    explained = {n: 1.0 - float(np.var(r) / problem.spread(n)) for n, r in after.items()}
-    if not chosen.channels:
-        problem.forget()
-        return Judged(problem.shape(best), explained, None)
+        middle = fit.unknowns(others)
+        plain = min(plain, fit.fitted(PUNCTUAL, middle).vector, key=fit.cost)
+        begins = [plain, middle]
+    least, best = fit.cost(plain), None
+    scanned = sorted((fit.scanned(cause, begins) for cause in fit.causes()), key=lambda s: s[0])
+    for cost, cause, start in scanned[:CLOSEST]:
+        if cost < fit.cost(plain):
+            found_ = fit.fitted(cause, start)
+            cost = fit.cost(found_.vector, cause)
+            if cost < least:
+                least, best = cost, (cause, found_)
+    if best is None:
+        return None
+    cause, end = best
+    before, after = fit.rests(PUNCTUAL, plain), fit.rests(cause, end.vector)
     left = min(float(np.var(after[n]) / max(np.var(before[n]), 1e-300)) for n in after)
-    late = Late(chosen, problem.size(chosen, best), problem.deviation(chosen, best), left)
-    problem.forget()
-    return Judged(problem.shape(best), explained, late)
-
-
-def _apart(begins: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Without those that lead to where an earlier one does."""
-    kept: list[np.ndarray] = []
-    for one in begins:
-        if all(np.max(np.abs(one - other)) > NEAR for other in kept):
-            kept.append(one)
-    return kept
+    return Late(cause, fit.size(cause, end.vector), fit.deviation(cause, end), left)
 
 
 @dataclass(frozen=True)
@@ -136,10 +107,13 @@ class LinkFit:
     end, where it grows)."""
 
     links: Bending
-    _known: dict[str, np.ndarray] = field(default_factory=dict)
-    _smoothed: dict[str, np.ndarray] = field(default_factory=dict)
-    _floors: dict[str, float] = field(default_factory=dict)
-    _answers: dict[tuple[object, ...], dict[str, np.ndarray]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, found: Measured) -> LinkFit | None:
+        """None where the recording shows none of the links."""
+        links = Bending.of(found)
+        made = None if links is None else cls(links)
+        return made if made is not None and made.names else None
 
     @cached_property
     def segments(self) -> int:
@@ -163,32 +137,23 @@ class LinkFit:
         return names if known and len(names) == model.arm.joints else ()
 
     @cached_property
-    def alone(self) -> np.ndarray:
-        """The unknowns without a cause."""
-        return self.fitted(Cause(), self._begin())
-
-    def middle(self, others: Sequence[Shape]) -> np.ndarray:
-        """The unknowns at the median of other recordings' links."""
-        logs = [np.log([*one.stiffness, one.damping]) for one in others]
-        return np.asarray(np.median(logs, axis=0))
-
-    @cached_property
     def places(self) -> list[str]:
         """The encoders."""
         return [f"theta{k + 1}" for k in range(self.links.model.arm.joints)]
 
-    def _begin(self) -> np.ndarray:
-        """The unknowns at the best common factor of the stiffness, then of each segment's own."""
-        best = np.array([*np.zeros(self.segments), np.log(LIGHT)])
-        common = slice(0, self.segments)
-        for which in (common, *range(self.segments)) if self.segments > 1 else (common,):
-            tried = []
-            for factor in STARTS:
-                one = best.copy()
-                one[which] = np.log(factor) + (0.0 if which is common else best[which])
-                tried.append(self._bounded(one))
-            best = min(tried, key=lambda x: self.cost(self.rests(Cause(), x)))
-        return best
+    @cached_property
+    def floors(self) -> dict[str, float]:
+        """Channel -> variance below which an error says nothing: rounding, noise, the model's
+        own."""
+        known = {n: self.links.channel(n) for n in self.names}
+        return {
+            n: lattice_step(y) ** 2 / 12.0 + (FINE * float(np.std(y))) ** 2
+            for n, y in known.items()
+        }
+
+    @cached_property
+    def _held(self) -> dict[str, np.ndarray]:
+        return {n: self.links.held(self.links.channel(n)) for n in self.driven if n in self.names}
 
     def causes(self) -> list[Cause]:
         """Channels that may be late, in both ways; a reference that was written is not."""
@@ -198,17 +163,10 @@ class LinkFit:
         groups += [("z1", "z2")] if {"z1", "z2"} <= set(self.names) else []
         return [Cause(group, grows) for group in groups for grows in (False, True)]
 
-    @cached_property
-    def shape_alone(self) -> Shape:
-        """The links where all channels are taken for punctual."""
-        found = self.shape(self.alone)
-        self.forget()
-        return found
-
-    def forget(self) -> None:
-        """Lets the answers of the links go, megabytes that only a fit needs: what is found stays as
-        long as its recording."""
-        self._answers.clear()
+    def unknowns(self, shapes: Sequence[Shape]) -> np.ndarray:
+        """Those of the links' middle shape."""
+        logs = [np.log([*one.stiffness, one.damping]) for one in shapes]
+        return np.asarray(np.median(logs, axis=0))
 
     def shape(self, x: np.ndarray) -> Shape:
         """Of the links."""
@@ -220,140 +178,121 @@ class LinkFit:
             return 0.0
         return float(x[-1]) * (1.0 / len(self.links.q) if cause.grows else self.links.found.step)
 
-    def scanned(self, cause: Cause, begins: Sequence[np.ndarray]) -> tuple[float, np.ndarray]:
-        """(cost, unknowns) at the best of the lags at which a fit may begin."""
+    def alone(self) -> np.ndarray:
+        """The unknowns without a cause, from the best common factor of the stiffness on, then the
+        best one of each segment."""
+        x = np.array([*np.zeros(self.segments), np.log(LIGHT)])
+        rows = np.eye(self.segments + 1)[:-1]
+        for which in (rows.sum(axis=0), *(rows if self.segments > 1 else ())):
+            tried = (x + np.log(factor) * which for factor in STARTS)
+            x = min((np.clip(one, *self._bounds(one)) for one in tried), key=self.cost)
+        return self.fitted(PUNCTUAL, x).vector
+
+    def scanned(
+        self, cause: Cause, begins: Sequence[np.ndarray]
+    ) -> tuple[float, Cause, np.ndarray]:
+        """(cost, cause, unknowns) at the best of the lags at which a fit may begin."""
         tried = [np.array([*x, lag]) for x in begins for lag in (GROWN if cause.grows else LAGS)]
-        costs = [self.cost(self.rests(cause, one)) for one in tried]
-        return min(costs), tried[int(np.argmin(costs))]
+        costs = [self.cost(x, cause) for x in tried]
+        return min(costs), cause, tried[int(np.argmin(costs))]
 
-    def cost(self, rests: dict[str, np.ndarray]) -> float:
+    def cost(self, x: np.ndarray, cause: Cause = PUNCTUAL) -> float:
         """Twice the negative log-likelihood at the noise that each channel shows, per sample."""
-        return sum(float(np.log(np.mean(r**2) + self._least(n))) for n, r in rests.items())
+        return float(sum(np.log(each) for each in self._noise(self.rests(cause, x)).values()))
 
-    def _least(self, name: str) -> float:
-        """The variance below which an error says nothing: rounding, noise, the model's own."""
-        if name not in self._floors:
-            y = self._channel(name)
-            self._floors[name] = lattice_step(y) ** 2 / 12.0 + (FINE * float(np.std(y))) ** 2
-        return self._floors[name]
-
-    def spread(self, name: str) -> float:
-        """Variance of a channel."""
-        return max(float(np.var(self._channel(name))), 1e-300)
-
-    def _channel(self, name: str) -> np.ndarray:
-        if name not in self._known:
-            self._known[name] = self.links.channel(name)
-        return self._known[name]
+    def _noise(self, rests: Mapping[str, np.ndarray]) -> dict[str, float]:
+        """Variance of each channel's errors."""
+        return {n: float(np.mean(r**2)) + self.floors[n] for n, r in rests.items()}
 
     def rests(self, cause: Cause, x: np.ndarray) -> dict[str, np.ndarray]:
         """What remains of each channel (m,) while the cause is as large as x says."""
-        shape = self.shape(x)
-        t, size = self.links.grid, self.size(cause, x)
-        when = t + size * (t - t[0] if cause.grows else 1.0)
-
-        def punctual(name: str, values: np.ndarray) -> np.ndarray:
-            return np.interp(when, t, values) if name in cause.channels else values
-
-        places = {n: punctual(n, q) for n, q in zip(self.places, self.links.q.T, strict=True)}
-        late = size if any(n in cause.channels for n in self.places) else 0.0
-        key = (shape.stiffness.tobytes(), shape.damping, cause if late else None, late)
-        answers = self._kept(key, shape, np.column_stack(list(places.values())))
-        edge = min(EDGE, len(t) // 5)
-        thin = slice(edge, len(t) - edge, max(len(t) // MOST, 1))
-        at, made = (t - (when - t))[thin], {}
-        for n, rows in answers.items():
-            y, own = self._channel(n), n in cause.channels
-            if n in self.driven:
-                y = self.links.held(punctual(n, y)) if own else self._held(n)
-            elif own:
-                # The answer is moved and not the measurement, whose noise would shrink between
-                # the samples and draw the lag there.
-                made[n] = _unexplained(y[thin], np.array([np.interp(at, t, each) for each in rows]))
-                continue
-            made[n] = _unexplained(y[thin], rows[:, thin])
+        t, size, inner = self.links.grid, self.size(cause, x), self.links.inner
+        when = self._when(cause, size)
+        at, made = (2.0 * t - when)[inner], {}
+        encoder = any(n in cause.channels for n in self.places)
+        moved = (cause, size) if encoder else (PUNCTUAL, 0.0)
+        for n, rows in self._answered(tuple(x[: self.segments + 1]), *moved).items():
+            y, own, driven = self.links.channel(n), n in cause.channels, n in self.driven
+            if driven:
+                y = self.links.held(np.interp(when, t, y)) if own else self._held[n]
+            # The answer is moved and not a sensor's measurement, whose noise would shrink between
+            # the samples and draw the lag there.
+            late = own and not driven
+            rows = np.array([np.interp(at, t, each) for each in rows]) if late else rows[:, inner]
+            made[n] = _unexplained(y[inner], rows)
         return made
 
-    def _held(self, name: str) -> np.ndarray:
-        if name not in self._smoothed:
-            self._smoothed[name] = self.links.held(self._channel(name))
-        return self._smoothed[name]
+    def _when(self, cause: Cause, size: float) -> np.ndarray:
+        """(M,) s, the times at which the samples of a late channel show."""
+        t = self.links.grid
+        return np.asarray(t + size * (t - t[0] if cause.grows else 1.0))
 
-    def _kept(self, key: tuple[object, ...], shape: Shape, q: np.ndarray) -> dict[str, np.ndarray]:
-        """What explains each channel, as rows (k, M) of a regression; the last ones are kept, as
-        a lag of a channel alone changes none of them."""
-        if key not in self._answers:
-            while len(self._answers) >= KEPT:
-                self._answers.pop(next(iter(self._answers)))
-            whole, ringing = self.links.moved(shape, q), self.links.ringing(shape)
-            made = {n: np.array([y, *ringing]) for n, y in self.links.sensed(whole).items()}
-            if any(n in self.names for n in self.driven):
-                torques = self.links.torques(whole)
-                speed, dry = self.links.rubbed(q)
-                smooth = list(self.links.smooth(np.array(ringing).T).T) if ringing else []
-                made |= {
-                    n: np.array([torques[:, k], speed[:, k], dry[:, k], *smooth])
-                    for k, n in enumerate(self.driven)
-                    if n in self.names
-                }
-            self._answers[key] = made
-        return self._answers[key]
+    @cached_property
+    def _answered(self):  # type: ignore[no-untyped-def]
+        """The last answers are kept, as a lag of a sensor alone changes none of them."""
+        return lru_cache(maxsize=8)(self._answers)
 
-    def fitted(self, cause: Cause, x: np.ndarray) -> np.ndarray:
-        """Gauss-Newton on the logarithms of the channels' errors, damped where it overshoots."""
-        rests, damped = self.rests(cause, x), 1e-3
-        cost = self.cost(rests)
-        for _ in range(STEPS):
-            J, r = self._weighted(cause, x, rests)
-            H, g = J.T @ J, J.T @ r
-            for _ in range(4):
-                step = np.linalg.solve(
-                    H + damped * (np.diag(np.diag(H)) + 1e-9 * np.eye(len(x))), g
-                )
-                tried = self._bounded(x - np.clip(step, -1.0, 1.0) * self._strides(x))
-                new = self.rests(cause, tried)
-                if (better := self.cost(new)) < cost:
-                    break
-                damped *= 10.0
-            else:
-                return x
-            x, rests, damped = tried, new, damped / 10.0
-            cost, before = better, cost
-            if before - cost < 1e-3:
-                break
-        return x
+    def _answers(
+        self, unknowns: tuple[float, ...], cause: Cause, size: float
+    ) -> dict[str, np.ndarray]:
+        """What explains each channel, as rows (k, M) of a regression; the cause is an encoder's."""
+        shape, links = self.shape(np.array(unknowns)), self.links
+        t, when = links.grid, self._when(cause, size)
+        q = np.column_stack(
+            [
+                np.interp(when, t, place) if n in cause.channels else place
+                for n, place in zip(self.places, links.q.T, strict=True)
+            ]
+        )
+        whole, ringing = links.moved(shape, q), links.ringing(shape)
+        made = {n: np.array([y, *ringing]) for n, y in links.sensed(whole).items()}
+        if self._held:
+            torques, (speed, dry) = links.torques(whole), links.rubbed(q)
+            smooth = list(links.smooth(np.array(ringing).T).T) if ringing else []
+            made |= {
+                n: np.array([torques[:, k], speed[:, k], dry[:, k], *smooth])
+                for k, n in enumerate(self.driven)
+                if n in self._held
+            }
+        return made
+
+    def fitted(self, cause: Cause, x: np.ndarray) -> Descended:
+        """Least squares in the errors' own standard deviations, which are taken anew until the cost
+        stays: the tangent of a logarithm lies above it, so each descent lowers the cost."""
+        limits, steps = Limits(*self._bounds(x), self._strides(x)), 0.02 * self._strides(x)
+        sizes = np.ones(0)
+
+        def errors(x: np.ndarray) -> list[np.ndarray]:
+            rests = self.rests(cause, x).values()
+            return [r / size for r, size in zip(rests, sizes, strict=True)]
+
+        def slopes(x: np.ndarray) -> list[np.ndarray]:
+            moved = zip(*map(errors, x + np.diag(steps)), strict=True)
+            rests = zip(errors(x), moved, strict=True)
+            return [(np.column_stack(m) - r[:, None]) / steps for r, m in rests]
+
+        before, cost = np.inf, self.cost(x, cause)
+        while before - cost > GOOD_ENOUGH:
+            sizes = np.sqrt(list(self._noise(self.rests(cause, x)).values()))
+            end = descend(errors, slopes, x, limits, most=3)
+            x, before, cost = end.vector, cost, self.cost(end.vector, cause)
+        return end
 
     def _strides(self, x: np.ndarray) -> np.ndarray:
-        """Of each unknown, for a step of one: half the stiffness, threefold damping, six samples
-        of lag."""
+        """Typical size of each unknown: half the stiffness, threefold damping, six samples."""
         return np.array([0.5] * self.segments + [1.0] + [6.0] * (len(x) - self.segments - 1))
 
-    def _bounded(self, x: np.ndarray) -> np.ndarray:
-        s = self.segments
-        stiffness = np.clip(x[:s], -STIFFEST, STIFFEST)
-        return np.array([*stiffness, np.clip(x[s], *LIGHTEST), *x[s + 1 :]])
+    def _bounds(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        s, free = self.segments, len(x) - self.segments - 1
+        lower = [-STIFFEST] * s + [LIGHTEST[0]] + [-np.inf] * free
+        return np.array(lower), np.array([STIFFEST] * s + [LIGHTEST[1]] + [np.inf] * free)
 
-    def _weighted(
-        self, cause: Cause, x: np.ndarray, rests: dict[str, np.ndarray]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """(J, r) by differences, in strides and in the errors' own standard deviations."""
-        strides, columns = self._strides(x), []
-        sizes = {n: np.sqrt(np.mean(r**2) + self._least(n)) for n, r in rests.items()}
-        r = np.concatenate([rests[n] / sizes[n] for n in rests])
-        for k, stride in enumerate(strides):
-            moved = x.copy()
-            moved[k] += 0.02 * stride
-            other = self.rests(cause, moved)
-            columns.append((np.concatenate([other[n] / sizes[n] for n in rests]) - r) / 0.02)
-        return np.column_stack(columns), r
-
-    def deviation(self, cause: Cause, x: np.ndarray) -> float:
+    def deviation(self, cause: Cause, end: Descended) -> float:
         """Standard deviation of the cause's size."""
-        J, _ = self._weighted(cause, x, self.rests(cause, x))
-        spread = np.sqrt(ALIKE * np.abs(np.diag(np.linalg.pinv(J.T @ J))))
-        moved = x.copy()
-        moved[-1] = spread[-1] * self._strides(x)[-1]
-        return abs(self.size(cause, moved))
+        normal, _ = normal_equations(end.blocks, end.slopes)
+        x = np.zeros_like(end.vector)
+        x[-1] = np.sqrt(ALIKE * abs(np.linalg.pinv(normal)[-1, -1]))
+        return self.size(cause, x)
 
 
 def _unexplained(y: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.check.lagged import LOOP, WORTH, Relation
-from core.check.late import Judged
+from core.check.late import Late
 from core.recording.channels import DRIVES, Role, is_reference, role_of
 
 SCALE = 0.12
@@ -88,12 +88,11 @@ def suspects(own: Sequence[Relation], others: Sequence[Sequence[Relation]]) -> t
     return (*found, *(late or _delays(*_trusted(entries))), *_drifts(every))
 
 
-def late_channels(judged: Judged, step: float) -> tuple[Suspect, ...]:
+def late_channels(one: Late | None, step: float) -> tuple[Suspect, ...]:
     """The channels that are late whatever the stiffness of the links; `step` in s.
 
     A channel that is early is none: another one is late then, and explains more.
     """
-    one = judged.late
     if one is None or one.left > MAINLY or abs(one.size) < SURE_DRIFT * one.error:
         return ()
     if one.cause.grows:

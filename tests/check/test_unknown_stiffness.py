@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.signal import butter, cont2discrete, dlsim, sosfiltfilt
 
-from core.check.bending import _low_passed, _second_order
+from core.check.bending import Shape, _low_passed, _second_order
 from core.check.case import Case
 from core.check.checks.dead import Dead
 from core.check.checks.drive_saturated import DriveSaturated
 from core.check.checks.weak_excitation import quiet_noise
 from core.check.inverse import loops
-from core.check.late import LinkFit, judge, link_fit
+from core.check.late import late_channel, shape_of
 from core.check.measured import Measured
 from core.check.run import with_clock
 from tests.check.test_faults import SIZE
@@ -32,10 +32,10 @@ STIFF = 0.1
 rig_of = cache(checked_rig)
 
 
-def fit_of(found: Measured) -> LinkFit:
-    fit = link_fit(found)
-    assert fit is not None
-    return fit
+def seen(found: Measured) -> Shape:
+    shape = shape_of(found)
+    assert shape is not None
+    return shape
 
 
 def shifted(found: Measured, name: str, lag: float, rate: float = 0.0) -> Measured:
@@ -65,17 +65,9 @@ def test_the_low_pass_is_that_of_butterworth_run_both_ways() -> None:
 @pytest.mark.parametrize("seed", [2, 8, 25])
 def test_the_stiffness_is_found_that_the_scenario_states_wrong(seed: int) -> None:
     """30 % off, four times, and with friction in the joints."""
-    found = fit_of(rig_of(seed).cases[1].recording).shape_alone
+    found = seen(rig_of(seed).cases[1].recording)
     # The last segment of a stiff arm hardly shows: the first decides on the resonance.
     assert found.stiffness[0] * drawn(seed).starts[0] == pytest.approx(1.0, rel=STIFF)
-
-
-def test_a_fit_that_is_kept_with_its_recording_keeps_what_it_found_alone() -> None:
-    """The answers of the links are megabytes, and a scenario may have a hundred recordings."""
-    fit = fit_of(rig_of(2).cases[1].recording)
-    fit.shape_alone  # noqa: B018
-    judge(fit)
-    assert not fit._answers
 
 
 @pytest.mark.parametrize("seed, channel", [(2, "z2"), (4, "theta1"), (25, "z1"), (35, "u2")])
@@ -84,10 +76,10 @@ def test_a_late_channel_is_named_whatever_the_stiffness(seed: int, channel: str)
     rig = rig_of(seed)
     found = rig.cases[1].recording
     lag = 9.0 * found.step
-    judged = judge(fit_of(shifted(found, channel, lag)))
-    assert judged.late is not None
-    assert judged.late.cause.channels == (channel,) and not judged.late.cause.grows
-    assert judged.late.size == pytest.approx(lag, rel=SIZE)
+    late = late_channel(shifted(found, channel, lag))
+    assert late is not None
+    assert late.cause.channels == (channel,) and not late.cause.grows
+    assert late.size == pytest.approx(lag, rel=SIZE)
 
 
 def test_a_clock_that_drifts_is_named_whatever_the_stiffness() -> None:
@@ -108,7 +100,7 @@ def test_a_wrong_sample_time_is_named_whatever_the_stiffness(factor: float) -> N
 def test_a_reference_is_its_speed_and_the_torque_over_the_gain() -> None:
     """In a rig whose stated stiffness is 30 % off and whose joints rub."""
     found = rig_of(19).cases[1].recording
-    for speed, torque, explained in loops(found, fit_of(found).shape_alone):
+    for speed, torque, explained in loops(found, seen(found)):
         assert speed == pytest.approx(1.0, rel=SIZE) and torque == pytest.approx(1.0, rel=SIZE)
         assert explained > 0.95
 
