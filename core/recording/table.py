@@ -96,20 +96,30 @@ NO_NUMBER = ("", "nan", "na")
 """How a cell says 'no sample', in lower case."""
 
 
-def number(cell: object) -> float:
-    """A cell as a number; NaN where it says 'no sample', ValueError where it says neither."""
+def number(cell: object, comma: bool = False) -> float:
+    """A cell as a number; NaN where it says 'no sample', ValueError or TypeError where it says
+    neither. `comma`: one may stand for the decimal point."""
     if cell is None:
         return float("nan")
     if isinstance(cell, bool | np.bool_):
         raise TypeError("a truth value is no measurement")
     if not isinstance(cell, str):
         return float(cell)  # type: ignore[arg-type]
-    text = cell.strip()
+    text = cell.strip().replace(",", ".") if comma else cell.strip()
     if text.lower() in NO_NUMBER:
         return float("nan")
     if "_" in text:  # Python reads 1_000 as a thousand, no measuring program writes it
         raise ValueError(text)
     return float(text)
+
+
+def is_number(cell: object, comma: bool = False) -> bool:
+    """Whether a cell is a number, or says 'no sample'."""
+    try:
+        number(cell, comma)
+    except (TypeError, ValueError, OverflowError):
+        return False
+    return True
 
 
 class TableReader(ABC):

@@ -9,11 +9,22 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
+
+import numpy as np
 
 from core.errors import InputError
-from core.recording.table import Reading, Table, TableReader, damaged
-from core.recording.text_table import BlockParser, has_cells, read_heading
+from core.recording.heading import Heading, decoded, read_heading
+from core.recording.table import (
+    NO_NUMBER,
+    Reading,
+    Table,
+    TableReader,
+    cell_fault,
+    damaged,
+    number,
+    row_name,
+)  # fmt: skip
 
 BLOCK = 1_000_000
 """Bytes that are parsed at once: a hundredth of a second, and no progress bar needs more steps."""
@@ -36,32 +47,31 @@ class DelimitedReader(TableReader):
         with _opened(path) as (content, packed):
             blocks = _blocks(path, content, packed, reading)
             first = next(blocks, b"").removeprefix(_MARK)
-            if not has_cells(first):
+            if not first.strip():
                 raise InputError(f"{path.name} is empty; give a file with a header and samples.")
             heading = read_heading(path.name, first)
-            width = len(heading.names)
-            parser = BlockParser(path.name, width, heading.delimiter, heading.first_line)
-            ended = first
-            for block, last in _with_last(chain([first[heading.body :]], blocks)):
-                parser.add(block, last)
-                reading.holds(parser.rows, width)
-                ended = block or ended
-        columns, faults = parser.finish(heading.names)
-        if parser.rows == 0:
-            raise InputError(f"{path.name} has a header line but no samples below it.")
-        whole = ended.endswith((b"\n", b"\r"))
+            samples, last = _Samples(path.name, heading), first
+            for block in chain([first[heading.body :]], blocks):
+                if block.strip():
+                    samples.add(block)
+                    last = block
+                reading.holds(samples.rows, len(heading.names))
+        if samples.rows == 0:
+            raise InputError(f"{path.name} has a header and no samples; give a file with samples.")
         return Table(
             path.name,
-            columns,
+            dict(zip(heading.names, map(np.concatenate, samples.columns), strict=True)),
             first_line=heading.first_line,
-            warnings=() if whole else (_NO_LINE_END.format(name=path.name),),
-            faults=faults,
+            warnings=() if last.endswith(_ENDS) else (_NO_LINE_END.format(name=path.name),),
+            faults={heading.names[k]: fault for k, fault in samples.faults.items()},
             paths=heading.written,
         )
 
 
 _GZIP = b"\x1f\x8b"
 _CONTROL = re.compile(rb"[\x00-\x08\x0e-\x1f]")
+_ENDS = (b"\n", b"\r")
+_LINE_END = re.compile(rb"\r\n|\n|\r(?!\Z)")
 _NO_LINE_END = "{name} ends without a line break; if it was cut short, its last number is wrong."
 _MARK = b"\xef\xbb\xbf"
 """With which some programs begin UTF-8 text."""
@@ -73,7 +83,7 @@ def _opened(path: Path) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
     with path.open("rb") as packed:
         magic = packed.read(len(_GZIP))
         packed.seek(0)
-        if magic != _GZIP and (path.suffix.lower() != ".gz" or has_cells(magic)):
+        if magic != _GZIP and (path.suffix.lower() != ".gz" or magic.strip()):
             yield packed, packed
             return
         try:
@@ -84,7 +94,7 @@ def _opened(path: Path) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
 
 
 def _blocks(path: Path, content: IO[bytes], packed: IO[bytes], reading: Reading) -> Iterator[bytes]:
-    """The content in pieces that end where a line ends."""
+    """The content in pieces that end where a line ends, without blank lines at its end."""
     rest = b""
     while piece := content.read(BLOCK):
         reading.grew(len(piece))
@@ -92,7 +102,7 @@ def _blocks(path: Path, content: IO[bytes], packed: IO[bytes], reading: Reading)
         if b"\0" in piece:
             raise damaged(path, "a text table")
         rest += piece
-        end = rest.rfind(b"\n") + 1 or rest.rfind(b"\r", 0, len(rest) - 1) + 1
+        end = _whole_lines(rest)
         if len(rest) - end > LONGEST_LINE:
             raise InputError(
                 f"{path.name} has a line of more than {LONGEST_LINE:,} characters; it is no table "
@@ -101,14 +111,99 @@ def _blocks(path: Path, content: IO[bytes], packed: IO[bytes], reading: Reading)
         if end:
             yield rest[:end]
             rest = rest[end:]
-    if rest:
+    if rest.strip():
         yield rest
 
 
-def _with_last(blocks: Iterator[bytes]) -> Iterator[tuple[bytes, bool]]:
-    """Each block, and whether none follows it."""
-    before = next(blocks)
-    for block in blocks:
-        yield before, False
-        before = block
-    yield before, True
+def _whole_lines(text: bytes) -> int:
+    """Bytes up to the end of the last line that is complete and not blank."""
+    used = len(text.rstrip())
+    if used and (found := _LINE_END.search(text, used)):
+        return found.end()
+    return max(text.rfind(end, 0, used) for end in _ENDS) + 1
+
+
+class _Samples:
+    """What the lines below the heading hold, in order; each has as many cells as the heading."""
+
+    def __init__(self, file: str, heading: Heading) -> None:
+        self.rows = 0
+        self.columns: list[list[np.ndarray]] = [[] for _ in heading.names]
+        self.faults: dict[int, str] = {}
+        """Column -> what is wrong where not all of its cells are numbers: of it, only the numbers
+        up to the end of the block with the first fault are kept."""
+        self._file, self._heading = file, heading
+
+    def add(self, block: bytes) -> None:
+        """Whole lines; InputError at a line of another length."""
+        blank = next((k for k, x in enumerate(block.splitlines()) if not x.strip()), None)
+        if blank is not None:
+            raise self._wrong_length(blank, 0, "complete or remove the row")
+        columns = self._cells(block)
+        for k, (parts, cells) in enumerate(zip(self.columns, columns, strict=True)):
+            parts.append(
+                np.full(len(cells), np.nan) if k in self.faults else self._numbers(k, cells)
+            )
+        self.rows += len(columns[0])
+
+    def _cells(self, block: bytes) -> list[Any]:
+        """Texts (rows,) of each column."""
+        import pyarrow as pa
+        from pyarrow import csv as arrow
+
+        names, wrong = [str(k) for k in range(len(self.columns))], []
+
+        def stop(row: Any) -> str:
+            wrong.append(row)
+            return "error"
+
+        try:
+            return arrow.read_csv(
+                pa.BufferReader(block),
+                arrow.ReadOptions(column_names=names, use_threads=False, block_size=len(block) + 1),
+                arrow.ParseOptions(delimiter=self._heading.delimiter, invalid_row_handler=stop),
+                arrow.ConvertOptions(
+                    column_types=dict.fromkeys(names, pa.string()), check_utf8=False
+                ),
+            ).columns
+        except pa.ArrowInvalid as error:
+            if not wrong:
+                raise damaged(Path(self._file), "a text table", error) from error
+            row = wrong[0]
+            short = row.actual_columns < row.expected_columns and not block.endswith(_ENDS)
+            cut = short and row.number == len(block.splitlines())
+            advice = "the file was cut short" if cut else "complete or remove the row"
+            raise self._wrong_length(row.number - 1, row.actual_columns, advice) from error
+
+    def _numbers(self, k: int, cells: Any) -> np.ndarray:
+        import pyarrow as pa
+        from pyarrow import compute
+
+        text = compute.ascii_trim_whitespace(cells)
+        if self._heading.comma:
+            text = compute.replace_substring(text, ",", ".")
+        empty = compute.is_in(compute.ascii_lower(text), pa.array(NO_NUMBER))
+        try:
+            numbers = compute.cast(compute.if_else(empty, None, text), pa.float64())
+            return np.asarray(numbers.to_numpy())
+        except pa.ArrowInvalid:
+            written = cells.cast(pa.binary()).to_pylist()
+            return np.array([self._number(k, row, raw) for row, raw in enumerate(written)])
+
+    def _number(self, k: int, row: int, raw: bytes) -> float:
+        """A cell, or a note of the first one that is none."""
+        cell = decoded(raw)
+        try:
+            return number(cell, self._heading.comma)
+        except ValueError:
+            self.faults.setdefault(k, cell_fault(cell, self._row(row)))
+            return np.nan
+
+    def _row(self, row: int) -> str:
+        return row_name(self.rows + row, self._heading.first_line)
+
+    def _wrong_length(self, row: int, length: int, advice: str) -> InputError:
+        return InputError(
+            f"{self._file}: {self._row(row)} has {length} fields where the header has "
+            f"{len(self.columns)}; {advice}."
+        )

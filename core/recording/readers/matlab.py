@@ -1,4 +1,7 @@
-"""MAT files (up to version 7.2): vectors, or one struct of vectors."""
+"""MAT files (up to version 7.2): vectors, or one struct of vectors.
+
+Not by SciPy, whose reader ends the whole process with a segmentation fault at some damaged bytes.
+"""
 
 from __future__ import annotations
 
