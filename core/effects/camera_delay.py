@@ -8,9 +8,7 @@ from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_joint import sized
 from core.effects.sizes import Sizes
-
-CAMERA = ("z", "y", "ydot")
-"""Kinds of output that come from the camera."""
+from core.sensors import sensors
 
 START, LONGEST = 5.0, 200.0
 """In sample times."""
@@ -44,7 +42,7 @@ class CameraDelay(Effect):
         return (sized("td", start, "s", "delay of the camera", "t_d", largest=LONGEST / START),)
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
-        if sensor not in CAMERA or not values["td"]:
+        if not values["td"] or not sensors()[sensor].from_camera:
             return y
         t = np.arange(len(y)) * dt
         # Before the first sample the arm stands.

@@ -19,6 +19,7 @@ from core.drives.law import DriveLaw
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.parameters import Parameter
+from core.sensors import sensors
 
 Values = Mapping[str, float]
 
@@ -39,7 +40,7 @@ class Rig:
     @property
     def camera(self) -> bool:
         """Whether an output of the camera is compared."""
-        return any(kind in self.outputs for kind in ("z", "y", "ydot"))
+        return any(sensors()[kind].from_camera for kind in self.outputs)
 
     @property
     def bends(self) -> bool:

@@ -1,7 +1,8 @@
-"""Helps for effects with one parameter per channel of encoders, gauges and motor currents.
+"""Helps for effects with one parameter per channel of the sensors that have clocks and scales of
+their own: all but the camera's, which has effects of its own.
 
-A parameter's name is the effect's letter, the letter of the kind of sensor and the number of the
-joint or segment: te1 is the delay of the first encoder.
+A parameter's name is the effect's letter, the letter of the sensor and the number of the channel:
+te1 is the delay of the first encoder.
 """
 
 from __future__ import annotations
@@ -14,40 +15,42 @@ import numpy as np
 from core.arm.arm import Arm
 from core.effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
 from core.effects.sizes import typical
+from core.recording.channels import channel_number
+from core.sensors import sensors
 
-LETTERS = {"encoder": "e", "deflection": "g", "torque": "u", "link_encoder": "l"}
-"""Kind of output -> the letter of its channels: encoders, gauges, currents, encoders on the links.
-The camera has effects of its own."""
+TORQUE = "torque"
 
-CALLED = {
-    "encoder": "encoder",
-    "deflection": "gauge",
-    "torque": "the measured torque of motor",
-    "link_encoder": "link-side encoder",
-}
 
-MOST_JOINTS = 9
+def _names(letter: str, arm: Arm) -> dict[str, tuple[str, str, str]]:
+    """Name of a parameter -> kind of sensor, words for the channel, symbol."""
+    found = {}
+    for kind, sensor in sensors().items():
+        if sensor.from_camera or not sensor.defined_on(arm):
+            continue
+        for channel in sensor.channels(arm):
+            own = f"{sensor.letter or kind}{channel_number(channel.name)}"
+            words = f"{sensor.called or sensor.title} {channel_number(channel.name)}"
+            found[letter + own] = kind, words, rf"{letter}_{{{own}}}"
+    return found
 
 
 def each_channel(
     letter: str, arm: Arm, make: Callable[[str, str, str], EffectParameter]
 ) -> tuple[EffectParameter, ...]:
     """One parameter per channel, `make(name, words for the channel, symbol)`."""
-    found = []
-    for kind, own in LETTERS.items():
-        for k in range(arm.joints):
-            if kind == "deflection" and not arm.modes[k]:
-                continue
-            symbol = rf"{letter}_{{{own}{k + 1}}}"
-            made = make(f"{letter}{own}{k + 1}", f"{CALLED[kind]} {k + 1}", symbol)
-            found.append(replace(made, separate=True))
-    return tuple(found)
+    names = _names(letter, arm)
+    return tuple(
+        replace(make(name, words, symbol), separate=True)
+        for name, (_, words, symbol) in names.items()
+    )
 
 
-def columns_of(letter: str, sensor: str, values: Values) -> np.ndarray:
+def columns_of(letter: str, kind: str, values: Values) -> np.ndarray:
     """(k,) the values of a kind of sensor's channels in their order; (0,) where it has none."""
-    own = LETTERS.get(sensor)
-    names = [f"{letter}{own}{k + 1}" for k in range(MOST_JOINTS)] if own else []
+    sensor = sensors()[kind]
+    names = (
+        [] if sensor.from_camera else [f"{letter}{sensor.letter or kind}{k}" for k in "123456789"]
+    )
     return np.array([values[name] for name in names if name in values], dtype=float)
 
 
@@ -57,9 +60,8 @@ def compared_in(letter: str, name: str, rig: Rig) -> bool:
     Torques that are replayed drive the model, so nothing of theirs is measured; encoders that a
     virtual servo follows are seen through it.
     """
-    own = name.removeprefix(letter)[:1]
-    kind = next(kind for kind, each in LETTERS.items() if each == own)
-    if kind == "torque":
+    kind = _names(letter, rig.arm)[name][0]
+    if kind == TORQUE:
         return kind in rig.outputs and not torque_is_replayed(rig)
     return kind in rig.outputs or (kind == "encoder" and rig.servo)
 

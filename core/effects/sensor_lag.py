@@ -5,13 +5,10 @@ import scipy
 
 from core.arm.arm import Arm
 from core.drives.drive import Drive
-from core.effects.camera_delay import CAMERA
 from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_joint import sized
 from core.effects.sizes import Sizes
-
-SLOW = (*CAMERA, "deflection")
-"""What passes an analogue or averaging stage; encoders count, and torques are commanded."""
+from core.sensors import sensors
 
 START, LONGEST = 5.0, 200.0
 """In sample times."""
@@ -38,7 +35,7 @@ class SensorLag(Effect):
     acts_at = "camera"
 
     def not_applicable(self, rig: Rig) -> str:
-        if any(kind in rig.outputs for kind in SLOW):
+        if any(sensors()[kind].slow for kind in rig.outputs):
             return ""
         return "Neither a camera's nor a strain gauge's output is compared."
 
@@ -47,7 +44,7 @@ class SensorLag(Effect):
         return (sized("ts", start, "s", "lag of the sensor", "t_s", largest=LONGEST / START),)
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
-        if sensor not in SLOW or not values["ts"]:
+        if not values["ts"] or not sensors()[sensor].slow:
             return y
         return first_order(y, dt, values["ts"])
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
@@ -139,8 +138,13 @@ def from_camera(name: str) -> bool:
     return _kind_of_output(name).camera
 
 
+def channel_number(name: str) -> str:
+    """The number of a channel within its family; '' where that has one channel only."""
+    kind = channel_kind(name)
+    return dict(zip(kind.names, kind.numbers, strict=False)).get(name, "")
+
+
 def joint_of(name: str) -> int | None:
     """The joint (from 0) that a channel belongs to, None for time and the camera's channels."""
-    kind = channel_kind(name)
-    number = re.search(r"\d", name)
-    return None if kind.camera or number is None else int(number.group()) - 1
+    number = channel_number(name)
+    return None if channel_kind(name).camera or not number else int(number) - 1

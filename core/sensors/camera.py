@@ -25,6 +25,7 @@ class Camera(Sensor):
     noise = "camera_noise"
     primary = True
     from_camera = True
+    slow = True
     at_camera_rate = True
 
     def channels(self, arm: Arm) -> tuple[Channel, ...]:

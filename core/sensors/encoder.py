@@ -16,6 +16,7 @@ class Encoder(Sensor):
     drifts = True
     title = "joint encoders"
     noise = "encoder_noise"
+    letter, called = "e", "encoder"
     primary = True
 
     def channels(self, arm: Arm) -> tuple[Channel, ...]:

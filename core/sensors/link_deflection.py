@@ -15,6 +15,8 @@ class LinkDeflection(Sensor):
     kind = "deflection"
     title = "link deflection"
     noise = "deflection_noise"
+    letter, called = "g", "gauge"
+    slow = True
     primary = True
 
     @staticmethod

@@ -29,6 +29,7 @@ class LinkEncoder(Sensor):
     drifts = True
     title = "link-side encoders"
     noise = "link_encoder_noise"
+    letter, called = "l", "link-side encoder"
     primary = True
     optional = True
     columns: ClassVar[tuple[ChannelKind, ...]] = (

@@ -15,6 +15,7 @@ class MotorTorque(Sensor):
     kind = "torque"
     title = "motor torque"
     noise = "torque_noise"
+    letter, called = "u", "the measured torque of motor"
 
     def channels(self, arm: Arm) -> tuple[Channel, ...]:
         units = [joint(s.joint).effort_unit for s in arm.segments]

@@ -34,6 +34,7 @@ class RigidAngles(Sensor):
     drifts = True
     title = "angles of the fictitious rigid arm"
     from_camera = True
+    slow = True
 
     def defined_on(self, arm: Arm) -> bool:
         return arm.two_revolute

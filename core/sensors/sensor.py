@@ -52,6 +52,13 @@ class Sensor(ABC):
     """Whether the camera gives it: the stated signal-to-noise ratio of a simulation is about it."""
     at_camera_rate: bool = False
     """Whether a simulated recording has samples of it at [sensors] camera_rate only."""
+    slow: bool = False
+    """Whether its signal passes an analogue or averaging stage; encoders count."""
+    letter: str = ""
+    """Before its channels' numbers in the names of their own delays and scales (te1: the delay of
+    encoder 1); its kind where empty."""
+    called: str = ""
+    """What stands before a channel's number in words; its title where empty."""
     optional: bool = False
     """Whether few rigs have it: it is simulated only where `[sensors]` states its noise."""
     columns: ClassVar[tuple[ChannelKind, ...]] = ()

@@ -130,7 +130,7 @@ def test_a_rig_with_nothing_but_a_camera_is_told_so(kind):
 
 def test_a_rigid_segment_has_no_gauge():
     names = [k.parameter.name for k in effect("sensor_gain").parameters(SLIDE, Torque(), None)]
-    assert names == ["ge1", "gu1", "gl1"]
+    assert names == ["ge1", "gl1", "gu1"]
 
 
 @pytest.mark.parametrize(

@@ -132,6 +132,79 @@ def offered_effects() -> tuple[str, ...]:
     return tuple(gui.add_dropdown.call_args_list[0].args[1])
 
 
+LOOSE = r'''
+"""A mass that hangs on a spring at the tip: a coordinate of its own, beside the beams."""
+
+import numpy as np
+import sympy as sp
+
+from core.effects.effect import Effect, EffectParameter
+from core.effects.per_joint import sized
+from core.forces.element import Element
+from core.forces.law import ForceLaw
+
+_M, _W, _B = sp.symbols("m w b", nonnegative=True)
+_X = sp.symbols("x1 x2 y1 y2", real=True)
+_V = sp.symbols("v1 v2 u1 u2", real=True)
+_D, _S = sp.symbols("d1 d2", real=True), sp.symbols("s1 s2", real=True)
+_PULL = [_W**2 * d + _B * (s - v) for d, s, v in zip(_D, _S, _V)]
+LAW = ForceLaw(
+    _X, _V, (*(_M * a for a in _PULL), *[sp.Integer(0)] * 2), (_M, _W, _B), (*_D, *_S),
+    (_S[0] - _V[0], _S[1] - _V[1], -_PULL[0], -_PULL[1]),
+)
+
+
+class LooseMass(Effect):
+    """Its displacement d from the tip and its velocity s are the law's states."""
+
+    kind = "loose_mass"
+    location = "segments"
+    title = "Loose mass at the tip"
+    story = "What the tip carries hangs on a spring, and swings after each move."
+    formula = r"F = m (\omega^2 d + b \dot d), \quad m \ddot z_m = -F"
+    longest_step = 2.5e-4
+    acts_at = "tip"
+
+    def parameters(self, arm, drive, sizes):
+        shaped = sized("wl", 50.0, "rad/s", "angular frequency of the loose mass", "w_l")
+        return (
+            sized("ml", 0.2, "kg", "loose mass", "m_l"),
+            EffectParameter(shaped.parameter, 50.0, secondary=True),
+            EffectParameter(sized("bl", 5.0, "1/s", "its damping", "b_l").parameter, 5.0,
+                            secondary=True),
+        )
+
+    def elements(self, arm, p, values):
+        nowhere = np.zeros(arm.coordinates)
+        numbers = tuple(values[name] for name in ("ml", "wl", "bl"))
+        return (Element(LAW, (nowhere, nowhere), numbers, at_tip=True),)
+'''
+STIFF = 0.02
+"""Share of what a mass at the tip does by which one on a spring of 200 Hz differs from it."""
+
+
+def test_an_effect_with_a_coordinate_of_its_own_is_one_file(add: Add) -> None:
+    add("core.effects", "loose_mass", LOOSE)
+    settings = {"theta2": 1.2, "seconds": 0.5}
+    hidden = {"loose_mass": {"ml": 0.5, "wl": 40.0, "bl": 2.0}}
+    made = machine().simulate(**settings, hidden=hidden)
+    rig = machine(recordings=[made.recording], identify=QUICK)
+    found = rig.with_effects("loose_mass").identify()
+    for name, value in hidden["loose_mass"].items():
+        assert found[name].value == pytest.approx(value, rel=RECOVERED)
+    asked = rig.with_settings(diagnose={"candidates": ["loose_mass", "viscous_friction"]})
+    assert asked.diagnose(max_effects=1).added == ("loose_mass",)
+
+    def tip(**effects: dict[str, float]) -> np.ndarray:
+        return np.asarray(machine().simulate(**settings, hidden=effects).recording["z2"])
+
+    held, tied = (
+        tip(tip_payload={"mt2": 0.5}),
+        tip(loose_mass={"ml": 0.5, "wl": 1260.0, "bl": 120.0}),
+    )
+    assert np.std(tied - held) < STIFF * np.std(tip() - held)
+
+
 SENSOR = '''
 """An accelerometer at the tip."""
 
@@ -222,6 +295,20 @@ def test_a_sensor_is_delayed_with_the_camera_only_where_it_says_so(
     compared = machine(recordings=late, identify=outputs).compare().recordings[0].channels
     fit = {c.channel: c.fit_percent for c in compared}
     assert fit["yaw1"] > 99.0 > 90.0 > fit["z1"]
+
+
+def test_a_new_sensor_has_a_delay_of_its_own(add: Add) -> None:
+    """Neither the camera's nor another sensor's; it is called what the sensor is."""
+    add("core.sensors", "tip_accelerometer", SENSOR)
+    late = {"sensor_delay": {"tacceleration1": 0.004, "tacceleration2": 0.004}}
+    made = machine().simulate(theta2=1.2, seconds=0.5, seed=7, hidden=late)
+    outputs = {"parameters": ["EI1"], "output": ["acceleration", "z", "encoder"], "generations": 0}
+    rig = machine(recordings=[made.recording], identify=outputs).with_effects("sensor_delay")
+    found = rig.identify()
+    for name in ("tacceleration1", "tacceleration2"):
+        assert found[name].value == pytest.approx(0.004, rel=RECOVERED)
+    assert abs(found["te1"].value) < 1e-5
+    assert rig.model.parameter("tacceleration2").title == "delay of tip accelerometer 2"
 
 
 def test_a_misspelt_noise_setting_is_met_with_the_nearest(add: Add) -> None:
