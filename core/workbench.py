@@ -15,7 +15,6 @@ from core.check.run import check_scenario
 from core.diagnose.diagnose import diagnose
 from core.diagnose.level import AUTO, choose_level
 from core.diagnose.noise_route import stated_noise
-from core.diagnose.phrases import linear_line
 from core.diagnose.repetition import runs_compared
 from core.diagnose.state import Options
 from core.diagnosed import diagnosed_scenario
@@ -30,7 +29,7 @@ from core.loading import load_recordings
 from core.model import Model
 from core.progress import Progress, Silent, StoppedError, heeding
 from core.recording.recording import Recording
-from core.results import Diagnosis, Fit, LinearModel, Outcome, RecordingComparison
+from core.results import Diagnosis, Estimate, Fit, LinearModel, Outcome, RecordingComparison
 from core.scenario.data_folder import Folder
 from core.scenario.schema import IdentifySpec, Scenario
 from core.scenario.stated_effects import (
@@ -235,8 +234,22 @@ def linear_model(
     floors = [e.floor for e in first.errors if e.channel in ("z1", "z2")]
     floor = float(np.sqrt(np.sum(np.square(floors)))) if floors else float("nan")
     estimates = [e for f in fits if len(fits) == 1 for e in (*f.estimates, *f.derived)]
-    line = linear_line(linear, first.tip_rms, floor, (estimates, first.parameters))
-    return LinearModel(linear, first.tip_rms, line)
+    return LinearModel(linear, first.tip_rms, floor, furthest_apart(estimates, first.parameters))
+
+
+APART = 0.1
+"""Relative: beyond it two fits stand in different places. What a linear model leaves out moves a
+stiffness by a few per cents where that model is of use at all."""
+
+
+def furthest_apart(
+    linear: Sequence[Estimate], full: Sequence[Estimate]
+) -> tuple[Estimate, Estimate] | None:
+    """What the data determine in both fits and is most different; None where they agree."""
+    known = {e.name: e for e in full if e.identifiable and e.recording is None and e.value}
+    pairs = [(e, known[e.name]) for e in linear if e.identifiable and e.name in known]
+    far = [p for p in pairs if abs(p[0].value - p[1].value) > APART * abs(p[1].value)]
+    return max(far, key=lambda p: abs(p[0].value / p[1].value - 1.0), default=None)
 
 
 def settled_level(

@@ -49,6 +49,7 @@ RANKS = {
     "core.montecarlo": 12.5,
     "flexgui.plain_words": 13.5,
     "flexgui.library.shipped": 13.6,
+    "flexgui.sentences": 13.8,
     "flexgui.views": 14,
     "flexgui.progress": 14,
     "flexgui.places": 14,

@@ -30,6 +30,7 @@ from core.diagnose.shape_refinement import refine_shape
 from core.diagnose.verdict import within_noise
 from core.effects.effect import Effect
 from core.effects.sizes import typical
+from core.results import Objection, Reason
 
 
 @dataclass(frozen=True)
@@ -37,18 +38,14 @@ class Refusal:
     """An effect that explains enough and is not accepted."""
 
     weighed: Weighed
-    reason: str
+    objection: Objection
     after: Refit
     """The polished model with it."""
-    implausible: bool
-    """Whether one of its sizes is pressed to the bound of what is plausible."""
-    spoils: bool
-    """Whether recordings that no fit saw become worse with it."""
 
     @property
-    def sentence(self) -> str:
-        """What a reader is told."""
-        return f"{self.weighed.screened.effect.title} was not added: {self.reason}"
+    def with_title(self) -> tuple[str, Objection]:
+        """(title, why)"""
+        return self.weighed.screened.effect.title, self.objection
 
 
 @dataclass(frozen=True)
@@ -71,13 +68,13 @@ class Round:
     """Titles of effects of which no refit could be simulated."""
 
     @property
-    def refused(self) -> str:
-        """Why the best was not accepted, a sentence; empty where it was, or explains too little."""
-        return self.refusals[0].sentence if self.refusals else ""
+    def refused(self) -> tuple[tuple[str, Objection], ...]:
+        """Why the best was not accepted; empty where it was, or explains too little."""
+        return tuple(one.with_title for one in self.refusals[:1])
 
 
-Gate = Callable[[Data, Refit], str]
-"""Why a polished model is not accepted; empty where it is."""
+Gate = Callable[[Data, Refit], Objection | None]
+"""Why a polished model is not accepted; None where it is."""
 
 
 WHOLE = 0.9
@@ -134,22 +131,24 @@ class Acceptance:
             if refusal is None:
                 return replace(self._adding(weighed, data, after, found), refusals=refusals)
             refusals.append(refusal)
-            if refusal.implausible and best.reduction >= WHOLE:
+            at_bound = refusal.objection.reason is Reason.AT_BOUND
+            if at_bound and best.reduction >= WHOLE:
                 # What is missing acts as it does: a weaker effect by itself would stand in too.
                 joint, _ = self.sets(found, most, tried=most > 1)
                 return replace(joint or still, refusals=refusals)
-        spoiling = [r.weighed for r in refusals if r.spoils]
+        spoiling = [r.weighed for r in refusals if r.objection.reason is Reason.UNSEEN]
         joint = self._in_company(spoiling[0], found) if spoiling and most > 1 else None
         return replace(joint or still, refusals=refusals)
 
     def _refusal(self, one: Weighed, data: Data, after: Refit) -> Refusal | None:
         """Why a polished effect is not accepted; None where it is."""
-        ended = ended_at_bound(after, data)
-        reason = ended or self._unsettled(after) or indistinct([one.screened], after)
-        spoils = "" if reason else self.gate(data, after)
-        if not reason and not spoils:
-            return None
-        return Refusal(one, reason or spoils, after, bool(ended), bool(spoils))
+        found = (
+            ended_at_bound(after, data)
+            or self._unsettled(after)
+            or indistinct([one.screened], after)
+            or self.gate(data, after)
+        )
+        return Refusal(one, found, after) if found else None
 
     def _adding(self, one: Weighed, data: Data, after: Refit, found: list[Weighed]) -> Round:
         """The round that adds one effect."""
@@ -177,11 +176,9 @@ class Acceptance:
         """Of the squared error above the floor, by which the cost falls."""
         return drop / max(self.before.cost - self.data.count, 1.0)
 
-    def _unsettled(self, after: Refit) -> str:
-        """A sentence where a model with more in it leaves more: it contains the one before."""
-        if after.cost <= self.before.cost:
-            return ""
-        return "simulated with finer steps, the model is worse with it than without it."
+    def _unsettled(self, after: Refit) -> Objection | None:
+        """Where a model with more in it leaves more: it contains the one before."""
+        return Objection(Reason.UNSETTLED) if after.cost > self.before.cost else None
 
     def _polished(self, best: Weighed) -> tuple[Weighed, Data, Refit]:
         """Converged, in its best shape; or the simpler effect to which it was fitted down. What it
@@ -281,12 +278,10 @@ DISTINCT = 0.05
 which an effect is not named: a reader would see 0.24 +- 0.24. Evidence counts samples as a whitener
 leaves them, and where the encoders' noise shakes the arm that was 170 in favour of such a size."""
 
-INDISTINCT = "its size cannot be distinguished from no effect at all."
 
-
-def indistinct(members: Sequence[Screened], after: Refit) -> str:
-    """A sentence where a fit cannot distinguish the sizes of one of the effects from neutral; empty
-    where it distinguishes all. A size at its bound has no deviation, and counts as distinct."""
+def indistinct(members: Sequence[Screened], after: Refit) -> Objection | None:
+    """Where a fit cannot distinguish the sizes of one of the effects from neutral; None where it
+    distinguishes all. A size at its bound has no deviation, and counts as distinct."""
     covariance, h = robust_covariance(after), after.hypothesis
     labels = list(h.unknowns.labels)
     for s in members:
@@ -297,8 +292,8 @@ def indistinct(members: Sequence[Screened], after: Refit) -> str:
         apart = h.vector[which] - np.array([_neutral(h, s.effect, labels[j]) for j in which])
         wald = float(apart @ np.linalg.pinv(C, hermitian=True) @ apart)
         if scipy.stats.chi2.sf(wald, len(which)) > DISTINCT:
-            return INDISTINCT
-    return ""
+            return Objection(Reason.INDISTINCT)
+    return None
 
 
 def _neutral(h: Hypothesis, one: Effect, name: str) -> float:

@@ -9,10 +9,12 @@ from core.arm.arm import Arm
 from core.arm.compiled import is_compiled
 from core.arm.structure import Structure
 from core.diagnose.columns import Trial, must_compile
-from core.diagnose.phrases import ASIDE
 from core.effects.effect import Effect
 from core.progress import Progress
 from core.sentences import listed
+
+ASIDE = "("
+"""Begins what is said in a lower voice; no effect's title holds it."""
 
 NAMED = 2
 """Effects of the model that a title names; more are counted: it stands on one line or two."""
@@ -70,3 +72,9 @@ class Steps:
         if not titles:
             return ""
         return f"{ASIDE}still to be compiled, once, up to a minute each: {listed(titles)})"
+
+
+def aside(text: str) -> tuple[str, str]:
+    """What a step's text says, and what it says in a lower voice."""
+    message, mark, note = text.partition(ASIDE)
+    return message.strip(), mark + note

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 from core.diagnose.data import Data, Hypothesis
 from core.diagnose.missing_torque import missing_torque
-from core.diagnose.phrases import LABEL
 from core.diagnose.start import Begun
 from core.identify.compare import compare
 from core.identify.predictor import on_all_cores
 from core.identify.prepared import Prepared
 from core.results import RecordingComparison
+from core.results.comparison import DIAGNOSIS_FIT
 
 
 def compared(begun: Begun) -> tuple[RecordingComparison, ...]:
@@ -35,7 +35,7 @@ def _each(h: Hypothesis, data: Data) -> tuple[RecordingComparison, ...]:
         own = h.unknowns.values_for(e.recording.name, h.vector)
         values = {**predictor.fixed, **own}
         return compare(
-            h.model, e.recording, e.outputs, e.processing, values, LABEL, steps=data.fine
+            h.model, e.recording, e.outputs, e.processing, values, DIAGNOSIS_FIT, steps=data.fine
         )
 
     return tuple(on_all_cores(one, data.experiments))

@@ -9,7 +9,7 @@ from dataclasses import replace
 from core.arm.beforehand import compile_beforehand
 from core.diagnose.announce import fit_title
 from core.diagnose.compared import compared
-from core.diagnose.facts import final_parameters, origins, sizes_of, titles_of
+from core.diagnose.facts import final_parameters, origins
 from core.diagnose.final_ladder import final_ladder
 from core.diagnose.ladder import not_applicable
 from core.diagnose.new_floors import search_with_new_floors
@@ -17,17 +17,14 @@ from core.diagnose.resolution import within_resolution
 from core.diagnose.search import settle
 from core.diagnose.start import Begun, begin
 from core.diagnose.state import Options, RankingCallback, begun_state, settings
-from core.diagnose.verdict import MISSING, NOTHING, UNLISTED, Remains, remains
-from core.diagnose.words import VerdictFacts, verdict_paragraphs
+from core.diagnose.verdict import remains
 from core.effects import catalogue, with_included
 from core.errors import InputError
 from core.identify.predictor import quick_handover
 from core.identify.setup import Setup
 from core.progress import Progress, Silent
 from core.recording.recording import Recording
-from core.results import (
-    Diagnosis,
-)
+from core.results import MISSING, NOTHING, UNLISTED, Diagnosis, Remains
 from core.scenario.schema import IdentifySpec
 from core.scenario.stated_effects import structures_tried
 
@@ -74,32 +71,28 @@ def diagnose(
     have = {e.kind for e in with_included(state.present)}
     reasons = not_applicable(state.data, options.candidates)
     applies = {kind: reason for kind, reason in reasons.items() if kind not in have}
-    facts = VerdictFacts(
-        verdict, final, state.rounds, state.steps, given, left, applies,
-        kept=[e.kind for e in state.found], limit=options.max_effects,
-        titles=titles_of(state.refit), sizes=sizes_of(state.found, state.refit, state.data),
-        stopped=stopped, passed=state.detours, coarse=coarse,
-    )  # fmt: skip
     return Diagnosis(
         verdict=verdict,
         final_verdict=final,
         rounds=tuple(state.rounds),
         steps=tuple(state.steps),
-        words=verdict_paragraphs(facts),
         not_applicable=applies,
         effects=tuple(settings(state)),
         floors=state.data.floors,
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted},
-        notes=(STOPPED,) if stopped else (),
+        stopped=stopped,
+        coarse=coarse,
+        kept=tuple(e.kind for e in state.found),
+        needless=state.detours,
+        limit=options.max_effects,
+        error_given=given,
+        error_left=left,
         given=compared(begun) if options.compare else (),
         left=compared(last) if options.compare and state.found else (),
         parameters=final_parameters(state.refit),
         origins=origins(state.refit, state.data),
         values=state.refit.hypothesis.values(),
     )
-
-
-STOPPED = "The search was stopped before it was complete."
 
 
 def _verdict(more: bool, of: Remains) -> str:

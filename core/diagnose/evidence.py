@@ -14,11 +14,10 @@ import scipy
 from core.diagnose.data import Data
 from core.diagnose.refit import Refit
 from core.diagnose.screen import Screened
-from core.diagnose.verdict import ABOVE
 from core.effects.sizes import typical
 from core.least_squares import GOOD_ENOUGH, normal_equations
 from core.parameters import Parameter
-from core.written import format_number
+from core.results import ABOVE, Objection, Reason
 
 SURE = 0.01
 """Family-wise error of the significance test, over all candidates of a round."""
@@ -165,13 +164,13 @@ AT_BOUND_SHARE = 1e-6
 """Of the distance between the bounds."""
 
 
-def ended_at_bound(after: Refit, data: Data) -> str:
-    """A sentence where a size ended at the bound far from neutral and is pressed against it."""
-    return next((sentence for _, sentence in at_bounds(after, data)), "")
+def ended_at_bound(after: Refit, data: Data) -> Objection | None:
+    """The first size that ended at the bound far from neutral and is pressed against it."""
+    return next((objection for _, objection in at_bounds(after, data)), None)
 
 
-def at_bounds(after: Refit, data: Data) -> list[tuple[str, str]]:
-    """(effect, sentence) of each size at the bound far from neutral, where the recordings want it
+def at_bounds(after: Refit, data: Data) -> list[tuple[str, Objection]]:
+    """(effect, objection) of each size at the bound far from neutral, where the recordings want it
     beyond: by any reduction that a descent goes on for, and where the error is down to the floor by
     a relevant one. What nothing presses, such as how soon a friction of no size slips, says
     nothing.
@@ -185,10 +184,10 @@ def at_bounds(after: Refit, data: Data) -> list[tuple[str, str]]:
         if not k.secondary
     }
     return [
-        (effect_parameters[u.parameter.name][0], sentence)
+        (effect_parameters[u.parameter.name][0], objection)
         for i, u in enumerate(h.unknowns.items)
         if u.parameter.name in effect_parameters and u.recording is None
-        if (sentence := _ends(u.parameter, h.vector[i], effect_parameters[u.parameter.name][1]))
+        if (objection := _ends(u.parameter, h.vector[i], effect_parameters[u.parameter.name][1]))
         and beyond(after, i) >= enough * data.count
     ]
 
@@ -211,8 +210,8 @@ def beyond(after: Refit, i: int) -> float:
     return float(push**2 / own) if outward > 0.0 and own > 1e-10 else 0.0
 
 
-def _ends(p: Parameter, value: float, neutral: float) -> str:
-    """A sentence where the value stands at a bound, and not at the one next to neutral."""
+def _ends(p: Parameter, value: float, neutral: float) -> Objection | None:
+    """Where the value stands at a bound, and not at the one next to neutral."""
     near, beside = AT_BOUND_SHARE * (p.upper - p.lower), AT_BOUND * p.scale
     ends = (
         (p.lower, value - p.lower, neutral <= p.lower + beside),
@@ -220,8 +219,5 @@ def _ends(p: Parameter, value: float, neutral: float) -> str:
     )
     for bound, gap, vanishes in ends:
         if gap <= near and not vanishes:
-            return (
-                f"{p.title or p.name} ended at {format_number(bound, 3)} {p.unit}, the bound "
-                f"of what is plausible."
-            )
-    return ""
+            return Objection(Reason.AT_BOUND, p.title or p.name, bound, p.unit)
+    return None

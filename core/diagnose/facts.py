@@ -1,50 +1,19 @@
-"""What a fitted model says about its effects: their sizes, and what its parameters are called."""
+"""What a fitted model says of its parameters: their sizes, and what each belongs to."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from core.diagnose.data import Data, names_of
+from core.diagnose.data import Data
 from core.diagnose.refit import Refit, robust_covariance
 from core.diagnose.steps import estimates
-from core.effects import catalogue
-from core.effects.effect import Effect
-from core.effects.sizes import typical
 from core.identify import identifiability
 from core.identify.derived import derived_estimates
 from core.identify.uncertainty import BY_DIFFERENCES
 from core.least_squares import whole
-from core.model import Model
 from core.results import Estimate
-
-
-def sizes_of(found: Sequence[Effect], refit: Refit, data: Data) -> dict[str, tuple[Estimate, ...]]:
-    """Effect -> its parameters with those of the effects that it includes, at the end."""
-    listed, model = estimates(refit), refit.hypothesis.model
-    names = {one.kind: names_of(one, model, data.sizes) for one in found}
-    return {kind: tuple(e for e in listed if e.name in own) for kind, own in names.items()}
-
-
-def titles_of(refit: Refit) -> dict[str, str]:
-    """Parameter -> its title, also of effects that were only tried."""
-    model = refit.hypothesis.model
-    known = {name: item.title or name for name, item in model.parameters.items()}
-    return {**titles_in_catalogue(model), **known}
-
-
-def titles_in_catalogue(model: Model) -> dict[str, str]:
-    """Of all effects of the catalogue, as this arm would have them."""
-    found: dict[str, str] = {}
-    for one in catalogue().values():
-        arm = one.changed_arm(model.arm, {})
-        for effect_parameter in one.parameters(arm, model.drive, typical(arm)):
-            found[effect_parameter.parameter.name] = (
-                effect_parameter.parameter.title or effect_parameter.parameter.name
-            )
-    return found
 
 
 def final_parameters(refit: Refit) -> tuple[Estimate, ...]:

@@ -11,13 +11,13 @@ from core.diagnose.minimum import converged
 from core.diagnose.revision import priced, without_refuted
 from core.diagnose.state import Implausible, State, step_of
 from core.progress import Progress
-from core.results import DiagnosisRound
+from core.results import DiagnosisRound, Reason
 
 
 def keep_implausible(state: State, seen: Round, last: DiagnosisRound) -> None:
     """Where the search is to go back to if it finds nothing better than what it refused."""
     for refusal in seen.refusals:
-        if refusal.implausible:
+        if refusal.objection.reason is Reason.AT_BOUND:
             before = state.copied()
             before.rounds.append(last)
             state.implausible.append(Implausible(priced(refusal.after, seen.data), before))
@@ -48,7 +48,7 @@ def take_out_refuted(state: State, progress: Progress) -> bool:
     state.data, state.refit = converged(state.data, kept.refit.hypothesis, None, progress.stopped)
     state.present = list(kept.effects)
     state.passed += [e.title for e in gone]
-    state.refuted |= {e.kind: f"{e.title} was not added: {ended[e.kind]}" for e in gone}
+    state.refuted |= {e.kind: (e.title, ended[e.kind]) for e in gone}
     names = ", ".join(e.title for e in gone)
     state.steps.append(step_of(state, None, f"Without: {names}"))
     return True

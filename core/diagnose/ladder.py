@@ -96,7 +96,7 @@ def one_round(
     on_screen: Callable[[Screen], None] | None = None,
     on_refit: Callable[[Round], None] = lambda _: None,
     most: int = 1,
-    gate: Gate = lambda _data, _refit: "",
+    gate: Gate = lambda _data, _refit: None,
 ) -> Round:
     """Ranks the candidates and polishes the model with the best, where it is acceptable.
 

@@ -14,16 +14,14 @@ import numpy as np
 
 from core.diagnose.acceptance import Round
 from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.evidence import TIE
-from core.diagnose.planned import described, planned_data, possible
+from core.diagnose.planned import planned_data, possible
 from core.identify.predictor import on_all_cores
 from core.identify.uncertainty import BY_DIFFERENCES
 from core.least_squares import normal_equations
 from core.progress import Progress
+from core.recording.channels import channel_kind
 from core.recording.spec import SimulateSpec
 from core.results import PlannedExperiment, RankedEffect
-from core.sentences import listed
-from core.written import format_number
 
 Known = Mapping[tuple[str, str], float]
 """(label, label) -> entry of J'J"""
@@ -33,21 +31,20 @@ def next_experiments(
     data: Data,
     first: Hypothesis,
     second: Hypothesis,
-    titles: Sequence[str],
+    titles: tuple[str, str],
     candidates: Sequence[SimulateSpec],
     stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[PlannedExperiment, ...]:
     """The candidates, best first; `first` and `second` stand at their fitted vectors."""
     known = list(on_all_cores(shared_normal_matrix, (first, second)))
+    unit = channel_kind(data.bare.drive.reference_channels(data.bare.arm)[0]).units[0]
 
     def planned(spec: SimulateSpec) -> PlannedExperiment | None:
         if stopped():
             return None
         score = expected_score(data, first, second, spec, known)
-        text = described(spec, data)
-        return PlannedExperiment(
-            text, spec.model_dump(exclude_defaults=True), score, _sentence(text, score, titles)
-        )
+        settings = spec.model_dump(exclude_defaults=True)
+        return PlannedExperiment(settings, unit, score, titles)
 
     found = [one for one in on_all_cores(planned, candidates) if one is not None]
     return tuple(sorted(found, key=lambda e: -e.score))
@@ -116,20 +113,6 @@ def _solve(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     d = np.sqrt(np.maximum(np.diag(A), 1e-300))
     inverse = np.linalg.pinv(A / np.outer(d, d), rcond=BY_DIFFERENCES, hermitian=True)
     return np.asarray((inverse / np.outer(d, d)) @ b)
-
-
-def _sentence(text: str, score: float, titles: Sequence[str]) -> str:
-    names = listed(list(titles))
-    if score < TIE:
-        return f"{text} would not distinguish {names} (expected score {_number(score)})."
-    return (
-        f"To distinguish {names}, record {text}: the wrong one would then be worse by an expected "
-        f"score of {_number(score)}, where above {TIE:g} decides."
-    )
-
-
-def _number(score: float) -> str:
-    return format_number(score, 2)
 
 
 def deciding(

@@ -11,13 +11,11 @@ from core.diagnose.data import Data
 from core.identify.prepared import prepare
 from core.identify.unknowns import Unknown
 from core.model import Model
-from core.recording.channels import channel_kind
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
 from core.simulate.experiment import NO_NOISE, make_task, read_sensors, start_joints
 from core.simulate.motion import Task
 from core.trajectory import Trajectory
-from core.written import format_number
 
 NAME = "planned"
 
@@ -116,14 +114,3 @@ def _blank(values: np.ndarray, N: int) -> np.ndarray:
     index = np.flatnonzero(np.isfinite(values))
     stride = max(int(np.median(np.diff(index))), 1) if index.size > 1 else 1
     return np.where(np.arange(N) % stride == 0, 0.0, np.nan)
-
-
-def described(spec: SimulateSpec, data: Data) -> str:
-    """'3 s at θ₂ = 90° with ±0.6 rad/s, each level held for 0.1 s'."""
-    name = data.bare.drive.reference_channels(data.bare.arm)[0]
-    unit = channel_kind(name).units[0]
-    place = "" if spec.theta2 is None else f" at θ₂ = {np.degrees(spec.theta2):.0f}°"
-    return (
-        f"{format_number(spec.seconds, 3)} s{place} with ±{format_number(spec.amplitude, 2)} "
-        f"{unit}, each level held for {format_number(spec.hold, 2)} s"
-    )

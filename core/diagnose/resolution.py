@@ -11,9 +11,10 @@ import numpy as np
 from core.arm.segment import MAX_MODES
 from core.diagnose.data import Data, Hypothesis, hypothesis, moved
 from core.diagnose.refit import Refit
-from core.diagnose.verdict import Remains, channel_rms
+from core.diagnose.verdict import channel_rms
 from core.effects.effect import Effect
 from core.identify.predictor import on_all_cores
+from core.results import Remains
 
 STEPS = 8
 """Per sample, at least: the third shape swings within a sample."""

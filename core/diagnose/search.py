@@ -18,7 +18,6 @@ from core.diagnose.implausible import keep_implausible, stands_in, take_out_refu
 from core.diagnose.ladder import REFITTED, applicable, one_round
 from core.diagnose.minimum import converged, precise
 from core.diagnose.next_experiment import deciding
-from core.diagnose.phrases import times
 from core.diagnose.refit import Refit
 from core.diagnose.resolution import missed_by_laws
 from core.diagnose.revision import best_exchange, without_needless
@@ -29,7 +28,7 @@ from core.diagnose.verdict import remains, within_noise
 from core.effects.effect import Effect
 from core.least_squares import cost_of
 from core.progress import Progress
-from core.results import DiagnosisRound
+from core.results import DiagnosisRound, Objection, Reason
 from core.sentences import listed
 
 MOST_RETURNS = 2
@@ -143,25 +142,17 @@ def look(
     seen = _round(state, candidates, most, steps, on_ranking)
     ranking = ranking_of(seen, state.data)
     next_ones = deciding(seen, ranking, state.data, progress)
-    refused = refusals(state, seen.refused, (*seen.screen.diverged, *seen.unfitted))
     keep_implausible(state, seen, DiagnosisRound(ranking, None, seen.refused))
-    sentence = next_ones[0].sentence if next_ones else refused
+    refused = tuple(dict.fromkeys((*state.refuted.values(), *seen.refused)))
+    lost = tuple(dict.fromkeys((*seen.screen.diverged, *seen.unfitted)))
     kinds: list[str | None] = [a.screened.effect.kind for a in seen.added]
     kinds = kinds or [None]
     for k, kind in enumerate(kinds):
         left = tuple(r for r in ranking if r.effect not in kinds[:k])
-        state.rounds.append(DiagnosisRound(left, kind, sentence, next_ones))
+        state.rounds.append(DiagnosisRound(left, kind, refused, lost, next_ones))
     state.first = state.first or seen.screen
     _go_on_with(state, seen.data)
     return seen
-
-
-def refusals(state: State, refused: str, diverged: Sequence[str] = ()) -> str:
-    """Why effects were taken out again, the sentence of a round that refused one, and the titles
-    of those that were not judged at all."""
-    names = ", ".join(dict.fromkeys(diverged))
-    lost = f"Could not be simulated at any size that was tried: {names}." if names else ""
-    return " ".join(dict.fromkeys(s for s in (*state.refuted.values(), refused, lost) if s))
 
 
 def _go_on_with(state: State, data: Data) -> None:
@@ -261,18 +252,14 @@ def _gate(state: State) -> Gate:
     """Refuses what makes recordings that no fit saw worse by more than noise could."""
     before = state.refit
 
-    def refuse(data: Data, refit: Refit) -> str:
+    def refuse(data: Data, refit: Refit) -> Objection | None:
         was_seen, after = state.validated(before), state.validated(refit, data.fine)
         if was_seen is None or after is None:
-            return ""
+            return None
         was, now = (cost_of(v.errors) / v.data.count for v in (was_seen, after))
         if now - was < RELEVANT or now < WORSE**2 * was:
-            return ""
-        return (
-            f"recordings that no fit has seen become worse with it, from {times(math.sqrt(was))} "
-            f"to {times(math.sqrt(now))} the noise floor, so it probably imitates another "
-            "effect."
-        )
+            return None
+        return Objection(Reason.UNSEEN, unseen=(math.sqrt(was), math.sqrt(now)))
 
     return refuse
 

@@ -14,11 +14,7 @@ from core.diagnose.steps import Validated, ladder_step, validated
 from core.effects import catalogue, with_included
 from core.effects.effect import Effect
 from core.identify.setup import Setup
-from core.results import (
-    DiagnosisRound,
-    LadderStep,
-    RankedEffect,
-)
+from core.results import DiagnosisRound, LadderStep, Objection, RankedEffect
 from core.sentences import listed
 
 FIDELITY = 0.001
@@ -72,8 +68,8 @@ class State:
     """Of the first round."""
     passed: list[str] = field(default_factory=list)
     """Titles of what was taken out again."""
-    refuted: dict[str, str] = field(default_factory=dict)
-    """effect -> a sentence why it was taken out again: its size stood at a bound."""
+    refuted: dict[str, tuple[str, Objection]] = field(default_factory=dict)
+    """effect -> (title, why) of what was taken out again: its size stood at a bound."""
     implausible: list[Implausible] = field(default_factory=list)
     """What this search refused at a bound, in the order in which it came to it."""
     unseen: dict[tuple[int, int | None], tuple[Refit, Validated]] = field(default_factory=dict)

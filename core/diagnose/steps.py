@@ -159,7 +159,7 @@ def estimates(refit: Refit) -> tuple[Estimate, ...]:
             Estimate(
                 item.name, value, std, item.unit, bool(np.isfinite(std)), item.symbol,
                 item.value, item.lower, item.upper, u.recording,
-                bool(value - item.lower < near or item.upper - value < near),
+                bool(value - item.lower < near or item.upper - value < near), item.title,
             )
         )  # fmt: skip
     return tuple(e for e in found if e.recording is None)

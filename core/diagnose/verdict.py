@@ -3,23 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from core.results import ABOVE, ABOVE_IN_ONE, Remains
+
 if TYPE_CHECKING:
     from core.diagnose.data import Data, Hypothesis
     from core.identify.prepared import Prepared
-
-MISSING, NOTHING, UNLISTED = "missing", "nothing_missing", "unlisted"
-
-ABOVE = 1.06
-"""Times the floor: from this rms on an error is well above it. Noise coloured by a filter of ten
-samples moves the rms of a few seconds of four channels by one per cent."""
-
-ABOVE_IN_ONE = 1.2
-"""The same for the worst channel alone."""
 
 
 def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
@@ -56,46 +48,6 @@ def channel_rms(experiments: Sequence[Prepared], errors: Sequence[np.ndarray]) -
     """channel -> rms of errors (M, k) per recording, of what counts."""
     squares = _by_channel(experiments, errors)
     return {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}
-
-
-@dataclass(frozen=True)
-class Remains:
-    """What is left of the error, in floors."""
-
-    rms: float
-    """Over all channels."""
-    by_channel: dict[str, float]
-    line: tuple[str, float] | None
-    """(channel, Hz) of a spectral line in an error above the floor that nothing explains."""
-    within: dict[str, float] = field(default_factory=dict)
-    """channel -> the factor within which its floor is known; one where nothing is said"""
-    rms_within: float = 1.0
-    """The same over all channels."""
-    idealised: dict[str, float] = field(default_factory=dict)
-    """channel -> mean square that the laws of the effects in the model may miss"""
-    all_idealised: float = 0.0
-    """The same over all channels."""
-
-    @property
-    def above(self) -> bool:
-        """Whether the error exceeds the noise floors, however well these are known, and what the
-        laws in the model may miss."""
-        limits = {
-            n: (ABOVE_IN_ONE * self.within.get(n, 1.0)) ** 2 + self.idealised.get(n, 0.0)
-            for n in self.by_channel
-        }
-        whole = (ABOVE * self.rms_within) ** 2 + self.all_idealised
-        return self.rms**2 > whole or any(x**2 > limits[n] for n, x in self.by_channel.items())
-
-    @property
-    def above_known_floors(self) -> bool:
-        """Whether it would if the floors were known exactly."""
-        return replace(self, within={}, rms_within=1.0).above
-
-    @property
-    def above_exact_laws(self) -> bool:
-        """Whether it would if the laws in the model were exact."""
-        return replace(self, idealised={}, all_idealised=0.0).above
 
 
 def remains(data: Data, errors: Sequence[np.ndarray], fitted: Hypothesis | None = None) -> Remains:

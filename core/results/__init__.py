@@ -12,13 +12,21 @@ from core.results.comparison import (
     WorstCell,
 )
 from core.results.diagnosis import (
+    ABOVE,
+    ABOVE_IN_ONE,
+    MISSING,
+    NOTHING,
+    UNLISTED,
     ChannelError,
     Diagnosis,
     DiagnosisRound,
     LadderStep,
     LinearModel,
+    Objection,
     PlannedExperiment,
     RankedEffect,
+    Reason,
+    Remains,
 )
 from core.results.identification import Estimate, Fit, Generation, Identifiability, Valley
 from core.results.outcome import (
@@ -33,6 +41,11 @@ from core.results.outcome import (
 )
 
 __all__ = [
+    "ABOVE",
+    "ABOVE_IN_ONE",
+    "MISSING",
+    "NOTHING",
+    "UNLISTED",
     "ChannelComparison",
     "ChannelError",
     "DescriptorModel",
@@ -53,11 +66,14 @@ __all__ = [
     "Link",
     "Mechanism",
     "MissingTorque",
+    "Objection",
     "Outcome",
     "PlannedExperiment",
     "PresentEffect",
     "RankedEffect",
+    "Reason",
     "RecordingComparison",
+    "Remains",
     "Repeated",
     "Valley",
     "Variant",

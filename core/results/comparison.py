@@ -8,6 +8,9 @@ import numpy as np
 
 from core.results.identification import Estimate
 
+DIAGNOSIS_FIT = "the diagnosis, starts free"
+"""Label of its fit; an identification holds the starts on the encoders' first samples."""
+
 
 @dataclass(frozen=True)
 class ChannelComparison:

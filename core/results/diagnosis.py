@@ -3,12 +3,62 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
 
 import numpy as np
 
 from core.results.comparison import RecordingComparison
 from core.results.identification import Estimate
+
+MISSING, NOTHING, UNLISTED = "missing", "nothing_missing", "unlisted"
+
+ABOVE = 1.06
+"""Times the floor: from this rms on an error is well above it. Noise coloured by a filter of ten
+samples moves the rms of a few seconds of four channels by one per cent."""
+
+ABOVE_IN_ONE = 1.2
+"""The same for the worst channel alone."""
+
+
+@dataclass(frozen=True)
+class Remains:
+    """What is left of the error, in floors."""
+
+    rms: float = float("nan")
+    """Over all channels."""
+    by_channel: Mapping[str, float] = field(default_factory=dict)
+    line: tuple[str, float] | None = None
+    """(channel, Hz) of a spectral line in an error above the floor that nothing explains."""
+    within: Mapping[str, float] = field(default_factory=dict)
+    """channel -> the factor within which its floor is known; one where nothing is said"""
+    rms_within: float = 1.0
+    """The same over all channels."""
+    idealised: Mapping[str, float] = field(default_factory=dict)
+    """channel -> mean square that the laws of the effects in the model may miss"""
+    all_idealised: float = 0.0
+    """The same over all channels."""
+
+    @property
+    def above(self) -> bool:
+        """Whether the error exceeds the noise floors, however well these are known, and what the
+        laws in the model may miss."""
+        limits = {
+            n: (ABOVE_IN_ONE * self.within.get(n, 1.0)) ** 2 + self.idealised.get(n, 0.0)
+            for n in self.by_channel
+        }
+        whole = (ABOVE * self.rms_within) ** 2 + self.all_idealised
+        return self.rms**2 > whole or any(x**2 > limits[n] for n, x in self.by_channel.items())
+
+    @property
+    def above_known_floors(self) -> bool:
+        """Whether it would if the floors were known exactly."""
+        return replace(self, within={}, rms_within=1.0).above
+
+    @property
+    def above_exact_laws(self) -> bool:
+        """Whether it would if the laws in the model were exact."""
+        return replace(self, idealised={}, all_idealised=0.0).above
 
 
 @dataclass(frozen=True)
@@ -74,13 +124,41 @@ class RankedEffect:
 class PlannedExperiment:
     """An experiment that was not made yet, and how well it would tell two effects apart."""
 
-    title: str
     simulate: Mapping[str, object]
     """Its settings, as `simulate` of a scenario's recording."""
+    unit: str
+    """Of its amplitude."""
     score: float
     """Expected rise of the squared error, in floors, when the wrong effect is refitted; the
     smaller of the two ways round."""
-    sentence: str
+    between: tuple[str, str]
+    """Titles of the two effects."""
+
+
+class Reason(StrEnum):
+    """Why an effect that explains enough is not added."""
+
+    AT_BOUND = "at_bound"
+    """A size is pressed to the bound of what is plausible."""
+    UNSEEN = "unseen"
+    """Recordings that no fit has seen become worse."""
+    UNSETTLED = "unsettled"
+    """With finer steps the model is worse with it."""
+    INDISTINCT = "indistinct"
+    """Its size is within its deviation of no effect."""
+
+
+@dataclass(frozen=True)
+class Objection:
+    """What speaks against an effect, with the figures that say so."""
+
+    reason: Reason
+    parameter: str = ""
+    """Title of what stands at a bound."""
+    bound: float = float("nan")
+    unit: str = ""
+    unseen: tuple[float, float] = (float("nan"), float("nan"))
+    """rms on recordings that no fit has seen without and with it, in floors."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +167,10 @@ class DiagnosisRound:
 
     ranking: tuple[RankedEffect, ...]
     accepted: str | None
-    sentence: str = ""
+    refused: tuple[tuple[str, Objection], ...] = ()
+    """(title, why) of effects that explain enough and were not added, or were taken out again."""
+    diverged: tuple[str, ...] = ()
+    """Titles of effects that could not be simulated at any size that was tried."""
     experiments: tuple[PlannedExperiment, ...] = ()
     """Where two effects could not be told apart: what to do next, best first."""
 
@@ -103,7 +184,11 @@ class LinearModel:
     """m"""
     full_equations_tip_rms: float | None
     """m"""
-    sentence: str
+    tip_floor: float = float("nan")
+    """m, noise of the tip."""
+    moved: tuple[Estimate, Estimate] | None = None
+    """What is most different between the linear model's fit and that of the full equations, where
+    the two stand in different places."""
 
 
 @dataclass(frozen=True)
@@ -116,15 +201,28 @@ class Diagnosis:
     """The same of what remains after the ladder; None where nothing was to be added."""
     rounds: tuple[DiagnosisRound, ...]
     steps: tuple[LadderStep, ...]
-    words: tuple[str, ...]
-    """The verdict for a student, one paragraph each."""
     not_applicable: Mapping[str, str]
     """effect -> why this rig cannot show it"""
     effects: tuple[Mapping[str, object], ...] = ()
     """What was accepted, as [model] effects of a scenario."""
     floors: Mapping[str, float] = field(default_factory=dict)
     seconds: Mapping[str, float] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    stopped: bool = False
+    """Whether the user stopped the search before it was complete."""
+    coarse: bool = False
+    """Whether what is left is no more than what the model's bending shapes cannot follow."""
+    kept: tuple[str, ...] = ()
+    """Ids of the effects that were added and are in the model at the end."""
+    needless: tuple[str, ...] = ()
+    """Titles of those that were added on the way and are not needed at the end."""
+    limit: int = 0
+    """How many effects were to be added at most."""
+    error_given: Remains = Remains()
+    """Of the model as given."""
+    error_left: Remains = Remains()
+    """After the last step."""
+    words: tuple[str, ...] = ()
+    """Paragraphs of who tells more than these facts; empty: the verdict as they have it."""
     given: tuple[RecordingComparison, ...] = ()
     """Measured against the model as given, as the ladder counts: where it failed."""
     left: tuple[RecordingComparison, ...] = ()
@@ -137,12 +235,6 @@ class Diagnosis:
     """label -> value of every unknown at the end, those of single recordings too."""
     linear_model: LinearModel | None = None
     """What the linear model costs on these recordings, where it was the one identified."""
-
-    @property
-    def paragraphs(self) -> tuple[str, ...]:
-        """All that is said: what the linear model costs, where it was used, before the verdict."""
-        first = () if self.linear_model is None else (self.linear_model.sentence,)
-        return (*first, *self.words)
 
     @property
     def added(self) -> tuple[str, ...]:

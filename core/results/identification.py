@@ -25,6 +25,7 @@ class Estimate:
     recording: str | None = None
     """The recording that the parameter belongs to; None where it is shared by all."""
     at_bound: bool = False
+    title: str = ""
 
     @property
     def undetermined(self) -> bool:

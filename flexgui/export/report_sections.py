@@ -13,12 +13,13 @@ import numpy as np
 from markupsafe import Markup
 
 from core.diagnose.maps import error_maps
-from core.diagnose.phrases import in_order
 from core.effects import catalogue
 from core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
 from core.written import format_number
 from flexgui import __version__
 from flexgui.export.report_plot import Plot, plot
+from flexgui.sentences.ranked import experiment_title, in_order, round_sentence
+from flexgui.sentences.verdict import all_paragraphs
 from flexgui.views.error_map import error_map, worst_table
 from flexgui.views.fit_table import fit_bars
 from flexgui.views.headline import final_comparisons, verdict_now
@@ -68,7 +69,7 @@ def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
         return None
     maps = error_maps(found.given or outcome.comparisons, found.floors)
     return DiagnosisBlock(
-        words=found.paragraphs,
+        words=all_paragraphs(found),
         formulas=_formulas(found),
         ladder_table=ladder_table(found),
         sizes=sizes_table(found),
@@ -101,7 +102,7 @@ def _round(number: int, one: DiagnosisRound) -> RankingBlock:
     ending = f"{titles.get(one.accepted, '')} was added" if one.accepted else "nothing was added"
     return RankingBlock(
         title=f"Round {number}: {ending}",
-        sentence=one.sentence,
+        sentence=round_sentence(one),
         figure=plot(ranking(shown, one.accepted)),
         table=ranking_table(shown, one.accepted),
         planned=_planned(one.experiments),
@@ -112,7 +113,7 @@ def _planned(experiments: tuple[PlannedExperiment, ...]) -> Table | None:
     if not experiments:
         return None
     columns = (Column("Experiment"), Column("Expected score", numeric=True))
-    rows = tuple(Row((e.title, format_number(e.score, 3))) for e in experiments)
+    rows = tuple(Row((experiment_title(e), format_number(e.score, 3))) for e in experiments)
     text = (
         "Expected score: by how much the squared error of the wrong effect, in squared noise "
         "floors, would be larger after refitting it; above 10 decides."

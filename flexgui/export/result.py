@@ -22,6 +22,8 @@ from core.results import (
     Variant,
     WorstCell,
 )
+from flexgui.sentences.ranked import experiment_sentence, experiment_title, round_sentence
+from flexgui.sentences.verdict import STOPPED, all_paragraphs
 from flexgui.views.headline import (
     belongs_to,
     final_comparisons,
@@ -245,11 +247,11 @@ def diagnosis(outcome: Outcome, parameter: Parameter) -> dict[str, Any] | None:
         return None
     maps = error_maps(found.given or outcome.comparisons, found.floors)
     return {
-        "words": found.paragraphs,
+        "words": all_paragraphs(found),
         "effects": found.effects,
         "floors": found.floors,
         "not_applicable": found.not_applicable,
-        "notes": found.notes,
+        "notes": (STOPPED,) if found.stopped else (),
         "rounds": [_round(one, parameter) for one in found.rounds],
         "worst": [_cell(cell) for cell in maps.worst],
     }
@@ -297,7 +299,7 @@ def _ladder_step(one: LadderStep, parameter: Parameter) -> dict[str, Any]:
 def _round(one: DiagnosisRound, parameter: Parameter) -> dict[str, Any]:
     return {
         "accepted": one.accepted,
-        "sentence": one.sentence,
+        "sentence": round_sentence(one),
         "ranking": [ranked(r, parameter) for r in one.ranking],
         "next_experiments": [_planned(e) for e in one.experiments],
     }
@@ -305,10 +307,10 @@ def _round(one: DiagnosisRound, parameter: Parameter) -> dict[str, Any]:
 
 def _planned(one: PlannedExperiment) -> dict[str, Any]:
     return {
-        "title": one.title,
+        "title": experiment_title(one),
         "simulate": one.simulate,
         "score": one.score,
-        "sentence": one.sentence,
+        "sentence": experiment_sentence(one),
     }
 
 

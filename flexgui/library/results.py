@@ -17,6 +17,7 @@ from core.recording.save import recording_frame
 from core.results import ErrorMaps, Estimate, LadderStep, Outcome, RankedEffect, RecordingComparison
 from core.sentences import did_you_mean
 from flexgui.library.plots import chosen, from_dict
+from flexgui.sentences.verdict import all_paragraphs
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.fit_table import fit_bars, fit_table
@@ -296,7 +297,7 @@ class Diagnosis(_Found):
     @property
     def words(self) -> tuple[str, ...]:
         """The verdict in words, a paragraph each."""
-        return self._diagnosis.paragraphs
+        return all_paragraphs(self._diagnosis)
 
     @property
     def _diagnosis(self) -> Any:

@@ -9,19 +9,18 @@ from typing import Any
 
 from markupsafe import Markup
 
-from core.diagnose.nested import nesting
-from core.diagnose.phrases import ORDER, percent, tie, worth_listing
-from core.diagnose.verdict import ABOVE, NOTHING
 from core.effects import catalogue
 from core.effects.own import states, targets
 from core.errors import InputError
-from core.results import RankedEffect
+from core.results import ABOVE, NOTHING, RankedEffect
 from core.scenario.stated_effects import base_model
 from core.written import format_number
 from flexgui.jobs.looked import Looked
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext
 from flexgui.panels.widgets import Words, joined, paragraph
+from flexgui.sentences.figures import percent
+from flexgui.sentences.ranked import ORDER, nesting, tie, worth_listing
 from flexgui.session.effects import present
 from flexgui.views.demonstration import glimpse, picture
 from flexgui.views.html import mathml

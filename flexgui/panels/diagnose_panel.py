@@ -7,9 +7,8 @@ from typing import Any, ClassVar
 
 from markupsafe import Markup
 
-from core.diagnose.verdict import MISSING
 from core.effects import catalogue
-from core.results import Estimate
+from core.results import MISSING, Estimate
 from core.scenario.stated_effects import base_model
 from core.written import format_number
 from flexgui.jobs.looked import Looked, refitted_only
@@ -21,6 +20,9 @@ from flexgui.panels.moment_panel import Moment
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot_panel import Plot
 from flexgui.panels.widgets import Words, joined, paragraph
+from flexgui.sentences.figures import linear_sentence
+from flexgui.sentences.ranked import round_sentence
+from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.session import Topic
 from flexgui.session.effects import own_place, present
 from flexgui.session.look import Look, in_vain, ladder_steps, worse
@@ -179,7 +181,7 @@ class DiagnosePanel(Panel):
         first = next(iter(self.context.session.shown_looks), None)
         if cost is None or look is not first:
             return Markup("")
-        return paragraph(cost.sentence)
+        return paragraph(linear_sentence(cost))
 
     def _show_added(self) -> None:
         """What is in the model with its sizes, and the way back."""
@@ -297,7 +299,7 @@ def _verdict(look: Look | None) -> Markup:
     if look is None or look.diagnosis is None:
         return Markup("")
     found = look.diagnosis
-    first, *more = found.words or ("",)
+    first, *more = verdict_paragraphs(found) or ("",)
     doubtful = doubt(look.error)
     body = joined(
         paragraph(HEADS.get(found.verdict, found.verdict), "lead"), paragraph(first),
@@ -321,7 +323,7 @@ def _rest(look: Look | None) -> Markup:
     """The experiment that would decide, and what was not tried."""
     if look is None or look.diagnosis is None:
         return Markup("")
-    sentences = [r.sentence for r in look.diagnosis.rounds if r.sentence]
+    sentences = [text for r in look.diagnosis.rounds if (text := round_sentence(r))]
     known = catalogue()
     skipped = Markup("").join(
         Markup("<li>{}: {}</li>").format(known[kind].title if kind in known else kind, reason)

@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.diagnose.phrases import fell
-from core.diagnose.verdict import MISSING
 from core.results import (
+    MISSING,
     ChannelError,
     Diagnosis,
     DiagnosisRound,
@@ -24,6 +23,8 @@ from core.results import (
 from core.scenario.schema import Scenario
 from core.written import format_number
 from flexgui.jobs.looked import Looked
+from flexgui.sentences.figures import fell
+from flexgui.sentences.verdict import verdict_paragraphs
 
 
 @dataclass(frozen=True)
@@ -95,7 +96,10 @@ def story(looks: Sequence[Look]) -> Diagnosis | None:
         final_verdict=last.diagnosis.verdict if whole and last.diagnosis else None,
         rounds=_rounds(looks),
         steps=steps,
-        words=(*stands.words, *(f"{b.title}: {fell(a, b)}." for a, b in pairwise(steps))),
+        words=(
+            *verdict_paragraphs(stands),
+            *(f"{b.title}: {fell(a, b)}." for a, b in pairwise(steps)),
+        ),
         effects=tuple(e.model_dump() for e in last.scenario.model.effects),
         floors={e.channel: e.floor for e in steps[-1].errors},
         given=looks[0].comparisons,
@@ -106,7 +110,9 @@ def story(looks: Sequence[Look]) -> Diagnosis | None:
 def _unseen(before: Diagnosis, step: LadderStep) -> Diagnosis:
     """Of a model of which no more than its fit is known; the rest is of the one before it."""
     values = {e.name: e.value for e in step.parameters}
-    return replace(before, words=(UNSEEN,), parameters=step.parameters, values=values, notes=())
+    return replace(
+        before, words=(UNSEEN,), parameters=step.parameters, values=values, stopped=False
+    )
 
 
 def _rounds(looks: Sequence[Look]) -> tuple[DiagnosisRound, ...]:

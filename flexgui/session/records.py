@@ -34,6 +34,7 @@ _RECORDS: dict[str, type] = {
         *(getattr(core.results, name) for name in core.results.__all__),
         OverSpeed, Looked, Look, Challenge, Revealed, Guess, Judged, Judgement,
     )
+    if isinstance(each, type)
 }  # fmt: skip
 """What may stand in a file; anything else in one is damage."""
 

@@ -9,9 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from core.diagnose.verdict import MISSING
 from core.errors import InputError
-from core.results import Estimate, LinearModel, Outcome, RecordingComparison
+from core.results import MISSING, Estimate, LinearModel, Outcome, RecordingComparison
 from core.scenario.read import scenario_toml
 from core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Job, Stopped, Task

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from core.diagnose.phrases import fell
-from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
 from core.effects import catalogue
 from core.identify.unknowns import MARK
-from core.results import Diagnosis, Estimate, Outcome, RecordingComparison
+from core.results import (
+    MISSING,
+    NOTHING,
+    UNLISTED,
+    Diagnosis,
+    Estimate,
+    Outcome,
+    RecordingComparison,
+)
 from core.sentences import listed
+from flexgui.sentences.figures import fell
+from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.views.pooled import derived_names, overall_estimates
 
 AS_GIVEN = "As given"
@@ -35,7 +43,7 @@ def grown(outcome: Outcome) -> bool:
 def verdict_now(found: Diagnosis) -> str:
     """The verdict on the model as it now stands, a sentence."""
     if not found.added:
-        return next(iter(found.words), "")
+        return next(iter(verdict_paragraphs(found)), "")
     first, last = found.steps[0], found.steps[-1]
     return f"With {kept(found)} {ENDS[found.final_verdict]}: {fell(first, last)}."
 

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from core.diagnose.phrases import LEFT_BY_ALL
 from core.results import ChannelError, Diagnosis, LadderStep
 from core.written import format_number
+from flexgui.sentences.figures import LEFT_BY_ALL
 from flexgui.views import colours
 from flexgui.views.fit_table import in_unit
 from flexgui.views.headline import COMPLETE

@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import plotly.graph_objects as go
 from markupsafe import Markup
 
-from core.diagnose.nested import nesting
-from core.diagnose.phrases import ORDER, tie, worth_listing
 from core.results import RankedEffect
 from core.written import format_number
+from flexgui.sentences.ranked import ORDER, nesting, tie, worth_listing
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.names import equals, plain_symbol, typeset

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from markupsafe import Markup, escape
 
-from core.diagnose.phrases import LABEL
 from core.identify.unknowns import START
 from core.results import Estimate, Fit, Outcome, RecordingComparison
+from core.results.comparison import DIAGNOSIS_FIT
 from core.sentences import listed
 from core.written import format_number, split_name
 from flexgui.views.fit_table import FIT_IS, in_unit
@@ -240,7 +240,7 @@ FREE = ", and it also fits the initial state of each recording"
 
 def of_diagnosis(comparisons: Sequence[RecordingComparison]) -> bool:
     """Whether they show the fit that a diagnosis looks at."""
-    return any(c.fit_label == LABEL for c in comparisons)
+    return any(c.fit_label == DIAGNOSIS_FIT for c in comparisons)
 
 
 def which_fit(comparisons: Sequence[RecordingComparison], fits: Sequence[Fit]) -> str:

@@ -8,9 +8,8 @@ import pytest
 
 from core.arm.compiled import compile_arm
 from core.arm.structure import Structure
-from core.diagnose.announce import Steps, fit_title, round_title
+from core.diagnose.announce import Steps, aside, fit_title, round_title
 from core.diagnose.columns import Trial
-from core.diagnose.phrases import aside
 from core.effects import catalogue, effect
 from core.progress import Silent
 from tests.helpers import PAPER

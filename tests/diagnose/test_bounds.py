@@ -66,9 +66,9 @@ def pressed(upper: float) -> tuple[Data, Refit]:
 
 def test_a_size_that_the_recordings_want_beyond_its_bound_is_said_with_the_bound() -> None:
     data, found = pressed(5.5)
-    [(kind, sentence)] = at_bounds(found, data)
-    assert kind == "viscous_friction" and "5.5 N m s/rad" in sentence
-    assert ended_at_bound(found, data) == sentence
+    [(kind, objection)] = at_bounds(found, data)
+    assert kind == "viscous_friction" and (objection.bound, objection.unit) == (5.5, "N m s/rad")
+    assert ended_at_bound(found, data) == objection
 
 
 def test_a_bound_that_is_not_reached_says_nothing() -> None:

@@ -9,11 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.diagnose.acceptance import INDISTINCT, indistinct
+from core.diagnose.acceptance import indistinct
 from core.diagnose.data import hypothesis
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit, robust_covariance
 from core.effects import effect
+from core.results import Objection, Reason
 from tests.diagnose.test_stated import bare
 
 
@@ -25,7 +26,7 @@ def fitted(*kinds: str) -> Refit:
     return converged(data, start, None, lambda: False)[1]
 
 
-def sentence(kind: str, *others: str) -> str:
+def objection(kind: str, *others: str) -> Objection | None:
     after = fitted(kind, *others)
     labels = after.hypothesis.unknowns.labels
     own = effect(kind).parameters(bare().data.rig.arm, bare().data.rig.drive, bare().data.sizes)
@@ -34,13 +35,13 @@ def sentence(kind: str, *others: str) -> str:
 
 
 def test_a_friction_that_is_there_is_distinct() -> None:
-    assert sentence("viscous_friction") == ""
-    assert sentence("viscous_friction", "torque_offset") == ""
+    assert objection("viscous_friction") is None
+    assert objection("viscous_friction", "torque_offset") is None
 
 
 @pytest.mark.parametrize("kind", ["torque_offset", "air_drag"])
 def test_what_is_not_there_is_not_distinct_from_zero(kind: str) -> None:
-    assert sentence(kind, "viscous_friction") == INDISTINCT
+    assert objection(kind, "viscous_friction") == Objection(Reason.INDISTINCT)
 
 
 def test_a_size_at_its_bound_has_no_deviation_and_is_left_to_other_rules() -> None:
@@ -49,4 +50,4 @@ def test_a_size_at_its_bound_has_no_deviation_and_is_left_to_other_rules() -> No
     after = replace(there, hypothesis=h.at(np.minimum(h.vector, h.limits.lower)))
     assert not np.isfinite(np.diag(robust_covariance(after))).any()
     friction = SimpleNamespace(effect=effect("viscous_friction"), parameters=("fv1", "fv2"))
-    assert indistinct([friction], after) == ""
+    assert indistinct([friction], after) is None

@@ -12,13 +12,14 @@ import pytest
 
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.lines import SHARE, line_of, unexplained_line
-from core.diagnose.verdict import ABOVE, remains
+from core.diagnose.verdict import remains
 from core.effects import effect
 from core.effects.sizes import typical
 from core.identify.prepared import Prepared, Processing, prepare
 from core.model import Model
 from core.recording.spec import SimulateSpec
 from core.recording.velocity import ZeroPhaseLowPass
+from core.results import ABOVE
 from core.sensors import sensor
 from core.simulate.experiment import simulate_recording
 from core.simulate.modes import vibration_modes

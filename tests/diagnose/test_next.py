@@ -137,7 +137,7 @@ def test_fast_motion_parts_a_delay_from_a_lag() -> None:
     )
     assert [e.simulate.get("hold", 0.02) for e in found] == [0.02, 0.2]
     assert found[0].score > 3.0 * found[1].score
-    assert "Camera delay and Slow sensor" in found[0].sentence
+    assert found[0].between == ("Camera delay", "Slow sensor") and found[0].unit == "rad/s"
     assert found[0].score > TIE
 
 

@@ -17,11 +17,11 @@ from core.diagnose.resolution import within_resolution
 from core.diagnose.screen import Screen, Screened
 from core.diagnose.start import Begun
 from core.diagnose.state import Options
-from core.diagnose.verdict import Remains
 from core.effects import catalogue, effect
 from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
+from core.results import Remains
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model

@@ -119,7 +119,7 @@ def test_a_stopped_diagnosis_says_so_and_leaves_the_fit() -> None:
     outcome = ran(StopsAt("Camera delay"), diagnose=FEW + "max_effects = 1")
     assert outcome.fits
     assert outcome.diagnosis is not None
-    assert "stopped" in outcome.diagnosis.words[-1]
+    assert outcome.diagnosis.stopped
     assert outcome.diagnosis.effects == ()
 
 

@@ -16,7 +16,7 @@ from core.diagnose.search import offered
 from core.diagnose.state import Options, State, begun_state
 from core.effects import effect
 from core.progress import Silent
-from core.results import DiagnosisRound
+from core.results import DiagnosisRound, Objection, Reason
 from tests.diagnose.test_stated import bare, begun
 
 WORSE = 2.0
@@ -74,7 +74,8 @@ def climbed(upper: float, given: int) -> State:
 def test_what_later_effects_press_to_its_bound_is_taken_out_and_not_offered_again() -> None:
     state = climbed(5.5, given=0)
     assert take_out_refuted(state, Silent()) and not state.found
-    assert "5.5 N m s/rad" in state.refuted["viscous_friction"]
+    title, why = state.refuted["viscous_friction"]
+    assert (title, why.bound, why.unit) == ("Viscous joint friction", 5.5, "N m s/rad")
     assert state.detours == (), "it did not turn out needless"
     asked = Options(candidates=("viscous_friction", "torque_offset"))
     assert [e.kind for e in offered(state, asked)] == ["torque_offset"]
@@ -93,10 +94,10 @@ def test_what_leaves_more_than_a_refused_effect_by_itself_stands_in_for_the_same
     left = replace(state.refit.descended, cost=share * state.refit.cost)
     after = replace(state.refit, descended=left)
     weighed: Any = SimpleNamespace(screened=SimpleNamespace(effect=effect("presliding_friction")))
-    refusals = [Refusal(weighed, "at its bound.", after, implausible=True, spoils=False)]
+    refusals = [Refusal(weighed, Objection(Reason.AT_BOUND), after)]
     seen: Any = SimpleNamespace(refusals=refusals, data=state.data)
     state.present = []
-    last = DiagnosisRound((), None, refusals[0].sentence)
+    last = DiagnosisRound((), None, (refusals[0].with_title,))
     keep_implausible(state, seen, last)
     state.present, state.rounds = found, [DiagnosisRound((), "viscous_friction")]
     assert stands_in(state) == (share < 1.0)

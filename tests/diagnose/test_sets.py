@@ -18,6 +18,7 @@ from core.diagnose.sets import FoundSet, best_set
 from core.effects import effect
 from core.effects.effect import Effect
 from core.least_squares import Limits, descend
+from core.results import Objection, Reason
 
 SAMPLES = 2000
 NOISE = 1.0
@@ -28,6 +29,7 @@ LARGE = 1e3
 
 FOUR = ("viscous_friction", "tip_payload", "structural_damping", "torque_offset")
 STAND_IN = "gravity_tilt"
+WORSE, BOUND = Objection(Reason.UNSEEN), Objection(Reason.AT_BOUND)
 
 
 def column(kind: str, block: np.ndarray) -> Column:
@@ -121,7 +123,7 @@ class Scripted(Acceptance):
 
 
 def in_company(
-    good: tuple[str, ...], sentence: str = "worse", most: int = 2, explains: float = 0.9,
+    good: tuple[str, ...], against: Objection | None = WORSE, most: int = 2, explains: float = 0.9,
     others: Sequence[tuple[str, float]] = (),
 ) -> tuple:  # fmt: skip
     """What becomes of STAND_IN, which the gate refuses; the screen scores the others by place."""
@@ -132,15 +134,15 @@ def in_company(
     one = replace(weighed(explains), screened=scored[STAND_IN])
     more = [replace(weighed(share), screened=scored[kind]) for kind, share in others]
     work = type("One", (Scripted,), {"good": good})(
-        data, before, (), screen, 1, lambda: False, lambda *_: sentence
+        data, before, (), screen, 1, lambda: False, lambda *_: against
     )
     return work.alone([one, *more], FoundSet((), 0.0), most), screen.asked
 
 
 @pytest.fixture
 def sizes_as_they_are(monkeypatch):
-    monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: "")
-    monkeypatch.setattr(acceptance, "indistinct", lambda *_: "")
+    monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: None)
+    monkeypatch.setattr(acceptance, "indistinct", lambda *_: None)
 
 
 @pytest.mark.usefixtures("sizes_as_they_are")
@@ -149,7 +151,7 @@ def test_what_only_unseen_recordings_refuse_is_tried_with_the_next_likely_effect
     joint, asked = in_company(partner)
     assert joint.accepted is not None and asked == [partner]
     alone, asked = in_company(())
-    assert alone.accepted is None and "worse" in alone.refused
+    assert alone.accepted is None and alone.refusals[0].objection == WORSE
     assert asked == [partner, (STAND_IN, "tip_payload")] and len(asked) == acceptance.COMPANY
 
 
@@ -157,20 +159,20 @@ def test_what_only_unseen_recordings_refuse_is_tried_with_the_next_likely_effect
 def test_no_company_where_one_effect_may_be_added_or_a_bound_refuses_it(monkeypatch):
     alone, asked = in_company((STAND_IN, "viscous_friction"), most=1)
     assert alone.accepted is None and not asked
-    monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: "ended at its bound")
+    monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: BOUND)
     alone, asked = in_company((STAND_IN, "viscous_friction"), explains=0.6)
-    assert "bound" in alone.refused and not asked
+    assert alone.refusals[0].objection == BOUND and not asked
 
 
 @pytest.mark.usefixtures("sizes_as_they_are")
 def test_what_explains_all_but_its_size_is_implausible_gives_way_to_sets_only(monkeypatch):
     """Whatever is missing acts as it does; a weaker effect by itself would stand in as well."""
-    ended = lambda after, _: "at its bound" if after.hypothesis == STAND_IN else ""  # noqa: E731
+    ended = lambda after, _: BOUND if after.hypothesis == STAND_IN else None  # noqa: E731
     monkeypatch.setattr(acceptance, "ended_at_bound", ended)
     weaker = ("viscous_friction", 0.5)
-    refused, asked = in_company((), sentence="", others=[weaker])
-    assert refused.accepted is None and "bound" in refused.refused and asked == ["sets"]
-    added, asked = in_company((), sentence="", others=[weaker], explains=0.6)
+    refused, asked = in_company((), against=None, others=[weaker])
+    assert refused.accepted is None and refused.refusals[0].objection == BOUND and asked == ["sets"]
+    added, asked = in_company((), against=None, others=[weaker], explains=0.6)
     assert added.accepted.screened.effect.kind == "viscous_friction" and not asked
 
 
@@ -182,7 +184,7 @@ def test_the_shape_of_a_new_effect_is_looked_at_where_only_noise_is_left_too(mon
         acceptance, "refine_shape", lambda _, after, e, __: asked.append(e.kind) or after
     )
     there, new = effect("viscous_friction"), effect("torque_ripple")
-    work = Acceptance(SimpleNamespace(), None, [there], None, 1, lambda: False, lambda *_: "")
+    work = Acceptance(SimpleNamespace(), None, [there], None, 1, lambda: False, lambda *_: None)
     work._shaped(work.data, SimpleNamespace(errors=()), [new, there])
     assert asked == ["torque_ripple"]
 

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections import defaultdict
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
 from core.diagnose import level
 from core.diagnose.repetition import Group, Stretch, scatter
-from core.diagnose.search import refusals
-from core.diagnose.state import State
 from core.identify.prepared import Processing, prepare
 from core.sensors import sensor
 from tests.diagnose import floors
@@ -28,15 +26,6 @@ def test_only_places_drift_from_cycle_to_cycle(kind: str, moved: float) -> None:
     block[half:] = -1.0
     found = scatter([Group((Stretch(0, 0), Stretch(0, half)), half)], [e], [block])
     assert list(found.values()) == pytest.approx([moved, moved])
-
-
-def test_a_refusal_hides_no_other() -> None:
-    state = cast(State, SimpleNamespace(refuted={"a": "A was not added.", "b": "B neither."}))
-    assert refusals(state, "C makes others worse.") == (
-        "A was not added. B neither. C makes others worse."
-    )
-    assert refusals(state, "B neither.") == "A was not added. B neither."
-    assert refusals(state, "", ["Play"]).endswith("at any size that was tried: Play.")
 
 
 def test_a_channel_without_a_number_decides_the_level(monkeypatch: Any) -> None:

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.diagnose.verdict import ABOVE, ABOVE_IN_ONE, within_noise
+from core.diagnose.verdict import within_noise
+from core.results import ABOVE, ABOVE_IN_ONE
 
 SAMPLES = 1000
 

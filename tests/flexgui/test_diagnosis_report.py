@@ -13,7 +13,6 @@ import pandas as pd
 import pytest
 
 from core.diagnose.maps import error_maps
-from core.diagnose.phrases import LABEL
 from core.results import (
     ChannelError,
     Diagnosis,
@@ -25,6 +24,7 @@ from core.results import (
     PlannedExperiment,
     RankedEffect,
 )
+from core.results.comparison import DIAGNOSIS_FIT
 from flexgui.export.export_files import export_outcome
 from flexgui.views.error_map import cell_labels, error_map, place, row_labels, worst_table
 from flexgui.views.ladder import ladder, ladder_table, sizes_table, step_labels
@@ -54,13 +54,13 @@ RANKING = (
     ranked("viscous_friction", "Viscous joint friction", 95.0),
     ranked("tip_payload", "Tip payload", None),
 )
-PLANNED = PlannedExperiment("3 s at 90°", {"theta2": 1.57}, 123.0, "To distinguish them, do it.")
+PLANNED = PlannedExperiment({"theta2": 1.57}, "rad/s", 123.0, ("Friction", "Damping"))
 
 FOUND = Diagnosis(
     verdict="missing",
     final_verdict="nothing_missing",
     rounds=(
-        DiagnosisRound(RANKING, "coulomb_friction", PLANNED.sentence, (PLANNED,)),
+        DiagnosisRound(RANKING, "coulomb_friction", experiments=(PLANNED,)),
         DiagnosisRound(RANKING[1:], None),
     ),
     steps=(
@@ -135,7 +135,7 @@ def test_the_report_tells_verdict_ladder_ranking_and_maps(out: Path) -> None:
                    "Error by recording and frequency", "Error by recording and time",
                    "Error over the motion"):  # fmt: skip
         assert f'aria-label="{figure}' in section
-    assert "To distinguish them" in section
+    assert "To distinguish Friction and Damping, record" in section
     assert "non-linear already" in section
     assert section.index("What remains") < section.index("How the error falls")
 
@@ -240,7 +240,7 @@ def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> N
     told = distinguishable(replace(diagnosed, diagnosis=last)).unescape()
     assert "The estimates above are of the diagnosis' own fit" in told
     assert "The first fit is that of the identification" in told
-    theirs = tuple(replace(c, fit_label=LABEL) for c in diagnosed.comparisons)
+    theirs = tuple(replace(c, fit_label=DIAGNOSIS_FIT) for c in diagnosed.comparisons)
     theirs_too = distinguishable(replace(diagnosed, comparisons=theirs)).unescape()
     assert "The FIT and the tip's error above are of the diagnosis' fit too." in theirs_too
     assert not distinguishable(replace(diagnosed, diagnosis=None))
@@ -248,7 +248,7 @@ def test_the_report_says_which_figures_are_of_which_fit(diagnosed: Outcome) -> N
 
 def test_errors_say_on_the_spot_which_fit_they_are_of(diagnosed: Outcome) -> None:
     assert which_fit(diagnosed.comparisons, diagnosed.fits).startswith("Of the identification's")
-    theirs = [replace(c, fit_label=LABEL) for c in diagnosed.comparisons]
+    theirs = [replace(c, fit_label=DIAGNOSIS_FIT) for c in diagnosed.comparisons]
     assert which_fit(theirs, diagnosed.fits).startswith("Of the diagnosis' own fit")
     assert "also fits the initial state of each recording" in which_fit(theirs, diagnosed.fits)
 

@@ -13,6 +13,7 @@ from core.results import Estimate, LinearModel, Outcome, RecordingComparison
 from flexgui.export.export_files import export_outcome
 from flexgui.export.report import FIRST_FIT
 from flexgui.panels.identify_panel import found_parameters
+from flexgui.sentences.figures import linear_sentence
 from flexgui.views.fit_table import fit_table
 from flexgui.views.headline import BIASED, COMPLETE, SHORT_OF, final_comparisons
 from flexgui.views.parameter_tables import standing_parameters
@@ -21,7 +22,7 @@ from tests.flexgui.test_diagnosis_report import FOUND
 
 FINAL_EI, FRICTION = 520.1, 1.2
 DIAGNOSED = 'title = "diagnosed"\n'
-LINEAR = LinearModel(2e-4, 4e-5, "The linear model misses the tip by 0.20 mm rms here.")
+LINEAR = LinearModel(2e-4, 4e-5, 3e-5)
 
 
 def better(comparison: RecordingComparison) -> RecordingComparison:
@@ -103,7 +104,7 @@ def test_the_recordings_are_those_of_the_final_model_with_those_as_given_beside(
 
 def test_what_the_linear_model_costs_is_a_key_of_its_own(result: dict) -> None:
     assert result["linear_model"] == {"tip_rms_m": 2e-4, "full_equations_tip_rms_m": 4e-5}
-    assert result["diagnosis"]["words"][0] == LINEAR.sentence
+    assert result["diagnosis"]["words"][0] == linear_sentence(LINEAR)
 
 
 def test_tables_say_what_each_value_belongs_to_and_keep_the_first_fit(out: Path) -> None:
@@ -137,7 +138,7 @@ def test_the_report_shows_the_final_values_and_marks_the_first(out: Path) -> Non
     assert "Coulomb friction" in section and unglued(COMPLETE) in section
     assert f"{BIASED[0].upper()}{BIASED[1:]}" in section
     assert "FIT as given" in text.split('<section id="fit">')[1]
-    assert text.index(LINEAR.sentence) < text.index("What remains: nothing.")
+    assert text.index(unglued(linear_sentence(LINEAR))) < text.index("What remains: nothing.")
 
 
 def test_the_summary_begins_with_the_model_as_it_now_stands(after: Outcome) -> None:

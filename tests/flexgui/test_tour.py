@@ -11,8 +11,16 @@ from typing import cast
 import numpy as np
 import pytest
 
-from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
-from core.results import ChannelError, Diagnosis, LadderStep, Outcome, RankedEffect
+from core.results import (
+    MISSING,
+    NOTHING,
+    UNLISTED,
+    ChannelError,
+    Diagnosis,
+    LadderStep,
+    Outcome,
+    RankedEffect,
+)
 from flexgui.jobs.looked import Looked
 from flexgui.panels.at_work import how_it_stands
 from flexgui.panels.panel import PageContext

@@ -9,6 +9,7 @@ import pytest
 from core.results import Diagnosis
 from core.scenario.read import read_scenario
 from core.workbench import run_scenario
+from flexgui.sentences.verdict import verdict_paragraphs
 from tests.mujoco.soft_friction import written
 
 SIZED = 0.02
@@ -32,7 +33,7 @@ def test_what_a_friction_that_yields_leaves_over_is_named_as_that(tmp_path: Path
     assert off < SIZED
     assert found.final_verdict == "nothing_missing"
     assert found.steps[-1].cost_per_sample > 1.0
-    assert any("idealised" in text for text in found.words)
+    assert any("idealised" in text for text in verdict_paragraphs(found))
 
 
 @pytest.mark.long

@@ -45,7 +45,7 @@ VALUES = {"EI1": 519.0, "EI2": 522.0, "fc1": 1.21}
 
 def found(**more: Any) -> Diagnosis:
     given = {"effects": FRICTION, "values": VALUES, "origins": ORIGINS, **more}
-    return Diagnosis("missing", "nothing_missing", (), (), (), {}, **given)
+    return Diagnosis("missing", "nothing_missing", (), (), {}, **given)
 
 
 def scenario(*parts: str) -> Scenario:

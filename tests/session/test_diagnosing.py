@@ -18,6 +18,7 @@ from core.scenario.stated_effects import base_model
 from core.written import format_number
 from flexgui.jobs import JobPool
 from flexgui.jobs.looked import Looked
+from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
 from flexgui.session.effects import own_parameters, own_place, present
@@ -92,7 +93,7 @@ def one_fit(session: Session) -> None:
     values = {e.name: e.value for e in step.parameters}
     for told in (said.parameters, standing(whole)):
         assert {e.name: e.value for e in told if e.name in values} == values
-    assert f"{format_number(look.error, 2, keep_zeros=True)} times" in said.words[0]
+    assert f"{format_number(look.error, 2, keep_zeros=True)} times" in verdict_paragraphs(said)[0]
     assert np.isfinite(step.errors[0].validation_rms)
 
 
@@ -187,8 +188,8 @@ def test_what_is_said_after_an_add_that_ended_the_ranking_is_of_the_model_as_it_
     said = verdict_now(told)
     assert said.startswith("With Coulomb friction nothing is missing any more")
     assert f"{format_number(friction.looks[1].error, 2, keep_zeros=True)} times" in said
-    assert not any("not found yet" in words for words in told.words)
-    assert told.notes == (), "of a search that was stopped before"
+    assert not any("not found yet" in words for words in verdict_paragraphs(told))
+    assert not told.stopped, "of a search that was stopped before"
 
 
 def headless(scenario: str, folder: Path) -> dict[str, Any]:

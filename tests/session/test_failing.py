@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.diagnose.verdict import MISSING, NOTHING
 from core.results import (
+    MISSING,
+    NOTHING,
     ChannelComparison,
     Diagnosis,
     LadderStep,
@@ -82,5 +83,5 @@ def test_adding_invites_only_where_something_is_to_be_explained(
     error: float, verdict: str | None, invites: bool
 ) -> None:
     step = LadderStep(None, "As given", (), (), None, error**2)
-    told = None if verdict is None else Diagnosis(verdict, None, (), (step,), (), {})
+    told = None if verdict is None else Diagnosis(verdict, None, (), (step,), {})
     assert inviting(Looked(step, (), (), (), (), diagnosis=told)) is invites

@@ -27,6 +27,7 @@ from core.scenario.read import read_scenario, write_scenario
 from core.scenario.schema import Scenario
 from core.study.detectability import UnreachableError
 from core.workbench import run_scenario
+from flexgui.sentences.verdict import verdict_paragraphs
 from tests.studies.plain_matrix_hidden import Sight, hide
 from tests.studies.plain_matrix_judge import judged, tables
 from tests.studies.plain_matrix_outside import OUTSIDE, disturbed
@@ -161,7 +162,7 @@ def answered(said: Diagnosis, machine: Model) -> dict[str, Any]:
         "top": [
             [x.effect, x.refit_drop_percent, x.delta_bic, round(x.score, 1)] for x in ranking[:5]
         ],
-        "words": list(said.words),
+        "words": list(verdict_paragraphs(said)),
     }
 
 

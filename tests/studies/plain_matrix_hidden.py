@@ -23,11 +23,9 @@ import numpy as np
 from core.diagnose.columns import Column, Zeros, simulated, trials
 from core.diagnose.data import Anchor, Data, Hypothesis, hypothesis
 from core.diagnose.gram import gram
-from core.diagnose.nested import contains, is_nested
 from core.diagnose.refit import fit
 from core.diagnose.shapes import Shaped, best_shape
 from core.diagnose.start import nuisance_of, outputs_of
-from core.diagnose.verdict import ABOVE
 from core.diagnose.whitening import no_whitening
 from core.effects import catalogue, effect, with_included
 from core.effects.effect import Effect, EffectParameter, Rig
@@ -36,8 +34,10 @@ from core.identify.prepared import prepare
 from core.identify.setup import Setup, make_setup
 from core.model import Model
 from core.recording.recording import Recording
+from core.results import ABOVE
 from core.scenario.schema import Scenario
 from core.study.detectability import UnreachableError, crossing
+from flexgui.sentences.ranked import nesting
 from tests.studies.plain_matrix_rigs import STEPS_HZ
 from tests.studies.plain_matrix_rigs import Rig as Bench
 
@@ -173,9 +173,9 @@ def hide(
     kinds: list[str] = []
     why = "too few effects apply"
     for attempt in range(ATTEMPTS if len(able) >= count else 0):
-        others = [k for k in able if not any(k == a or is_nested(k, a) for a in kinds)]
+        others = [k for k in able if not any(k == a or nesting(k, a) for a in kinds)]
         kinds += [str(k) for k in rng.permutation(others)[: count - len(kinds)]]
-        if len(kinds) < count or any(is_nested(a, b) for a in kinds for b in kinds):
+        if len(kinds) < count or any(nesting(a, b) for a in kinds for b in kinds):
             kinds = []
             continue
         bad, why, truth = _tried(sight, kinds, rng, bool(only), prefix)
@@ -306,7 +306,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
         one
         for kind, one in candidates(sight).items()
         if kind not in {e.kind for e in with_included(hidden)}
-        and not any(contains(kind, k) for k in truth.kinds)
+        and not any(nesting(kind, k).startswith("contains") for k in truth.kinds)
     ]
     zeros = Zeros(whole)
     columns = [

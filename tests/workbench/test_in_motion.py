@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from core.arm.presets import presets
-from core.diagnose.verdict import NOTHING
 from core.drives.torque import Torque
 from core.effects import effect
 from core.identify.setup import IN_MOTION, make_setup
@@ -17,7 +16,7 @@ from core.identify.unknowns import first_states
 from core.model import Model
 from core.recording.recording import Recording
 from core.recording.save import save_recording
-from core.results import Outcome
+from core.results import NOTHING, Outcome
 from core.scenario.read import parse_scenario
 from core.scenario.schema import IdentifySpec, Scenario
 from core.scenario.stated_effects import base_model

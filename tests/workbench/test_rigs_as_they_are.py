@@ -9,8 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.diagnose.phrases import in_order, tie
-from core.diagnose.verdict import NOTHING
 from core.drives import build_drive
 from core.effects import effect
 from core.errors import InputError
@@ -18,7 +16,7 @@ from core.progress import Silent
 from core.recording.recording import Recording
 from core.recording.save import save_recording
 from core.recording.spec import SimulateSpec
-from core.results import Diagnosis, Outcome
+from core.results import NOTHING, Diagnosis, Outcome
 from core.scenario.read import parse_scenario
 from core.scenario.schema import DiagnoseSpec, Scenario
 from core.scenario.stated_effects import base_model
@@ -27,6 +25,7 @@ from core.simulate.nonlinear import simulate_within
 from core.workbench import load_recordings, run_scenario
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import inviting
+from flexgui.sentences.ranked import in_order, tie
 from flexgui.views.ranking import ranking_table
 
 CLOSE = 0.01

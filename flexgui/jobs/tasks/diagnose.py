@@ -59,7 +59,7 @@ def diagnose(
     of the error ladder is told first; then the ranking, again and again as it gets finer.
     """
     from core.diagnose.diagnose import diagnose as look_for
-    from core.diagnose.verdict import MISSING
+    from core.results import MISSING
     from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
     from core.scenario.stated_effects import base_model, with_effect_parameters
@@ -85,7 +85,7 @@ def diagnose(
         look.settled,
     )  # fmt: skip
     # Of a search that was stopped the first is not named as missing.
-    sure = found.verdict == MISSING and not found.notes
+    sure = found.verdict == MISSING and not found.stopped
     named = next((r.effect for r in found.ranking if sure), None)
     light = tuple(replace(r, ranking=thinned(r.ranking, named)) for r in found.rounds)
     reported = replace(found, rounds=light)
@@ -244,7 +244,7 @@ def thinned(
 ) -> tuple[RankedEffect, ...]:
     """In the order that is shown, with as many rows of predictions as pictures show, and none of
     those far down."""
-    from core.diagnose.phrases import in_order
+    from flexgui.sentences.ranked import in_order
 
     return tuple(
         replace(r, predicted=tuple(_thin(p) for p in r.predicted) if k < PICTURED else ())

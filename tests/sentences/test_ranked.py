@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from core.results import DiagnosisRound
-from tests.diagnose.findings import AFTER, FOUND, FRICTION, GIVEN, RIVALS, VISCOUS, ranked, text
+from core.results import DiagnosisRound, Objection, PlannedExperiment, Reason
+from flexgui.sentences.ranked import experiment_sentence, round_sentence
+from tests.sentences.findings import AFTER, FOUND, FRICTION, GIVEN, RIVALS, VISCOUS, ranked, text
 
 
 def test_a_confusable_effect_is_named_with_the_experiment_that_decides() -> None:
     first = ranked(FRICTION, 99.4, 12.0, VISCOUS)
-    sentence = "To distinguish them, record 3 s."
-    one = DiagnosisRound((first, *RIVALS[1:]), FRICTION, sentence)
+    planned = PlannedExperiment({"seconds": 3.0}, "rad/s", 50.0, ("Friction", "Damping"))
+    one = DiagnosisRound((first, *RIVALS[1:]), FRICTION, experiments=(planned,))
     said = text(replace(FOUND, rounds=(one,)))
     assert "cannot distinguish Coulomb friction from Viscous joint friction" in said
-    assert sentence in said
+    assert "To distinguish Friction and Damping, record 3 s with ±0.3 rad/s" in said
     assert "next best" not in said
 
 
@@ -69,4 +70,26 @@ def test_a_close_rival_is_told_with_the_reason_against_it() -> None:
     one = DiagnosisRound((RIVALS[0], close), FRICTION)
     assert "reaches 99.3 %, but the evidence for it is weaker by ΔBIC 200" in text(
         replace(FOUND, rounds=(one,))
+    )
+
+
+def test_why_effects_were_not_added_is_told_with_its_figures() -> None:
+    refused = (
+        ("A", Objection(Reason.AT_BOUND, "The friction", 5.5, "N m s/rad")),
+        ("B", Objection(Reason.UNSETTLED)),
+        ("C", Objection(Reason.INDISTINCT)),
+    )
+    assert round_sentence(DiagnosisRound((), None, refused, ("Play",))) == (
+        "A was not added: The friction ended at 5.5 N m s/rad, the bound of what is plausible. "
+        "B was not added: simulated with finer steps, the model is worse with it than without it. "
+        "C was not added: its size cannot be distinguished from no effect at all. "
+        "Could not be simulated at any size that was tried: Play."
+    )
+
+
+def test_an_experiment_that_decides_nothing_says_so() -> None:
+    one = PlannedExperiment({"seconds": 3.0, "theta2": 1.5708}, "rad/s", 2.0, ("A", "B"))
+    assert experiment_sentence(one) == (
+        "3 s at θ₂ = 90° with ±0.3 rad/s, each level held for 0.02 s would not distinguish A and B "
+        "(expected score 2)."
     )

@@ -9,12 +9,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.diagnose.facts import titles_in_catalogue
-from core.diagnose.phrases import chance, in_order, linear_line, percent, strength, worth_listing
-from core.diagnose.verdict import MISSING, NOTHING, UNLISTED
-from core.diagnose.words import verdict_paragraphs
-from core.results import DiagnosisRound, Estimate
-from tests.diagnose.findings import (
+from core.results import (
+    MISSING,
+    NOTHING,
+    UNLISTED,
+    DiagnosisRound,
+    Estimate,
+    LinearModel,
+    Objection,
+    Reason,
+)
+from core.workbench import furthest_apart
+from flexgui.sentences.figures import chance, linear_sentence, percent, strength
+from flexgui.sentences.ranked import in_order, worth_listing
+from flexgui.sentences.verdict import verdict_paragraphs
+from tests.sentences.findings import (
     AFTER,
     FOUND,
     FRICTION,
@@ -29,7 +38,6 @@ from tests.diagnose.findings import (
     step,
     text,
 )
-from tests.helpers import PAPER, looped
 
 
 def test_a_found_effect_is_named_with_what_it_is() -> None:
@@ -40,12 +48,6 @@ def test_a_found_effect_is_named_with_what_it_is() -> None:
 
 def test_its_size_is_told_in_si_units_rounded_to_its_deviation() -> None:
     assert "Coulomb friction of joint 1 is 1.2011 ± 0.0012 N m." in text(FOUND)
-
-
-def test_sizes_of_effects_that_were_only_tried_have_titles_too() -> None:
-    titles = titles_in_catalogue(looped(PAPER))
-    assert titles["fc1"] == "Coulomb friction of joint 1"
-    assert all(" " in title for title in titles.values()), "words and no symbols"
 
 
 def test_how_sure_is_told_by_chance_and_evidence() -> None:
@@ -89,7 +91,7 @@ def test_what_unseen_recordings_ask_for_is_not_called_explained(unseen: float, h
 
 
 def test_something_found_and_something_left_are_both_told() -> None:
-    said = text(replace(FOUND, final=UNLISTED, left=left(4.2, ("z1", 12.34))))
+    said = text(replace(FOUND, final_verdict=UNLISTED, error_left=left(4.2, ("z1", 12.34))))
     assert "first missing effect is Coulomb friction" in said
     assert "4.2 times the noise floor remains that no listed effect explains" in said
     assert "z₁ contains a vibration of 12.3 Hz" in said
@@ -97,7 +99,7 @@ def test_something_found_and_something_left_are_both_told() -> None:
 
 
 def test_a_rest_at_the_limit_of_the_search_is_not_called_unlisted() -> None:
-    told = replace(FOUND, final=MISSING, left=left(4.2), limit=1)
+    told = replace(FOUND, final_verdict=MISSING, error_left=left(4.2), limit=1)
     said = text(told)
     assert "Viscous joint friction would take 46 % of what remains" in said
     assert "ended at its limit of 1" in said
@@ -122,7 +124,7 @@ def test_what_became_needless_is_told_and_not_claimed() -> None:
     steps = (GIVEN, AFTER, step(PAYLOAD, 1.0, None), replace(GIVEN, title="Without: x"))
     told = replace(
         FOUND, rounds=(FOUND.rounds[0], second), steps=steps, kept=(PAYLOAD,),
-        passed=("Coulomb friction",),
+        needless=("Coulomb friction",),
     )  # fmt: skip
     said = verdict_paragraphs(told)
     assert "first missing effect is Tip payload" in said[0]
@@ -131,7 +133,7 @@ def test_what_became_needless_is_told_and_not_claimed() -> None:
 
 def test_nothing_missing_says_so_and_claims_no_more_than_the_recordings_show() -> None:
     told = replace(FOUND, verdict=NOTHING, rounds=(DiagnosisRound(RIVALS, None),), steps=(GIVEN,),
-                   given=left(1.01), left=left(1.01), kept=())  # fmt: skip
+                   error_given=left(1.01), error_left=left(1.01), kept=())  # fmt: skip
     said = text(told)
     assert said.startswith("Nothing is missing that these recordings could show.")
     assert "3 effects were tried" in said
@@ -141,8 +143,8 @@ def test_nothing_missing_says_so_and_claims_no_more_than_the_recordings_show() -
 
 def test_unlisted_says_so_with_the_closest_and_the_vibration() -> None:
     told = replace(
-        FOUND, verdict=UNLISTED, final=UNLISTED, steps=(GIVEN,), kept=(),
-        rounds=(DiagnosisRound(RIVALS[1:], None),), left=left(19.0, ("theta1", 7.5)),
+        FOUND, verdict=UNLISTED, final_verdict=UNLISTED, steps=(GIVEN,), kept=(),
+        rounds=(DiagnosisRound(RIVALS[1:], None),), error_left=left(19.0, ("theta1", 7.5)),
         not_applicable={"camera_delay": "No output of a camera is compared."},
     )  # fmt: skip
     said = text(told)
@@ -153,8 +155,8 @@ def test_unlisted_says_so_with_the_closest_and_the_vibration() -> None:
 
 
 RANKED_ONLY = replace(
-    FOUND, final=None, limit=0, kept=(), steps=(GIVEN,), sizes={},
-    rounds=(DiagnosisRound(RIVALS, None),), left=left(19.0),
+    FOUND, final_verdict=None, limit=0, kept=(), steps=(GIVEN,),
+    rounds=(DiagnosisRound(RIVALS, None),), error_left=left(19.0),
 )  # fmt: skip
 
 
@@ -192,13 +194,14 @@ def test_an_effect_without_size_is_said_to_have_none() -> None:
     kind = "extra_bending_mode"
     told = replace(
         FOUND, rounds=(DiagnosisRound((ranked(kind, 90.0, 800.0),), kind),), kept=(kind,),
-        steps=(GIVEN, step(kind, 1.0, None)), sizes={kind: ()},
+        steps=(GIVEN, step(kind, 1.0, None)),
     )  # fmt: skip
     assert "It has no size" in text(told)
 
 
 def test_a_size_at_its_bound_is_told() -> None:
-    told = replace(FOUND, sizes={FRICTION: (estimate(std=np.nan, at_bound=True),)})
+    stuck = replace(AFTER, parameters=(estimate(std=np.nan, at_bound=True),))
+    told = replace(FOUND, steps=(GIVEN, stuck))
     assert "1.201 N m (at its bound)" in text(told)
 
 
@@ -211,14 +214,20 @@ def test_a_stopped_search_says_that_it_was_stopped() -> None:
 def test_a_search_stopped_early_does_not_claim_that_nothing_in_the_list_fits() -> None:
     rounds = FOUND.rounds[1:]
     told = replace(
-        FOUND, verdict=MISSING, final=None, rounds=rounds, steps=(GIVEN,), kept=(), stopped=True
+        FOUND,
+        verdict=MISSING,
+        final_verdict=None,
+        rounds=rounds,
+        steps=(GIVEN,),
+        kept=(),
+        stopped=True,
     )
     assert "not in the list" not in text(told)
     assert "was not found yet" in text(told)
 
 
 def test_validation_is_told_where_there_is_any() -> None:
-    seen = replace(FOUND, steps=(GIVEN, step(FRICTION, 1.0, None, 3.3e-5)))
+    seen = replace(FOUND, steps=(GIVEN, step(FRICTION, 1.0, None, validation=3.3e-5)))
     assert "no fit has seen the error is 1.1 times the noise floor" in text(seen)
     assert "no fit has seen" not in text(FOUND)
 
@@ -257,13 +266,13 @@ def test_deviations_are_said_to_hold_only_for_a_complete_model() -> None:
 
 
 def test_a_nominal_parameter_at_its_bound_is_said_whatever_the_verdict() -> None:
-    stuck = Estimate("EI1", 5208.3, np.nan, "N m²", False, at_bound=True)
-    sure = replace(stuck, name="EI2", at_bound=False)
-    titles = {"EI1": "Bending stiffness of segment 1", **FOUND.titles}
+    title = "Bending stiffness of segment 1"
+    stuck = Estimate("EI1", 5208.3, np.nan, "N m²", False, at_bound=True, title=title)
+    sure = replace(stuck, name="EI2", title="EI2", at_bound=False)
     for verdict in (MISSING, NOTHING, UNLISTED):
         last = replace(AFTER if verdict == MISSING else GIVEN, parameters=(stuck, sure))
         steps = (GIVEN, last) if verdict == MISSING else (last,)
-        said = text(replace(FOUND, verdict=verdict, steps=steps, titles=titles))
+        said = text(replace(FOUND, verdict=verdict, steps=steps))
         assert "Bending stiffness of segment 1 ended at its bound of 5208 N m²" in said, verdict
         assert "EI2" not in said
 
@@ -271,19 +280,25 @@ def test_a_nominal_parameter_at_its_bound_is_said_whatever_the_verdict() -> None
 def test_a_size_at_its_bound_is_not_told_twice() -> None:
     size = estimate(std=np.nan, at_bound=True)
     last = replace(AFTER, parameters=(size,))
-    said = text(replace(FOUND, sizes={FRICTION: (size,)}, steps=(GIVEN, last)))
+    said = text(replace(FOUND, steps=(GIVEN, last)))
     assert said.count("bound") == 1
 
 
-WHY = "Tip payload was not added: recordings that no fit has seen become worse with it."
+WHY = (
+    "Tip payload was not added: recordings that no fit has seen become worse with it, from 1.2 "
+    "times to 3.0 times the noise floor, so it probably imitates another effect."
+)
+
+
+UNSEEN = Objection(Reason.UNSEEN, unseen=(1.2, 3.0))
 
 
 @pytest.mark.parametrize("verdict", [MISSING, UNLISTED, NOTHING])
 def test_a_round_that_refused_everything_says_why(verdict: str) -> None:
-    refused = DiagnosisRound(RIVALS[1:], None, WHY)
+    refused = DiagnosisRound(RIVALS[1:], None, (("Tip payload", UNSEEN),))
     rounds = (*FOUND.rounds[:1], refused) if verdict == MISSING else (refused,)
     steps = FOUND.steps if verdict == MISSING else (GIVEN,)
-    told = replace(FOUND, verdict=verdict, final=verdict, rounds=rounds, steps=steps)
+    told = replace(FOUND, verdict=verdict, final_verdict=verdict, rounds=rounds, steps=steps)
     assert text(told).count(WHY) == 1
 
 
@@ -310,21 +325,22 @@ def test_the_list_is_in_the_order_that_is_stated() -> None:
 
 def test_the_linear_model_is_told_as_a_matter_of_the_model_and_only_where_it_is_worse() -> None:
     floor = 4.2e-5
-    missed = linear_line(2e-4, 4.3e-5, floor).replace(SPACE, " ")
+    missed = linear_sentence(LinearModel(2e-4, 4.3e-5, floor)).replace(SPACE, " ")
     assert missed.startswith(
         "The linear model misses the tip by 0.20 mm rms here; the full equations do not"
     )
     assert "no missing effect" in missed
-    both = linear_line(1.2e-3, 1e-3, floor).replace(SPACE, " ")
+    both = linear_sentence(LinearModel(1.2e-3, 1e-3, floor)).replace(SPACE, " ")
     assert "misses the tip by 1.2 mm rms here; the full equations by 1.0 mm" in both
-    assert "as good as the full equations" in linear_line(1e-3, 1e-3, floor)
-    assert "linear" not in linear_line(None, None, float("nan"))
+    assert "as good as the full equations" in linear_sentence(LinearModel(1e-3, 1e-3, floor))
+    assert "linear" not in linear_sentence(LinearModel(None, None))
 
 
 @pytest.mark.parametrize("identifiable", [True, False])
 def test_a_fit_that_stands_elsewhere_is_not_blamed_on_the_linear_model(identifiable: bool) -> None:
     linear = replace(estimate("EI1", 21750.0), unit="N m²", identifiable=identifiable)
     full = replace(linear, value=910.0, identifiable=True)
-    told = linear_line(2.6e-4, 1.1e-4, 1.1e-4, ([linear], [full])).replace(SPACE, " ")
+    moved = furthest_apart([linear], [full])
+    told = linear_sentence(LinearModel(2.6e-4, 1.1e-4, 1.1e-4, moved)).replace(SPACE, " ")
     assert ("EI1 is 910 N m² instead of 21750 N m²" in told) is identifiable
     assert ("no missing effect" in told) is not identifiable

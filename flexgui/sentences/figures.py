@@ -1,12 +1,19 @@
-"""Figures of a diagnosis in plain words."""
+"""Figures of a diagnosis in plain words: errors, shares, evidence, sizes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
-from core.diagnose.verdict import ABOVE, Remains
-from core.results import ChannelError, Estimate, LadderStep, RankedEffect
+from core.results import (
+    ABOVE,
+    ChannelError,
+    Estimate,
+    LadderStep,
+    LinearModel,
+    RankedEffect,
+    Remains,
+)
 from core.sentences import listed
 from core.written import channel_symbol, format_number, quantity
 
@@ -18,12 +25,6 @@ ENDLESS = 1000.0
 
 CERTAIN = 1e-9
 """A chance below this is only said to be below it."""
-
-ASIDE = "("
-"""Begins what is said in a lower voice; no effect's title holds it."""
-
-LABEL = "the diagnosis, starts free"
-"""Of its fit; an identification holds the starts on the encoders' first samples."""
 
 LEFT_BY_ALL = (
     "what even a complete model would not explain: sensor noise and a small modelling tolerance"
@@ -45,58 +46,6 @@ def percent(share: float) -> str:
     if share < 1.0:
         return "less than 1 %"
     return f"{share:.1f} %" if share > 99.0 else f"{share:.0f} %"
-
-
-LEAST_SHARE = 0.05
-"""Per cent of the error: less is written as 0.0 and explains nothing."""
-
-NEUTRAL = 1e-6
-"""Of the distance between the bounds: a size within it of nothing at all is none."""
-
-
-def share_of(ranked: RankedEffect) -> float:
-    """Per cent that an effect explains: by its refit, or what the screen expects."""
-    refitted = ranked.refit_drop_percent
-    return ranked.expected_drop_percent if refitted is None else refitted
-
-
-ORDER = (
-    "Order: what was added or is named as missing, then by what is explained after refitting, then "
-    "by the estimate; last what cannot be distinguished from the model's own parameters."
-)
-
-
-def in_order(ranking: Sequence[RankedEffect], named: str | None = None) -> tuple[RankedEffect, ...]:
-    """As a reader is shown them, in the ORDER that is stated beside the list."""
-
-    def place(one: RankedEffect) -> tuple[bool, bool, bool, float]:
-        unfitted = one.refit_drop_percent is None
-        return one.effect != named, bool(one.tied_to), unfitted, -share_of(one)
-
-    return tuple(sorted(ranking, key=place))
-
-
-def tie(ranked: RankedEffect) -> str:
-    """'cannot be distinguished from m1, which would go from 95 kg to 190.0 ± 0.2 kg'; empty where
-    it can."""
-    moved = [
-        f"{e.name}, which would go from {quantity(e.start, e.unit, 4)} to {e.text}"
-        for e in ranked.tied_to
-    ]
-    return f"cannot be distinguished from {listed(moved)}" if moved else ""
-
-
-def worth_listing(ranking: Sequence[RankedEffect]) -> list[RankedEffect]:
-    """Without those that explain nothing, and without those that vanished when refitted: what
-    these seem to explain is something else that moved meanwhile."""
-    return [r for r in ranking if share_of(r) >= LEAST_SHARE and not _vanished(r.parameters)]
-
-
-def _vanished(sizes: Sequence[Estimate]) -> bool:
-    return bool(sizes) and all(
-        e.value == 0.0 or (e.at_bound and abs(e.value) <= NEUTRAL * (e.upper - e.lower))
-        for e in sizes
-    )
 
 
 def strength(delta_bic: float) -> str:
@@ -136,32 +85,30 @@ def how_sure(found: RankedEffect) -> str:
     )
 
 
-def size(estimate: Estimate, titles: dict[str, str]) -> str:
-    """'Coulomb friction of joint 1 is 1.201 ± 0.001 N m'."""
-    text = f"{titles.get(estimate.name, estimate.name)} is {estimate.text}"
-    beside = estimate.at_bound and not estimate.undetermined
-    return f"{text} (at its bound)" if beside else text
-
-
-def how_big(sizes: Sequence[Estimate], titles: dict[str, str]) -> str:
-    """All sizes of one effect with their standard deviations."""
+def how_big(sizes: Sequence[Estimate]) -> str:
+    """All sizes of one effect with their standard deviations: 'Coulomb friction of joint 1 is
+    1.201 ± 0.001 N m.'"""
     if not sizes:
         return "It has no size: it is in the model or it is not."
-    text = listed([size(e, titles) for e in sizes])
+    text = listed([_size(e) for e in sizes])
     return f"{text[0].upper()}{text[1:]}."
+
+
+def _size(e: Estimate) -> str:
+    beside = " (at its bound)" if e.at_bound and not e.undetermined else ""
+    return f"{e.title or e.name} is {e.text}{beside}"
 
 
 COMPLETE = "The ±\N{NO-BREAK SPACE}values hold only if the model is complete."
 
 
-def at_bounds(estimates: Sequence[Estimate], titles: Mapping[str, str]) -> str:
+def at_bounds(estimates: Sequence[Estimate]) -> str:
     """Parameters that ended where they may not go on; empty where none did."""
     stuck = [e for e in estimates if e.at_bound]
     if not stuck:
         return ""
     sentences = [
-        f"{titles.get(e.name, e.name)} ended at its bound of {quantity(e.value, e.unit, 4)}"
-        for e in stuck
+        f"{e.title or e.name} ended at its bound of {quantity(e.value, e.unit, 4)}" for e in stuck
     ]
     them = "it" if len(stuck) == 1 else "them"
     return f"{listed(sentences)}: widen {them} if that is plausible, else doubt the model."
@@ -249,50 +196,18 @@ def vibration(left: Remains) -> str:
     )
 
 
-def _furthest_apart(
-    linear: Sequence[Estimate], full: Sequence[Estimate]
-) -> tuple[Estimate, Estimate] | None:
-    """What the data determine in both fits and is most different; None where they agree."""
-    known = {e.name: e for e in full if e.identifiable and e.recording is None and e.value}
-    pairs = [(e, known[e.name]) for e in linear if e.identifiable and e.name in known]
-    far = [p for p in pairs if abs(p[0].value - p[1].value) > APART * abs(p[1].value)]
-    return max(far, key=lambda p: abs(p[0].value / p[1].value - 1.0), default=None)
-
-
-SAME = 1.05
-"""Times the error of the full equations up to which the linear model is called as good: the two
-are fitted to different outputs, which moves the tip's error by a few per cent."""
-
-
-APART = 0.1
-"""Relative: beyond it two fits stand in different places. What a linear model leaves out moves a
-stiffness by a few per cents where that model is of use at all."""
-
-
-def linear_line(
-    linear: float | None,
-    full: float | None,
-    floor: float,
-    fits: tuple[Sequence[Estimate], Sequence[Estimate]] = ((), ()),
-) -> str:
-    """What the linear model costs, m rms of the tip; a matter of the model, never of the arm.
-
-    Args:
-        linear: what it misses, None where nothing shows the tip.
-        full: what the full equations miss.
-        floor: noise of the tip.
-        fits: estimates of both.
-    """
+def linear_sentence(found: LinearModel) -> str:
+    """What the linear model costs: a matter of the model, never of the arm."""
     ours = "The diagnosis uses the full equations."
+    linear, full = found.tip_rms, found.full_equations_tip_rms
     if linear is None or full is None:
         return ours
     missed, least = quantity(linear, "m", 2), quantity(full, "m", 2)
-    elsewhere = _furthest_apart(*fits)
-    if elsewhere is not None:
-        a, b = (quantity(e.value, e.unit, 3) for e in elsewhere)
+    if found.moved is not None:
+        a, b = (quantity(e.value, e.unit, 3) for e in found.moved)
         return (
             f"The diagnosis uses the full equations on every channel that was measured. Fitted so, "
-            f"{elsewhere[0].name} is {b} instead of {a}, and the tip is missed by {least} rms "
+            f"{found.moved[0].name} is {b} instead of {a}, and the tip is missed by {least} rms "
             f"instead of {missed}."
         )
     if linear <= SAME * full:
@@ -301,7 +216,7 @@ def linear_line(
             f"{missed} rms, they by {least}. {ours}"
         )
     beside = f"the full equations by {least}"
-    if full <= ABOVE * floor:
+    if full <= ABOVE * found.tip_floor:
         beside = f"the full equations do not: their {least} are at the noise floor"
     return (
         f"The linear model misses the tip by {missed} rms here; {beside}. This is a matter of the "
@@ -309,7 +224,6 @@ def linear_line(
     )
 
 
-def aside(text: str) -> tuple[str, str]:
-    """What a step's text says, and what it says in a lower voice."""
-    message, mark, note = text.partition(ASIDE)
-    return message.strip(), mark + note
+SAME = 1.05
+"""Times the error of the full equations up to which the linear model is called as good: the two
+are fitted to different outputs, which moves the tip's error by a few per cent."""
