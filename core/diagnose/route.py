@@ -20,8 +20,7 @@ from core.identify.prepared import TORQUE, Prepared, make_task, measured_outputs
 from core.identify.unknowns import START
 from core.model import Numbers
 from core.recording.channels import DRIVES, Role, role_of
-from core.recording.logger_filter import apply_logger_filter
-from core.recording.recording import Recording
+from core.recording.recording import Recording, apply_logger_filter
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import Sensor, sensor, sensors
 from core.trajectory import Trajectory

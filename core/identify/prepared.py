@@ -19,8 +19,7 @@ from core.identify.zero_phase import filtered
 from core.model import Model, Numbers
 from core.recording.beginning import AT_ONCE
 from core.recording.channels import from_camera
-from core.recording.logger_filter import apply_logger_filter
-from core.recording.recording import Recording
+from core.recording.recording import Recording, apply_logger_filter
 from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import Sensor
 from core.simulate.motion import Task, at_rest

@@ -30,13 +30,20 @@ def read_table(path: Path, progress: Watching | None = None) -> Table:
     try:
         with path.open("rb") as file:
             start = file.read(START)
-        reader = _reader(path, start)
-        _check_installed(path, reader)
-        return reader.read(path, Reading(path, progress))
     except OSError as error:
         raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from error
+    if not start:
+        raise InputError(f"{path.name} is empty; give a file with a header and samples.")
+    reader = _reader(path, start)
+    _check_installed(path, reader)
+    try:
+        return reader.read(path, Reading(path, progress))
+    except InputError:
+        raise
     except (MemoryError, RecursionError) as error:
-        raise damaged(path, "a recording of a size that fits into memory") from error
+        raise damaged(path.name, "a recording of a size that fits into memory") from error
+    except Exception as error:  # libraries raise whatever wrong bytes lead to
+        raise damaged(path.name, reader.what, error) from error
 
 
 def _check_file(path: Path) -> None:

@@ -3,8 +3,12 @@ reader."""
 
 from __future__ import annotations
 
+import contextlib
+import io
+import logging
+import sys
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -126,6 +130,8 @@ class TableReader(ABC):
     """Reads one kind of file; `kind` lists its usual suffixes, if any, separated by blanks."""
 
     kind = ""
+    what = "a table"
+    """As what a damaged file cannot be read."""
     needs: tuple[str, ...] = ()
     """Modules of the extra `lab` that it imports."""
     folder = ("", "")
@@ -141,15 +147,33 @@ class TableReader(ABC):
 
     @abstractmethod
     def read(self, path: Path, reading: Reading) -> Table:
-        """The file's table; InputError where it is damaged or, as `reading` counts, too large."""
+        """The file's table; InputError where it is, as `reading` counts, too large, and any other
+        error where it is damaged."""
 
 
-def damaged(path: Path, what: str, error: Exception | None = None) -> InputError:
+def damaged(name: str, what: str, error: Exception | None = None) -> InputError:
     """The error for a file that cannot be read as what its name says."""
     reason = f" ({str(error).splitlines()[0][:80]})" if error is not None and str(error) else ""
     return InputError(
-        f"{path.name} is damaged, cut short or not {what}{reason}; export it again from its source."
+        f"{name} is damaged, cut short or not {what}{reason}; export it again from its source."
     )
+
+
+@contextlib.contextmanager
+def quiet(package: str) -> Iterator[None]:
+    """A library logs and prints what it meets in a damaged file, where one sentence is expected."""
+    logs = [logging.getLogger(name) for name in list(logging.root.manager.loggerDict)]
+    ours = [(log, log.disabled) for log in logs if log.name.split(".")[0] == package]
+    hook, sys.unraisablehook = sys.unraisablehook, lambda _: None
+    for log, _ in ours:
+        log.disabled = True
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            yield
+    finally:
+        sys.unraisablehook = hook
+        for log, before in ours:
+            log.disabled = before
 
 
 MOST_BYTES = 400_000_000

@@ -65,7 +65,7 @@ def clean(dt: float, seconds: float, excitation: str, seed: int) -> Recording:
 
 def noisy(case: Case, recording: Recording, rng: np.random.Generator) -> Recording:
     """With noise of the case on camera and encoders; rounded to its step."""
-    from core.recording.logger_filter import apply_logger_filter
+    from core.recording.recording import apply_logger_filter
 
     channels, logged = dict(recording.channels), {}
     for name in ("z1", "z2", "theta1", "theta2"):

@@ -3,8 +3,7 @@ import pytest
 from scipy import signal
 
 from core.errors import InputError
-from core.recording.logger_filter import apply_logger_filter
-from core.recording.recording import LoggerFilter
+from core.recording.recording import LoggerFilter, apply_logger_filter
 from core.recording.velocity import ZeroPhaseLowPass, central_difference
 
 DT = 1e-3

@@ -36,6 +36,7 @@ class DelimitedReader(TableReader):
     """Comments, a header line, perhaps one of units, then one line per sample."""
 
     kind = ".csv .csv.gz .txt .tsv"
+    what = "a text table"
 
     def fits(self, path: Path, start: bytes) -> int:
         if start.startswith(_GZIP):
@@ -90,7 +91,7 @@ def _opened(path: Path) -> Iterator[tuple[IO[bytes], IO[bytes]]]:
             with gzip.GzipFile(fileobj=packed) as content:
                 yield content, packed  # type: ignore[misc]
         except (EOFError, gzip.BadGzipFile, zlib.error) as error:
-            raise damaged(path, "a gzip file", error) from error
+            raise damaged(path.name, "a gzip file", error) from error
 
 
 def _blocks(path: Path, content: IO[bytes], packed: IO[bytes], reading: Reading) -> Iterator[bytes]:
@@ -100,7 +101,7 @@ def _blocks(path: Path, content: IO[bytes], packed: IO[bytes], reading: Reading)
         reading.grew(len(piece))
         reading.took(packed.tell())
         if b"\0" in piece:
-            raise damaged(path, "a text table")
+            raise damaged(path.name, DelimitedReader.what)
         rest += piece
         end = _whole_lines(rest)
         if len(rest) - end > LONGEST_LINE:
@@ -168,7 +169,7 @@ class _Samples:
             ).columns
         except pa.ArrowInvalid as error:
             if not wrong:
-                raise damaged(Path(self._file), "a text table", error) from error
+                raise
             row = wrong[0]
             short = row.actual_columns < row.expected_columns and not block.endswith(_ENDS)
             cut = short and row.number == len(block.splitlines())

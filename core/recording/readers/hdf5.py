@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from core.errors import InputError
 from core.recording.signals import Group, by_length, merged
-from core.recording.table import Reading, Table, TableReader, as_vectors, damaged
+from core.recording.table import Reading, Table, TableReader, as_vectors
 
 if TYPE_CHECKING:
     from h5py import Dataset, File
@@ -30,6 +29,7 @@ class Hdf5Reader(TableReader):
     """One data set per channel, in any group; an attribute `units` gives its unit."""
 
     kind = ".h5 .hdf5 .hdf"
+    what = "an HDF5 file"
     needs = ("h5py",)
 
     def fits(self, path: Path, start: bytes) -> int:
@@ -38,14 +38,8 @@ class Hdf5Reader(TableReader):
     def read(self, path: Path, reading: Reading) -> Table:
         import h5py
 
-        try:
-            with h5py.File(path, "r") as file:
-                groups, unusable = _groups(file, reading)
-        except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError,
-                UnicodeError, OverflowError) as error:  # fmt: skip
-            if isinstance(error, InputError):
-                raise
-            raise damaged(path, "an HDF5 file", error) from error
+        with h5py.File(path, "r") as file:
+            groups, unusable = _groups(file, reading)
         return merged(path, groups, reading, unusable)
 
 

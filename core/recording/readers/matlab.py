@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from core.errors import InputError
-from core.recording.table import Reading, Table, TableReader, damaged
+from core.recording.table import Reading, Table, TableReader
 
 HEADER = 128
 PIECE = 2**20
@@ -34,43 +34,22 @@ Variable = np.ndarray | str | dict[str, "Variable"] | None
 """Numbers (squeezed), a text, a struct, or None for what a table cannot use."""
 
 
-class DamagedError(ValueError):
-    """The bytes are not a MAT file of a version that can be read."""
-
-
 class _Element(NamedTuple):
     kind: int
     data: Bytes
 
 
-def variables(
-    content: bytes, grew: Callable[[int], None] = lambda size: None
-) -> dict[str, Variable]:
-    """The variables of a file by name; DamagedError where the content makes no sense.
-
-    `grew` hears of every further number of bytes that are unpacked, and may end it by an error.
-    """
-    try:
-        order = {b"IM": "<", b"MI": ">"}[content[126:128]]
-        return dict(_named(memoryview(content)[HEADER:], order, grew))
-    except InputError:
-        raise
-    except (KeyError, ValueError, IndexError, struct.error, zlib.error) as error:
-        raise DamagedError(str(error)) from error
-
-
-def _named(
-    content: Bytes, order: str, grew: Callable[[int], None]
-) -> Iterator[tuple[str, Variable]]:
-    for element in _elements(content, order):
+def _variables(content: bytes, reading: Reading) -> Iterator[tuple[str, Variable]]:
+    order = {b"IM": "<", b"MI": ">"}[content[126:128]]
+    for element in _elements(memoryview(content)[HEADER:], order):
         inner = element
         if element.kind == COMPRESSED:
-            inner = _next(_elements(_unpacked(element.data, order, grew), order))
+            inner = _next(_elements(_unpacked(element.data, order, reading), order))
         if inner.kind == MATRIX:
             yield _matrix(inner.data, order, depth=0)
 
 
-def _unpacked(packed: Bytes, order: str, grew: Callable[[int], None]) -> bytes:
+def _unpacked(packed: Bytes, order: str, reading: Reading) -> bytes:
     """What is too large says so in its first bytes: it is refused before the memory is asked for
     that it would take."""
     unpacker, whole, rest, counted = zlib.decompressobj(), bytearray(), packed, 0
@@ -78,11 +57,11 @@ def _unpacked(packed: Bytes, order: str, grew: Callable[[int], None]) -> bytes:
         piece = unpacker.decompress(rest, PIECE)
         rest = unpacker.unconsumed_tail
         if not piece and not rest and not unpacker.eof:
-            raise DamagedError("a variable is cut short")
+            raise ValueError("a variable is cut short")
         whole += piece
         stated = 8 + struct.unpack_from(order + "I", whole, 4)[0] if len(whole) >= 8 else 0
         size = max(len(whole), stated)
-        grew(size - counted)
+        reading.grew(size - counted)
         counted = size
     return bytes(whole)
 
@@ -99,7 +78,7 @@ def _elements(content: Bytes, order: str) -> Iterator[_Element]:
             padding = 0 if kind == COMPRESSED else -length % 8
             step = 8 + length + padding
         if start + length > len(content):
-            raise DamagedError("a variable is cut short")
+            raise ValueError("a variable is cut short")
         yield _Element(kind, content[start : start + length])
         position += step
 
@@ -124,7 +103,7 @@ def _matrix(data: Bytes, order: str, depth: int) -> tuple[str, Variable]:
 def _struct(parts: Iterator[_Element], order: str, depth: int) -> dict[str, Variable]:
     width = int(_numbers(_next(parts), order)[0])
     if width < 1:
-        raise DamagedError("a struct has no names")
+        raise ValueError("a struct has no names")
     raw = bytes(_next(parts).data)
     names = [
         raw[k : k + width].split(b"\0")[0].decode("latin-1") for k in range(0, len(raw), width)
@@ -135,7 +114,7 @@ def _struct(parts: Iterator[_Element], order: str, depth: int) -> dict[str, Vari
 def _next(parts: Iterator[_Element]) -> _Element:
     part = next(parts, None)
     if part is None:
-        raise DamagedError("a variable is cut short")
+        raise ValueError("a variable is cut short")
     return part
 
 
@@ -160,13 +139,18 @@ class MatlabReader(TableReader):
     """Every vector is a column; an optional struct `units` gives their units."""
 
     kind = ".mat"
+    what = "a MAT file of version 5 to 7.2"
 
     def fits(self, path: Path, start: bytes) -> int:
         return int(start.startswith(b"MATLAB 5") or start[124:128] in _VERSIONS)
 
     def read(self, path: Path, reading: Reading) -> Table:
-        found = _variables(path, reading)
+        reading.grew(path.stat().st_size)
+        found: dict[str, Any] = dict(_variables(path.read_bytes(), reading))
         units = found.pop(UNITS, {})
+        if len(found) == 1 and isinstance(only := next(iter(found.values())), dict):
+            found = {**only}
+            units = found.pop(UNITS, units)
         columns: dict[str, np.ndarray] = {}
         unusable: dict[str, str] = {}
         rows = max((np.size(v) for v in found.values() if np.ndim(v) == 1), default=0)
@@ -181,21 +165,6 @@ class MatlabReader(TableReader):
             else:
                 columns[header] = value.astype(float)
         return Table(path.name, columns, unusable=unusable)
-
-
-def _variables(path: Path, reading: Reading) -> dict[str, Any]:
-    reading.grew(path.stat().st_size)
-    content = path.read_bytes()
-    if not content:
-        raise InputError(f"{path.name} is empty; save t, theta1, ... as vectors in it.")
-    try:
-        found: dict[str, Any] = variables(content, reading.grew)
-    except DamagedError as error:
-        raise damaged(path, "a MAT file of version 5 to 7.2", error) from error
-    others = [name for name in found if name != UNITS]
-    if len(others) == 1 and isinstance(found[others[0]], dict):
-        return {UNITS: found.get(UNITS, {}), **found[others[0]]}
-    return found
 
 
 def _header(name: str, units: Any) -> str:

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 import gc
-import io
-import logging
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from core.errors import InputError
 from core.recording.signals import Group, merged
-from core.recording.table import Reading, Table, TableReader, as_vectors, damaged
+from core.recording.table import Reading, Table, TableReader, as_vectors, quiet
 
 if TYPE_CHECKING:
     from asammdf import MDF
@@ -25,6 +20,7 @@ class Mdf4Reader(TableReader):
     """One group per clock; the unit of each channel is the file's."""
 
     kind = ".mf4 .mdf"
+    what = "an MDF file"
     needs = ("asammdf",)
 
     def fits(self, path: Path, start: bytes) -> int:
@@ -32,14 +28,12 @@ class Mdf4Reader(TableReader):
 
     def read(self, path: Path, reading: Reading) -> Table:
         unusable: dict[str, str] = {}
-        with _quiet():
+        with quiet("asammdf"):
             groups, error = _read(path, reading, unusable)
             if error is not None:
                 gc.collect()  # a half-opened file complains while it is taken away
-        if isinstance(error, InputError):
-            raise error
         if error is not None:
-            raise damaged(path, "an MDF file", error)
+            raise error
         return merged(path, groups, reading, unusable)
 
 
@@ -55,19 +49,6 @@ def _read(
     except Exception as error:
         error.__context__ = None
         return [], error.with_traceback(None)
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """It logs and prints what it meets in a damaged file, where one sentence is expected."""
-    log, hook = logging.getLogger("asammdf"), sys.unraisablehook
-    before, log.disabled = log.disabled, True
-    sys.unraisablehook = lambda _: None
-    try:
-        with contextlib.redirect_stdout(io.StringIO()):
-            yield
-    finally:
-        log.disabled, sys.unraisablehook = before, hook
 
 
 def _groups(file: MDF, reading: Reading, unusable: dict[str, str]) -> Iterator[Group]:

@@ -9,9 +9,8 @@ from typing import IO
 
 import numpy as np
 
-from core.errors import InputError
 from core.recording.signals import by_length, merged
-from core.recording.table import Reading, Table, TableReader, as_vectors, damaged
+from core.recording.table import Reading, Table, TableReader, as_vectors
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK\x03\x04"
 _END = ".npy"
@@ -25,6 +24,7 @@ class NumpyReader(TableReader):
     """One array per channel; rows of a structured array are samples."""
 
     kind = ".npz .npy"
+    what = "an archive of NumPy arrays"
 
     def fits(self, path: Path, start: bytes) -> int:
         return int(
@@ -34,18 +34,12 @@ class NumpyReader(TableReader):
     def read(self, path: Path, reading: Reading) -> Table:
         columns: dict[str, np.ndarray] = {}
         unusable: dict[str, str] = {}
-        try:
-            for name, file in _members(path):
-                _count(name, file, reading)
-                values = np.lib.format.read_array(
-                    file, allow_pickle=False, max_header_size=LONGEST_HEADER
-                )
-                as_vectors(name, values, columns, unusable)
-        # Zip, its decompressors and the header's parser raise whatever wrong bytes lead to.
-        except Exception as error:
-            if isinstance(error, InputError):
-                raise
-            raise damaged(path, "an archive of NumPy arrays", error) from error
+        for name, file in _members(path):
+            _count(name, file, reading)
+            values = np.lib.format.read_array(
+                file, allow_pickle=False, max_header_size=LONGEST_HEADER
+            )
+            as_vectors(name, values, columns, unusable)
         return merged(path, by_length("arrays", columns), reading, unusable)
 
 

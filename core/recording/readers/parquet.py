@@ -1,18 +1,19 @@
-"""Parquet tables."""
+"""Parquet tables; LeRobot data sets are such, with vectors as cells and a JSON that names their
+parts.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import json
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from core.errors import InputError
-from core.recording.table import Reading, Table, TableReader, damaged
-
-if TYPE_CHECKING:
-    from pyarrow.parquet import ParquetFile
+from core.recording.signals import by_length, merged
+from core.recording.table import WIDEST, Reading, Table, TableReader
 
 _INDEX = "__index_level_"
 """pandas stores the row numbers of a frame under such names; they are no measurement."""
@@ -25,29 +26,54 @@ class ParquetReader(TableReader):
     """One column per channel, the name with or without a unit."""
 
     kind = ".parquet .pq"
+    what = "a Parquet table"
 
     def fits(self, path: Path, start: bytes) -> int:
         return int(start.startswith(MAGIC))
 
     def read(self, path: Path, reading: Reading) -> Table:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
+        return Table(path.name, _columns(path, reading, _numbers))
 
-        if path.stat().st_size == 0:
-            raise InputError(f"{path.name} is empty; give a table with samples.")
-        try:
-            with pq.ParquetFile(path) as file:
-                names = _names(path, file.schema_arrow.names)
-                # What the file says of itself may be wrong; what arrives is counted as well.
-                reading.holds(file.metadata.num_rows, len(names))
-                parts = list(_parts(path, file, names, reading))
-        except (pa.ArrowException, OSError, ValueError) as error:
-            if isinstance(error, InputError):
-                raise
-            raise damaged(path, "a Parquet table", error) from error
-        if not parts:
-            raise InputError(f"{path.name} has no samples; give a table with samples.")
-        return Table(path.name, {name: _joined([p.pop(name) for p in parts]) for name in names})
+
+class LerobotReader(TableReader):
+    """One file is one episode; `observation.state` and `action` have a column per name."""
+
+    kind = "lerobot"
+    what = "a Parquet table of a LeRobot data set"
+    folder = ("meta/info.json", "data/*/*.parquet")
+
+    def fits(self, path: Path, start: bytes) -> int:
+        return 2 * int(start.startswith(MAGIC) and _info(path) is not None)
+
+    def read(self, path: Path, reading: Reading) -> Table:
+        columns, info = _columns(path, reading, _vectors), _info(path) or {}
+        warnings = _one_episode(path, columns)
+        _exact_time(columns, info.get("fps"))
+        made, unusable = _named(columns, info)
+        return merged(path, by_length("episode", made), reading, unusable, warnings)
+
+
+def _columns(
+    path: Path, reading: Reading, made: Callable[[Any], np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Name -> (N, ...), as `made` of Arrow's columns."""
+    import pyarrow.parquet as pq
+
+    with pq.ParquetFile(path) as file:
+        names = _names(path, file.schema_arrow.names)
+        # What the file says of itself may be wrong; what arrives is counted as well.
+        stated = file.metadata.num_rows
+        reading.holds(stated, len(names))
+        rows, parts = 0, []
+        for batch in file.iter_batches(batch_size=BATCH, columns=names, use_threads=False):
+            rows += batch.num_rows
+            reading.grew(batch.nbytes)
+            reading.took(int(path.stat().st_size * rows / max(stated, 1)))
+            parts.append([made(batch.column(name)) for name in names])
+            reading.holds(rows, sum(int(np.prod(x.shape[1:])) for x in parts[-1]))
+    if not parts:
+        raise InputError(f"{path.name} has no samples; give a table with samples.")
+    return dict(zip(names, map(np.concatenate, zip(*parts, strict=True)), strict=True))
 
 
 def _names(path: Path, stored: Sequence[str]) -> list[str]:
@@ -60,25 +86,94 @@ def _names(path: Path, stored: Sequence[str]) -> list[str]:
     return names
 
 
-def _parts(
-    path: Path, file: ParquetFile, names: list[str], reading: Reading
-) -> Iterator[dict[str, np.ndarray]]:
-    """The table in pieces of a few thousand rows, so that what unpacks without end is noticed."""
-    rows, stated = 0, max(file.metadata.num_rows, 1)
-    for batch in file.iter_batches(batch_size=BATCH, columns=names, use_threads=False):
-        rows += batch.num_rows
-        reading.holds(rows, len(names))
-        reading.grew(batch.nbytes)
-        reading.took(int(path.stat().st_size * rows / stated))
-        yield {name: _array(batch.column(name)) for name in names}
+def _numbers(column: Any) -> np.ndarray:
+    values = np.asarray(column.to_pandas())
+    return values.astype(float if values.dtype.kind in "iuf" else object)
 
 
-def _joined(parts: list[np.ndarray]) -> np.ndarray:
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+def _vectors(column: Any) -> np.ndarray:
+    """(N,) or, of a vector per cell, (N, k); (N, 0) where it is neither."""
+    import pyarrow as pa
+
+    nothing, lists = np.empty((len(column), 0)), (pa.types.is_list, pa.types.is_large_list)
+    listed = any(is_list(column.type) for is_list in (*lists, pa.types.is_fixed_size_list))
+    values = (column.flatten() if listed else column).to_numpy(zero_copy_only=False)
+    width = len(values) // max(len(column), 1)
+    if width * len(column) != len(values) or width > WIDEST or values.dtype.kind not in "iuf":
+        return nothing
+    return np.asarray(values.reshape(len(column), width) if listed else values)
 
 
-def _array(column: object) -> np.ndarray:
-    values = np.asarray(column.to_pandas())  # type: ignore[attr-defined]
-    if values.dtype.kind in "iuf":
-        return values.astype(float)
-    return values.astype(object)
+Info = dict[str, Any]
+PLACES = ("info.json", "meta/info.json", "../meta/info.json", "../../meta/info.json")
+"""Seen from the Parquet file; data sets keep it in data/chunk-000."""
+LARGEST_INFO = 1_000_000
+"""Bytes."""
+BOOKKEEPING = ("index", "episode_index", "frame_index", "task_index", "next.done", "next.reward")
+
+
+def _info(path: Path) -> Info | None:
+    """What the JSON beside the file says, where that is one of a LeRobot data set."""
+    for place in PLACES:
+        found = path.parent / place
+        try:
+            if not found.is_file() or found.stat().st_size > LARGEST_INFO:
+                continue
+            info = json.loads(found.read_text(encoding="utf-8"))
+        except (OSError, ValueError, RecursionError):
+            continue
+        if isinstance(info, dict) and isinstance(info.get("features"), dict):
+            return info
+    return None
+
+
+def _one_episode(path: Path, columns: dict[str, np.ndarray]) -> tuple[str, ...]:
+    """Newer data sets keep several episodes in a file: the first one is the recording."""
+    episodes = columns.get("episode_index")
+    if episodes is None or np.ptp(episodes) == 0:
+        return ()
+    keep = episodes == episodes[0]
+    for name in columns:
+        columns[name] = columns[name][keep]
+    count = len(np.unique(episodes))
+    return (f"{path.name} holds {count} episodes; episode {episodes[0]} is read.",)
+
+
+def _exact_time(columns: dict[str, np.ndarray], fps: Any) -> None:
+    """The frames' times from their numbers where the file rounds them to float32."""
+    frames, time = columns.get("frame_index"), columns.get("timestamp")
+    if frames is None or time is None or not isinstance(fps, int | float) or not fps > 0:
+        return
+    exact = frames.astype(float) / float(fps)
+    tolerance = 4.0 * np.finfo(np.float32).eps * max(float(np.max(np.abs(exact), initial=0.0)), 1.0)
+    if np.max(np.abs(exact - time), initial=0.0) <= tolerance:
+        columns["timestamp"] = exact
+
+
+def _named(
+    columns: dict[str, np.ndarray], info: Info
+) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    made: dict[str, np.ndarray] = {}
+    unusable: dict[str, str] = {}
+    for feature, values in columns.items():
+        if feature in BOOKKEEPING:
+            continue
+        if values.ndim == 1:
+            made[feature] = values.astype(float)
+        elif values.shape[1] == 0:
+            unusable[feature] = "is no array of real numbers"
+        else:
+            names = _parts(info, feature, values.shape[1])
+            made |= {f"{feature}/{n}": values[:, k].astype(float) for k, n in enumerate(names)}
+    return made, unusable
+
+
+def _parts(info: Info, feature: str, width: int) -> list[str]:
+    """Names of the parts of a vector: a list, or lists in a table; else their numbers from 1."""
+    described = info["features"].get(feature)
+    names = described.get("names") if isinstance(described, dict) else None
+    if isinstance(names, dict):
+        names = [each for part in names.values() if isinstance(part, list) for each in part]
+    if isinstance(names, list) and len(names) == width and len(set(map(str, names))) == width:
+        return [str(name).removesuffix(".pos") for name in names]
+    return [str(k + 1) for k in range(width)]

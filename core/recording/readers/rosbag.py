@@ -11,9 +11,8 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from core.errors import InputError
 from core.recording.signals import Group, merged
-from core.recording.table import Reading, Table, TableReader, damaged
+from core.recording.table import Reading, Table, TableReader
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection
@@ -28,6 +27,7 @@ class RosbagReader(TableReader):
     """One file of a bag; the header's stamp of a message is its time, else when it was logged."""
 
     kind = ".mcap .db3"
+    what = "a bag of ROS 2"
     needs = ("rosbags",)
 
     def fits(self, path: Path, start: bytes) -> int:
@@ -35,13 +35,7 @@ class RosbagReader(TableReader):
 
     def read(self, path: Path, reading: Reading) -> Table:
         reading.grew(path.stat().st_size)
-        try:
-            topics = _topics(path, reading)
-        # The readers raise whatever wrong bytes lead to, SQLite's errors and assertions too.
-        except Exception as error:
-            if isinstance(error, InputError):
-                raise
-            raise damaged(path, "a bag of ROS 2", error) from error
+        topics = _topics(path, reading)
         starts = [topic.first for topic in topics if topic.times]
         groups, unusable = [], {}
         for topic in topics:
