@@ -84,19 +84,12 @@ def compare_all(
 
     def one(recording: Recording) -> RecordingComparison:
         own = next((f for f in fits if recording.name in f.fit.recordings), None)
-        seen = recording if own is None else _as_seen(own, recording)
-        found = _compare_one(setup, seen, own, fits, spec)
+        found = _compare_one(setup, recording, own, fits, spec)
         progress.advance(text=recording.name)
         return found
 
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
         return tuple(pool.map(one, recordings))
-
-
-def _as_seen(own: Fitted, recording: Recording) -> Recording:
-    """As the fit saw it: a search that was stopped may have seen less than there is."""
-    seen = {e.recording.name: e.recording for e in own.residuals.experiments}
-    return seen.get(recording.name, recording)
 
 
 def _compare_one(

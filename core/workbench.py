@@ -18,16 +18,14 @@ from core.diagnose.noise_route import stated_noise
 from core.diagnose.repetition import runs_compared
 from core.diagnose.state import Options
 from core.diagnosed import diagnosed_scenario
-from core.errors import InputError
 from core.identify import predictor
 from core.identify.compare import compare
 from core.identify.fit import Fitted
 from core.identify.repeatability import sentences
 from core.identify.setup import Setup, make_setup
-from core.identify.shortened import MOST_SAMPLES
 from core.loading import load_recordings
 from core.model import Model
-from core.progress import Progress, Silent, StoppedError, heeding
+from core.progress import Progress, Silent
 from core.recording.recording import Recording
 from core.results import Diagnosis, Estimate, Fit, LinearModel, Outcome, RecordingComparison
 from core.scenario.data_folder import Folder
@@ -78,11 +76,7 @@ def run_scenario(
         recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
         if scenario.model.level == AUTO:
             progress.stage("Choosing the level of the model")
-        try:
-            with heeding(progress if _are_long(recordings) else None):
-                model, why = settled_level(scenario, model, spec, recordings)
-        except StoppedError:
-            raise InputError("Stopped while the level of the model was chosen.") from None
+        model, why = settled_level(scenario, model, spec, recordings)
         findings = _findings(scenario, folder, data_folder, progress)
         setup = make_setup(model, spec, recordings)
         setup = replace(setup, notes=(*why, *setup.notes))
@@ -120,7 +114,6 @@ def run_scenario(
         seconds=clock.seconds,
         notes=(
             *setup.notes,
-            *_fit_notes(fits),
             *sentences(repeated),
             *_error_notes(fits),
             *_warnings(recordings),
@@ -277,15 +270,6 @@ def ended_at(fits: Sequence[Fitted]) -> dict[str, float]:
         for label, value in zip(labels, f.vector, strict=True):
             found.setdefault(label, []).append(float(value))
     return {label: float(np.mean(values)) for label, values in found.items()}
-
-
-def _are_long(recordings: Sequence[Recording]) -> bool:
-    """Whether nobody who stops may have to wait for a result; of short ones there is always one."""
-    return sum(len(r.time) for r in recordings) > MOST_SAMPLES
-
-
-def _fit_notes(fits: Sequence[Fitted]) -> list[str]:
-    return list(dict.fromkeys(note for f in fits for note in f.notes))
 
 
 def _error_notes(fits: Sequence[Fitted]) -> list[str]:

@@ -33,7 +33,6 @@ class Found:
     history: tuple[Generation, ...]
     agreement: str
     stopped: bool
-    notes: tuple[str, ...] = ()
 
 
 def describe(label: str, found: Found) -> Fit:
@@ -105,7 +104,7 @@ def _estimates(
 
 
 def first_estimate(unknowns: Unknowns, vector: np.ndarray) -> str:
-    """What a search with few samples found, in words."""
+    """Where the first descent ended, in words."""
     pairs = zip(unknowns.items, vector, strict=True)
     shown = [
         f"{item.label} = {with_unit(format_number(float(value)), item.parameter.unit)}"

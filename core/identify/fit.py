@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 
-from core.errors import InputError
-from core.identify.estimates import Found, describe, first_estimate
-from core.identify.growing import grown
+from core.identify.estimates import Found, describe
+from core.identify.growing import SEARCHED, first_of, grown
 from core.identify.polish import polished
 from core.identify.predictor import Predictor
 from core.identify.prepared import Prepared
 from core.identify.refinement import OnStep, Refined, refine
 from core.identify.residuals import Residuals, channel_weights
-from core.identify.shortened import is_long, shortened
 from core.identify.starts import evolves, refine_from_all, search, several_starts
 from core.identify.unknowns import Unknowns
 from core.progress import Progress, StoppedError, heeding
@@ -33,10 +31,6 @@ class Fitted:
     fit: Fit
     vector: np.ndarray
     residuals: Residuals
-    """Over the recordings as the fit saw them: a search that was stopped may have seen less than
-    there is."""
-    notes: tuple[str, ...] = ()
-    """What is to be said about how it was found."""
 
 
 def identify(
@@ -49,18 +43,16 @@ def identify(
 ) -> Fitted:
     """Minimises (13) over the experiments and says how sure the result is.
 
-    Long recordings are searched with fewer samples; the last refinement takes them all, unless
-    somebody stops it before its first step.
+    Somebody may stop it at any moment; the best so far is described then.
     """
+    residuals = Residuals(
+        Predictor(experiments, unknowns, fixed), channel_weights(experiments, spec.weights)
+    )
     with heeding(progress):
-        found = _stoppable(lambda: _found(label, experiments, unknowns, spec, fixed, progress))
+        found = _stoppable(lambda: _searched(label, residuals, spec, progress))
     if found is None:
-        if is_long(experiments):
-            raise InputError(f"Stopped before there was a first estimate of {label}.")
-        residuals = _residuals(experiments, unknowns, spec, fixed)
         found = Found(residuals, _unrefined(unknowns.parameters.vector()), (), "", True)
-    fit = describe(label, found)
-    return Fitted(fit, found.refined.vector, found.residuals, found.notes)
+    return Fitted(describe(label, found), found.refined.vector, residuals)
 
 
 def _unrefined(vector: np.ndarray) -> Refined:
@@ -73,72 +65,6 @@ def _stoppable(work: Callable[[], T]) -> T | None:
         return work()
     except StoppedError:
         return None
-
-
-def _residuals(
-    experiments: Sequence[Prepared],
-    unknowns: Unknowns,
-    spec: IdentifySpec,
-    fixed: Mapping[str, float],
-) -> Residuals:
-    predictor = Predictor(experiments, unknowns, fixed)
-    return Residuals(predictor, channel_weights(experiments, spec.weights))
-
-
-def _found(
-    label: str,
-    experiments: Sequence[Prepared],
-    unknowns: Unknowns,
-    spec: IdentifySpec,
-    fixed: Mapping[str, float],
-    progress: Progress,
-) -> Found:
-    """Searched with few samples where there are many, refined with all."""
-    short = shortened(experiments, unknowns, fixed) if len(unknowns) and spec.refine else None
-    if short is None:
-        return _searched(label, _residuals(experiments, unknowns, spec, fixed), spec, progress)
-    progress.advance(0, short.sentence)
-    first = _searched(label, _residuals(short.experiments, unknowns, spec, fixed), spec, progress)
-    if first.stopped:
-        return replace(first, notes=(STOPPED_EARLY, short.note))
-    message = first_estimate(unknowns, first.refined.vector)
-    progress.advance(0, f"{message}; refining with all samples")
-    residuals = _residuals(experiments, unknowns, spec, fixed)
-    short.hand_on_steps(first.residuals.predictor, residuals.predictor)
-    last = _stoppable(lambda: _refined_from(residuals, first.refined.vector, message, progress))
-    if last is None:
-        return replace(first, stopped=True, notes=(STOPPED_EARLY, short.note))
-    if progress.stopped():  # nobody waits for what all samples say about it
-        at = _unrefined(last.vector)
-        return replace(first, refined=at, stopped=True, notes=(STOPPED_LATE, short.note))
-    return replace(first, residuals=residuals, refined=last, notes=(short.note,))
-
-
-STOPPED_EARLY = (
-    "Stopped before the refinement with all samples had begun: what is shown is from the samples "
-    "that the search worked on."
-)
-STOPPED_LATE = (
-    "Stopped in the refinement with all samples: deviations and errors are those on the samples "
-    "that the search worked on."
-)
-
-
-def _refined_from(
-    residuals: Residuals, vector: np.ndarray, message: str, progress: Progress
-) -> Refined:
-    """The minimum with all samples, from that with few."""
-
-    def report(cost: float) -> bool:
-        progress.advance(0, f"{message}; refining with all samples, cost {cost:.4g}")
-        return progress.stopped()
-
-    if residuals.predictor.simulation_is_dear:
-        return _with_exact_steps(residuals, _unrefined(vector), report)
-    refined = refine(residuals, vector, report)
-    if refined.stopped_at_once:
-        raise StoppedError
-    return refined
 
 
 def _with_exact_steps(residuals: Residuals, refined: Refined, report: OnStep) -> Refined:
@@ -161,11 +87,10 @@ def _searched(label: str, residuals: Residuals, spec: IdentifySpec, progress: Pr
     start = unknowns.parameters.vector()
     if predictor.simulation_is_dear:
         predictor.coarsen(start)
-    searched, fast = None, residuals.population()
+    short = first_of(residuals, SEARCHED)
+    searched, fast = None, short.population()
     if evolves(fast, spec):
-        searched = search(
-            label, residuals, residuals.costs if fast is None else fast, start, spec, progress
-        )
+        searched = search(label, short, fast or short.costs, start, spec, progress)
         starts = [start if searched is None else searched.vector, start]
     else:
         starts = several_starts(residuals, start, spec)

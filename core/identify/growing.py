@@ -48,6 +48,19 @@ def grown(residuals: Residuals, start: np.ndarray, on_step: OnStep) -> np.ndarra
     return vector
 
 
+SEARCHED = 30_000
+"""Samples of all recordings together, on which a search over a population takes a few seconds; of
+longer ones it takes the beginnings."""
+
+
+def first_of(residuals: Residuals, most: int) -> Residuals:
+    """The same over the beginnings of the recordings, with `most` samples of all together; as it is
+    where there are no more."""
+    samples = sum(len(e.recording.time) for e in residuals.experiments)
+    parts = beginnings(residuals.experiments, most / samples) if samples > most else []
+    return _of(residuals, parts) if parts else residuals
+
+
 def _of(residuals: Residuals, experiments: Sequence[Prepared]) -> Residuals:
     """The same of other experiments."""
     known = residuals.predictor

@@ -1,9 +1,8 @@
-"""Recordings with fewer samples for a search: every so many instants, nothing folded down.
+"""Recordings with fewer samples: every so many instants, nothing folded down.
 
 What is measured passes a symmetric low-pass before instants are left out, so that noise and
 vibration above the new band do not return as something slower, and the noise of a sample falls
-as it would by averaging. What a drive holds between samples stays exactly that: an instant is only
-left out where no reference steps.
+as it would by averaging.
 """
 
 from __future__ import annotations
@@ -23,9 +22,6 @@ STOP_DB = 80.0
 PASS, STOP = 0.2, 0.8
 """Of the new rate: up to where nothing changes, and from where the low-pass stops; what lies
 between half of the rate and STOP is folded to above PASS only."""
-
-HELD = 0.5
-"""Of the samples: a reference that changes at no more of them is held, the others run."""
 
 
 @cache
@@ -47,39 +43,12 @@ def sentence(factor: int, dt: float) -> str:
     )
 
 
-def factors(recording: Recording, references: Iterable[str], most: int) -> list[int]:
-    """By which a recording may be thinned, ascending, up to `most`; one is always among them.
-
-    No held reference steps between two kept instants, and samples of a sensor that is slower than
-    the kept instants lie on them.
-    """
-    chosen = set(references)
-    held = [x for name, x in recording.channels.items() if name in chosen and _is_held(x)]
-    grid = [np.flatnonzero(np.diff(x) != 0.0) + 1 for x in held]
-    sparse = [np.flatnonzero(np.isfinite(x)) for x in recording.channels.values()]
-    sparse = [at for at in sparse if 0 < len(at) < len(recording.time)]
-    step = int(np.gcd.reduce(np.concatenate([[0], *grid]).astype(np.int64)))
-    most = min(most, len(recording.time) - 1)
-    fitting = [h for h in range(1, most + 1) if step % h == 0]
-    return [h for h in fitting if h == 1 or all(_fits(at, h) for at in sparse)]
-
-
-def _is_held(x: np.ndarray) -> bool:
-    """A constant is held as well."""
-    return bool(np.count_nonzero(np.diff(x)) <= HELD * len(x))
-
-
-def _fits(at: np.ndarray, factor: int) -> bool:
-    """Whether samples at these instants are dense enough for the low-pass, or all are kept."""
-    return 2 * _stride(at) <= factor or not np.any(at % factor)
-
-
 def _stride(at: np.ndarray) -> int:
     return int(np.median(np.diff(at))) if len(at) > 1 else 1
 
 
 def thinned(recording: Recording, factor: int, references: Iterable[str]) -> Recording:
-    """Every factor-th instant of a recording, one of `factors`; itself at a factor of one.
+    """Every factor-th instant of a recording; itself at a factor of one.
 
     References keep their mean over each stretch between two instants, which is what they are where
     they are held; everything else is as the low-pass leaves it. A sample counts where all samples
@@ -157,10 +126,3 @@ def first_part(recording: Recording, most: int) -> Recording:
         channels={name: x[part] for name, x in recording.channels.items()},
         counted={name: x[part] for name, x in recording.counted.items()},
     )
-
-
-def largest_factor(recording: Recording, references: Iterable[str], longest: float) -> int:
-    """By which a recording may be thinned at most so that its sample time is `longest` (s) at
-    most."""
-    most = int(longest / recording.sample_time * (1.0 + 1e-9))
-    return factors(recording, references, most)[-1] if most > 1 else 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from core.recording.recording import Recording
-from core.recording.thinning import factors, first_part, low_pass, thinned
+from core.recording.thinning import first_part, low_pass, thinned
 
 DT = 1e-4
 N = 20_001
@@ -51,23 +51,9 @@ def test_noise_falls_as_by_averaging() -> None:
 
 def test_held_references_stay_exactly_what_they_were() -> None:
     r = _recording()
-    assert factors(r, [REFERENCE], 50) == [1, 2, 4, 5, 8, 10, 20, 25, 40, 50]
     found = thinned(r, 25, [REFERENCE])
     assert np.array_equal(found[REFERENCE], r[REFERENCE][::25])
     assert np.array_equal(np.repeat(found[REFERENCE], 25)[:N], r[REFERENCE])
-
-
-def test_a_step_between_kept_instants_forbids_a_factor() -> None:
-    r = _recording()
-    held = r[REFERENCE]
-    shifted = np.concatenate([np.full(6, held[0]), held[:-6]])
-    r = Recording("b", r.time, {**r.channels, REFERENCE: shifted})
-    assert factors(r, [REFERENCE], 50) == [1, 2]
-    running = np.sin(r.time)
-    r = Recording("c", r.time, {**r.channels, REFERENCE: running})
-    assert factors(r, [REFERENCE], 5) == [1, 2, 3, 4, 5]
-    kept = thinned(r, 5, [REFERENCE])[REFERENCE]
-    assert kept[:-1] == pytest.approx(running[: N - 1].reshape(-1, 5).mean(axis=1), abs=1e-12)
 
 
 def test_samples_of_a_slow_camera_are_kept_as_they_are() -> None:
@@ -75,10 +61,8 @@ def test_samples_of_a_slow_camera_are_kept_as_they_are() -> None:
     camera = np.full(N, np.nan)
     camera[::20] = np.cos(t[::20])
     r = _recording(z1=camera)
-    assert factors(r, [REFERENCE], 25) == [1, 2, 4, 5, 10, 20]
     found = thinned(r, 10, [REFERENCE])
     assert np.array_equal(found["z1"], camera[::10], equal_nan=True)
-    assert 40 in factors(r, [REFERENCE], 40)  # two samples of the camera for each that is kept
 
 
 def test_gaps_and_masks_reach_no_further_than_the_low_pass() -> None:
