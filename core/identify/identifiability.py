@@ -1,4 +1,4 @@
-"""What the data fix and what they leave free, said in words.
+"""What the data fix and what they leave free.
 
 The singular values of the sensitivities to relative changes tell how many directions the
 outputs show; the null directions tell which changes leave them as they are.
@@ -6,12 +6,11 @@ outputs show; the null directions tell which changes leave them as they are.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from fractions import Fraction
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from core.identify.unknowns import MARK, START, Unknowns
+from core.identify.unknowns import Unknowns
 from core.results import Identifiability, Valley
 
 RANK_TOLERANCE = 1e-6
@@ -23,12 +22,6 @@ NEARLY_NOTHING = 0.01
 
 INVOLVED = 0.02
 """Share of a null direction below which a parameter has no part in it."""
-
-LARGEST_DENOMINATOR = 6
-EXPONENT_TOLERANCE = 0.02
-
-GREEK = {"epsilon": "ε", "tau": "τ", "lambda": "λ"}
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 TOGETHER = 0.99
 """Correlation above which two estimates are said to be told apart poorly."""
@@ -109,102 +102,6 @@ def correlation_of(cov: np.ndarray) -> np.ndarray:
     return np.nan_to_num(rho)
 
 
-def invariant(direction: np.ndarray, names: Sequence[str]) -> str:
-    """The product of powers of two names that a null direction leaves as it is."""
-    first, second = (int(i) for i in np.flatnonzero(np.abs(direction) >= INVOLVED))
-    powers = np.array([direction[second], -direction[first]])
-    powers = powers / powers[np.argmin(np.abs(powers))]
-    powers = powers if powers[0] > 0 else -powers
-    return " ".join(_power(names[i], x) for i, x in zip((first, second), powers, strict=True))
-
-
-def _power(name: str, exponent: float) -> str:
-    fraction = Fraction(float(exponent)).limit_denominator(LARGEST_DENOMINATOR)
-    exact = abs(float(fraction) - exponent) < EXPONENT_TOLERANCE * max(abs(exponent), 1.0)
-    text = str(fraction) if exact else f"{exponent:.2f}"
-    if text == "1":
-        return name
-    return name + (text.translate(SUPERSCRIPTS) if text.lstrip("-").isdigit() else f"^({text})")
-
-
-def written(label: str) -> str:
-    """A label as a person writes it: 'epsilon1@bench' -> 'ε1 (bench)'."""
-    name, _, recording = label.partition(MARK)
-    stem = name.rstrip("0123456789")
-    text = GREEK.get(stem, stem) + name[len(stem) :]
-    return f"{text} ({recording})" if recording else text
-
-
-STARTS_FREE = "The data do not determine all of the state in which each recording begins."
-
-
-def sentences(
-    unknowns: Unknowns, null: np.ndarray, correlation: np.ndarray, unsure: Iterable[int] = ()
-) -> tuple[str, ...]:
-    """What a person should know before using the estimates; `unsure` are the indices of those whose
-    deviation exceeds their size."""
-    labels = [written(label) for label in unknowns.labels]
-    if not len(labels):
-        return ("Nothing was estimated.",)
-    # Of the states in which recordings begin, dozens of numbers, nobody wants to know each.
-    own = np.array([not label.startswith(START) for label in unknowns.labels])
-    involved = [np.abs(direction) >= INVOLVED for direction in null]
-    lines = [
-        _about(d, labels) for d, seen in zip(null, involved, strict=True) if np.any(seen & own)
-    ]
-    seen = identified(null, len(labels))
-    alike, correlated = _correlated(correlation, labels, seen, own)
-    lines += alike
-    lines += [
-        f"The data hardly determine {labels[i]}: its standard deviation exceeds its value."
-        for i in unsure if own[i] and seen[i]
-    ]  # fmt: skip
-    if not lines:
-        lines = ["All estimated parameters are identifiable."]
-        lines += [STARTS_FREE] if len(null) else []
-    return tuple(lines + correlated)
-
-
-def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
-    involved = np.flatnonzero(np.abs(direction) >= INVOLVED)
-    names = [labels[int(i)] for i in involved]
-    if len(names) == 1:
-        return f"The data say nothing about {names[0]}."
-    if len(names) == 2:
-        return (
-            f"The data determine {invariant(direction, labels)}, not {names[0]} and {names[1]} "
-            "separately: fix one of them to get the other."
-        )
-    largest = np.abs(direction).max()
-    changes = ", ".join(f"{labels[int(i)]} {direction[i] / largest:+.2f} %" for i in involved)
-    listed = ", ".join(names[:-1]) + f" and {names[-1]}"
-    return (
-        f"The data do not distinguish {listed}: changing them together ({changes}) changes nothing "
-        f"that is measured; fix one of them."
-    )
-
-
-def _correlated(
-    correlation: np.ndarray, labels: Sequence[str], seen: np.ndarray, own: np.ndarray
-) -> tuple[list[str], list[str]]:
-    """Of pairs that are not determined, and of those that are so poorly."""
-    alike, poorly = [], []
-    for i in range(len(labels)):
-        for j in range(i):
-            rho = correlation[i, j]
-            if not ((own[i] or own[j]) and seen[i] and seen[j] and abs(rho) > TOGETHER):
-                continue
-            pair = f"{labels[j]} and {labels[i]}"
-            if abs(rho) > ALIKE:
-                alike.append(
-                    f"The data do not determine {pair} separately (correlation {rho:+.5f}): fix "
-                    f"one of them to get the other."
-                )
-            else:
-                poorly.append(f"{pair} are poorly distinguishable (correlation {rho:+.3f}).")
-    return alike, poorly
-
-
 def valley(
     unknowns: Unknowns,
     vector: np.ndarray,
@@ -226,8 +123,7 @@ def valley(
         costs = np.array([cost(v) for v in vectors])
         least = max(float(costs.min()), np.finfo(float).tiny)
         names = (unknowns.labels[involved[0]], unknowns.labels[involved[1]])
-        text = invariant(direction, [written(label) for label in unknowns.labels])
-        return Valley(names, (a.unit, b.unit), points, costs / least, text)
+        return Valley(names, (a.unit, b.unit), points, costs / least, direction[involved])
     return None
 
 
@@ -250,12 +146,12 @@ def verdict(
 ) -> Identifiability:
     """All of the above as one record."""
     rank, values, null = analyse(unknowns, vector, jacobian)
-    unsure = np.flatnonzero(wide(unknowns, vector, cov))
+    unsure = np.flatnonzero(wide(unknowns, vector, cov)).tolist()
     return Identifiability(
         names=unknowns.labels,
         rank=rank,
         singular_values=values,
         null_directions=null,
-        sentences=sentences(unknowns, null, correlation_of(cov), unsure),
+        unsure=tuple(unsure),
         valley=valley(unknowns, vector, null, cost),
     )

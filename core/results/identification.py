@@ -57,8 +57,8 @@ class Valley:
     """(k, 2), in `units`."""
     cost_ratio: np.ndarray
     """(k,), the cost there over the least cost."""
-    invariant: str
-    """What is constant along it, such as 'ε d⁴'."""
+    direction: np.ndarray
+    """(2,), relative changes of the two along it."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,8 @@ class Identifiability:
     """(p,), of the sensitivities to relative changes, weighted by the noise."""
     null_directions: np.ndarray
     """(p - rank, p), relative changes that the outputs do not show."""
-    sentences: tuple[str, ...]
+    unsure: tuple[int, ...] = ()
+    """Indices of those whose deviation exceeds their size."""
     valley: Valley | None = None
 
 

@@ -35,7 +35,7 @@ def main() -> None:
     both = {"parameters": ["epsilon", "d"], "bounds": {"epsilon": [8e8, 1.2e9], "d": [0.04, 0.06]}}
     free = rig.with_settings(identify={**both, "population": 20, "generations": 25}).identify()
     assert not free["epsilon"].identifiable
-    print(free.outcome.fits[0].identifiability.sentences[0])
+    print(free.words[0])
 
     found.compare().plot("signals").write_html("signals.html")
     free.plot("valley").write_html("valley.html")

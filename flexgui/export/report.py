@@ -18,6 +18,7 @@ from flexgui import __version__
 from flexgui.export.report_motion import Motion
 from flexgui.export.report_plot import Plot, packed_plotly, plot
 from flexgui.export.report_sections import diagnosis_block, glance
+from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.fit_table import (
@@ -140,7 +141,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "given_open": grown(outcome),
         # Of a way on the page the last fit is of the grown model.
         "first_fit": FIRST_FIT if grown(outcome) and not outcome.as_given else "",
-        "sentences": _sentences(outcome),
+        "sentences": sentences_of_fits(outcome.fits),
         "valley": plot(valley(outcome.fits)),
         "fit_table": fit_table(shown, before) if shown else None,
         # Without a ladder they are the figure of the first page.
@@ -228,17 +229,6 @@ def _missing(
         (label, k == 0, plot(missing_over_time(torques)), plot(missing_over_velocity(torques)))
         for k, (label, torques) in enumerate(shown)
     ]
-
-
-def _sentences(outcome: Outcome) -> list[str]:
-    several = len(outcome.fits) > 1
-    messages = [
-        (fit.label, sentence) for fit in outcome.fits for sentence in fit.identifiability.sentences
-    ]
-    same = {sentence for _, sentence in messages}
-    if not several or len(same) == 1:
-        return list(dict.fromkeys(sentence for _, sentence in messages))
-    return [f"{label}: {sentence}" for label, sentence in messages]
 
 
 def _arm(outcome: Outcome) -> Table | None:

@@ -13,7 +13,6 @@ from core.results import (
     DiagnosisRound,
     Estimate,
     Fit,
-    Identifiability,
     LadderStep,
     Outcome,
     PlannedExperiment,
@@ -22,6 +21,7 @@ from core.results import (
     Variant,
     WorstCell,
 )
+from flexgui.sentences.identifiability import identifiability_sentences, invariant
 from flexgui.sentences.ranked import experiment_sentence, experiment_title, round_sentence
 from flexgui.sentences.verdict import STOPPED, all_paragraphs
 from flexgui.views.headline import (
@@ -155,25 +155,26 @@ def _fit(fit: Fit) -> dict[str, Any]:
         "gradient_norm": fit.gradient_norm,
         "message": fit.message,
         "stopped": fit.stopped,
-        "identifiability": _identifiability(fit.identifiability),
+        "identifiability": _identifiability(fit),
     }
 
 
-def _identifiability(found: Identifiability) -> dict[str, Any]:
+def _identifiability(fit: Fit) -> dict[str, Any]:
+    found = fit.identifiability
     valley = found.valley
     return {
         "names": found.names,
         "rank": found.rank,
         "singular_values": found.singular_values,
         "null_directions": found.null_directions,
-        "sentences": found.sentences,
+        "sentences": identifiability_sentences(fit),
         "valley": valley
         and {
             "names": valley.names,
             "units": valley.units,
             "points": valley.points,
             "cost_ratio": valley.cost_ratio,
-            "invariant": valley.invariant,
+            "invariant": invariant(valley),
         },
     }
 

@@ -17,6 +17,7 @@ from core.recording.save import recording_frame
 from core.results import ErrorMaps, Estimate, LadderStep, Outcome, RankedEffect, RecordingComparison
 from core.sentences import did_you_mean
 from flexgui.library.plots import chosen, from_dict
+from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.verdict import all_paragraphs
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
@@ -223,6 +224,11 @@ class Identification(_Found):
     def stopped(self) -> bool:
         """Whether it ended before it had converged, since somebody stopped it."""
         return any(fit.stopped for fit in self.outcome.fits)
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """What the measurements leave free, in words, a sentence each."""
+        return sentences_of_fits(self.outcome.fits)
 
     def linear(self, **where: Any) -> LinearModel:
         """Linearise the identified model.

@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 
 from core.results import Estimate, Fit, Valley
 from core.written import ShownUnit, shown_unit
+from flexgui.sentences.identifiability import invariant
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.names import is_of_a_start, plain_symbol
@@ -40,7 +41,7 @@ def _caption(found: Valley) -> str:
     rise = 100.0 * (float(np.nanmax(found.cost_ratio)) - 1.0)
     change = f"rises by {rise:.2g} % at most" if rise >= VISIBLE else "does not change"
     return (
-        f"Along the curve {found.invariant} is constant and the cost {change}: "
+        f"Along the curve {invariant(found)} is constant and the cost {change}: "
         "the data cannot distinguish its points."
     )
 
@@ -52,7 +53,7 @@ def _add_curve(figure: go.Figure, found: Valley, units: Sequence[ShownUnit]) -> 
         x=points[:, 0] * units[0].factor,
         y=points[:, 1] * units[1].factor,
         mode="lines",
-        name=f"{found.invariant} = const",
+        name=f"{invariant(found)} = const",
         line={"color": colours.MODEL, "width": 2.5},
         customdata=found.cost_ratio[order],
         hovertemplate="%{x:.5g}, %{y:.5g}<br>cost / least cost %{customdata:.6g}<extra></extra>",

@@ -12,6 +12,7 @@ from core.results import Estimate, Fit, Outcome, RecordingComparison
 from core.results.comparison import DIAGNOSIS_FIT
 from core.sentences import listed
 from core.written import format_number, split_name
+from flexgui.sentences.identifiability import invariant
 from flexgui.views.fit_table import FIT_IS, in_unit
 from flexgui.views.headline import (
     BIASED,
@@ -189,7 +190,7 @@ def _doubt(outcome: Outcome) -> str:
         text = Markup("The data do not determine ") + _joined(free)
         text += " separately" if len(free) > 1 else ""
         valley = next((f.identifiability.valley for f in fits if f.identifiability.valley), None)
-        text += f", only {valley.invariant}." if valley else "."
+        text += f", only {invariant(valley)}." if valley else "."
     return text
 
 

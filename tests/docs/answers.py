@@ -14,6 +14,7 @@ import flexgui as fg
 from core.results import Diagnosis, Estimate, LadderStep
 from core.study.challenge import TRUTH_FILE, make_challenge, opened, truth_in_words
 from core.written import format_number
+from flexgui.sentences.identifiability import identifiability_sentences
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "docs" / "teaching" / "answers.md"
@@ -105,7 +106,7 @@ def _valley(rig: fg.Project) -> Iterator[str]:
         f"With seeds 2 and 3 {' and '.join(pairs)}: ε and d do not repeat. EI = ε d⁴/12 does: "
         f"{_pm(ei)} (built: {EI:.2f} N m²)."
     )
-    yield f"A curve. “{found.identifiability.sentences[0]}”"
+    yield f"A curve. “{identifiability_sentences(found)[0]}”"
     yield (
         "Nowhere else, both: the mass is given, not computed from d. So the sensitivity to d is "
         "that to ε times 4 ε/d at every sample: two columns of one direction, rank 1."

@@ -81,7 +81,7 @@ def _valley() -> Valley:
     eps = np.linspace(0.8e9, 1.2e9, 41)
     points = np.column_stack([eps, (EI * 12 / eps) ** 0.25])
     ratio = 1 + 1e-9 * np.abs(eps / 1e9 - 1)
-    return Valley(("epsilon", "d"), ("Pa", "m"), points, ratio, "ε d⁴")
+    return Valley(("epsilon", "d"), ("Pa", "m"), points, ratio, np.array([4.0, -1.0]))
 
 
 def _fit(label: str, recordings: tuple[str, ...], seed: int = 0) -> Fit:
@@ -98,8 +98,7 @@ def _fit(label: str, recordings: tuple[str, ...], seed: int = 0) -> Fit:
         2,
         np.array([812.0, 3.1, 4e-12]),
         np.array([[-4.0, 1.0, 0.0]]) / np.sqrt(17),
-        ("The data fix ε d⁴ only: a change of ε by 4 % is made good by one of d by −1 %.",),
-        _valley(),
+        valley=_valley(),
     )
     correlation = np.array([[1, -0.999, 0.1], [-0.999, 1, -0.08], [0.1, -0.08, 1]])
     return Fit(

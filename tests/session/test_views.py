@@ -45,7 +45,7 @@ def fit(label: str, eps: float) -> Fit:
         Estimate("d", 0.05, np.nan, "m", False),
     )
     derived = (Estimate("EI", 520.0, 0.5, "N m²", True),)
-    known = Identifiability(("epsilon", "d"), 1, np.ones(2), np.zeros((1, 2)), ())
+    known = Identifiability(("epsilon", "d"), 1, np.ones(2), np.zeros((1, 2)))
     return Fit(label, (label,), estimates, np.eye(2), 1.0, 10, (), known, 0.0, derived=derived)
 
 

@@ -1,0 +1,117 @@
+"""What a person should know before using the estimates of a fit: what the data leave free."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from core.identify.identifiability import ALIKE, INVOLVED, TOGETHER, identified
+from core.identify.unknowns import MARK, START
+from core.results import Fit, Valley
+from core.sentences import listed
+from core.written import SUPERSCRIPTS
+
+LARGEST_DENOMINATOR = 6
+EXPONENT_TOLERANCE = 0.02
+
+GREEK = {"epsilon": "ε", "tau": "τ", "lambda": "λ"}
+
+STARTS_FREE = "The data do not determine all of the state in which each recording begins."
+
+
+def sentences_of_fits(fits: Sequence[Fit]) -> tuple[str, ...]:
+    """Of all fits, each named by its label where they differ."""
+    pairs = [(fit.label, text) for fit in fits for text in identifiability_sentences(fit)]
+    same = list(dict.fromkeys(text for _, text in pairs))
+    if len(fits) == 1 or len(same) == 1:
+        return tuple(same)
+    return tuple(f"{label}: {text}" for label, text in pairs)
+
+
+def identifiability_sentences(fit: Fit) -> tuple[str, ...]:
+    """What the data say nothing of, what they determine together only, and what hardly."""
+    found = fit.identifiability
+    if not found.names:
+        return ("Nothing was estimated.",)
+    labels, null = [_written(name) for name in found.names], found.null_directions
+    # Of the states in which recordings begin, dozens of numbers, nobody wants to know each.
+    own = np.array([not name.startswith(START) for name in found.names])
+    seen = identified(null, len(labels))
+    lines = [_about(d, labels) for d in null if np.any((np.abs(d) >= INVOLVED) & own)]
+    poorly = []
+    for rho, i, j in _pairs(fit.correlation, seen, own):
+        pair = f"{labels[j]} and {labels[i]}"
+        if abs(rho) > ALIKE:
+            lines.append(
+                f"The data do not determine {pair} separately (correlation {rho:+.5f}): fix one "
+                f"of them to get the other."
+            )
+        else:
+            poorly.append(f"{pair} are poorly distinguishable (correlation {rho:+.3f}).")
+    lines += [
+        f"The data hardly determine {labels[i]}: its standard deviation exceeds its value."
+        for i in found.unsure if own[i] and seen[i]
+    ]  # fmt: skip
+    if not lines:
+        lines = ["All estimated parameters are identifiable."]
+        lines += [STARTS_FREE] if len(null) else []
+    return (*lines, *poorly)
+
+
+def _pairs(
+    correlation: np.ndarray, seen: np.ndarray, own: np.ndarray
+) -> list[tuple[float, int, int]]:
+    """(correlation, i, j < i) of those that are correlated beyond TOGETHER."""
+    together = np.tril(np.abs(correlation) > TOGETHER, -1)
+    together &= np.outer(seen, seen) & (own[:, None] | own[None, :])
+    return [(float(correlation[i, j]), int(i), int(j)) for i, j in np.argwhere(together)]
+
+
+def _about(direction: np.ndarray, labels: Sequence[str]) -> str:
+    involved = np.flatnonzero(np.abs(direction) >= INVOLVED)
+    names, relative = [labels[int(i)] for i in involved], direction[involved]
+    if len(names) == 1:
+        return f"The data say nothing about {names[0]}."
+    if len(names) == 2:
+        return (
+            f"The data determine {product(relative, names)}, not {names[0]} and {names[1]} "
+            "separately: fix one of them to get the other."
+        )
+    relative = relative / np.abs(direction).max()
+    changes = ", ".join(f"{name} {x:+.2f} %" for name, x in zip(names, relative, strict=True))
+    return (
+        f"The data do not distinguish {listed(names)}: changing them together ({changes}) changes "
+        f"nothing that is measured; fix one of them."
+    )
+
+
+def invariant(valley: Valley) -> str:
+    """What is constant along it, such as 'ε d⁴'."""
+    return product(valley.direction, [_written(name) for name in valley.names])
+
+
+def product(direction: np.ndarray, names: Sequence[str]) -> str:
+    """The product of powers of two names that relative changes (2,) leave as it is."""
+    powers = np.array([direction[1], -direction[0]])
+    powers = powers / powers[np.argmin(np.abs(powers))]
+    powers = powers if powers[0] > 0 else -powers
+    return " ".join(_power(name, x) for name, x in zip(names, powers, strict=True))
+
+
+def _power(name: str, exponent: float) -> str:
+    fraction = Fraction(float(exponent)).limit_denominator(LARGEST_DENOMINATOR)
+    exact = abs(float(fraction) - exponent) < EXPONENT_TOLERANCE * max(abs(exponent), 1.0)
+    text = str(fraction) if exact else f"{exponent:.2f}"
+    if text == "1":
+        return name
+    return name + (text.translate(SUPERSCRIPTS) if text.lstrip("-").isdigit() else f"^({text})")
+
+
+def _written(label: str) -> str:
+    """A label as a person writes it: 'epsilon1@bench' -> 'ε1 (bench)'."""
+    name, _, recording = label.partition(MARK)
+    stem = name.rstrip("0123456789")
+    text = GREEK.get(stem, stem) + name[len(stem) :]
+    return f"{text} ({recording})" if recording else text
