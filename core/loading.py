@@ -151,14 +151,9 @@ def as_played(recording: Recording, play: Recording) -> Recording:
             "leave `played` out."
         )
     first = _found(recording, played, have, play.source) if have else 0
-    part = slice(first, first + count)
+    part = recording.rows(slice(first, first + count))
     given = {name: played[name][:count] for name in names if name not in have}
-    return replace(
-        recording,
-        time=recording.time[part] - recording.time[first],
-        channels={**{n: x[part] for n, x in recording.channels.items()}, **given},
-        counted={n: x[part] for n, x in recording.counted.items()},
-    )
+    return replace(part, time=part.time - part.time[0], channels={**part.channels, **given})
 
 
 def _found(

@@ -85,22 +85,17 @@ def runs(empty: np.ndarray) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
-def too_long(empty: np.ndarray, most: int) -> int | None:
-    """The first row of a run longer than `most` rows, or of one at an end, where nothing lies
-    beyond to bridge to; None where there is none."""
+def bridged(values: np.ndarray, most: int, held: bool = False) -> np.ndarray:
+    """(N,) with straight lines over at most `most` empty rows (NaN) between others, which are even
+    in time; what a drive holds from row to row stays as it was before them."""
+    empty, short = np.isnan(values), np.zeros(len(values), dtype=bool)
     for first, stop in runs(empty):
-        if stop - first > most or first == 0 or stop == len(empty):
-            return first
-    return None
-
-
-def bridged(values: np.ndarray, empty: np.ndarray, held: bool = False) -> np.ndarray:
-    """(N,) with straight lines over the empty rows, which are even in time; what a drive holds from
-    row to row stays as it was before them."""
+        short[first:stop] = stop - first <= most and first > 0 and stop < len(values)
+    if not short.any():
+        return values
     at = np.arange(len(values))
-    if held:
-        return np.asarray(values[np.maximum.accumulate(np.where(empty, 0, at))])
-    return np.where(empty, np.interp(at, at[~empty], values[~empty]), values)
+    before = values[np.maximum.accumulate(np.where(empty, 0, at))]
+    return np.where(short, before if held else np.interp(at, at[~empty], values[~empty]), values)
 
 
 def longest_complete(empties: Sequence[np.ndarray], N: int) -> slice:

@@ -19,7 +19,6 @@ from core.recording.clock import (
     in_base_frame,
     longest_complete,
     shifted,
-    too_long,
 )
 from core.recording.read_table import read_table
 from core.recording.recording import CameraPose, Recording
@@ -65,22 +64,28 @@ def _load(
     check_named(table, spec, sources)
     table, factor, resampled = _even(table, spec, sources)
     rows, time = _read_time(table, spec, sources["t"])
-    rows, time, cut = _complete(table, spec, sources, rows, time)
-    channels, warnings = {}, [*table.warnings, *([resampled] if resampled else []), *cut]
+    values = {n: _numbers(table, s, rows) for n, s in sources.items() if n != "t"}
+    part = _complete(values, len(time), spec.gaps)
+    warnings = [*table.warnings, *([resampled] if resampled else [])]
+    if part.stop - part.start < len(time):
+        time = _cut(table, time[part])
+        warnings.append(f"Kept {time[0]:.6g} to {time[-1]:.6g} s, the longest part without a gap.")
+    channels: dict[str, np.ndarray] = {}
     counted = {name: _counted(time, stretches) for name, stretches in spec.mask.items()}
-    for name in (name for name in sources if name != "t"):
-        values = _read_channel(table, name, sources[name], rows, spec)
-        if np.isnan(values).all():
-            warnings.append(f"Column {sources[name].header} has no sample at all and is left out.")
+    for name, column in values.items():
+        header, x = sources[name].header, column[part]
+        if np.isnan(x).all() and (_sparse(name) or spec.gaps is not None):
+            warnings.append(f"Column {header} has no sample at all and is left out.")
             continue
-        empty = np.isnan(values)
-        if empty.any() and not channel_kind(name).sparse and spec.gaps is not None:
-            values = _bridged(table, name, sources[name].header, values, time, spec.gaps)
-            warnings.append(f"Column {sources[name].header}: {int(empty.sum())} cells bridged.")
-            if spec.gaps.how == "mask":
+        whole = _without_gaps(name, x, time, spec.gaps)
+        _check_gaps(table, name, header, whole, rows.start, time, spec)
+        empty = np.isnan(x) & ~np.isnan(whole)
+        if empty.any():
+            warnings.append(f"Column {header}: {int(empty.sum())} cells bridged.")
+            if spec.gaps is not None and spec.gaps.how == "mask":
                 counted[name] = counted.get(name, np.ones(len(time), dtype=bool)) & ~empty
-        channels[name] = values
-        warnings += _remarks(sources[name].header, values)
+        channels[name] = whole
+        warnings += _remarks(header, whole)
     dt = float(time[-1] - time[0]) / (len(time) - 1)
     warnings += _apply_camera(channels, spec, dt, table.source)
     warnings += unused(table, sources)
@@ -135,26 +140,34 @@ def load_unchecked(
         # Rows without a time are kept: they are one of the faults.
         keep = ~((time < low) | (time > high))
         time, values = time[keep], {c: v[keep] for c, v in values.items()}
-        if spec.gaps is not None and spec.gaps.how == "cut":
-            needed = (np.isnan(v) for c, v in values.items() if not channel_kind(c).sparse)
-            part = longest_complete([e for e in needed if not e.all()], len(time))
-            time, values = time[part], {c: v[part] for c, v in values.items()}
-        values = {c: _settled(c, v, time, spec.gaps) for c, v in values.items()}
+        part = _complete(values, len(time), spec.gaps)
+        time = time[part]
+        values = {c: _without_gaps(c, v[part], time, spec.gaps) for c, v in values.items()}
     return Unchecked(table, time, values, {c: s.header for c, s in sources.items()})
 
 
-def _settled(
+def _complete(values: Mapping[str, np.ndarray], N: int, gaps: GapsSpec | None) -> slice:
+    """The rows, of N, that are kept: the longest complete stretch where gaps are cut."""
+    if gaps is None or gaps.how != "cut":
+        return slice(0, N)
+    empties = (np.isnan(v) for c, v in values.items() if not _sparse(c))
+    return longest_complete([empty for empty in empties if not empty.all()], N)
+
+
+def _without_gaps(
     channel: str, values: np.ndarray, time: np.ndarray, gaps: GapsSpec | None
 ) -> np.ndarray:
-    """Without the gaps of which a person has said that they are bridged or cut off."""
-    empty = np.isnan(values)
-    if gaps is None or channel_kind(channel).sparse or empty.all() or not empty.any():
+    """Without the gaps of which a person has said that they are bridged."""
+    if gaps is None or gaps.how == "cut" or _sparse(channel):
         return values
     steps = np.diff(time[np.isfinite(time)])
     usual = float(np.median(steps)) if steps.size else 0.0
-    most = len(values) if gaps.how == "cut" or usual <= 0 else int(gaps.longest / usual + 0.5)
-    held = channel_kind(channel).pattern in INPUTS
-    return bridged(values, empty, held) if too_long(empty, max(most, 1)) is None else values
+    most = int(gaps.longest / usual + 0.5) if usual > 0 else len(values)
+    return bridged(values, max(most, 1), channel_kind(channel).pattern in INPUTS)
+
+
+def _sparse(channel: str) -> bool:
+    return channel_kind(channel).sparse
 
 
 def file_stem(file: str) -> str:
@@ -180,61 +193,42 @@ def _read_time(table: Table, spec: RecordingSpec, source: Source) -> tuple[slice
     return rows, even_time(table, source.header, time[rows], rows.start)
 
 
-def _read_channel(
-    table: Table, channel: str, source: Source, rows: slice, spec: RecordingSpec
-) -> np.ndarray:
-    """Empty cells are let through where somebody has said what happens to them."""
+def _numbers(table: Table, source: Source, rows: slice) -> np.ndarray:
     values = source.factor * table.numbers(source.header)[rows]
     _check_sizes(table, source.header, values, rows.start)
-    empty = np.flatnonzero(np.isnan(values))
-    if empty.size and spec.gaps is None and not channel_kind(channel).sparse:
-        row = table.row(rows.start + int(empty[0]))
-        row += " of the resampled table" if spec.resample is not None else ""
-        raise InputError(
-            f"{table.source}: column {source.header} is empty in {row}; only camera and strain "
-            f"columns may have empty cells, fill it, cut the row off with window, or say what to "
-            f'do with gaps, such as gaps = {{ how = "mask" }}.'
-        )
     return values
 
 
-def _complete(
-    table: Table, spec: RecordingSpec, sources: dict[str, Source], rows: slice, time: np.ndarray
-) -> tuple[slice, np.ndarray, list[str]]:
-    """The rows and times that are kept where gaps are cut, and a word on it."""
-    if spec.gaps is None or spec.gaps.how != "cut":
-        return rows, time, []
-    needed = [s.header for name, s in sources.items() if not channel_kind(name).sparse]
-    empties = [np.isnan(table.numbers(header)[rows]) for header in needed]
-    kept = longest_complete(empties, len(time))
-    if kept.stop - kept.start == len(time):
-        return rows, time, []
-    if kept.stop - kept.start < MIN_SAMPLES:
+def _cut(table: Table, time: np.ndarray) -> np.ndarray:
+    if len(time) < MIN_SAMPLES:
         raise InputError(
             f"{table.source} has no {MIN_SAMPLES} rows in a row without an empty cell; bridge the "
             f'gaps with gaps = {{ how = "interpolate" }}.'
         )
-    first = rows.start + kept.start
-    sentence = (
-        f"Kept {time[kept][0]:.6g} to {time[kept][-1]:.6g} s, the longest part without a gap."
-    )
-    return slice(first, first + kept.stop - kept.start), time[kept], [sentence]
+    return time
 
 
-def _bridged(
-    table: Table, channel: str, header: str, values: np.ndarray, time: np.ndarray, gaps: GapsSpec
-) -> np.ndarray:
-    """Without short gaps; InputError where one is longer than the user allows."""
-    empty = np.isnan(values)
-    dt = float(time[-1] - time[0]) / (len(time) - 1)
-    row = too_long(empty, max(int(gaps.longest / dt + 0.5), 1))
-    if row is not None:
+def _check_gaps(
+    table: Table, channel: str, header: str, values: np.ndarray, first: int, time: np.ndarray,
+    spec: RecordingSpec,
+) -> None:  # fmt: skip
+    """Empty cells are let through where somebody has said what happens to them."""
+    empty = np.flatnonzero(np.isnan(values))
+    if not empty.size or _sparse(channel):
+        return
+    if spec.gaps is not None:
         raise InputError(
-            f"{table.source}: column {header} has a gap from {time[row]:.6g} s on that is longer "
-            f"than gaps.longest, {gaps.longest:g} s, or at an end; raise longest, cut, or set a "
-            f"window."
+            f"{table.source}: column {header} has a gap from {time[empty[0]]:.6g} s on that is "
+            f"longer than gaps.longest, {spec.gaps.longest:g} s, or at an end; raise longest, cut, "
+            f"or set a window."
         )
-    return bridged(values, empty, channel_kind(channel).pattern in INPUTS)
+    row = table.row(first + int(empty[0]))
+    row += " of the resampled table" if spec.resample is not None else ""
+    raise InputError(
+        f"{table.source}: column {header} is empty in {row}; only camera and strain columns may "
+        f"have empty cells, fill it, cut the row off with window, or say what to do with gaps, "
+        f'such as gaps = {{ how = "mask" }}.'
+    )
 
 
 def _check_sizes(table: Table, header: str, values: np.ndarray, first_row: int) -> None:

@@ -92,7 +92,10 @@ class Recording:
         first = range(0, N - most + 1, max(most // 2, 1))
         moved = [sum(np.ptp(self.channels[n][a : a + most]) for n in names) for a in first]
         a = first[int(np.nanargmax(moved))] if np.isfinite(moved).any() else 0
-        part = slice(a, a + most)
+        return self.rows(slice(a, a + most))
+
+    def rows(self, part: slice) -> Recording:
+        """Some of its samples."""
         return replace(
             self,
             time=self.time[part],

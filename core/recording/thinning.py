@@ -117,12 +117,4 @@ def _at_instants(padded: np.ndarray, weights: np.ndarray, factor: int) -> np.nda
 
 def first_part(recording: Recording, most: int) -> Recording:
     """The first `most` samples: a motion can be simulated from where it began."""
-    if most >= len(recording.time):
-        return recording
-    part = slice(0, most)
-    return replace(
-        recording,
-        time=recording.time[part],
-        channels={name: x[part] for name, x in recording.channels.items()},
-        counted={name: x[part] for name, x in recording.counted.items()},
-    )
+    return recording if most >= len(recording.time) else recording.rows(slice(most))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -71,10 +71,5 @@ def _shown(scenario: Scenario, outcome: Outcome, recording: Recording) -> Playba
 
 def _first(recording: Recording, seconds: float) -> Recording:
     """What is not played need not be computed."""
-    rows = slice(0, int(np.searchsorted(recording.time, recording.time[0] + seconds)) + 1)
-    return replace(
-        recording,
-        time=recording.time[rows],
-        channels={name: values[rows] for name, values in recording.channels.items()},
-        counted={name: values[rows] for name, values in recording.counted.items()},
-    )
+    count = int(np.searchsorted(recording.time, recording.time[0] + seconds)) + 1
+    return recording.rows(slice(count))

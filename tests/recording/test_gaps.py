@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from core.errors import InputError
-from core.recording.clock import bridged, longest_complete, runs, too_long
+from core.recording.clock import bridged, longest_complete, runs
 from core.recording.load import load_recording, load_unchecked
 from core.recording.spec import RecordingSpec
 from flexgui.jobs.tasks.rows import parted, rows, settings
@@ -90,9 +90,9 @@ def test_a_gap_that_is_too_long_is_named(file: Path) -> None:
 def test_runs_and_their_ends() -> None:
     empty = np.array([1, 0, 0, 1, 1, 0], dtype=bool)
     assert runs(empty) == [(0, 1), (3, 5)]
-    assert (
-        too_long(empty, 9) == 0 and too_long(empty[1:], 2) is None and too_long(empty[1:], 1) == 2
-    )
     assert longest_complete([empty], 6) == slice(1, 3)
     values = np.where(empty[1:], np.nan, np.arange(5.0))
-    assert np.array_equal(bridged(values, empty[1:]), np.arange(5.0))
+    assert np.array_equal(bridged(values, 2), np.arange(5.0))
+    assert np.array_equal(bridged(values, 1), values, equal_nan=True)
+    ends = np.where(empty, np.nan, np.arange(6.0))
+    assert np.array_equal(np.isnan(bridged(ends, 9)), np.arange(6) == 0)
