@@ -41,7 +41,7 @@ many tests need them that all processes, and the workers of each, would compile 
 time."""
 COMPILED = "from {} import {} as kernel; kernel.compiled\n"
 HALVES = (
-    COMPILED.format("core.simulate.wide_rosenbrock", "integrate")
+    COMPILED.format("core.simulate.rosenbrock", "integrate_lanes")
     + COMPILED.format("core.simulate.rosenbrock", "integrate")
     + ARMS.format(0),
     COMPILED.format("core.simulate.followed", "followed")

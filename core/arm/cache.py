@@ -68,7 +68,6 @@ def sources_key() -> str:
     files: list[Path] = []
     for package in _COMPILED_PACKAGES:
         files += sorted((PACKAGE / package).rglob("*.py"))
-    files += sorted((PACKAGE / "arm").glob("*template.txt"))
     for file in files:
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]

@@ -97,8 +97,7 @@ def _module_text(structure: Structure, wide: bool = False) -> str:
     from core.arm.generate import ArmCode
     from core.arm.kinematics import Kinematics
 
-    code = ArmCode(Kinematics(structure))
-    return code.wide_module() if wide else code.module()
+    return ArmCode(Kinematics(structure)).module(wide)
 
 
 @cache

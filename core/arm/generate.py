@@ -7,17 +7,42 @@ place and Jacobian are written as SymPy gives them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from importlib.resources import files
 
 import sympy as sp
 
 from core.arm.assembly import Sums, add_segment
 from core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
 from core.arm.kinematics import Kinematics, components
-from core.arm.printing import INDENT, Statements, code, free_symbols
+from core.arm.printing import Statements, code, free_symbols, written_out
 from core.arm.solvers import solver_functions
 from core.arm.straight import StraightArm
-from core.arm.widen import widened
+
+_HEAD = '''"""Equations of {whose}, written by core.arm.generate from their symbolic statement."""
+
+from numba import cfunc, types
+
+from core.arm.instructions import straight_line
+{functions}
+
+numbers = types.float64[{layout}]
+OPTIONS = {{"cache": True, "nopython": True, "error_model": "numpy"}}
+statements = straight_line({columns}, lanes={wide}, fast={fast})
+'''
+
+
+def module_head(n: int, wide: bool) -> str:
+    """What stands before the functions in the module of every arm of n coordinates."""
+    if wide:
+        return _HEAD.format(
+            whose="LANES arms side by side", columns=n, wide=wide, fast=("contract",),
+            functions="from core.lanes import algebra\n"
+            "from core.lanes.functions import absolute, cos, maximum, sin", layout=":, ::1",
+        )  # fmt: skip
+    # Sums may be taken in any order, which lets them be taken side by side.
+    return _HEAD.format(
+        whose="one arm", columns=n, wide=wide, fast=("contract", "reassoc", "nsz"),
+        functions="from math import cos, sin", layout="::1",
+    )  # fmt: skip
 
 
 def _load(symbols: Sequence[sp.Symbol], array: str, used: set[sp.Basic]) -> list[str]:
@@ -40,30 +65,18 @@ class ArmCode:
         self.symbols = kinematics.symbols
         self.n = kinematics.structure.coordinates
 
-    def module(self) -> str:
-        """The text of the module that is compiled."""
-        template = files("core.arm").joinpath("module_template.txt").read_text(encoding="utf-8")
-        return (
-            template.replace("@COLUMNS@", str(self.n))
-            .replace("@DYNAMICS@", self._block(self.dynamics()))
-            .replace("@TIP@", self._block(self.tip()))
-            .replace("@LINEAR@", self._block(self.linear()))
-        )
-
-    def wide_module(self) -> str:
-        """The same functions for LANES arms side by side (core.lanes)."""
-        template = files("core.arm").joinpath("wide_module_template.txt")
-        return (
-            template.read_text(encoding="utf-8")
-            .replace("@COLUMNS@", str(self.n))
-            .replace("@DYNAMICS@", self._block(widened(self.dynamics(), self.n)))
-            .replace("@TIP@", self._block(widened(self.tip(), self.n)))
-            .replace("@SOLVERS@", solver_functions(self.n))
-        )
-
-    @staticmethod
-    def _block(lines: list[str]) -> str:
-        return "\n".join(INDENT + line for line in lines)
+    def module(self, wide: bool = False) -> str:
+        """The text of the module that is compiled: for one arm or, `wide`, for LANES side by side
+        (core.lanes), which also has the linear algebra of a step and no linear model."""
+        functions = [
+            written_out("dynamics", "q, v, p, M, f", self.dynamics()),
+            written_out("tip", "q, p, z, J", self.tip()),
+        ]
+        if wide:
+            functions += solver_functions(self.n)
+        else:
+            functions.append(written_out("linear", "q, p, K, D", self.linear()))
+        return module_head(self.n, wide) + "".join(functions)
 
     def dynamics(self) -> list[str]:
         """M(q) and F(q, q') without the drive: M q'' = F + G u."""

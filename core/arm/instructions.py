@@ -36,7 +36,7 @@ def straight_line(columns: int, lanes: bool = False, fast: Sequence[str] = ()) -
 
     Args:
         columns: of its matrices.
-        lanes: its numbers are wide: arrays are (entries, LANES), read by `get`, written by `put`.
+        lanes: its numbers are wide, in arrays (entries, LANES); else doubles, in arrays (entries,).
         fast: what the compiler may change of the arithmetic, as LLVM calls it.
 
     Raises:
@@ -52,8 +52,8 @@ def straight_line(columns: int, lanes: bool = False, fast: Sequence[str] = ()) -
                     for kind, array in zip(sig.args, args, strict=True)
                 ]
                 names = dict(zip((a.arg for a in text.args.args), places, strict=True))
-                number = _Wide if lanes else _Double
-                write = number(context, builder, names, columns, tuple(fast), function.__globals__)
+                known = function.__globals__
+                write = _Writer(context, builder, names, columns, lanes, tuple(fast), known)
                 for statement in text.body:
                     write.statement(statement)
                 return context.get_dummy_value()
@@ -76,17 +76,17 @@ def _functions(file: str) -> dict[str, ast.FunctionDef]:
     return {node.name: node for node in body if isinstance(node, ast.FunctionDef)}
 
 
-class _Double:
-    """Writes statements about doubles at the end of a block of instructions."""
-
-    kind: Any = types.float64
+class _Writer:
+    """Writes statements at the end of a block of instructions."""
 
     def __init__(
-        self, context: Any, builder: Any, names: dict[str, Any], columns: int,
+        self, context: Any, builder: Any, names: dict[str, Any], columns: int, lanes: bool,
         fast: tuple[str, ...], functions: dict[str, Any],
     ) -> None:  # fmt: skip
         self.context, self.builder, self.names = context, builder, names
         self.columns, self.fast, self.functions = columns, fast, functions
+        self.lanes = LANES if lanes else 1
+        self.kind: Any = wide if lanes else types.float64
 
     def statement(self, node: ast.stmt) -> None:
         """Writes one assignment."""
@@ -94,10 +94,10 @@ class _Double:
             case ast.Assign(targets=[ast.Name(id=name)], value=value):
                 self.names[name] = self.value(value)
             case ast.Assign(targets=[ast.Subscript() as entry], value=value):
-                self.builder.store(self.value(value), self.place(entry))
+                self.builder.store(self.value(value), self.place(entry), align=8)
             case ast.AugAssign(target=ast.Subscript() as entry, op=ast.Add(), value=value):
                 total = self.builder.fadd(self.entry(entry), self.value(value), flags=self.fast)
-                self.builder.store(total, self.place(entry))
+                self.builder.store(total, self.place(entry), align=8)
             case _:
                 raise NotImplementedError(ast.unparse(node))
 
@@ -125,7 +125,9 @@ class _Double:
         raise NotImplementedError(ast.unparse(node))
 
     def constant(self, number: float) -> Any:
-        return ir.Constant(DOUBLE, number)
+        if self.lanes == 1:
+            return ir.Constant(DOUBLE, number)
+        return ir.Constant(VECTOR, [number] * self.lanes)
 
     def power(self, base: Any, power: int) -> Any:
         """By squaring; a whole power of two or more."""
@@ -138,10 +140,12 @@ class _Double:
         assert isinstance(entry.value, ast.Name)
         index = ast.literal_eval(entry.slice)
         at = index[0] * self.columns + index[1] if isinstance(index, tuple) else index
-        return self.builder.gep(self.names[entry.value.id], [ir.Constant(ir.IntType(64), at)])
+        first = ir.Constant(ir.IntType(64), at * self.lanes)
+        place = self.builder.gep(self.names[entry.value.id], [first])
+        return place if self.lanes == 1 else self.builder.bitcast(place, VECTOR.as_pointer())
 
     def entry(self, entry: ast.Subscript) -> Any:
-        return self.builder.load(self.place(entry))
+        return self.builder.load(self.place(entry), align=8)
 
     def call(self, name: str, arguments: list[Any]) -> Any:
         """Of a function that the module knows, compiled for this kind of number."""
@@ -151,38 +155,6 @@ class _Double:
         compiled = self.context.get_function(function, signature)
         self.context.add_linking_libs(getattr(compiled, "libs", ()))
         return compiled(self.builder, arguments)
-
-
-class _Wide(_Double):
-    """The same about numbers of LANES doubles."""
-
-    kind = wide
-
-    def statement(self, node: ast.stmt) -> None:
-        match node:
-            case ast.Expr(value=ast.Call(func=ast.Name(id="put"), args=[array, row, value])):
-                self.builder.store(self.value(value), self.row(array, row), align=8)
-            case _:
-                super().statement(node)
-
-    def value(self, node: ast.expr) -> Any:
-        match node:
-            case ast.Call(func=ast.Name(id="get"), args=[array, row]):
-                return self.builder.load(self.row(array, row), align=8)
-        return super().value(node)
-
-    def constant(self, number: float) -> Any:
-        return ir.Constant(VECTOR, [number] * LANES)
-
-    def row(self, array: ast.expr, row: ast.expr) -> Any:
-        """The address of a row of an array (entries, LANES)."""
-        assert isinstance(array, ast.Name)
-        at = _folded(row)
-        assert at is not None
-        first = ir.Constant(ir.IntType(64), int(at) * LANES)
-        return self.builder.bitcast(
-            self.builder.gep(self.names[array.id], [first]), VECTOR.as_pointer()
-        )
 
 
 def _folded(node: ast.expr) -> float | None:

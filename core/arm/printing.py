@@ -7,7 +7,31 @@ from collections.abc import Sequence
 import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
-INDENT = "    "
+_C_FUNCTION = """
+
+@cfunc(types.void({kinds}), **OPTIONS)
+def {name}({names}):
+    {body}
+"""
+_STATEMENTS = """
+
+@statements
+def {name}_statements({names}):
+    {body}
+"""
+
+
+def c_function(name: str, names: str, body: str) -> str:
+    """A compiled function of arrays of numbers, with the names of its arguments."""
+    kinds = ", ".join(["numbers"] * len(names.split(", ")))
+    return _C_FUNCTION.format(name=name, names=names, kinds=kinds, body=body)
+
+
+def written_out(name: str, names: str, lines: Sequence[str]) -> str:
+    """The same of assignments, which are written straight as instructions."""
+    body = "\n    ".join(lines)
+    called = c_function(name, names, f"{name}_statements({names})")
+    return _STATEMENTS.format(name=name, names=names, body=body) + called
 
 
 class _Printer(PythonCodePrinter):

@@ -16,9 +16,13 @@ vector = types.float64[::1]
 matrix = types.float64[:, ::1]
 cube = types.float64[:, :, ::1]
 
-DYNAMICS = types.FunctionType(types.void(vector, vector, vector, matrix, vector))
-TIP = types.FunctionType(types.void(vector, vector, vector, matrix))
-LINEAR = types.FunctionType(types.void(vector, vector, matrix, matrix))
+
+def filling(numbers: types.Array, count: int) -> types.FunctionType:
+    """A C function of that many arrays, some of which it fills; matrices lie row by row."""
+    return types.FunctionType(types.void(*[numbers] * count))
+
+
+DYNAMICS, TIP, LINEAR = filling(vector, 5), filling(vector, 4), filling(vector, 4)
 
 OPTIONS: dict[str, Any] = {
     "cache": True,

@@ -38,7 +38,7 @@ class ElementArrays:
     """The elements of a model as compiled code takes them.
 
     Addresses (E,), first port, first state and first parameter (E + 1,) each, directions
-    (K, n), parameters, the first of each pair of ports at the tip, the numbers of the elements
+    (K n,), parameters, the first of each pair of ports at the tip, the numbers of the elements
     that are bristles, which come last, and (L, 2) of the loaded ones: which drive's torque goes
     into which place of the parameters.
     """
@@ -85,7 +85,7 @@ def pack(elements: Sequence[Element], n: int) -> ElementArrays:
         ports=ports,
         states=_starts([len(law.states) for law in laws]),
         parameters=parameters,
-        directions=np.ascontiguousarray(np.vstack(rows) if rows else np.zeros((0, n))),
+        directions=np.ascontiguousarray(np.concatenate(rows, axis=None) if rows else np.zeros(0)),
         values=np.array([value for e in elements for value in e.values], dtype=float),
         tips=np.array([ports[i] for i, e in enumerate(elements) if e.at_tip], dtype=np.int64),
         bristles=np.array([i for i, law in enumerate(laws) if law.bristle], dtype=np.int64),

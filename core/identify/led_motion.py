@@ -21,10 +21,10 @@ from core.arm.signatures import DYNAMICS, kernel, matrix, vector
 from core.arm.slots import weighing
 from core.arm.structure import Structure
 from core.identify.led_points import finer_by
+from core.lanes.algebra import factor_positive, substitute_positive
 from core.model import Model, Numbers
 from core.recent import Recent
 from core.simulate.motion import Task
-from core.simulate.small import factor_positive, substitute_positive
 
 AVERAGE = 32
 """Samples over which a mean is taken off the held acceleration, so that its integral stays small
@@ -217,14 +217,14 @@ def _at_once(dynamics, q, p, torque):  # type: ignore[no-untyped-def]
     """(N, nj) accelerations that torques (N, nj) cause at once at places q (N, n)."""
     N, n = q.shape
     nj = torque.shape[1]
-    M, f, still = np.empty((n, n)), np.empty(n), np.zeros(n)
+    M, f, still = np.empty(n * n), np.empty(n), np.zeros(n)
     found = np.empty((N, nj))
     for t in range(N):
         dynamics(q[t], still, p, M, f)
         for i in range(n):
             f[i] = torque[t, i] if i < nj else 0.0
-        factor_positive(M)
-        substitute_positive(M, f)
+        factor_positive(M, n)
+        substitute_positive(M, n, f)
         for i in range(nj):
             found[t, i] = f[i]
     return found

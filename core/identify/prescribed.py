@@ -25,16 +25,16 @@ import numpy as np
 import scipy
 from numba import types
 
-from core.arm.signatures import DYNAMICS, TIP, cube, kernel, matrix, vector
+from core.arm.signatures import DYNAMICS, TIP, kernel, matrix, vector
 from core.arm.slots import HUB_INERTIA, slot
 from core.drives.law import static_law
 from core.drives.servo import acceleration, bend
 from core.identify.led_motion import Led, joint_motion
+from core.lanes.algebra import factor_positive, substitute_positive
 from core.model import Model, Numbers
 from core.simulate.elements import ELEMENTS, push, see
 from core.simulate.many import Job
 from core.simulate.motion import Task
-from core.simulate.small import factor_positive, substitute_positive
 from core.trajectory import Trajectory
 
 HEAVY = 1e6
@@ -126,18 +126,18 @@ def _with_torque(
     return Trajectory(model.arm, compiled, numbers.p, task.time, q, v, torque)
 
 
-@kernel(types.Tuple((cube, matrix))(DYNAMICS, TIP, matrix, matrix, vector, ELEMENTS))
+@kernel(types.Tuple((matrix, matrix))(DYNAMICS, TIP, matrix, matrix, vector, ELEMENTS))
 def _equations(dynamics, tip, q, v, p, given):  # type: ignore[no-untyped-def]
-    """M (N, n, n) and f (N, n) with the elements' forces, along q, v (N, n)."""
+    """M (N, n n) and f (N, n) with the elements' forces, along q, v (N, n)."""
     N, n = q.shape
     elements = (
         given[0], given[1], given[2], given[3], given[4].copy(), given[5].copy(), given[6],
         given[7], given[8],
     )  # fmt: skip
-    K = given[4].shape[0]
-    x, xd, z, J, out = np.empty(K), np.empty(K), np.empty(2), np.empty((2, n)), np.empty(3 * K)
+    K = given[1][-1]
+    x, xd, z, J, out = np.empty(K), np.empty(K), np.empty(2), np.empty(2 * n), np.empty(3 * K)
     w, dw = np.zeros(0), np.zeros(0)
-    M, f = np.empty((N, n, n)), np.empty((N, n))
+    M, f = np.empty((N, n * n)), np.empty((N, n))
     for t in range(N):
         dynamics(q[t], v[t], p, M[t], f[t])
         if K > 0:
@@ -146,29 +146,29 @@ def _equations(dynamics, tip, q, v, p, given):  # type: ignore[no-untyped-def]
     return M, f
 
 
-@kernel(matrix(cube, matrix, matrix))
+@kernel(matrix(matrix, matrix, matrix))
 def _joint_torque(M, f, a):  # type: ignore[no-untyped-def]
-    """u (N, nj) from M (N, n, n), averaged f (N, n) and the joints' accelerations a (N, nj)."""
+    """u (N, nj) from M (N, n n), averaged f (N, n) and the joints' accelerations a (N, nj)."""
     N, n = f.shape
     nj = a.shape[1]
     ne = n - nj
-    Me, ae = np.empty((ne, ne)), np.empty(ne)
+    Me, ae = np.empty(ne * ne), np.empty(ne)
     torque = np.empty((N, nj))
     for t in range(N):
         for i in range(ne):
             ae[i] = f[t, nj + i]
             for j in range(nj):
-                ae[i] -= M[t, nj + i, j] * a[t, j]
+                ae[i] -= M[t, (nj + i) * n + j] * a[t, j]
             for j in range(ne):
-                Me[i, j] = M[t, nj + i, nj + j]
+                Me[i * ne + j] = M[t, (nj + i) * n + nj + j]
         if ne > 0:
-            factor_positive(Me)
-            substitute_positive(Me, ae)
+            factor_positive(Me, ne)
+            substitute_positive(Me, ne, ae)
         for i in range(nj):
             total = -f[t, i]
             for j in range(nj):
-                total += M[t, i, j] * a[t, j]
+                total += M[t, i * n + j] * a[t, j]
             for j in range(ne):
-                total += M[t, i, nj + j] * ae[j]
+                total += M[t, i * n + nj + j] * ae[j]
             torque[t, i] = total
     return torque

@@ -3,6 +3,9 @@
 Arithmetic and comparisons act on all lanes with one instruction (two, where registers are shorter),
 so an expression that is written for one system runs for LANES of them. Branches become `select`.
 In memory a vector of n such numbers is a float64 array (n, LANES), read by `get`, written by `put`.
+
+All functions here take doubles too, which lie in a float64 array (n,): one text of a function is
+compiled for one system and for LANES side by side. A matrix lies row by row in such a vector.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from llvmlite import ir
 from numba import types
 from numba.core.datamodel import PrimitiveModel, register_default
 from numba.core.imputils import lower_cast
+from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin
 
@@ -27,21 +31,29 @@ _FUSE = ("contract",)
 """A product and a sum may become one instruction, as in the rest of the compiled code."""
 
 
-class _Wide(types.Type):
+class _Lanes(types.Type):
+    """A value per lane; a variable that holds the same for all lanes first becomes one."""
+
+    def __init__(self, name: str, single: types.Type) -> None:
+        super().__init__(name=name)
+        self.single = single
+
+    def unify(self, typingctx: Any, other: types.Type) -> types.Type | None:
+        return self if other == self.single else None
+
+    def can_convert_from(self, typingctx: Any, other: types.Type) -> Conversion | None:
+        return Conversion.safe if other == self.single else None
+
+
+class _Wide(_Lanes):
     """LANES doubles."""
 
-    def __init__(self) -> None:
-        super().__init__(name="Wide")
 
-
-class _Mask(types.Type):
+class _Mask(_Lanes):
     """LANES truth values."""
 
-    def __init__(self) -> None:
-        super().__init__(name="WideMask")
 
-
-wide, mask = _Wide(), _Mask()
+wide, mask = _Wide("Wide", types.float64), _Mask("WideMask", types.boolean)
 
 
 @register_default(_Wide)
@@ -56,18 +68,22 @@ class _MaskModel(PrimitiveModel):
         super().__init__(manager, kind, MASK)
 
 
-def _spread(builder: Any, value: Any) -> Any:
-    """The same double in all lanes."""
-    one = builder.insert_element(
-        ir.Constant(VECTOR, ir.Undefined), value, ir.Constant(ir.IntType(32), 0)
-    )
+def _spread(builder: Any, value: Any, kind: Any = VECTOR) -> Any:
+    """The same value in all lanes."""
+    empty = ir.Constant(kind, ir.Undefined)
+    one = builder.insert_element(empty, value, ir.Constant(ir.IntType(32), 0))
     places = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-    return builder.shuffle_vector(one, ir.Constant(VECTOR, ir.Undefined), places)
+    return builder.shuffle_vector(one, empty, places)
 
 
 @lower_cast(types.float64, wide)
 def _from_double(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
     return _spread(builder, value)
+
+
+@lower_cast(types.boolean, mask)
+def _from_truth(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
+    return _spread(builder, value, MASK)
 
 
 def _as_wide(context: Any, builder: Any, kind: Any, value: Any) -> Any:
@@ -152,53 +168,75 @@ _masks(operator.and_, "and_")
 _masks(operator.or_, "or_")
 
 
-def _row(context: Any, builder: Any, kind: Any, array: Any, row: Any) -> Any:
-    """Pointer to the lanes of one row of a float64 array (n, LANES)."""
+def _number_in(array: types.Array) -> types.Type:
+    """What a row of an array is."""
+    return wide if array.ndim == 2 else types.float64
+
+
+def _of(*kinds: types.Type) -> types.Type:
+    """Wide where any of them is."""
+    return wide if wide in kinds else types.float64
+
+
+def _as(kind: types.Type, context: Any, builder: Any, source: types.Type, value: Any) -> Any:
+    """The value as a number of that kind."""
+    if kind is wide:
+        return _as_wide(context, builder, source, value)
+    return context.cast(builder, value, source, types.float64)
+
+
+def row_pointer(context: Any, builder: Any, kind: types.Array, array: Any, row: Any) -> Any:
+    """Of one number of a float64 array (n,) or (n, LANES)."""
     data = context.make_array(kind)(context, builder, array).data
+    if kind.ndim == 1:
+        return builder.gep(data, [row])
     start = builder.mul(row, ir.Constant(row.type, LANES))
     return builder.bitcast(builder.gep(data, [start]), VECTOR.as_pointer())
 
 
 def _get(typingctx, array, row):  # type: ignore[no-untyped-def]
-    """Row `row` of a float64 array (n, LANES) as one wide number."""
+    """Row `row` of a float64 array (n,) or (n, LANES) as one number."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        return builder.load(_row(context, builder, sig.args[0], args[0], args[1]), align=8)
+        place = row_pointer(context, builder, sig.args[0], args[0], args[1])
+        return builder.load(place, align=8)
 
-    return wide(array, types.intp), emit
+    return _number_in(array)(array, types.intp), emit
 
 
 def _put(typingctx, array, row, value):  # type: ignore[no-untyped-def]
-    """Row `row` of a float64 array (n, LANES) becomes `value`, wide or a double for all lanes."""
+    """Row `row` of a float64 array (n,) or (n, LANES) becomes `value`."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        whole = _as_wide(context, builder, sig.args[2], args[2])
-        builder.store(whole, _row(context, builder, sig.args[0], args[0], args[1]), align=8)
+        whole = _as(_number_in(array), context, builder, sig.args[2], args[2])
+        place = row_pointer(context, builder, sig.args[0], args[0], args[1])
+        builder.store(whole, place, align=8)
         return context.get_dummy_value()
 
-    kept = wide if value is wide else types.float64
-    return types.void(array, types.intp, kept), emit
+    return types.void(array, types.intp, _of(value)), emit
 
 
 def _select(typingctx, where, a, b):  # type: ignore[no-untyped-def]
     """Lane by lane `a` where `where` is true, else `b`."""
+    found = wide if where is mask else _of(a, b)
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
-        a, b = (_as_wide(context, builder, sig.args[i], args[i]) for i in (1, 2))
+        a, b = (_as(found, context, builder, sig.args[i], args[i]) for i in (1, 2))
         return builder.select(args[0], a, b)
 
-    kinds = [wide if kind is wide else types.float64 for kind in (a, b)]
-    return wide(mask, *kinds), emit
+    return found(where, _of(a), _of(b)), emit
 
 
 def _any_lane(typingctx, where):  # type: ignore[no-untyped-def]
     """Whether any lane is true."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
+        if where is not mask:
+            return args[0]
         bits = builder.bitcast(args[0], ir.IntType(LANES))
         return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
 
-    return types.boolean(mask), emit
+    return types.boolean(where), emit
 
 
 def _spread_number(typingctx, value):  # type: ignore[no-untyped-def]
@@ -245,22 +283,23 @@ def _power_of_two(typingctx, exponent):  # type: ignore[no-untyped-def]
 
 
 def _elementary(name: str, count: int) -> Any:
-    """An LLVM function that acts on all lanes, of `count` numbers."""
+    """An LLVM function of `count` numbers, doubles or wide."""
 
     def typing(typingctx, *values):  # type: ignore[no-untyped-def]
+        found = _of(*values)
+        one, suffix = (VECTOR, f"v{LANES}f64") if found is wide else (ir.DoubleType(), "f64")
+
         def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
-            numbers = [
-                _as_wide(context, builder, k, x) for k, x in zip(sig.args, args, strict=True)
-            ]
-            kind = ir.FunctionType(VECTOR, [VECTOR] * len(numbers))
-            full = f"llvm.{name}.v{LANES}f64"
+            pairs = zip(sig.args, args, strict=True)
+            numbers = [_as(found, context, builder, k, x) for k, x in pairs]
+            full = f"llvm.{name}.{suffix}"
             function = builder.module.globals.get(full)
             if function is None:
+                kind = ir.FunctionType(one, [one] * len(numbers))
                 function = ir.Function(builder.module, kind, full)
             return builder.call(function, numbers)
 
-        kinds = [wide if kind is wide else types.float64 for kind in values]
-        return wide(*kinds), emit
+        return found(*[_of(kind) for kind in values]), emit
 
     def one(typingctx, x):  # type: ignore[no-untyped-def]
         return typing(typingctx, x)

@@ -11,6 +11,8 @@ the matrix is factored once as before. The two stages are those of the L-stable,
 stable SDIRK method that ROS2 is for linear forces: second order, and no stage gains energy.
 States are shares in [-1, 1]. The functions are short because Numba counts references to arrays
 in longer ones, which took three times as long as the arithmetic.
+
+Of LANES arms side by side (core.lanes.wide) a lane that has its answer keeps it while others go on.
 """
 
 from __future__ import annotations
@@ -18,13 +20,18 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from core.simulate.elements import call_element
-from core.simulate.small import (
-    INLINE,
-    multiply,
-    substitute,
+from core.lanes.algebra import (
+    copy,
+    dot,
+    multiply_square,
+    read,
     substitute_positive,
+    substitute_square,
+    write,
 )
+from core.lanes.functions import INLINE
+from core.lanes.wide import absolute, any_lane, get, maximum, minimum, put, select
+from core.simulate.elements import add_along, call_element
 
 MISS = 1e-11
 """rad/s or m/s: of a stage's speed. Bristles turn it into 1e-9 of their force."""
@@ -37,61 +44,60 @@ SWEEPS = 40
 
 
 @njit(**INLINE)
-def answer(bristles, ports, directions, W, pivots, M, M2, late, col, row, columns, D):  # type: ignore[no-untyped-def]
-    """columns (B, n) of accelerations to a force of one, and D (B, B) along the ports.
+def answer(solvers, bristles, ports, directions, W, note, M, M2, late, col, row, columns, D):  # type: ignore[no-untyped-def]
+    """columns (B n,) of accelerations to a force of one, and D (B B,) along the ports.
 
     In the second stage the force meets the mass matrix there: M2 in its factors.
     """
-    for i in range(bristles.size):
-        at = ports[bristles[i]]
-        for a in range(col.size):
-            col[a] = directions[at, a]
+    n, count = col.shape[0], bristles.size
+    for i in range(count):
+        read(col, directions, ports[bristles[i]] * n)
         if late:
-            substitute_positive(M2, col)
-            multiply(row, M, col)
-            for a in range(col.size):
-                col[a] = row[a]
-        substitute(W, pivots, col)
-        for a in range(col.size):
-            columns[i, a] = col[a]
-        for j in range(bristles.size):
-            at = ports[bristles[j]]
-            along = 0.0
-            for a in range(col.size):
-                along += directions[at, a] * col[a]
-            D[j, i] = along
+            substitute_positive(M2, n, col)
+            multiply_square(solvers, row, M, col)
+            copy(col, row)
+        substitute_square(solvers, W, note, col)
+        write(columns, i * n, col)
+        for j in range(count):
+            put(D, j * count + i, dot(directions, ports[bristles[j]], col))
 
 
 @njit(**INLINE)
 def within(share):  # type: ignore[no-untyped-def]
     """The share cut to [-1, 1]."""
-    return min(max(share, -1.0), 1.0)
+    return minimum(maximum(share, -1.0), 1.0)
 
 
 @njit(**INLINE)
-def slip(address, x, port, V, i, S, values, at, out, base, rest, own, g, F):  # type: ignore[no-untyped-def]
+def slip(address, x, port, V, i, S, values, at, out, base, rest, own, g, F, active):  # type: ignore[no-untyped-def]
     """The force F[i] of one bristle, with its V[i] and S[i], the others' forces being in `rest`.
 
-    Newton's method within a bracket, begun as if it went on slipping.
+    Newton's method within a bracket, begun as if it went on slipping; only the `active` lanes move.
     """
-    low, high, miss = -1e300, 1e300, np.inf
+    low, high = -1e300, 1e300
+    state, force = get(S, i), get(F, i)
+    speed = select(active, rest + own * force, get(V, i))
+    put(V, i, speed)
     tried = 0
-    V[i] = rest + own * F[i]
-    while abs(miss) > MISS and tried < TRIES:
+    while tried < TRIES and any_lane(active):
         call_element(address, x, port, V, i, S, i, values, at, out)
-        share = 1.0 / (1.0 - g * out[6])
-        bent = (base + g * (out[3] - out[6] * S[i])) * share
-        F[i] = out[0] + out[4] * (bent - S[i])
-        S[i] = bent
-        miss = V[i] - rest - own * F[i]
-        if abs(miss) > MISS:
-            high = V[i] if miss > 0.0 else high
-            low = V[i] if miss < 0.0 else low
-            slope = out[2] + out[4] * g * out[5] * share
-            step = miss / max(1.0 - own * slope, 1.0)
-            inside = low < V[i] - step < high
-            V[i] = V[i] - step if inside else 0.5 * (low + high)
+        share = 1.0 / (1.0 - g * get(out, 6))
+        bent = (base + g * (get(out, 3) - get(out, 6) * state)) * share
+        force = select(active, get(out, 0) + get(out, 4) * (bent - state), force)
+        state = select(active, bent, state)
+        put(S, i, state)
+        miss = speed - rest - own * force
+        active = active & (absolute(miss) > MISS)
+        if any_lane(active):
+            high = select(active & (miss > 0.0), speed, high)
+            low = select(active & (miss < 0.0), speed, low)
+            slope = get(out, 2) + get(out, 4) * g * get(out, 5) * share
+            newton = speed - miss / maximum(1.0 - own * slope, 1.0)
+            inside = (low < newton) & (newton < high)
+            speed = select(active, select(inside, newton, 0.5 * (low + high)), speed)
+            put(V, i, speed)
         tried += 1
+    put(F, i, force)
 
 
 @njit(**INLINE)
@@ -99,27 +105,26 @@ def free_speeds(bristles, ports, directions, xd, g, kv, free):  # type: ignore[n
     """V (B,) of a stage without any bristle's force."""
     for i in range(bristles.size):
         at = ports[bristles[i]]
-        rate = 0.0
-        for a in range(kv.size):
-            rate += directions[at, a] * kv[a]
-        free[i] = xd[at] + g * rate
+        put(free, i, get(xd, at) + g * dot(directions, at, kv))
 
 
 @njit(**INLINE)
 def others(D, F, free, i, g):  # type: ignore[no-untyped-def]
     """The speed of bristle i with the forces of all others."""
-    total = free[i]
-    for j in range(F.size):
-        total += g * D[i, j] * F[j] if j != i else 0.0
+    total, count = get(free, i), F.shape[0]
+    for j in range(count):
+        if j != i:
+            total += g * get(D, i * count + j) * get(F, j)
     return total
 
 
 @njit(**INLINE)
-def furthest(D, i, change, g):  # type: ignore[no-untyped-def]
+def furthest(D, i, count, change, g):  # type: ignore[no-untyped-def]
     """By how much a change of force i moves another bristle's speed at most."""
     most = 0.0
-    for j in range(D.shape[0]):
-        most = max(most, abs(g * D[j, i] * change) if j != i else 0.0)
+    for j in range(count):
+        if j != i:
+            most = maximum(most, absolute(g * get(D, j * count + i) * change))
     return most
 
 
@@ -128,9 +133,8 @@ def apply_forces(bristles, states, columns, F, S, w, g, kv, kw):  # type: ignore
     """kv += what the forces do; kw the rates that lead from w to S."""
     for i in range(bristles.size):
         at = states[bristles[i]]
-        kw[at] = (S[i] - w[at]) / g
-        for a in range(kv.size):
-            kv[a] += columns[i, a] * F[i]
+        put(kw, at, (get(S, i) - get(w, at)) / g)
+        add_along(kv, get(F, i), columns, i)
 
 
 @njit(**INLINE)
@@ -143,18 +147,19 @@ def solve_friction(  # type: ignore[no-untyped-def]
     `w` are the states from which the stage's rates are counted; it stands on those `back` times
     the rates kw1 before them. F is where the search begins: what it was in the stage before.
     """
-    moved, swept = np.inf, 0
-    while moved > MISS and swept < SWEEPS:
+    count, swept, moved = bristles.size, 0, np.inf
+    while swept < SWEEPS and any_lane(moved > MISS):
+        active = moved > MISS
         moved = 0.0
-        for i in range(bristles.size):
+        for i in range(count):
             e = bristles[i]
-            base = within(w[states[e]] - back * kw1[states[e]])
-            before = F[i]
+            base = within(get(w, states[e]) - back * get(kw1, states[e]))
+            before = get(F, i)
             slip(
                 addresses[e], x, ports[e], V, i, S, values, parameters[e], out, base,
-                others(D, F, free, i, g), g * D[i, i], g, F,
+                others(D, F, free, i, g), g * get(D, i * count + i), g, F, active,
             )  # fmt: skip
-            moved = max(moved, furthest(D, i, F[i] - before, g))
+            moved = maximum(moved, furthest(D, i, count, get(F, i) - before, g))
         swept += 1
 
 
@@ -162,4 +167,5 @@ def solve_friction(  # type: ignore[no-untyped-def]
 def bound(bristles, states, w):  # type: ignore[no-untyped-def]
     """A bristle that slips within the step would be carried beyond its end."""
     for i in range(bristles.size):
-        w[states[bristles[i]]] = within(w[states[bristles[i]]])
+        at = states[bristles[i]]
+        put(w, at, within(get(w, at)))

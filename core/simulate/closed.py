@@ -11,18 +11,18 @@ import numpy as np
 from numba import njit
 
 from core.arm.signatures import OPTIONS
+from core.lanes.functions import INLINE
 from core.simulate.lanes import aligned
-from core.simulate.small import INLINE
 from core.simulate.vector import LANES, scale, subtract
 
 
 @njit(**OPTIONS)
 def work_arrays(n, ns, nr):  # type: ignore[no-untyped-def]
-    """Work arrays of `place`: for one lane M (n, n), K, D, f, right; for all lanes M and the rows
+    """Work arrays of `place`: for one lane M (n n,), K, D, f, right; for all lanes M and the rows
     of q'' and s' over [q, q', s, r], flat."""
     columns = 2 * n + ns + nr
     return (
-        np.empty((n, n)), np.empty((n, n)), np.empty((n, n)), np.empty(n), np.zeros(n),
+        np.empty(n * n), np.empty(n * n), np.empty(n * n), np.empty(n), np.zeros(n),
         aligned(n * n * LANES), aligned((n + ns) * columns * LANES),
     )  # fmt: skip
 
@@ -43,9 +43,9 @@ def place(dynamics, linear, p, q, laws, s, lane, work):  # type: ignore[no-untyp
         driven = i < R.shape[1]
         at = i * columns * LANES + lane
         for j in range(n):
-            inertia[(i * n + j) * LANES + lane] = M[i, j]
-            rows[at + j * LANES] = -K[i, j] - (P[s, i, j] if driven else 0.0)
-            rows[at + (n + j) * LANES] = -D[i, j] - (V[s, i, j] if driven else 0.0)
+            inertia[(i * n + j) * LANES + lane] = M[i * n + j]
+            rows[at + j * LANES] = -K[i * n + j] - (P[s, i, j] if driven else 0.0)
+            rows[at + (n + j) * LANES] = -D[i * n + j] - (V[s, i, j] if driven else 0.0)
         for j in range(ns):
             rows[at + (2 * n + j) * LANES] = -S[s, i, j] if driven else 0.0
         for j in range(nr):

@@ -17,11 +17,11 @@ from numba import int64, njit, types
 
 from core.arm.pointers import dynamics_at, linear_at
 from core.arm.signatures import OPTIONS, cube, kernel, matrix, vector
+from core.lanes.functions import INLINE
 from core.simulate import vector as wide
 from core.simulate.closed import augment, balance, place, solve, work_arrays
 from core.simulate.lanes import aligned, exponential
 from core.simulate.lpv import LAWS
-from core.simulate.small import INLINE
 from core.simulate.vector import LANES
 
 rows1, rows4, rows8, rows12 = wide.rows1, wide.rows4, wide.rows8, wide.rows12

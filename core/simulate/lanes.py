@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from core.arm.signatures import OPTIONS
-from core.simulate.small import INLINE
+from core.lanes.functions import INLINE
 from core.simulate.vector import LANES, axpy, dot1, dot2, dot4, dot8, move
 
 TAYLOR_DEGREE = 16

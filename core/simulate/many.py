@@ -26,9 +26,8 @@ from core.simulate.nonlinear import (
     run,
     torque_difference,
 )
-from core.simulate.rosenbrock import implicit_parts
+from core.simulate.rosenbrock import implicit_parts, integrate_lanes
 from core.simulate.stretches import stretches
-from core.simulate.wide_rosenbrock import integrate
 from core.trajectory import Trajectory
 
 WEAK_PIVOT = 1e-7
@@ -203,8 +202,8 @@ def _run_pass(
     most = np.ones(LANES)
     for rows in stretches(samples, substeps):
         length = rows.stop - rows.start
-        states, torques, growth = integrate(
-            arm.dynamics, arm.tip, *arm.solvers, p, law, implicit, elements,
+        states, torques, growth = integrate_lanes(
+            arm.dynamics, arm.tip, (n, *arm.solvers), p, law, implicit, elements,
             _interleaved([r[rows] for r in references]), first.numbers.law.straight, start, dt,
             length, substeps, limited,
         )  # fmt: skip
@@ -228,7 +227,7 @@ def _trajectory(job: Job, moved: np.ndarray, torque: np.ndarray) -> Trajectory:
 
 
 def _elements(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> tuple[np.ndarray, ...]:
-    """The arrays of core.simulate.wide_elements.WIDE_ELEMENTS."""
+    """The arrays of core.simulate.elements.WIDE_ELEMENTS."""
     like = packed[0]
     laws = sorted((e.law for e in jobs[0].numbers.elements), key=lambda law: law.bristle)
     addresses = np.array([compile_wide_law(law).address for law in laws], dtype=np.int64)

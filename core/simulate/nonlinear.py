@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -53,6 +54,11 @@ def law_arrays(law: DriveLaw) -> tuple[np.ndarray, ...]:
     return tuple(np.ascontiguousarray(part, dtype=float) for part in parts)
 
 
+def flat(arrays: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+    """The arrays' numbers, row by row."""
+    return tuple(array.ravel() for array in arrays)
+
+
 def run(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
     """One pass with a fixed number of steps per sample."""
     p, law = numbers.p, numbers.law
@@ -65,11 +71,15 @@ def run(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory
     elements, start = numbers.packed(n), full_start(task, numbers)
     states = np.empty((len(references), len(start)))
     torque = np.empty((len(references), len(law.R)))
+    limited = bool(np.isfinite(law.limit).any())
     for rows in stretches(len(references), substeps):
-        states[rows], torque[rows] = integrate(
-            model.compiled.dynamics, model.compiled.tip, p, arrays, parts, elements.packed(),
-            references[rows], law.straight, start, dt, substeps,
+        length = rows.stop - rows.start
+        moved, pushed, _ = integrate(
+            model.compiled.dynamics, model.compiled.tip, (n,), p, flat(arrays), flat(parts),
+            elements.packed(), references[rows].ravel(), law.straight, start, np.array([dt]),
+            length, substeps, limited,
         )  # fmt: skip
+        states[rows], torque[rows] = moved.reshape(length, -1), pushed.reshape(length, -1)
         start = states[rows.stop - 1].copy()
     return Trajectory(
         model.arm, model.compiled, p, task.time, states[:, :n], states[:, n : 2 * n], torque

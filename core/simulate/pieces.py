@@ -16,10 +16,10 @@ from numba import int64, njit, types
 
 from core.arm.pointers import dynamics_at, linear_at
 from core.arm.signatures import OPTIONS, cube, kernel, matrix, vector
+from core.lanes.functions import INLINE
 from core.simulate import vector as wide
 from core.simulate.closed import augment, balance, place, solve, work_arrays
 from core.simulate.lanes import aligned, apply_part, exponential, product
-from core.simulate.small import INLINE
 from core.simulate.vector import LANES, move
 
 compare1, compare2, compare4, compare8 = (

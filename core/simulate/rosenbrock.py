@@ -7,6 +7,10 @@ damping and the drive's feedback, so steps need not resolve poles of 10^5 rad/s.
     (I - gamma h W) k1 = f(y)
     (I - gamma h W) k2 = f(y + h k1) - 2 k1
     y+ = y + 3/2 h k1 + 1/2 h k2
+
+It is written once and compiled twice, for one arm and for LANES side by side (core.lanes.wide). The
+lanes have one structure (coordinates, states of the drive, force laws, steps per sample) and differ
+in everything else: parameters, references, starts, sample times.
 """
 
 from __future__ import annotations
@@ -14,12 +18,30 @@ from __future__ import annotations
 import numpy as np
 from numba import int64, njit, types
 
-from core.arm.signatures import DYNAMICS, TIP, kernel, matrix, vector
+from core.arm.signatures import DYNAMICS, TIP, Kernel, filling, matrix, vector
+from core.lanes.algebra import (
+    add_product,
+    advance,
+    combine,
+    copy,
+    factor_square,
+    multiply,
+    multiply_square,
+    read,
+    solve_positive,
+    substitute_square,
+    subtract_square,
+    write,
+    zeros,
+)
+from core.lanes.functions import INLINE
+from core.lanes.wide import any_lane, get, put, select
 from core.simulate.bristles import answer, apply_forces, bound, free_speeds, solve_friction
 from core.simulate.elements import (
     ELEMENTS,
     OUT_PER_PORT,
     OUT_PER_STATE,
+    WIDE_ELEMENTS,
     add_known,
     load,
     push,
@@ -27,27 +49,8 @@ from core.simulate.elements import (
     see,
     state_stage,
 )
-from core.simulate.small import (
-    INLINE,
-    add_matrices,
-    add_product,
-    advance,
-    combine,
-    factor,
-    factor_positive,
-    multiply,
-    read_row,
-    substitute,
-    substitute_positive,
-    write_row,
-)
 
 GAMMA = 1.0 - 1.0 / np.sqrt(2.0)
-
-LAW = types.Tuple((matrix, matrix, matrix, matrix, matrix, matrix, matrix, matrix, vector))
-"""The arrays of core.drives.law.DriveLaw, in its order."""
-IMPLICIT = types.UniTuple(matrix, 7)
-"""What `implicit_parts` returns."""
 
 
 def implicit_parts(
@@ -80,31 +83,9 @@ def drive_torque(R, P, V, S, limit, r, q, v, s, u):  # type: ignore[no-untyped-d
     add_product(u, -1.0, P, q)
     add_product(u, -1.0, V, v)
     add_product(u, -1.0, S, s)
-    for i in range(u.size):
-        if u[i] > limit[i]:
-            u[i] = limit[i]
-        elif u[i] < -limit[i]:
-            u[i] = -limit[i]
-
-
-@njit(**INLINE)
-def add_torque(f, u):  # type: ignore[no-untyped-def]
-    """f += G u: the joints are the first coordinates."""
-    for i in range(u.size):
-        f[i] += u[i]
-
-
-@njit(**INLINE)
-def without_feedback(cuts, M, A0, B0, B, T2, whole_T, W, both, T):  # type: ignore[no-untyped-def]
-    """A drive at its limit does not react: its rows of the step's matrices are the arm's own."""
-    for i in range(cuts.size):
-        cut = cuts[i] != 0.0
-        for j in range(M.shape[0]):
-            if cut:
-                W[i, j] = M[i, j] + A0[i, j]
-            both[i, j] = B0[i, j] if cut else B[i, j] + T2[i, j]
-        for j in range(T.shape[1]):
-            T[i, j] = 0.0 if cut else whole_T[i, j]
+    for i in range(u.shape[0]):
+        most, torque = get(limit, i), get(u, i)
+        put(u, i, select(torque > most, most, select(torque < -most, -most, torque)))
 
 
 @njit(**INLINE)
@@ -117,37 +98,78 @@ def drive_rate(Fs, Fq, Fv, Fr, r, q, v, s, ds):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def solve_rates(W, pivots, B, T, elements, slopes, a, b, c, cw, kv):  # type: ignore[no-untyped-def]
+def add_torque(f, u):  # type: ignore[no-untyped-def]
+    """f += G u: the joints are the first coordinates."""
+    for i in range(u.shape[0]):
+        put(f, i, get(f, i) + get(u, i))
+
+
+@njit(**INLINE)
+def without_feedback(cuts, n, M, A0, B0, B, T2, whole_T, W, both, T):  # type: ignore[no-untyped-def]
+    """A drive at its limit does not react: its rows of the step's matrices are the arm's own."""
+    ns = T.shape[0] // n
+    for i in range(cuts.shape[0]):
+        cut = get(cuts, i)
+        free = (cut < 0.5) & (cut > -0.5)
+        for at in range(i * n, (i + 1) * n):
+            put(W, at, select(free, get(W, at), get(M, at) + get(A0, at)))
+            put(both, at, select(free, get(B, at) + get(T2, at), get(B0, at)))
+        for at in range(i * ns, (i + 1) * ns):
+            put(T, at, select(free, get(whole_T, at), 0.0))
+
+
+@njit(**INLINE)
+def cut_drives(cuts, u, limit):  # type: ignore[no-untyped-def]
+    """cuts (nj,): 1 or -1 where a drive gives its largest torque, else 0."""
+    for i in range(cuts.shape[0]):
+        most, torque = get(limit, i), get(u, i)
+        put(cuts, i, select(torque >= most, 1.0, select(torque <= -most, -1.0, 0.0)))
+
+
+@njit(**INLINE)
+def release_drives(cuts, u, limit):  # type: ignore[no-untyped-def]
+    """Frees the drives that would give less than their limit; whether there are any."""
+    released = False
+    for i in range(cuts.shape[0]):
+        cut = get(cuts, i)
+        held = (cut > 0.5) | (cut < -0.5)
+        free = held & (cut * get(u, i) < get(limit, i))
+        put(cuts, i, select(free, 0.0, cut))
+        released = released or any_lane(free)
+    return released
+
+
+@njit(**INLINE)
+def solve_rates(solvers, W, note, B, T, elements, slopes, a, b, c, cw, kv):  # type: ignore[no-untyped-def]
     """kv of (I - g W) k = (a, M^-1 b, c, cw), with M + A already factored in W."""
-    Fx, Fw, _, rw = slopes
-    combine(kv, b, 0.0, b)
-    add_product(kv, -1.0, B, a)
-    add_known(elements, a, cw, Fx, Fw, rw, kv)
+    copy(kv, b)
+    subtract_square(solvers, kv, B, a)
+    add_known(elements, a, cw, slopes, kv)
     add_product(kv, -1.0, T, c)
-    substitute(W, pivots, kv)
+    substitute_square(solvers, W, note, kv)
 
 
 @njit(**INLINE)
 def solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq, kv, ks, kw):  # type: ignore[no-untyped-def]
     """The rest of k from its kv."""
-    _, _, rv, rw = slopes
     combine(kq, a, g, kv)
     add_product(c, g, Fq, kq)
     add_product(c, g, Fv, kv)
     multiply(ks, inverse, c)
-    state_stage(elements, cw, kv, rv, rw, kw)
+    state_stage(elements, cw, kv, slopes, kw)
 
 
-@kernel(
-    types.Tuple((matrix, matrix))(
-        DYNAMICS, TIP, vector, LAW, IMPLICIT, ELEMENTS, matrix, int64, vector,
-        types.float64, int64,
-    ),
-)  # fmt: skip
-def integrate(dynamics, tip, p, law, parts, given, r, straight, y0, dt, substeps):  # type: ignore[no-untyped-def]
-    """States (N, 2 n + ns + nw) and drive torques (N, nj) at the N samples of references r (N, nr).
+def _integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
+    dynamics, tip, solvers, p, law, parts, given, r, straight, y0, dt, samples, substeps, limited
+):
+    """States (N (2 n + ns + nw),) and drive torques (N nj,) at the N samples, and the `note` of
+    core.lanes.algebra.factor_square.
 
-    The first `straight` references run straight between samples, the others are held.
+    Matrices lie row by row; of LANES arms each number stands for all of them. `solvers` begins with
+    the number of coordinates, see core.lanes.algebra; p (np,); `law` and
+    `parts` as core.drives.law.DriveLaw and `implicit_parts` have them; r (N nr,), of each row the
+    first `straight` run straight between samples, the others are held; y0 (2 n + ns + nw,); dt (1,)
+    in s; `limited` says whether any drive has a limit.
     """
     addresses, ports, states_of, values_of, _, _, tips, bristles, loads = given
     # The tip's directions and loads are written here, and other threads may run the same model.
@@ -155,90 +177,81 @@ def integrate(dynamics, tip, p, law, parts, given, r, straight, y0, dt, substeps
     elements = (
         addresses, ports, states_of, values_of, directions, values, tips, bristles, loads
     )  # fmt: skip
-    joints, ns, nw = law[0].shape[0], law[4].shape[0], states_of[-1]
-    K = directions.shape[0]
-    n = (y0.size - ns - nw) // 2
-    x, xd, z, J = np.empty(K), np.empty(K), np.empty(2), np.empty((2, n))
-    out = np.empty(OUT_PER_PORT * K + OUT_PER_STATE * nw)
-    slopes = (np.zeros(K), np.zeros(nw), np.zeros(nw), np.zeros(nw))
-    w, w2, cw = y0[2 * n + ns :].copy(), y0[2 * n + ns :].copy(), np.zeros(nw)
-    kw1, kw2 = np.zeros(nw), np.zeros(nw)
-    Q = bristles.size
-    columns, D, col, row = np.empty((Q, n)), np.empty((Q, Q)), np.empty(n), np.empty(n)
-    free, speed, force, share = np.zeros(Q), np.zeros(Q), np.zeros(Q), np.zeros(Q)
-    N = r.shape[0]
-    h = dt / substeps
-    g = GAMMA * h
-    states, torques = np.empty((N, y0.size)), np.empty((N, joints))
-    q, v, s = y0[:n].copy(), y0[n : 2 * n].copy(), y0[2 * n : 2 * n + ns].copy()
-    q2, v2, s2 = q.copy(), v.copy(), s.copy()
     R, P, V, S, Fs, Fq, Fv, Fr, limit = law
     A, B, whole_T, T2, inverse, A0, B0 = parts
-    both, T = np.empty((n, n)), whole_T.copy()
-    add_matrices(both, B, T2)
-    limited = False
-    for i in range(joints):
-        limited = limited or np.isfinite(limit[i])
-    M, M2, W = np.empty((n, n)), np.empty((n, n)), np.empty((n, n))
-    f, a, b, c, u = np.empty(n), np.empty(n), np.empty(n), np.empty(ns), np.empty(joints)
-    kq1, kv1, ks1 = np.empty(n), np.empty(n), np.empty(ns)
-    kq2, kv2, ks2 = np.empty(n), np.empty(n), np.empty(ns)
-    pivots = np.empty(n, dtype=np.int64)
-    cuts, f0, c0 = np.zeros(joints), np.empty(n), np.empty(ns)
-    r1, r2, slope = np.empty(r.shape[1]), np.empty(r.shape[1]), np.zeros(r.shape[1])
-    for k in range(N):
-        write_row(states, k, 0, q)
-        write_row(states, k, n, v)
-        write_row(states, k, 2 * n, s)
-        write_row(states, k, 2 * n + ns, w)
-        read_row(r2, r, k)
+    n = solvers[0]
+    joints, nw, K, Q = limit.shape[0], states_of[-1], ports[-1], bristles.size
+    nr, length = r.shape[0] // samples, y0.shape[0]
+    ns = length - 2 * n - nw
+    x, xd, z, J = zeros(y0, K), zeros(y0, K), zeros(y0, 2), zeros(y0, 2 * n)
+    out = zeros(y0, OUT_PER_PORT * K + OUT_PER_STATE * nw)
+    slopes = (zeros(y0, K), zeros(y0, nw), zeros(y0, nw), zeros(y0, nw))
+    q, v, s, w = zeros(y0, n), zeros(y0, n), zeros(y0, ns), zeros(y0, nw)
+    read(q, y0, 0)
+    read(v, y0, n)
+    read(s, y0, 2 * n)
+    read(w, y0, 2 * n + ns)
+    q2, v2, s2, w2 = zeros(y0, n), zeros(y0, n), zeros(y0, ns), zeros(y0, nw)
+    cw, kw1, kw2 = zeros(y0, nw), zeros(y0, nw), zeros(y0, nw)
+    columns, D, col, row = zeros(y0, Q * n), zeros(y0, Q * Q), zeros(y0, n), zeros(y0, n)
+    free, speed, force, share = zeros(y0, Q), zeros(y0, Q), zeros(y0, Q), zeros(y0, Q)
+    states, torques = zeros(y0, samples * length), zeros(y0, samples * joints)
+    both, T = zeros(y0, n * n), whole_T.copy()
+    combine(both, B, 1.0, T2)
+    M, M2, W, note = zeros(y0, n * n), zeros(y0, n * n), zeros(y0, n * n), zeros(y0, n)
+    f, a, b, c = zeros(y0, n), zeros(y0, n), zeros(y0, n), zeros(y0, ns)
+    u, cuts, f0, c0 = zeros(y0, joints), zeros(y0, joints), zeros(y0, n), zeros(y0, ns)
+    kq1, kv1, ks1 = zeros(y0, n), zeros(y0, n), zeros(y0, ns)
+    kq2, kv2, ks2 = zeros(y0, n), zeros(y0, n), zeros(y0, ns)
+    r1, r2, slope = zeros(y0, nr), zeros(y0, nr), zeros(y0, nr)
+    h = get(dt, 0) / substeps
+    g = GAMMA * h
+    for k in range(samples):
+        write(states, k * length, q)
+        write(states, k * length + n, v)
+        write(states, k * length + 2 * n, s)
+        write(states, k * length + 2 * n + ns, w)
+        read(r2, r, k * nr)
         drive_torque(R, P, V, S, limit, r2, q, v, s, u)
-        write_row(torques, k, 0, u)
-        if k == N - 1:
+        write(torques, k * joints, u)
+        if k == samples - 1:
             break
         for i in range(straight):
-            slope[i] = (r[k + 1, i] - r[k, i]) / substeps
+            put(slope, i, (get(r, (k + 1) * nr + i) - get(r, k * nr + i)) / substeps)
         for _ in range(substeps):
-            combine(r1, r2, 0.0, slope)
+            copy(r1, r2)
             combine(r2, r1, 1.0, slope)
             dynamics(q, v, p, M, f)
             drive_torque(R, P, V, S, limit, r1, q, v, s, u)
             drive_rate(Fs, Fq, Fv, Fr, r1, q, v, s, c)
             add_torque(f, u)
-            for i in range(joints):
-                cuts[i] = 0.0
-                if u[i] >= limit[i]:
-                    cuts[i] = 1.0
-                elif u[i] <= -limit[i]:
-                    cuts[i] = -1.0
+            if limited:
+                cut_drives(cuts, u, limit)
             if K > 0:
                 see(tip, elements, q, v, p, x, xd, z, J)
                 load(elements, u)
-            combine(f0, f, 0.0, f)
-            combine(c0, c, 0.0, c)
+            copy(f0, f)
+            copy(c0, c)
             again = True
             while again:
-                again = False
-                combine(f, f0, 0.0, f0)
-                combine(c, c0, 0.0, c0)
-                add_matrices(W, M, A)
+                copy(f, f0)
+                copy(c, c0)
+                combine(W, M, 1.0, A)
                 if limited:
-                    without_feedback(cuts, M, A0, B0, B, T2, whole_T, W, both, T)
+                    without_feedback(cuts, n, M, A0, B0, B, T2, whole_T, W, both, T)
                 if K > 0:
-                    push_implicitly(
-                        elements, x, xd, w, out, f, cw, g, W, slopes[0], slopes[1], slopes[2],
-                        slopes[3],
-                    )  # fmt: skip
-                factor(W, pivots)
-                solve_rates(W, pivots, both, T, elements, slopes, v, f, c, cw, kv1)
+                    push_implicitly(elements, x, xd, w, out, f, cw, g, W, slopes)
+                factor_square(solvers, W, note)
+                solve_rates(solvers, W, note, both, T, elements, slopes, v, f, c, cw, kv1)
                 if Q > 0:
                     answer(
-                        bristles, ports, directions, W, pivots, M, M2, False, col, row, columns, D
-                    )
+                        solvers, bristles, ports, directions, W, note, M, M2, False, col, row,
+                        columns, D,
+                    )  # fmt: skip
                     free_speeds(bristles, ports, directions, xd, g, kv1, free)
                     solve_friction(
-                        bristles, addresses, ports, states_of, values_of, values, D, g, x, w, 0.0,
-                        kw1, free, speed, force, share, out,
+                        bristles, addresses, ports, states_of, values_of, values, D, g, x, w,
+                        0.0 * g, kw1, free, speed, force, share, out,
                     )  # fmt: skip
                     apply_forces(bristles, states_of, columns, force, share, w, g, kv1, kw1)
                 solve_rest(inverse, Fq, Fv, g, elements, slopes, v, c, cw, kq1, kv1, ks1, kw1)
@@ -247,10 +260,7 @@ def integrate(dynamics, tip, p, law, parts, given, r, straight, y0, dt, substeps
                 combine(s2, s, h, ks1)
                 combine(w2, w, h, kw1)
                 drive_torque(R, P, V, S, limit, r2, q2, v2, s2, u)
-                for i in range(joints):
-                    if cuts[i] * u[i] < limit[i] and cuts[i] != 0.0:
-                        cuts[i] = 0.0
-                        again = True
+                again = limited and release_drives(cuts, u, limit)
             dynamics(q2, v2, p, M2, f)
             drive_rate(Fs, Fq, Fv, Fr, r2, q2, v2, s2, c)
             add_torque(f, u)
@@ -258,20 +268,22 @@ def integrate(dynamics, tip, p, law, parts, given, r, straight, y0, dt, substeps
                 see(tip, elements, q2, v2, p, x, xd, z, J)
                 load(elements, u)
                 push(elements, x, xd, w2, out, f, cw)
-            factor_positive(M2)
-            substitute_positive(M2, f)
+            solve_positive(solvers, M2, f)
             combine(f, f, -2.0, kv1)
-            multiply(b, M, f)
+            multiply_square(solvers, b, M, f)
             combine(a, v2, -2.0, kq1)
             combine(c, c, -2.0, ks1)
             combine(cw, cw, -2.0, kw1)
-            solve_rates(W, pivots, both, T, elements, slopes, a, b, c, cw, kv2)
+            solve_rates(solvers, W, note, both, T, elements, slopes, a, b, c, cw, kv2)
             if Q > 0:
-                answer(bristles, ports, directions, W, pivots, M, M2, True, col, row, columns, D)
+                answer(
+                    solvers, bristles, ports, directions, W, note, M, M2, True, col, row,
+                    columns, D,
+                )  # fmt: skip
                 free_speeds(bristles, ports, directions, xd, g, kv2, free)
                 solve_friction(
-                    bristles, addresses, ports, states_of, values_of, values, D, g, x, w2, 2.0 * g,
-                    kw1, free, speed, force, share, out,
+                    bristles, addresses, ports, states_of, values_of, values, D, g, x, w2,
+                    2.0 * g, kw1, free, speed, force, share, out,
                 )  # fmt: skip
                 apply_forces(bristles, states_of, columns, force, share, w2, g, kv2, kw2)
             solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq2, kv2, ks2, kw2)
@@ -281,4 +293,21 @@ def integrate(dynamics, tip, p, law, parts, given, r, straight, y0, dt, substeps
             advance(w, 1.5 * h, kw1, 0.5 * h, kw2)
             if Q > 0:
                 bound(bristles, states_of, w)
-    return states, torques
+    return states, torques, note
+
+
+def _compiled(numbers, dynamics, tip, solvers, elements) -> Kernel:  # type: ignore[no-untyped-def]
+    """`_integrate` for arrays of numbers of one type."""
+    law, parts = types.UniTuple(numbers, 9), types.UniTuple(numbers, 7)
+    return Kernel(
+        _integrate,
+        types.UniTuple(numbers, 3)(
+            dynamics, tip, solvers, numbers, law, parts, elements, numbers, int64, numbers,
+            numbers, int64, int64, types.boolean,
+        ),
+    )  # fmt: skip
+
+
+_SOLVERS = types.Tuple((int64, *[filling(matrix, count) for count in (2, 2, 2, 3, 3)]))
+integrate = _compiled(vector, DYNAMICS, TIP, types.Tuple((int64,)), ELEMENTS)
+integrate_lanes = _compiled(matrix, filling(matrix, 5), filling(matrix, 4), _SOLVERS, WIDE_ELEMENTS)

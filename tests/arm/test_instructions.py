@@ -11,7 +11,7 @@ from numba.core.errors import NumbaError
 
 from core.arm.instructions import straight_line
 from core.lanes import functions
-from core.lanes.functions import absolute, get, maximum, put
+from core.lanes.functions import absolute, maximum
 from core.lanes.wide import LANES
 
 COLUMNS = 3
@@ -33,11 +33,11 @@ def arithmetic(x, M, out):  # type: ignore[no-untyped-def]
 
 
 def lanes(x, M, out):  # type: ignore[no-untyped-def]
-    a = get(x, 0)
+    a = x[0]
     b = -(2 / 3) * a + 5
-    put(M, 0 * 3 + 2, functions_cos(a) * b - get(x, 1))
-    put(M, 1, 0.0)
-    put(out, 0, maximum(absolute(a), b / 4))
+    M[0, 2] = functions_cos(a) * b - x[1]
+    M[0, 1] = 0.0
+    out[0] = maximum(absolute(a), b / 4)
 
 
 functions_cos = functions.cos

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable
 from functools import cache, partial
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from core.arm.cache import sources_key
 from core.arm.checksums import kept_module, module_file
 from core.arm.compiled import _name as name_of
 from core.arm.compiled import compile_wide_arm
+from core.arm.generate import module_head
 from core.arm.solvers import MOST_WRITTEN_OUT, solver_functions
 from core.arm.structure import Structure
 from core.lanes.wide import LANES
@@ -29,12 +29,6 @@ SIZES = (1, 3, 8, 13)
 ARMS = {1: (0,), 3: (2,)}
 """Coordinates -> modes of an arm whose own module is tried. The larger ones are tried without the
 equations of an arm, which take most of the time to compile and are not used here."""
-TEMPLATE = files("core.arm").joinpath("wide_module_template.txt").read_text("utf-8")
-
-
-def head(n: int) -> str:
-    """What stands before the functions in the module of every arm of n coordinates."""
-    return TEMPLATE.split("@statements")[0].replace("@COLUMNS@", str(n))
 
 
 @njit
@@ -67,7 +61,7 @@ def solvers(n: int) -> dict[str, Callable[..., Any]]:
 
 def apart(n: int) -> tuple[Any, ...]:
     """As the module of an arm has them, but alone."""
-    text = head(n) + solver_functions(n) + "\n"
+    text = module_head(n, wide=True) + "".join(solver_functions(n))
     key = hashlib.sha256(f"{text}{sources_key()}".encode()).hexdigest()[:20]
     module = kept_module(f"solvers_{key}", lambda: text)
     return tuple(getattr(module, name) for name in CALLS)
@@ -77,7 +71,7 @@ def apart(n: int) -> tuple[Any, ...]:
 def test_the_module_of_an_arm_is_made_of_this_head_and_these_solvers(n: int) -> None:
     compile_wide_arm(structure(n))
     text = module_file(f"wide_{name_of(structure(n))}").read_text("utf-8")
-    assert text.startswith(head(n)) and solver_functions(n) in text
+    assert text.startswith(module_head(n, wide=True)) and "".join(solver_functions(n)) in text
 
 
 def matrices(n: int) -> np.ndarray:

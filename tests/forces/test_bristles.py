@@ -13,7 +13,7 @@ from core.effects.bristle import bristle_law
 from core.forces.element import Element, pack
 from core.forces.law import ForceLaw, V, W, X
 from core.model import Model
-from core.simulate.nonlinear import law_arrays, run, simulate_within
+from core.simulate.nonlinear import flat, law_arrays, run, simulate_within
 from core.simulate.rosenbrock import implicit_parts, integrate
 from tests.forces.test_motion import AGAINST_SCIPY, DAMPER, _rate, at, excited, forced
 from tests.helpers import ARMS, PAPER, looped, task_from
@@ -41,12 +41,13 @@ def shares(model: Model, task, substeps: int) -> np.ndarray:  # type: ignore[no-
     packed = numbers.packed(n)
     start = np.concatenate([task.start, np.zeros(packed.state_count)])
     dt = task.sample_time
-    states, _ = integrate(
-        model.compiled.dynamics, model.compiled.tip, numbers.p, arrays,
-        implicit_parts(K, D, arrays, dt / substeps), packed.packed(), task.references,
-        numbers.law.straight, start, dt, substeps,
+    parts, samples = implicit_parts(K, D, arrays, dt / substeps), len(task.references)
+    states, _, _ = integrate(
+        model.compiled.dynamics, model.compiled.tip, (n,), numbers.p, flat(arrays), flat(parts),
+        packed.packed(), task.references.ravel(), numbers.law.straight, start, np.array([dt]),
+        samples, substeps, False,
     )  # fmt: skip
-    return np.asarray(states[:, task.start.size :])
+    return np.asarray(states.reshape(samples, -1)[:, task.start.size :])
 
 
 @pytest.mark.parametrize("way", long_except((1e-3,), (1e-3, 1e-5)))

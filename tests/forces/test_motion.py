@@ -182,7 +182,7 @@ def test_packed_arrays_point_to_each_element_in_turn() -> None:
     assert packed.states.tolist() == [0, 0, 1, 1, 1, 2]
     assert packed.parameters.tolist() == [0, 2, 4, 5, 7, 9]
     assert packed.tips.tolist() == [3]
-    assert packed.directions.shape == (6, PAPER.coordinates)
+    assert packed.directions.shape == (6 * PAPER.coordinates,)
     assert packed.state_count == 2
     nothing = pack((), PAPER.coordinates)
-    assert nothing.directions.shape == (0, PAPER.coordinates) and nothing.state_count == 0
+    assert nothing.directions.shape == (0,) and nothing.state_count == 0
