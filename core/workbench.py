@@ -21,13 +21,20 @@ from core.diagnosed import diagnosed_scenario
 from core.identify import predictor
 from core.identify.compare import compare
 from core.identify.fit import Fitted
-from core.identify.repeatability import sentences
 from core.identify.setup import Setup, make_setup
 from core.loading import load_recordings
 from core.model import Model
 from core.progress import Progress, Silent
 from core.recording.recording import Recording
-from core.results import Diagnosis, Estimate, Fit, LinearModel, Outcome, RecordingComparison
+from core.results import (
+    Diagnosis,
+    Estimate,
+    Fit,
+    LevelChoice,
+    LinearModel,
+    Outcome,
+    RecordingComparison,
+)
 from core.scenario.data_folder import Folder
 from core.scenario.schema import IdentifySpec, Scenario
 from core.scenario.stated_effects import (
@@ -76,10 +83,9 @@ def run_scenario(
         recordings = load_recordings(scenario, model, folder or Path(), data_folder, progress)
         if scenario.model.level == AUTO:
             progress.stage("Choosing the level of the model")
-        model, why = settled_level(scenario, model, spec, recordings)
+        model, chosen = settled_level(scenario, model, spec, recordings)
         findings = _findings(scenario, folder, data_folder, progress)
         setup = make_setup(model, spec, recordings)
-        setup = replace(setup, notes=(*why, *setup.notes))
     if diagnosis_wanted(scenario):
         threading.Thread(target=_prepare_forms, args=(setup.model,), daemon=True).start()
     with clock.timed("identify"):
@@ -101,7 +107,6 @@ def run_scenario(
                     linear_model=linear_model([f.fit for f in fits], comparisons, diagnosis),
                 )
     standing, values = _as_it_stands(scenario, setup, fits, diagnosis)
-    repeated = runs_compared(fits)
     return Outcome(
         title=scenario.title,
         method=scenario.identify.method,
@@ -112,16 +117,16 @@ def run_scenario(
         equations=equations(standing),
         variants=variants,
         seconds=clock.seconds,
+        chosen_level=chosen,
         notes=(
             *setup.notes,
-            *sentences(repeated),
             *_error_notes(fits),
             *_warnings(recordings),
         ),
         findings=findings,
         arm_table=_arm_table(model),
         diagnosis=diagnosis,
-        repeated=repeated,
+        repeated=runs_compared(fits),
         origins=_origins(setup.model, fits),
         mechanism=mechanism(standing, values),
     )
@@ -247,19 +252,19 @@ def furthest_apart(
 
 def settled_level(
     scenario: Scenario, model: Model, spec: IdentifySpec, recordings: Sequence[Recording]
-) -> tuple[Model, tuple[str, ...]]:
+) -> tuple[Model, LevelChoice | None]:
     """The model at the level that the scenario states or, where it leaves that open, that the
-    recordings need, with a line that says why."""
+    recordings need, with the reason."""
     if scenario.model.level != AUTO:
-        return model, ()
+        return model, None
     setup = make_setup(model, spec, recordings)
     noise = stated_noise(scenario, setup, recordings)
     fidelity = scenario.diagnose.fidelity
     choice = choose_level(setup.model, setup.outputs, setup.processing, recordings, noise, fidelity)
     if choice.level == model.level:
-        return model, (choice.sentence,)
+        return model, choice
     bare = None if model.bare is None else model.bare.at_level(choice.level)
-    return replace(model.at_level(choice.level), bare=bare), (choice.sentence,)
+    return replace(model.at_level(choice.level), bare=bare), choice
 
 
 def ended_at(fits: Sequence[Fitted]) -> dict[str, float]:

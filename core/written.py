@@ -130,6 +130,8 @@ def shown_unit(values: float | np.ndarray, unit: str) -> ShownUnit:
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
     """A size in a unit that suits it: '0.21 mm'."""
+    if not math.isfinite(value):
+        return "–"
     shown = shown_unit(value, unit)
     return with_unit(format_number(value * shown.factor, digits, keep_zeros=True), shown.name)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,8 +13,8 @@ from core.identify.prepared import Processing, prepare
 from core.identify.unknowns import Unknowns
 from core.model import Model
 from core.recording.recording import Recording
+from core.results import LevelChoice
 from core.sensors import Sensor
-from core.written import format_number
 
 AUTO = "auto"
 
@@ -32,14 +31,6 @@ FEWEST_SAMPLES = 2_000
 """Of one recording: enough for the spectrum from which its floor is estimated."""
 
 
-@dataclass(frozen=True)
-class Choice:
-    """The level that was chosen, and the line that says why."""
-
-    level: str
-    sentence: str
-
-
 def choose_level(
     model: Model,
     fitted: Sequence[Sensor],
@@ -47,7 +38,7 @@ def choose_level(
     recordings: Sequence[Recording],
     stated: Mapping[str, float],
     fidelity: float,
-) -> Choice:
+) -> LevelChoice:
     """The linear model where it differs from the full equations by less than the floor of every
     channel on the recordings' motions, at the stated values.
 
@@ -58,7 +49,7 @@ def choose_level(
     chosen = [r.excerpt(max(MOST_SAMPLES // len(chosen), FEWEST_SAMPLES)) for r in chosen]
     full = full_equations(model)
     if full.steering is not None or not _linear(model):
-        return Choice("nonlinear", "Model level: full equations, which this rig needs.")
+        return LevelChoice("nonlinear")
     outputs = outputs_of(full, fitted, chosen)
     exact = [prepare(full, r, outputs, processing) for r in chosen]
     straight = full.at_level("lpv")
@@ -75,18 +66,7 @@ def choose_level(
         ratio = float(np.sqrt(np.mean(apart**2))) / floors[channel].value
         if not ratio <= worst and not np.isnan(worst):  # nothing is worse than no number
             worst, name = ratio, channel
-    number = format_number(worst, 2)
-    if worst <= BELOW:
-        return Choice(
-            "lpv",
-            f"Model level: linear parameter-varying; on these motions it is within {number} times "
-            f"the noise floor of the full equations.",
-        )
-    return Choice(
-        "nonlinear",
-        f"Model level: full equations; the linear model misses {name} by {number} times the noise "
-        f"floor on these motions.",
-    )
+    return LevelChoice("lpv" if worst <= BELOW else "nonlinear", name, worst)
 
 
 def _linear(model: Model) -> bool:

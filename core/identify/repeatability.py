@@ -82,23 +82,3 @@ def _against_the_others(
     z = abs(x[i] - mean) / np.sqrt(s[i] ** 2 + tau2 + 1.0 / weights.sum())
     share = float(x[i] / mean - 1.0) if mean else 0.0
     return float(2.0 * scipy.special.stdtr(len(o) - 1, -z)), share
-
-
-def sentences(found: Sequence[Repeated]) -> tuple[str, ...]:
-    """What a person is told: how well each parameter repeats, then the runs that disagree."""
-    lines = [
-        f"{one.name} repeats to {_percent(one.between, one.mean)} between runs; one run knows it "
-        f"to {_percent(one.within, one.mean)}."
-        for one in found
-    ]
-    for one in found:
-        for each in one.disagreeing:
-            size = f"{100.0 * each.share:+.2g} %"
-            lines.append(
-                f"Run {each.run} differs in {one.name} by {size}: temperature, load or gain."
-            )
-    return tuple(lines)
-
-
-def _percent(deviation: float, value: float) -> str:
-    return f"{100.0 * deviation / abs(value):.2g} %" if value else f"{deviation:.2g}"

@@ -26,6 +26,8 @@ class Outcome:
     equations: tuple[Equation, ...]
     variants: tuple[Variant, ...] = ()
     seconds: Mapping[str, float] = field(default_factory=dict)
+    chosen_level: LevelChoice | None = None
+    """None where the scenario states the level."""
     notes: tuple[str, ...] = ()
     """Sentences on how it was done: filter, output, simulation error, excitation, warnings."""
     findings: tuple[str, ...] = ()
@@ -41,6 +43,19 @@ class Outcome:
     """Parameters over the runs of one experiment, where each run has estimates of its own."""
     mechanism: Mechanism | None = None
     """The arm of `model` in plain numbers; None where nobody stated it."""
+
+
+@dataclass(frozen=True)
+class LevelChoice:
+    """The level of the model that recordings need, where the scenario leaves it open."""
+
+    level: str
+    """'lpv' or 'nonlinear'"""
+    channel: str = ""
+    """Where the linear model differs most from the full equations; empty: it cannot describe the
+    rig."""
+    ratio: float = float("nan")
+    """By which, rms in noise floors."""
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,13 @@ from markupsafe import Markup
 
 from core.diagnose.maps import error_maps
 from core.results import Outcome, RecordingComparison
-from core.written import format_number, shown_unit, with_unit
+from core.written import format_number, quantity, shown_unit, with_unit
 from flexgui import __version__
 from flexgui.export.report_motion import Motion
 from flexgui.export.report_plot import Plot, packed_plotly, plot
 from flexgui.export.report_sections import diagnosis_block, glance
 from flexgui.sentences.identifiability import sentences_of_fits
+from flexgui.sentences.notes import notes
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.fit_table import (
@@ -26,7 +27,6 @@ from flexgui.views.fit_table import (
     bar_label,
     fit_bars,
     fit_table,
-    in_unit,
     overview,
     variants,
 )
@@ -156,7 +156,7 @@ def _content(outcome: Outcome) -> dict[str, Any]:
         "matrices": matrices(model),
         "statements": (affine("E", model.basis), affine("A", model.A_basis)),
         "arm": _arm(outcome),
-        "notes": (*outcome.notes, *_messages(outcome)),
+        "notes": (*notes(outcome), *_messages(outcome)),
     }
 
 
@@ -195,9 +195,9 @@ def _block(
     others = [c for c in recording.channels if not c.fitted]
     about = [ROLES.get(recording.role, recording.role)]
     if recording.tip_rms is not None:
-        about.append(f"tip missed by {in_unit(recording.tip_rms, 'm')} rms")
+        about.append(f"tip missed by {quantity(recording.tip_rms, 'm')} rms")
     if before is not None and before.tip_rms is not None:
-        about.append(f"as given by {in_unit(before.tip_rms, 'm')}")
+        about.append(f"as given by {quantity(before.tip_rms, 'm')}")
     return RecordingBlock(
         title=f"{label} – {', '.join(about)}",
         note=recording.note,

@@ -22,6 +22,7 @@ from core.results import (
     WorstCell,
 )
 from flexgui.sentences.identifiability import identifiability_sentences, invariant
+from flexgui.sentences.notes import notes
 from flexgui.sentences.ranked import experiment_sentence, experiment_title, round_sentence
 from flexgui.sentences.verdict import STOPPED, all_paragraphs
 from flexgui.views.headline import (
@@ -80,7 +81,7 @@ def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
             for name, title, value, unit in outcome.arm_table
         ],
         "repeatability": [asdict(one) for one in outcome.repeated],
-        "notes": (*plain(alarms(outcome)), *outcome.notes),
+        "notes": (*plain(alarms(outcome)), *notes(outcome)),
         "files": list(files),
     }
 

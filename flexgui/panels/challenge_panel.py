@@ -13,6 +13,7 @@ from flexgui.panels import widgets
 from flexgui.panels.in_browser import let_typing_arrive
 from flexgui.panels.panel import PageContext
 from flexgui.panels.widgets import Words, joined, paragraph
+from flexgui.sentences.figures import unseen_rms
 from flexgui.session.board import plain_name
 from flexgui.session.challenging import NONE_TITLE, Challenge, Revealed, ToolAnswer
 from flexgui.session.effects import titled
@@ -20,7 +21,6 @@ from flexgui.session.hand_in import HandIn
 from flexgui.session.judging import NONE_GUESSED, AskedSize, Guess, Judged, asked_sizes, read_sizes
 from flexgui.views.board_table import board_table
 from flexgui.views.html import html_table
-from flexgui.views.ladder import validation_ratio
 from flexgui.views.summary import validation_words
 
 MOST = 99_999
@@ -162,7 +162,7 @@ class ChallengeControls:
         parts = [_state(known, self._context.session.tool_asked)]
         look = self._context.session.look
         if known.revealed is None and look is not None and look.found is not None:
-            sentence = validation_words(look.error, validation_ratio(look.found.step.errors))
+            sentence = validation_words(look.error, unseen_rms(look.found.step.errors))
             parts += [paragraph(sentence, "soft")] if sentence else []
         return joined(*parts)
 

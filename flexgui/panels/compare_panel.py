@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from core.results import ChannelComparison, RecordingComparison
+from core.written import quantity
 from flexgui.panels import widgets
 from flexgui.panels.failing_panel import Failing
 from flexgui.panels.panel import Panel
@@ -17,7 +18,7 @@ from flexgui.panels.tour import to_diagnosis
 from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.session import Topic
 from flexgui.views.comparison import live_comparison
-from flexgui.views.fit_table import FIT_IS, ROLES, fit_table, in_unit, live_fit
+from flexgui.views.fit_table import FIT_IS, ROLES, fit_table, live_fit
 from flexgui.views.html import html_table
 from flexgui.views.names import channel_symbol, format_percent, output_title
 from flexgui.views.pooled import VALIDATE
@@ -186,7 +187,7 @@ def _quality(c: RecordingComparison) -> list[str]:
     ]
     sentences = [f"Recording {c.recording}: FIT {', '.join(fits)}."]
     if c.tip_rms is not None:
-        sentences.append(f"The model misses the measured tip by {in_unit(c.tip_rms, 'm')} rms.")
+        sentences.append(f"The model misses the measured tip by {quantity(c.tip_rms, 'm')} rms.")
     return [*sentences, c.note] if c.note else sentences
 
 

@@ -10,7 +10,6 @@ from markupsafe import Markup
 from core.effects import catalogue
 from core.results import MISSING, Estimate
 from core.scenario.stated_effects import base_model
-from core.written import format_number
 from flexgui.jobs.looked import Looked, refitted_only
 from flexgui.panels import widgets
 from flexgui.panels.at_work import AtWork, Busy
@@ -20,7 +19,7 @@ from flexgui.panels.moment_panel import Moment
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot_panel import Plot
 from flexgui.panels.widgets import Words, joined, paragraph
-from flexgui.sentences.figures import linear_sentence
+from flexgui.sentences.figures import linear_sentence, times
 from flexgui.sentences.ranked import round_sentence
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.session import Topic
@@ -205,8 +204,7 @@ class DiagnosePanel(Panel):
             return f"{count} recordings to diagnose. What does the model lack?"
         if self._old():
             return "The settings have changed since; repeat the diagnosis."
-        error = format_number(session.look.error, 2, keep_zeros=True)
-        return f"The model's error is {error} times the noise floor."
+        return f"The model's error is {times(session.look.error)} the noise floor."
 
     def _old(self) -> bool:
         look = self.context.session.look

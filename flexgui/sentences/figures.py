@@ -170,16 +170,16 @@ def _ratios(left: Remains) -> list[tuple[str, str]]:
     ]
 
 
-def unseen_rms(errors: Sequence[ChannelError]) -> float | None:
-    """Noise floors, over all channels, on recordings that no fit saw; None where there are none."""
+def unseen_rms(errors: Sequence[ChannelError]) -> float:
+    """Noise floors, over all channels, on recordings that no fit saw; NaN where there are none."""
     known = [e.validation_rms / e.floor for e in errors if math.isfinite(e.validation_rms)]
-    return math.sqrt(sum(x * x for x in known) / len(known)) if known else None
+    return math.sqrt(sum(x * x for x in known) / len(known)) if known else math.nan
 
 
 def on_validation(errors: Sequence[ChannelError]) -> str:
     """The error on recordings that no fit saw; empty where there are none."""
     rms = unseen_rms(errors)
-    if rms is None:
+    if math.isnan(rms):
         return ""
     return f"On recordings that no fit has seen the error is {times(rms)} the noise floor."
 

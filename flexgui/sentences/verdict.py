@@ -187,7 +187,7 @@ def _at_the_floor(found: Diagnosis) -> str:
             f"The noise was estimated, which is good to a factor of {factor}: what remains may be "
             f"all noise. State the sensors' noise for a sharper verdict."
         )
-    if unseen is None or unseen < ABOVE_IN_ONE:
+    if not unseen >= ABOVE_IN_ONE:
         return "That is the noise floor: these recordings hold nothing more to explain."
     return (
         "The recordings that were fitted hold nothing more to explain, but the unseen ones do: "

@@ -12,11 +12,11 @@ from core.results import Outcome, RecordingComparison
 from core.scenario.read import scenario_toml
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
-from core.written import format_number
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task
 from flexgui.jobs.events import Ended
 from flexgui.jobs.looked import Looked
 from flexgui.jobs.tasks.diagnose import AFTER, BEFORE, COMPARED, diagnose
+from flexgui.sentences.figures import times
 from flexgui.session.edit import Edit, edited, put, thawed
 from flexgui.session.effects import (
     present,
@@ -226,8 +226,7 @@ class Diagnosing(Comparing, ABC):
         """How the error changed in the last step."""
         last, change = self.looks[-1], last_change(self.looks)
         if change is None:
-            error = format_number(last.error, 2, keep_zeros=True)
-            return f"{last.title}: the error is {error} times the noise floor."
+            return f"{last.title}: the error is {times(last.error)} the noise floor."
         return f"{last.title}: the error went {change.words}."
 
 

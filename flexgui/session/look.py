@@ -23,7 +23,7 @@ from core.results import (
 from core.scenario.schema import Scenario
 from core.written import format_number
 from flexgui.jobs.looked import Looked
-from flexgui.sentences.figures import fell
+from flexgui.sentences.figures import fell, times
 from flexgui.sentences.verdict import verdict_paragraphs
 
 
@@ -151,7 +151,8 @@ class Change(NamedTuple):
     @property
     def words(self) -> str:
         """`from 9.7 to 0.99 times the noise floor`"""
-        return f"from {_figure(self.before)} to {_figure(self.after)} times the noise floor"
+        before = format_number(self.before, 2, keep_zeros=True)
+        return f"from {before} to {times(self.after)} the noise floor"
 
 
 def last_change(looks: Sequence[Look]) -> Change | None:
@@ -173,7 +174,3 @@ def worse(looks: Sequence[Look]) -> bool:
     """Whether the last step added something and the error rose: that is more than needless."""
     change = last_change(looks)
     return bool(looks[-1:] and looks[-1].added) and change is not None and change.rose
-
-
-def _figure(value: float) -> str:
-    return format_number(value, 2, keep_zeros=True)

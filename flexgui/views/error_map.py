@@ -12,9 +12,8 @@ from plotly.subplots import make_subplots
 
 from core.recording.channels import Role, role_of
 from core.results import ChannelComparison, ErrorMap, RecordingComparison, WorstCell
-from core.written import format_number
+from core.written import format_number, quantity
 from flexgui.views import colours
-from flexgui.views.fit_table import in_unit
 from flexgui.views.layout import styled
 from flexgui.views.names import channel_symbol
 from flexgui.views.table import Column, Row, Table
@@ -132,7 +131,7 @@ def worst_table(cells: Sequence[WorstCell]) -> Table:
     rows = tuple(
         Row(
             (
-                c.recording, channel_symbol(c.channel, c.unit), place(c), in_unit(c.rms, c.unit),
+                c.recording, channel_symbol(c.channel, c.unit), place(c), quantity(c.rms, c.unit),
                 format_number(c.ratio, 3, keep_zeros=True),
             )
         )

@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from core.results import ChannelComparison, Outcome, RecordingComparison
-from core.written import format_number, shown_unit, with_unit
+from core.written import format_number, quantity
 from flexgui.views.colours import channel_colour, channel_edge
 from flexgui.views.layout import Figure, ax, figure, styled
 from flexgui.views.names import channel_symbol, format_percent
@@ -89,10 +89,10 @@ def _pooled(chosen: Sequence[RecordingComparison]) -> tuple[dict[str, str], dict
     fitted = [e for e in channel_errors(chosen) if e.fitted]
     symbols = [channel_symbol(e.channel, e.unit) for e in fitted]
     fits = (format_percent(e.fit_percent) for e in fitted)
-    errors = dict(zip(symbols, (in_unit(e.rms, e.unit) for e in fitted), strict=True))
+    errors = dict(zip(symbols, (quantity(e.rms, e.unit) for e in fitted), strict=True))
     distance = tip_rms(chosen)
     if distance is not None and np.isfinite(distance):
-        errors["tip"] = in_unit(distance, "m")
+        errors["tip"] = quantity(distance, "m")
     return dict(zip(symbols, fits, strict=True)), errors
 
 
@@ -116,7 +116,7 @@ def _beside(row: Row, was: ChannelComparison | ChannelError | None) -> Row:
     """The row with the figures of the model as given."""
     cells = ("", "")
     if was is not None:
-        cells = (format_percent(was.fit_percent), in_unit(was.rms, was.unit))
+        cells = (format_percent(was.fit_percent), quantity(was.rms, was.unit))
     return replace(row, cells=(*row.cells, *cells))
 
 
@@ -127,7 +127,7 @@ def _row(recording: RecordingComparison, channel: ChannelComparison, label: str)
             ROLES.get(recording.role, recording.role),
             channel_symbol(channel.channel, channel.unit) + ("" if channel.fitted else " *"),
             format_percent(channel.fit_percent),
-            in_unit(channel.rms, channel.unit),
+            quantity(channel.rms, channel.unit),
             format_number(channel.normalised_error, 3, keep_zeros=True),
             format_number(channel.relative_error, 3, keep_zeros=True),
         )
@@ -144,21 +144,13 @@ def _means(
             ROLES[role],
             channel_symbol(error.channel, error.unit) + ("" if error.fitted else " *"),
             format_percent(error.fit_percent),
-            in_unit(error.rms, error.unit),
+            quantity(error.rms, error.unit),
             "",
             "",
         )
         row = Row(cells, strong=True)
         rows.append(row if before is None else _beside(row, before.get(error.channel)))
     return rows
-
-
-def in_unit(value: float, unit: str, digits: int = 3) -> str:
-    """A size in a unit that suits it: '0.21 mm'."""
-    if not np.isfinite(value):
-        return "–"
-    shown = shown_unit(value, unit)
-    return with_unit(format_number(value * shown.factor, digits, keep_zeros=True), shown.name)
 
 
 Key = tuple[str, str, str]

@@ -8,11 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from core.results import ChannelError, Diagnosis, LadderStep
-from core.written import format_number
-from flexgui.sentences.figures import LEFT_BY_ALL
+from core.results import Diagnosis, LadderStep
+from core.written import format_number, quantity
+from flexgui.sentences.figures import LEFT_BY_ALL, unseen_rms
 from flexgui.views import colours
-from flexgui.views.fit_table import in_unit
 from flexgui.views.headline import COMPLETE
 from flexgui.views.layout import styled
 from flexgui.views.names import channel_symbol, plain_symbol
@@ -52,7 +51,7 @@ def ladder(steps: Sequence[LadderStep]) -> go.Figure | None:
         return None
     labels = [folded(label) for label in step_labels(steps)]
     estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
-    validation = [validation_ratio(step.errors) for step in steps]
+    validation = [unseen_rms(step.errors) for step in steps]
     figure = go.Figure()
     figure.add_trace(_bars(labels, estimation, "estimation recordings", "", steps))
     if any(np.isfinite(v) for v in validation):
@@ -150,12 +149,6 @@ def folded(label: str) -> str:
     return "<br>".join(textwrap.wrap(label, LABEL_WIDTH, break_long_words=False))
 
 
-def validation_ratio(errors: Sequence[ChannelError]) -> float:
-    """Rms over the channels of validation error by floor; NaN without validation."""
-    known = [e.validation_rms / e.floor for e in errors if np.isfinite(e.validation_rms)]
-    return float(np.sqrt(np.mean(np.square(known)))) if known else float("nan")
-
-
 def ladder_table(diagnosis: Diagnosis) -> Table:
     """A row per step and output, in units."""
     columns = (
@@ -171,14 +164,14 @@ def ladder_table(diagnosis: Diagnosis) -> Table:
     for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):
         for k, e in enumerate(step.errors):
             cells = (
-                "" if k else label, channel_symbol(e.channel, e.unit), in_unit(e.rms, e.unit),
-                in_unit(e.validation_rms, e.unit), in_unit(e.floor, e.unit),
+                "" if k else label, channel_symbol(e.channel, e.unit), quantity(e.rms, e.unit),
+                quantity(e.validation_rms, e.unit), quantity(e.floor, e.unit),
                 SOURCES.get(e.floor_source, e.floor_source),
                 format_number(e.rms / e.floor, 3, keep_zeros=True),
             )  # fmt: skip
             rows.append(Row(cells))
         if step.tip_rms is not None:
-            rows.append(Row(("", "tip", in_unit(step.tip_rms, "m"), "", "", "", ""), strong=True))
+            rows.append(Row(("", "tip", quantity(step.tip_rms, "m"), "", "", "", ""), strong=True))
     return Table(columns, tuple(rows), "Tip: distance between measured and modelled tip, rms.")
 
 

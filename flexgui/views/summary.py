@@ -11,9 +11,10 @@ from core.identify.unknowns import START
 from core.results import Estimate, Fit, Outcome, RecordingComparison
 from core.results.comparison import DIAGNOSIS_FIT
 from core.sentences import listed
-from core.written import format_number, split_name
+from core.written import quantity, split_name
+from flexgui.sentences.figures import times
 from flexgui.sentences.identifiability import invariant
-from flexgui.views.fit_table import FIT_IS, in_unit
+from flexgui.views.fit_table import FIT_IS
 from flexgui.views.headline import (
     BIASED,
     COMPLETE,
@@ -90,8 +91,8 @@ def _unbelievable(outcome: Outcome) -> list[str]:
     reach = sum(link.length for link in outcome.mechanism.links) if outcome.mechanism else np.inf
     if distance is not None and distance > reach:
         found.append(
-            f"The model misses the measured tip by {in_unit(distance, 'm')} rms, more than the arm "
-            f"is long ({in_unit(reach, 'm')}): look at the units and signs of the recordings."
+            f"The model misses the measured tip by {quantity(distance, 'm')} rms, more than the "
+            f"arm is long ({quantity(reach, 'm')}): look at the units and signs of the recordings."
         )
     for e in channel_errors(fitted):
         if e.fitted and e.fit_percent < NEXT_TO_NOTHING:
@@ -168,7 +169,7 @@ def quality(comparisons: Sequence[RecordingComparison]) -> str:
     text = f"a mean FIT of {_joined(parts)}" if parts else ""
     distance = tip_rms(comparisons)
     if distance is not None and np.isfinite(distance):
-        tip = f"misses the measured tip by {in_unit(distance, 'm')} rms"
+        tip = f"misses the measured tip by {quantity(distance, 'm')} rms"
         text = f"{text} and {tip}" if text else f"an end point that {tip}"
     return text
 
@@ -177,7 +178,7 @@ def _tip_before(comparisons: Sequence[RecordingComparison]) -> str:
     distance = tip_rms(comparisons)
     if distance is None or not np.isfinite(distance):
         return ""
-    return f" (as given by {in_unit(distance, 'm')})"
+    return f" (as given by {quantity(distance, 'm')})"
 
 
 def _doubt(outcome: Outcome) -> str:
@@ -211,11 +212,10 @@ def validation_words(estimation: float, validation: float) -> str:
     """One sentence, '' where there is nothing to say. Both errors in floors, rms."""
     if not validation > MUCH * max(estimation, 1.0):
         return ""
-    fitted, other = (format_number(x, 2, keep_zeros=True) for x in (estimation, validation))
     return (
-        f"On the validation recording the error is {other} times the noise floor, {fitted} times "
-        "on those that the model was fitted to: its motion and postures differ, and there a "
-        "fit cannot compensate for what the model lacks."
+        f"On the validation recording the error is {times(validation)} the noise floor, "
+        f"{times(estimation)} on those that the model was fitted to: its motion and "
+        "postures differ, and there a fit cannot compensate for what the model lacks."
     )
 
 
@@ -228,10 +228,9 @@ def doubt(error: float) -> str:
     """Of a model whose error is so many times the noise floor; empty where it is near it."""
     if not error > DOUBTFUL:
         return ""
-    times = format_number(error, 2, keep_zeros=True)
     return (
         "Verdict, noise floor and ± values hold only if the model is complete; its error is "
-        f"{times} times the noise floor."
+        f"{times(error)} the noise floor."
     )
 
 

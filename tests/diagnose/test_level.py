@@ -15,6 +15,7 @@ from core.recording.recording import Recording
 from core.results import Outcome
 from core.scenario.schema import Scenario
 from core.workbench import run_scenario
+from flexgui.sentences.notes import notes
 from tests.marks import long_except
 
 SAME = 0.02
@@ -50,14 +51,14 @@ def test_small_motions_under_much_noise_need_no_more_than_the_linear_model() -> 
     sensors = {"camera_noise": 2e-3, "encoder_noise": 2e-3, "deflection_noise": 2e-3}
     found = run(scenario(None, 0.05, sensors=sensors))
     assert found.level == "lpv"
-    assert "within" in found.notes[0]
+    assert "it is within" in notes(found)[0]
 
 
 def test_large_motions_seen_well_need_the_full_equations() -> None:
     sensors = {"camera_noise": 3e-5, "encoder_noise": 1e-5, "deflection_noise": 1e-5}
     found = run(scenario(None, 0.6, sensors=sensors))
     assert found.level == "nonlinear"
-    assert "full equations" in found.notes[0]
+    assert "full equations" in notes(found)[0]
 
 
 @pytest.mark.parametrize("factor", long_except((0.25,), (0.25, 0.7, 1.3, 4.0)))

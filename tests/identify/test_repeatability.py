@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.identify.repeatability import FEWEST, repeatability, sentences
+from core.identify.repeatability import FEWEST, repeatability
 from core.results import Estimate
 
 SETS = 400
@@ -67,8 +67,9 @@ def test_what_a_run_does_not_know_is_left_out() -> None:
     assert repeatability(few) == ()
 
 
-def test_a_difference_is_said_with_its_size() -> None:
+def test_a_run_that_differs_is_found_with_its_size() -> None:
     made = {run: [Estimate("fc1", 0.5, 0.002, "N m", True)] for run in RUNS}
     made["c"] = [Estimate("fc1", 0.6, 0.002, "N m", True)]
-    said = sentences(repeatability(made))
-    assert said[-1] == "Run c differs in fc1 by +20 %: temperature, load or gain."
+    (found,) = repeatability(made)
+    (odd,) = found.disagreeing
+    assert odd.run == "c" and odd.share == pytest.approx(0.2)

@@ -25,6 +25,7 @@ from core.simulate.nonlinear import simulate_within
 from core.workbench import load_recordings, run_scenario
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import inviting
+from flexgui.sentences.notes import notes
 from flexgui.sentences.ranked import in_order, tie
 from flexgui.views.ranking import ranking_table
 
@@ -373,10 +374,10 @@ def test_a_run_with_another_friction_is_named(tmp_path: Path) -> None:
         effects='{ id = "coulomb_friction", fc1 = 5.0 }',
     )  # fmt: skip
     text = text.replace('name = "rig"\n', "").replace("[identify]", '[identify]\nmethod = "local"')
-    notes = run_scenario(scenario(text), folder=tmp_path).notes
-    accused = [note for note in notes if note.startswith("Run ")]
+    said = notes(run_scenario(scenario(text), folder=tmp_path))
+    accused = [note for note in said if note.startswith("Run ")]
     assert len(accused) == 1 and accused[0].startswith("Run third differs in fc1 by +20 %")
-    assert any(note.startswith("m1 repeats to") for note in notes)
+    assert any(note.startswith("m1 repeats to") for note in said)
 
 
 REPEATED = """
