@@ -9,10 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.arm.arm import Arm
+from core.arm.arm import Arm, Structure
 from core.arm.catalogue import ArmCatalogue
 from core.arm.compiled import CompiledArm, compile_arm
-from core.arm.structure import Structure
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
 from core.drives.servo import FollowingServo, Steering

@@ -11,9 +11,9 @@ import time
 from collections.abc import Iterable
 from contextlib import suppress
 
+from core.arm.arm import Structure
 from core.arm.beforehand import begin, compile_beforehand
 from core.arm.cache import cache_folder, sources_key
-from core.arm.structure import Structure
 from core.processors import WORKERS
 from core.progress import Progress
 

@@ -28,7 +28,7 @@ settings.load_profile("flexgui")
 ARMS = """
 from dataclasses import replace
 from core.arm.compiled import compile_arm, compile_wide_arm
-from core.arm.structure import Structure
+from core.arm.arm import Structure
 from core.effects import catalogue
 from core.scenario.stated_effects import structures_tried
 from tests.helpers import PAPER

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.arm.arm import Arm
+from core.arm.arm import Arm, Structure
 from core.arm.compiled import CompiledArm, compile_arm
 from core.arm.presets import presets
 from core.arm.segment import Segment
-from core.arm.structure import Structure
 from core.drives.law import DriveLaw
 from core.drives.velocity_loop import VelocityLoop
 from core.model import Model, Numbers

@@ -17,8 +17,8 @@ from contextlib import suppress
 from dataclasses import asdict
 from typing import Any
 
+from core.arm.arm import Structure
 from core.arm.compiled import compile_arm, compile_wide_arm, is_compiled
-from core.arm.structure import Structure
 
 _COMMAND = "from core.arm.beforehand import main; main()"
 _begun: set[Structure] = set()

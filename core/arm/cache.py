@@ -1,15 +1,25 @@
-"""Where compiled code is kept: the user's cache folder, never the project's own folder."""
+"""Where compiled code is kept: the user's cache folder, never the project's own folder.
+
+Files of the cache carry a digest, so that a damaged one is made anew and never run. The digest is
+a trailer: Python takes it for a comment, and Numba's reader ends before it.
+"""
 
 from __future__ import annotations
 
 import atexit
 import hashlib
+import importlib.util
 import logging
 import os
 import shutil
+import sys
 import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 from platformdirs import user_cache_path
 
@@ -77,9 +87,150 @@ def keep_kernels_here() -> None:
     """Points Numba's cache to a folder of this version, unless the user has chosen one."""
     from numba import config
 
-    from core.arm.checksums import share_kernels, verify_kernels
-
     verify_kernels()
     if not os.environ.get("NUMBA_CACHE_DIR"):
         config.CACHE_DIR = str(cache_folder() / f"kernels_{sources_key()}")
         share_kernels(config.CACHE_DIR)
+
+
+MARK = b"\n# sha256 "
+TRAILER = len(MARK) + 64 + 1
+DAMAGED = "A file of the cache was damaged; what it held is made anew."
+NOT_KEPT = "Compiled code cannot be kept (%s), so the next start makes it anew."
+
+
+def trailer(digest: Any) -> bytes:
+    """What stands at the end of a file whose other bytes have this digest."""
+    return MARK + digest.hexdigest().encode() + b"\n"
+
+
+def is_whole(path: Path) -> bool:
+    """Whether a file is there with all that was once written; says so once where it is damaged."""
+    try:
+        content = path.read_bytes()
+    except OSError:
+        return False
+    whole = content[-TRAILER:] == trailer(hashlib.sha256(content[:-TRAILER]))
+    if not whole:
+        _warn_once(DAMAGED)
+    return whole
+
+
+@cache
+def _warn_once(sentence: str, *words: str) -> None:
+    log.warning(sentence, *words)
+
+
+def module_file(name: str) -> Path:
+    """Where a generated module is kept."""
+    return cache_folder() / f"{name}.py"
+
+
+def kept_module(name: str, make: Callable[[], str]) -> ModuleType:
+    """The generated module of that name, executed once; `make` writes its text where it is not
+    in the cache, or not as it was written."""
+    known = f"flexgui_{name}"
+    if known in sys.modules:
+        return sys.modules[known]
+    file = module_file(name)
+    if not is_whole(file):
+        content = make().encode()
+        try:
+            _write(file, content)
+        except OSError as error:
+            without_folder(file.parent, error)
+            file = module_file(name)
+            _write(file, content)
+    return _executed(known, file)
+
+
+def _write(file: Path, content: bytes) -> None:
+    draft = file.with_suffix(f".{os.getpid()}.tmp")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        draft.write_bytes(content + trailer(hashlib.sha256(content)))
+        draft.replace(file)
+    finally:
+        with suppress(OSError):
+            draft.unlink()
+
+
+def _executed(name: str, file: Path) -> ModuleType:
+    keep_kernels_here()
+    spec = importlib.util.spec_from_file_location(name, file)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
+
+
+@cache
+def verify_kernels() -> None:
+    """From now on Numba's compiled files carry a digest too, and are read only if it is right."""
+    from numba.core import caching
+
+    class Checksummed(caching.IndexDataCacheFile):
+        """Numba's own file of one function, checked."""
+
+        def save(self, key: Any, data: Any) -> None:
+            try:
+                super().save(key, data)
+            except OSError as error:  # a full disk takes nobody's result
+                _warn_once(NOT_KEPT, (error.strerror or type(error).__name__).lower())
+
+        def _load_index(self) -> Any:
+            return super()._load_index() if is_whole(Path(self._index_path)) else {}
+
+        def _load_data(self, name: str) -> Any:
+            path = Path(self._data_path(name))
+            if not is_whole(path):
+                raise FileNotFoundError(f"{path} is not as it was written")
+            return super()._load_data(name)
+
+        @contextmanager
+        def _open_for_write(self, filepath: str) -> Iterator[Any]:
+            with super()._open_for_write(filepath) as file:
+                counted = _Counted(file)
+                yield counted
+                file.write(trailer(counted.digest))
+
+    caching.IndexDataCacheFile = Checksummed
+
+
+@cache
+def share_kernels(folder: str) -> None:
+    """Kernels of this package lie in `folder` by their place in the package, not on the disk: a
+    second checkout with the same sources finds them. Numba's stamp is the file's own content."""
+    from numba import config
+    from numba.core import caching
+
+    class ByPackage(caching.UserProvidedCacheLocator):
+        """Of the files of this package, while `folder` is where Numba keeps its files."""
+
+        @classmethod
+        def from_function(cls, py_func: Any, py_file: str) -> Any:
+            own = PACKAGE in Path(py_file).parents and folder == config.CACHE_DIR
+            return super().from_function(py_func, py_file) if own else None
+
+        @classmethod
+        def get_suitable_cache_subpath(cls, py_file: str) -> str:
+            return "_".join(Path(py_file).relative_to(PACKAGE.parent).parent.parts)
+
+    caching.CacheImpl._locator_classes.insert(0, ByPackage)
+
+
+class _Counted:
+    """A file that keeps the digest of what is written."""
+
+    def __init__(self, file: Any) -> None:
+        self._file = file
+        self.digest = hashlib.sha256()
+
+    def write(self, data: Any) -> int:
+        self.digest.update(data)
+        return int(self._file.write(data))

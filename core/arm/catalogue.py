@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,58 +32,40 @@ LEAST_MOTOR = 1e-2
 not vanish."""
 
 
-@dataclass(frozen=True)
-class _Direct:
+def _direct(places: Sequence[int], p: np.ndarray, section: np.ndarray, value: np.ndarray) -> None:
     """Writes one value into fixed places of p."""
-
-    places: tuple[int, ...]
-
-    def write(self, p: np.ndarray, section: np.ndarray, value: np.ndarray) -> None:
-        p[:, self.places] = value[:, None]
+    p[:, places] = value[:, None]
 
 
-@dataclass(frozen=True)
-class _AtLeast:
+def _at_least(
+    place: int, least: float, p: np.ndarray, section: np.ndarray, value: np.ndarray
+) -> None:
     """Writes one value, or the smallest that makes sense, into one place of p."""
-
-    place: int
-    least: float
-
-    def write(self, p: np.ndarray, section: np.ndarray, value: np.ndarray) -> None:
-        p[:, self.place] = np.maximum(value, self.least)
+    p[:, place] = np.maximum(value, least)
 
 
-@dataclass(frozen=True)
-class _Inverse:
+def _inverse(place: int, p: np.ndarray, section: np.ndarray, value: np.ndarray) -> None:
     """Writes the stiffness of a stated compliance into one place of p."""
-
-    place: int
-
-    def write(self, p: np.ndarray, section: np.ndarray, value: np.ndarray) -> None:
-        p[:, self.place] = 1.0 / np.maximum(value, LEAST_COMPLIANCE)
+    p[:, place] = 1.0 / np.maximum(value, LEAST_COMPLIANCE)
 
 
-@dataclass(frozen=True)
-class _Section:
+def _of_section(
+    row: int, segments: Sequence[int], p: np.ndarray, section: np.ndarray, value: np.ndarray
+) -> None:
     """Writes a modulus (row 0) or a width (row 1) of some segments; EI follows."""
-
-    row: int
-    segments: tuple[int, ...]
-
-    def write(self, p: np.ndarray, section: np.ndarray, value: np.ndarray) -> None:
-        section[:, self.row, self.segments] = value[:, None]
-        for k in self.segments:
-            stiffness = section[:, 0, k] * section[:, 1, k] ** 4 / 12.0
-            p[:, slots.slot(k, slots.STIFFNESS)] = stiffness
+    section[:, row, segments] = value[:, None]
+    for k in segments:
+        stiffness = section[:, 0, k] * section[:, 1, k] ** 4 / 12.0
+        p[:, slots.slot(k, slots.STIFFNESS)] = stiffness
 
 
-Writer = _Direct | _AtLeast | _Inverse | _Section
+_Write = Callable[[np.ndarray, np.ndarray, np.ndarray], None]
+"""From values (S,) into p (S, np), and into moduli and widths (S, 2, segments)."""
 
 
-@dataclass(frozen=True)
-class _Entry:
+class _Entry(NamedTuple):
     parameter: Parameter
-    writer: Writer
+    write: _Write
 
 
 class ArmCatalogue:
@@ -92,15 +75,15 @@ class ArmCatalogue:
         self.arm = arm
         self.base = slots.arm_vector(arm)
         self.entries: dict[str, _Entry] = {}
-        for k in range(arm.joints):
-            self._add_segment(k)
+        for k, s in enumerate(arm.segments):
+            self._add_segment(k, s)
         self._add_compliances()
         self._add_shared()
-        for i in range(2):
-            place = (slots.gravity_slot(arm.joints, i),)
-            self._add_signed(
-                f"g{i + 1}", arm.gravity[i], "m/s²", place, f"gravity component {i + 1}"
-            )
+        for i, value in enumerate(arm.gravity):
+            most = max(GRAVITY_BOUND, 2.0 * abs(value))
+            write = partial(_direct, (slots.gravity_slot(arm.joints, i),))
+            title = f"gravity component {i + 1}"
+            self._add(f"g{i + 1}", value, "m/s²", title, write, (-most, most), 1.0)
 
     @property
     def parameters(self) -> dict[str, Parameter]:
@@ -108,54 +91,46 @@ class ArmCatalogue:
         return {name: entry.parameter for name, entry in self.entries.items()}
 
     def vectors(self, names: Sequence[str], values: np.ndarray) -> np.ndarray:
-        """p (S, 9 N + 3) for S value vectors (S, len(names)); the rest as in the arm."""
+        """p (S, 10 N + 3) for S value vectors (S, len(names)); the rest as in the arm."""
         p = np.tile(self.base, (len(values), 1))
         moduli = [s.young_modulus or np.nan for s in self.arm.segments]
         widths = [s.width or np.nan for s in self.arm.segments]
         section = np.tile(np.array([moduli, widths]), (len(values), 1, 1))
         for i, name in enumerate(names):
-            self.entries[name].writer.write(p, section, values[:, i])
+            self.entries[name].write(p, section, values[:, i])
         return p
 
-    def _add_segment(self, k: int) -> None:
-        s, n, at = self.arm.segments[k], k + 1, slots.slot
-        kind = joint(s.joint)
-        self._add_positive(f"l{n}", s.length, "m", (at(k, slots.LENGTH),), f"length of segment {n}")
-        self._add_positive(f"m{n}", s.mass, "kg", (at(k, slots.MASS),), f"mass of segment {n}")
+    def _add_segment(self, k: int, s: Segment) -> None:
+        n = k + 1
+
+        def into(which: int) -> _Write:
+            return partial(_direct, (slots.slot(k, which),))
+
+        self._add_positive(f"l{n}", s.length, "m", f"length of segment {n}", into(slots.LENGTH))
+        self._add_positive(f"m{n}", s.mass, "kg", f"mass of segment {n}", into(slots.MASS))
         if s.modes:
-            place = (at(k, slots.STIFFNESS),)
             title = f"bending stiffness of segment {n}"
-            self._add_positive(f"EI{n}", s.bending_stiffness, "N m²", place, title)
-            place = (at(k, slots.DAMPING_TIME),)
-            title = f"damping time of segment {n}"
-            self._add_nonnegative(f"tau{n}", s.damping_time, "s", place, title, 1e-3)
+            write = into(slots.STIFFNESS)
+            self._add_positive(f"EI{n}", s.bending_stiffness, "N m²", title, write)
+            title, write = f"damping time of segment {n}", into(slots.DAMPING_TIME)
+            self._add_nonnegative(f"tau{n}", s.damping_time, "s", title, write, 1e-3)
         if s.has_section:
-            assert s.young_modulus is not None and s.width is not None
-            self._add_section(f"epsilon{n}", s.young_modulus, "Pa", 0, (k,), f"Young modulus {n}")
-            self._add_section(f"d{n}", s.width, "m", 1, (k,), f"section width {n}")
-        place = (at(k, slots.TIP_MASS),)
-        self._add_nonnegative(f"mt{n}", s.tip_mass, "kg", place, f"mass at the tip of {n}", 0.1)
-        place = (at(k, slots.TIP_INERTIA),)
-        title = f"inertia at the tip of {n}"
-        self._add_nonnegative(f"Jt{n}", s.tip_inertia, "kg m²", place, title, 0.01)
-        self._add_hub(k, s, kind.inertia_unit)
-        self._add_rotor(k, s)
-
-    def _add_hub(self, k: int, s: Segment, unit: str) -> None:
-        name, title = f"Jh{k + 1}", f"rotor and gear inertia of joint {k + 1}"
-        place = slots.slot(k, slots.HUB_INERTIA)
+            self._add_section(str(n), (k,), f"Young modulus {n}", f"section width {n}")
+        title, write = f"mass at the tip of {n}", into(slots.TIP_MASS)
+        self._add_nonnegative(f"mt{n}", s.tip_mass, "kg", title, write, 0.1)
+        title, write = f"inertia at the tip of {n}", into(slots.TIP_INERTIA)
+        self._add_nonnegative(f"Jt{n}", s.tip_inertia, "kg m²", title, write, 0.01)
+        unit, title = joint(s.joint).inertia_unit, f"rotor and gear inertia of joint {n}"
         if s.joint_compliance is None or s.hub_inertia == 0.0:
-            self._add_nonnegative(name, s.hub_inertia, unit, (place,), title, 0.01)
+            write = into(slots.HUB_INERTIA)
+            self._add_nonnegative(f"Jh{n}", s.hub_inertia, unit, title, write, 0.01)
         else:
-            parameter = self._positive(name, s.hub_inertia, unit, title)
-            self._add(parameter, _AtLeast(place, LEAST_MOTOR * s.hub_inertia))
-
-    def _add_rotor(self, k: int, s: Segment) -> None:
-        """Of a motor without a gear; at the first joint it counts as the hub does."""
-        if self.arm.carries_motor(k):
-            title = f"rotor inertia of joint {k + 1}, without a gear"
-            place = (slots.slot(k, slots.ROTOR_INERTIA),)
-            self._add_nonnegative(f"Jr{k + 1}", s.rotor_inertia, "kg m²", place, title, 0.01)
+            place = slots.slot(k, slots.HUB_INERTIA)
+            write = partial(_at_least, place, LEAST_MOTOR * s.hub_inertia)
+            self._add_positive(f"Jh{n}", s.hub_inertia, unit, title, write)
+        if self.arm.carries_motor(k):  # at the first joint it counts as the hub does
+            title, write = f"rotor inertia of joint {n}, without a gear", into(slots.ROTOR_INERTIA)
+            self._add_nonnegative(f"Jr{n}", s.rotor_inertia, "kg m²", title, write, 0.01)
 
     def _add_compliances(self) -> None:
         """Of elastic joints and of an elastic base; a rigid one has none to estimate."""
@@ -163,74 +138,54 @@ class ArmCatalogue:
             if s.joint_compliance is not None:
                 kind = joint(s.joint)
                 unit = f"{kind.coordinate_unit}/({kind.effort_unit})"
+                write = partial(_inverse, slots.slot(k, slots.TWIST_STIFFNESS))
                 title = f"compliance of joint {k + 1}"
-                place = slots.slot(k, slots.TWIST_STIFFNESS)
-                self._add_compliance(f"c{k + 1}", s.joint_compliance, unit, place, title)
-        if self.arm.base_compliance is not None:
-            place = slots.base_slot(self.arm.joints)
-            self._add_compliance("cb", self.arm.base_compliance, "m/N", place, "base compliance")
-
-    def _add_compliance(self, name: str, value: float, unit: str, place: int, title: str) -> None:
-        lower, upper = value / COMPLIANCE_BOUND, value * COMPLIANCE_BOUND
-        sign = symbol(name)
-        parameter = Parameter(name, value, unit, lower, upper, sign, title, scale=value)
-        self._add(parameter, _Inverse(place))
+                bound = COMPLIANCE_BOUND
+                self._add_positive(f"c{k + 1}", s.joint_compliance, unit, title, write, bound)
+        soft = self.arm.base_compliance
+        if soft is not None:
+            write = partial(_inverse, slots.base_slot(self.arm.joints))
+            self._add_positive("cb", soft, "m/N", "base compliance", write, COMPLIANCE_BOUND)
 
     def _add_shared(self) -> None:
         """epsilon, d and EI of all bending segments at once, where they are equal."""
-        bending = tuple(k for k, s in enumerate(self.arm.segments) if s.modes)
-        stiffness = {self.arm.segments[k].bending_stiffness for k in bending}
+        segments = self.arm.segments
+        bending = tuple(k for k, s in enumerate(segments) if s.modes)
+        stiffness = {segments[k].bending_stiffness for k in bending}
         if len(stiffness) == 1:
-            places = tuple(slots.slot(k, slots.STIFFNESS) for k in bending)
-            self._add_positive("EI", stiffness.pop(), "N m²", places, "bending stiffness")
-        with_section = tuple(k for k, s in enumerate(self.arm.segments) if s.has_section)
-        sections = {
-            (self.arm.segments[k].young_modulus, self.arm.segments[k].width) for k in with_section
-        }
-        if len(sections) == 1:
-            modulus, width = sections.pop()
-            assert modulus is not None and width is not None
-            self._add_section("epsilon", modulus, "Pa", 0, with_section, "Young modulus")
-            self._add_section("d", width, "m", 1, with_section, "width of the square section")
+            write = partial(_direct, tuple(slots.slot(k, slots.STIFFNESS) for k in bending))
+            self._add_positive("EI", stiffness.pop(), "N m²", "bending stiffness", write)
+        alike = tuple(k for k, s in enumerate(segments) if s.has_section)
+        if len({(segments[k].young_modulus, segments[k].width) for k in alike}) == 1:
+            self._add_section("", alike, "Young modulus", "width of the square section")
 
-    def _add(self, parameter: Parameter, writer: Writer) -> None:
-        self.entries[parameter.name] = _Entry(parameter, writer)
+    def _add_section(self, index: str, segments: tuple[int, ...], modulus: str, width: str) -> None:
+        """epsilon and d of segments that have the same."""
+        s = self.arm.segments[segments[0]]
+        assert s.young_modulus is not None and s.width is not None
+        write = partial(_of_section, 0, segments), partial(_of_section, 1, segments)
+        self._add_positive(f"epsilon{index}", s.young_modulus, "Pa", modulus, write[0])
+        self._add_positive(f"d{index}", s.width, "m", width, write[1])
 
-    def _positive(self, name: str, value: float, unit: str, title: str) -> Parameter:
-        value = float(value)
-        lower, upper = value / RELATIVE_BOUND, value * RELATIVE_BOUND
-        return Parameter(name, value, unit, lower, upper, symbol(name), title, scale=value)
+    def _add(
+        self, name: str, value: float, unit: str, title: str, write: _Write,
+        bounds: tuple[float, float], scale: float,
+    ) -> None:  # fmt: skip
+        parameter = Parameter(name, value, unit, *bounds, symbol(name), title, scale=scale)
+        self.entries[name] = _Entry(parameter, write)
 
     def _add_positive(
-        self, name: str, value: float, unit: str, places: tuple[int, ...], title: str
-    ) -> None:
-        self._add(self._positive(name, value, unit, title), _Direct(places))
-
-    def _add_section(
-        self, name: str, value: float, unit: str, row: int, segments: tuple[int, ...], title: str
-    ) -> None:
-        self._add(self._positive(name, value, unit, title), _Section(row, segments))
+        self, name: str, value: float, unit: str, title: str, write: _Write,
+        bound: float = RELATIVE_BOUND,
+    ) -> None:  # fmt: skip
+        bounds = float(value) / bound, float(value) * bound
+        self._add(name, float(value), unit, title, write, bounds, float(value))
 
     def _add_nonnegative(
-        self,
-        name: str,
-        value: float,
-        unit: str,
-        places: tuple[int, ...],
-        title: str,
-        typical: float,
+        self, name: str, value: float, unit: str, title: str, write: _Write, typical: float
     ) -> None:
         scale = value or typical
-        upper = 100.0 * scale
-        parameter = Parameter(name, value, unit, 0.0, upper, symbol(name), title, scale=scale)
-        self._add(parameter, _Direct(places))
-
-    def _add_signed(
-        self, name: str, value: float, unit: str, places: tuple[int, ...], title: str
-    ) -> None:
-        bound = max(GRAVITY_BOUND, 2.0 * abs(value))
-        parameter = Parameter(name, value, unit, -bound, bound, symbol(name), title, scale=1.0)
-        self._add(parameter, _Direct(places))
+        self._add(name, value, unit, title, write, (0.0, 100.0 * scale), scale)
 
 
 _GREEK = {"epsilon": r"\varepsilon", "tau": r"\tau", "lambda": r"\lambda", "EI": "EI"}

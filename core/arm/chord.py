@@ -10,6 +10,8 @@ which is (9) of the paper for one mode: [[1, 0, l1, 0], [0, 1, l1, l2]].
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from core.arm.arm import Arm
@@ -22,19 +24,20 @@ SINGULAR_MARGIN = 0.05
 
 def chord_matrix(arm: Arm, p: np.ndarray) -> np.ndarray:
     """(joints, n): the chord angle delta(l)/l of each segment from q."""
-    out = np.zeros((arm.joints, arm.coordinates))
-    for k in range(arm.joints):
-        length = p[slot(k, LENGTH)]
-        out[k, arm.modal_slice(k)] = [length ** (i + 1) for i in range(arm.modes[k])]
-    return out
+    return _end_rows(arm, p, lambda i: 1)
 
 
 def slope_matrix(arm: Arm, p: np.ndarray) -> np.ndarray:
     """(joints, n): the slope delta'(l) at the end of each segment from q."""
+    return _end_rows(arm, p, lambda i: i + 2)
+
+
+def _end_rows(arm: Arm, p: np.ndarray, factor: Callable[[int], int]) -> np.ndarray:
     out = np.zeros((arm.joints, arm.coordinates))
     for k in range(arm.joints):
         length = p[slot(k, LENGTH)]
-        out[k, arm.modal_slice(k)] = [(i + 2) * length ** (i + 1) for i in range(arm.modes[k])]
+        rows = [factor(i) * length ** (i + 1) for i in range(arm.modes[k])]
+        out[k, arm.modal_slice(k)] = rows
     return out
 
 

@@ -10,9 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from core.arm.cache import sources_key
-from core.arm.checksums import kept_module, module_file
-from core.arm.structure import Structure
+from core.arm.arm import Structure
+from core.arm.cache import kept_module, module_file, sources_key
 
 _LOADING = threading.Lock()
 """A second thread must not meet a module that is still being executed."""
@@ -38,7 +37,7 @@ class CompiledArm:
 
     @cached_property
     def addresses(self) -> np.ndarray:
-        """Of `dynamics` and `linear`, for core.arm.pointers."""
+        """Of `dynamics` and `linear`, for core.arm.signatures."""
         return np.array([self.dynamics.address, self.linear.address], dtype=np.int64)
 
     def mass_matrix(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:

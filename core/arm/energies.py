@@ -1,20 +1,18 @@
-"""Energies of an arm, in symbols: kinetic, bending, gravity, and the dissipation."""
+"""Energies of an arm, in symbols: kinetic, elastic, and the dissipation."""
 
 from __future__ import annotations
 
 import sympy as sp
 
 from core.arm import shapes
-from core.arm.kinematics import Kinematics, components
+from core.arm.kinematics import Kinematics
 from core.arm.slots import (
     DAMPING_TIME,
     HUB_INERTIA,
     LENGTH,
-    MASS,
     ROTOR_INERTIA,
     STIFFNESS,
     TIP_INERTIA,
-    TIP_MASS,
     TWIST_STIFFNESS,
 )
 
@@ -58,20 +56,6 @@ def stiffness_matrix(kinematics: Kinematics) -> sp.Matrix:
 def damping_matrix(kinematics: Kinematics) -> sp.Matrix:
     """(n, n) Hessian of the dissipation in the rates."""
     return sp.hessian(dissipation(kinematics), kinematics.symbols.dq)
-
-
-def gravity_potential(kinematics: Kinematics) -> sp.Expr:
-    """V_g = - sum of masses times g . p, integrated over each segment."""
-    s = kinematics.symbols
-    g = sp.Matrix(s.gravity)
-    total = sp.Integer(0)
-    for k in range(kinematics.structure.segments):
-        length = s.slot(k, LENGTH)
-        place = components(kinematics.point(k, s.x))
-        height = sp.integrate(sp.expand(place.dot(g)), (s.x, 0, length))
-        tip = components(kinematics.segment_tip(k)).dot(g)
-        total -= s.slot(k, MASS) / length * height + s.slot(k, TIP_MASS) * tip
-    return total
 
 
 def lumped_inertia(kinematics: Kinematics) -> sp.Matrix:

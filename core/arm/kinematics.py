@@ -12,9 +12,9 @@ from functools import cached_property
 import sympy as sp
 
 from core.arm import shapes
+from core.arm.arm import Structure
 from core.arm.joints import joint
 from core.arm.slots import AXIS_ANGLE, LENGTH
-from core.arm.structure import Structure
 from core.arm.symbols import Symbols
 
 

@@ -42,31 +42,18 @@ def base_slot(joints: int) -> int:
     return PER_SEGMENT * joints + 2
 
 
-def slot_count(joints: int) -> int:
-    """Length of p."""
-    return PER_SEGMENT * joints + 3
-
-
 def _stiffness(compliance: float | None) -> float:
     return 0.0 if compliance is None else 1.0 / compliance
 
 
 def arm_vector(arm: Arm) -> np.ndarray:
     """p (10 N + 3,) in SI units for an arm as described."""
-    rows = [
-        [
-            s.length,
-            s.mass,
-            s.bending_stiffness,
-            s.damping_time,
-            s.tip_mass,
-            s.tip_inertia,
-            s.hub_inertia,
-            s.axis_angle,
-            _stiffness(s.joint_compliance),
-            s.rotor_inertia,
-        ]
+    rows = (
+        (
+            s.length, s.mass, s.bending_stiffness, s.damping_time, s.tip_mass, s.tip_inertia,
+            s.hub_inertia, s.axis_angle, _stiffness(s.joint_compliance), s.rotor_inertia,
+        )
         for s in arm.segments
-    ]
-    flat = [value for row in rows for value in row]
+    )  # fmt: skip
+    flat = (value for row in rows for value in row)
     return np.array([*flat, *arm.gravity, _stiffness(arm.base_compliance)], dtype=float)

@@ -12,10 +12,10 @@ from functools import cache, cached_property
 
 import sympy as sp
 
+from core.arm.arm import Structure
 from core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
 from core.arm.kinematics import Kinematics, Place
 from core.arm.slots import LENGTH, MASS, TIP_MASS
-from core.arm.structure import Structure
 
 Terms = dict[sp.Expr, sp.Matrix]
 """Basis function of the joint coordinates -> constant matrix (n, n)."""
@@ -104,12 +104,6 @@ class StraightArm:
             product = sp.Mul(*[q**p for q, p in zip(slides, powers, strict=True)])
             found.append((product, coefficient))
         return found
-
-    @cached_property
-    def mass(self) -> sp.Matrix:
-        """M (n, n) of the straight arm in symbols."""
-        n = self.kinematics.structure.coordinates
-        return sum((b * m for b, m in self.mass_terms.items()), sp.zeros(n, n))
 
     @cached_property
     def bending(self) -> sp.Matrix:

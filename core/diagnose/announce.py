@@ -5,9 +5,8 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 
-from core.arm.arm import Arm
+from core.arm.arm import Arm, Structure
 from core.arm.compiled import is_compiled
-from core.arm.structure import Structure
 from core.diagnose.columns import Trial, must_compile
 from core.effects.effect import Effect
 from core.progress import Progress

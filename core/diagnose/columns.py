@@ -9,9 +9,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from core.arm.arm import Arm
+from core.arm.arm import Arm, Structure
 from core.arm.compiled import is_compiled
-from core.arm.structure import Structure
 from core.diagnose.data import Data, Hypothesis, coarser, hypothesis
 from core.effects.effect import Effect, EffectParameter
 from core.identify.unknowns import Unknown

@@ -9,8 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.structure import Structure
+from core.arm.arm import Arm, Structure
 from core.diagnose.floor import Floor
 from core.effects import with_included
 from core.effects.effect import Effect, Rig

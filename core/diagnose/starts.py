@@ -20,7 +20,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from core.arm.structure import Structure
+from core.arm.arm import Structure
 from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
 from core.effects.effect import Effect
 from core.identify.growing import FEWEST, SHARES, beginnings

@@ -12,8 +12,7 @@ import numba
 import numpy as np
 import sympy as sp
 
-from core.arm.cache import sources_key
-from core.arm.checksums import kept_module
+from core.arm.cache import kept_module, sources_key
 from core.forces.generate import module_text, wide_module_text
 from core.forces.law import ForceLaw
 from core.forces.passing import PassingLaw, wide

@@ -14,8 +14,8 @@ import numpy as np
 import scipy
 from numba import njit, types
 
+from core.arm.arm import Structure
 from core.arm.signatures import OPTIONS, kernel, vector
-from core.arm.structure import Structure
 from core.drives.servo import averaged
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law

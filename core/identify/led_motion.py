@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
+from core.arm.arm import Structure
 from core.arm.signatures import DYNAMICS, kernel, matrix, vector
 from core.arm.slots import weighing
-from core.arm.structure import Structure
 from core.identify.led_points import finer_by
 from core.lanes.algebra import factor_positive, substitute_positive
 from core.model import Model, Numbers

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arm.arm import Arm
+from core.arm.arm import Arm, Structure
 from core.arm.build import build_arm
-from core.arm.structure import Structure
 from core.drives import build_drive
 from core.effects import catalogue, effect, with_included
 from core.effects.effect import Effect, EffectParameter

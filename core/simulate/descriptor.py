@@ -11,9 +11,9 @@ from functools import cache
 import numpy as np
 import sympy as sp
 
+from core.arm.arm import Structure
 from core.arm.slots import gravity_slot
 from core.arm.straight import StraightArm, Terms, straight_arm
-from core.arm.structure import Structure
 from core.forces.element import linear_matrices
 from core.model import Model, Numbers
 from core.results import DescriptorModel

@@ -7,6 +7,7 @@ from functools import cache
 import sympy as sp
 
 from core.arm import shapes
+from core.arm.arm import Structure
 from core.arm.chord import rigid_angle_matrix
 from core.arm.energies import bending, dissipation, springs
 from core.arm.kinematics import Kinematics, Phasor, components
@@ -22,7 +23,6 @@ from core.arm.slots import (
     slot,
 )
 from core.arm.straight import straight_arm
-from core.arm.structure import Structure
 from core.model import Model
 from core.results import Equation
 from core.sentences import first_sentence

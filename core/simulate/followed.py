@@ -15,8 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numba import int64, njit, types
 
-from core.arm.pointers import dynamics_at, linear_at
-from core.arm.signatures import OPTIONS, cube, kernel, matrix, vector
+from core.arm.signatures import OPTIONS, cube, dynamics_at, kernel, linear_at, matrix, vector
 from core.lanes.functions import INLINE
 from core.simulate import vector as wide
 from core.simulate.closed import augment, balance, place, solve, work_arrays

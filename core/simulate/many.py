@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.arm.arm import Structure
 from core.arm.compiled import compile_wide_arm
-from core.arm.structure import Structure
 from core.forces.compiled import compile_wide_law
 from core.forces.element import ElementArrays
 from core.lanes.wide import LANES

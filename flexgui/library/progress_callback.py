@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
-from core.arm.structure import Structure
+from core.arm.arm import Structure
 from core.progress import Progress
 from core.results import Generation
 

@@ -7,9 +7,8 @@ from functools import cache, lru_cache
 
 import numpy as np
 
-from core.arm.arm import Arm
+from core.arm.arm import Arm, Structure
 from core.arm.compiled import compile_arm
-from core.arm.structure import Structure
 from core.model import Model, Numbers
 from core.recent import Recent
 from core.results import DescriptorModel, Equation

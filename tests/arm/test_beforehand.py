@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from core.arm import beforehand
+from core.arm.arm import Structure
 from core.arm.beforehand import compile_beforehand
 from core.arm.compiled import is_compiled
-from core.arm.structure import Structure
 
 SMALL = Structure(joints=("revolute",), modes=(0,), mounts=("previous",))
 LONGEST = 120.0
@@ -49,7 +49,7 @@ def test_without_another_process_everything_goes_on(empty, monkeypatch) -> None:
 def test_the_process_ends_with_the_one_that_began_it(empty) -> None:
     script = (
         "from core.arm.beforehand import compile_beforehand\n"
-        "from core.arm.structure import Structure\n"
+        "from core.arm.arm import Structure\n"
         "s = Structure(('revolute',) * 3, (3, 3, 3), ('previous',) * 3)\n"
         "print(compile_beforehand([s]).pid)\n"
     )

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from core.arm import cache, checksums
+from core.arm import cache
+from core.arm.arm import Structure
 from core.arm.compiled import _name as name_of
 from core.arm.compiled import compile_wide_arm
-from core.arm.structure import Structure
 from tests.helpers import PAPER
 
 WORK = """
@@ -24,7 +24,7 @@ import numpy as np
 from core.arm.arm import Arm
 from core.arm.compiled import compile_arm
 from core.arm.segment import Segment
-from core.arm.structure import Structure
+from core.arm.arm import Structure
 link = Segment(length=0.5, mass=2.0, modes=0)
 arm = compile_arm(Structure.of(Arm(segments=(link,), name="link")))
 p = np.linspace(1.0, 2.0, 60)
@@ -172,7 +172,7 @@ def test_a_disk_that_becomes_full_is_said_and_another_folder_is_used(
         return write(path, content)
 
     monkeypatch.setattr(Path, "write_bytes", no_room)
-    module = checksums.kept_module("force_of_a_test", lambda: "answer = 42\n")
+    module = cache.kept_module("force_of_a_test", lambda: "answer = 42\n")
     monkeypatch.delitem(sys.modules, module.__name__)
     assert module.answer == 42 and full not in Path(str(module.__file__)).parents
     assert caplog.text.count("no space left on device") == 1
@@ -182,7 +182,7 @@ def test_a_cache_that_cannot_grow_keeps_the_result(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     """Numba wrote its files after compiling; that they do not fit must not cost the function."""
-    checksums.verify_kernels()
+    cache.verify_kernels()
     import numba
 
     def no_room(*given: object) -> None:
@@ -203,4 +203,4 @@ def test_a_cache_that_cannot_grow_keeps_the_result(
 def test_the_module_for_many_arms_at_once_is_kept_with_a_digest_too() -> None:
     structure = Structure.of(PAPER)
     compile_wide_arm(structure)
-    assert checksums.is_whole(checksums.module_file(f"wide_{name_of(structure)}"))
+    assert cache.is_whole(cache.module_file(f"wide_{name_of(structure)}"))

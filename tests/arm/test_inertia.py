@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from core.arm.arm import Arm
+from core.arm.arm import Arm, Structure
 from core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
 from core.arm.kinematics import Kinematics, components
 from core.arm.segment import Segment
 from core.arm.slots import arm_vector, weighing
 from core.arm.straight import StraightArm
-from core.arm.structure import Structure
 from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, jacobian, loaded, random_state, straight
 
 ROUNDING = 1e-12

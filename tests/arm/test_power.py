@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from core.arm.energies import gravity_potential
-from core.arm.kinematics import Kinematics
-from core.arm.slots import arm_vector
-from core.arm.structure import Structure
+from core.arm.arm import Structure
+from core.arm.kinematics import Kinematics, components
+from core.arm.slots import LENGTH, MASS, TIP_MASS, arm_vector
 from tests.helpers import ARMS, EVERY_ARM, compiled, jacobian, loaded, random_state
 
 BALANCE = 1e-8
@@ -55,6 +54,20 @@ def test_gravity_does_no_work_over_a_closed_path(name: str) -> None:
 
     slope = jacobian(force, q)
     assert np.abs(slope - slope.T).max() < BALANCE * max(np.abs(slope).max(), 1.0)
+
+
+def gravity_potential(kinematics: Kinematics) -> sp.Expr:
+    """V_g = - sum of masses times g . p, integrated over each segment."""
+    s = kinematics.symbols
+    g = sp.Matrix(s.gravity)
+    total = sp.Integer(0)
+    for k in range(kinematics.structure.segments):
+        length = s.slot(k, LENGTH)
+        place = components(kinematics.point(k, s.x))
+        height = sp.integrate(sp.expand(place.dot(g)), (s.x, 0, length))
+        tip = components(kinematics.segment_tip(k)).dot(g)
+        total -= s.slot(k, MASS) / length * height + s.slot(k, TIP_MASS) * tip
+    return total
 
 
 @pytest.mark.parametrize("name", ["1-1", "ground"])

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from core.arm.arm import Structure
 from core.arm.compiled import compile_arm
-from core.arm.structure import Structure
 from core.diagnose.announce import Steps, aside, fit_title, round_title
 from core.diagnose.columns import Trial
 from core.effects import catalogue, effect

@@ -46,11 +46,9 @@ PUBLIC = {"compare_as_given", "to_control", "to_dataframe", "to_scipy"}
 
 FOR_TESTS = {
     "dissipative": "what the energy test of every effect looks at",
-    "gravity_potential": "the stated potential, whose slope the compiled force must be",
     "iterations": "how many steps a descent took",
     "line_of": "core.diagnose",
     "pids": "the processes of an executor, to end one",
-    "slot_count": "length of an arm's vector",
     "state_count": "states of all elements",
     "white_drop": "core.diagnose",
     "workers_free": "the pool's idle workers",

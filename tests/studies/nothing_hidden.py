@@ -18,11 +18,10 @@ from typing import Any
 import numpy as np
 from scipy.stats import kstest
 
-from core.arm.arm import Arm
+from core.arm.arm import Arm, Structure
 from core.arm.catalogue import ArmCatalogue
 from core.arm.compiled import compile_arm
 from core.arm.presets import presets
-from core.arm.structure import Structure
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
 from core.workbench import run_scenario

@@ -1,4 +1,4 @@
-"""What a joint does to the frame of the segment that it carries."""
+"""What a joint does to the frame of the segment that it carries, and the two common kinds."""
 
 from __future__ import annotations
 
@@ -32,3 +32,31 @@ class Joint(ABC):
     @abstractmethod
     def place(self, coordinate: sp.Symbol, axis_angle: sp.Symbol) -> Placement:
         """The placement as a function of the joint's coordinate."""
+
+
+class Revolute(Joint):
+    """Turns its segment by the joint coordinate in rad."""
+
+    kind = "revolute"
+    coordinate_unit = "rad"
+    effort_unit = "N m"
+    inertia_unit = "kg m²"
+
+    def place(self, coordinate: sp.Symbol, axis_angle: sp.Symbol) -> Placement:
+        import sympy as sp
+
+        return Placement(turn=coordinate, slide=sp.Integer(0), direction=sp.Integer(0))
+
+
+class Prismatic(Joint):
+    """Moves its segment by the joint coordinate in m along a direction fixed before the joint."""
+
+    kind = "prismatic"
+    coordinate_unit = "m"
+    effort_unit = "N"
+    inertia_unit = "kg"
+
+    def place(self, coordinate: sp.Symbol, axis_angle: sp.Symbol) -> Placement:
+        import sympy as sp
+
+        return Placement(turn=sp.Integer(0), slide=coordinate, direction=axis_angle)
