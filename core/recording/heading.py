@@ -68,7 +68,8 @@ def decoded(raw: bytes) -> str:
         return raw.decode("latin-1")
 
 
-def _cells(text: str, delimiter: str) -> list[str]:
+def cells_of(text: str, delimiter: str) -> list[str]:
+    """The cells of a line; none where it is blank."""
     if '"' not in text:
         return [cell.strip() for cell in text.split(delimiter)] if text.strip() else []
     try:
@@ -79,7 +80,7 @@ def _cells(text: str, delimiter: str) -> list[str]:
 
 def _names(text: str, delimiter: str) -> list[str]:
     """Cells of a header line, which may stand in a comment."""
-    return _cells(text.lstrip(COMMENT + " "), delimiter)
+    return cells_of(text.lstrip(COMMENT + " "), delimiter)
 
 
 def _delimiter(lines: list[str]) -> tuple[str, int]:
@@ -95,7 +96,7 @@ def _delimiter(lines: list[str]) -> tuple[str, int]:
 
 def _sample_width(text: str, delimiter: str) -> int:
     """Cells of a line most of which are numbers; 0 of another line."""
-    cells = _cells(text, delimiter)
+    cells = cells_of(text, delimiter)
     full = [cell for cell in cells if cell]
     numbers = sum(is_number(cell, delimiter in COMMA_DECIMALS) for cell in full)
     return len(cells) if full and 2 * numbers > len(full) else 0

@@ -14,7 +14,7 @@ from typing import IO, Any
 import numpy as np
 
 from core.errors import InputError
-from core.recording.heading import Heading, decoded, read_heading
+from core.recording.heading import Heading, cells_of, decoded, read_heading
 from core.recording.table import (
     NO_NUMBER,
     Reading,
@@ -137,14 +137,10 @@ class _Samples:
 
     def add(self, block: bytes) -> None:
         """Whole lines; InputError at a line of another length."""
-        blank = next((k for k, x in enumerate(block.splitlines()) if not x.strip()), None)
-        if blank is not None:
-            raise self._wrong_length(blank, 0, "complete or remove the row")
         columns = self._cells(block)
         for k, (parts, cells) in enumerate(zip(self.columns, columns, strict=True)):
-            parts.append(
-                np.full(len(cells), np.nan) if k in self.faults else self._numbers(k, cells)
-            )
+            unread = np.full(len(cells), np.nan)
+            parts.append(unread if k in self.faults else self._numbers(k, cells))
         self.rows += len(columns[0])
 
     def _cells(self, block: bytes) -> list[Any]:
@@ -152,29 +148,21 @@ class _Samples:
         import pyarrow as pa
         from pyarrow import csv as arrow
 
-        names, wrong = [str(k) for k in range(len(self.columns))], []
-
-        def stop(row: Any) -> str:
-            wrong.append(row)
-            return "error"
-
+        names, lines = [str(k) for k in range(len(self.columns))], block.splitlines()
         try:
-            return arrow.read_csv(
+            found = arrow.read_csv(
                 pa.BufferReader(block),
                 arrow.ReadOptions(column_names=names, use_threads=False, block_size=len(block) + 1),
-                arrow.ParseOptions(delimiter=self._heading.delimiter, invalid_row_handler=stop),
+                arrow.ParseOptions(delimiter=self._heading.delimiter),
                 arrow.ConvertOptions(
                     column_types=dict.fromkeys(names, pa.string()), check_utf8=False
                 ),
-            ).columns
+            )
         except pa.ArrowInvalid as error:
-            if not wrong:
-                raise
-            row = wrong[0]
-            short = row.actual_columns < row.expected_columns and not block.endswith(_ENDS)
-            cut = short and row.number == len(block.splitlines())
-            advice = "the file was cut short" if cut else "complete or remove the row"
-            raise self._wrong_length(row.number - 1, row.actual_columns, advice) from error
+            raise self._wrong_length(lines, not block.endswith(_ENDS)) from error
+        if found.num_rows < len(lines):  # blank ones are left out
+            raise self._wrong_length(lines, cut=False)
+        return list(found.columns)
 
     def _numbers(self, k: int, cells: Any) -> np.ndarray:
         import pyarrow as pa
@@ -203,8 +191,16 @@ class _Samples:
     def _row(self, row: int) -> str:
         return row_name(self.rows + row, self._heading.first_line)
 
-    def _wrong_length(self, row: int, length: int, advice: str) -> InputError:
-        return InputError(
-            f"{self._file}: {self._row(row)} has {length} fields where the header has "
-            f"{len(self.columns)}; {advice}."
-        )
+    def _wrong_length(self, lines: list[bytes], cut: bool) -> InputError:
+        """`cut`: whether the last line has no end."""
+        width = len(self.columns)
+        for k, line in enumerate(lines):
+            length = len(cells_of(decoded(line), self._heading.delimiter))
+            if length != width:
+                short = cut and k == len(lines) - 1 and length < width
+                advice = "the file was cut short" if short else "complete or remove the row"
+                return InputError(
+                    f"{self._file}: {self._row(k)} has {length} fields where the header has "
+                    f"{width}; {advice}."
+                )
+        return damaged(self._file, DelimitedReader.what)
