@@ -101,7 +101,6 @@ def _compare_one(
 ) -> RecordingComparison:
     """With its own fit; a recording that no fit saw gets the shared values, and what belongs to
     a recording (zeros, the friction of another bench) is fitted to it alone."""
-    substeps: Mapping[str, int] = {}
     note, steps = "", None
     if own is not None:
         fitted = own.residuals.predictor
@@ -110,8 +109,6 @@ def _compare_one(
             **own.residuals.unknowns.values_for(recording.name, own.vector),
         }
         label = own.fit.label
-        if setup.model.steering is None:
-            substeps = fitted.substeps
         steps = fitted.steps if own.fit.stopped else None
     else:
         label = fits[0].fit.label if len(fits) == 1 else MEAN_LABEL
@@ -125,9 +122,7 @@ def _compare_one(
             values |= extra.values_for(recording.name, alone.vector)
             names = ", ".join(item.parameter.name for item in extra.items)
             note = f"Fitted to this recording alone: {names}."
-    found = compare(
-        setup.model, recording, setup.outputs, setup.processing, values, label, substeps, steps
-    )
+    found = compare(setup.model, recording, setup.outputs, setup.processing, values, label, steps)
     return replace(found, note=" ".join(part for part in (note, found.note) if part))
 
 

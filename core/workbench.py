@@ -120,7 +120,6 @@ def run_scenario(
         chosen_level=chosen,
         notes=(
             *setup.notes,
-            *_error_notes(fits),
             *_warnings(recordings),
         ),
         findings=findings,
@@ -275,13 +274,6 @@ def ended_at(fits: Sequence[Fitted]) -> dict[str, float]:
         for label, value in zip(labels, f.vector, strict=True):
             found.setdefault(label, []).append(float(value))
     return {label: float(np.mean(values)) for label, values in found.items()}
-
-
-def _error_notes(fits: Sequence[Fitted]) -> list[str]:
-    errors = [e for f in fits for e in f.residuals.predictor.errors.values()]
-    if not errors:
-        return []
-    return [f"Largest estimated simulation error while fitting: {max(errors):.1e} m or rad."]
 
 
 def _warnings(recordings: Sequence[Recording]) -> list[str]:

@@ -11,8 +11,9 @@ import numpy as np
 
 from core.arm.arm import Arm, Structure
 from core.arm.compiled import is_compiled
-from core.diagnose.data import Data, Hypothesis, coarser, hypothesis
+from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.effects.effect import Effect, EffectParameter
+from core.identify.defect_correction import with_steps
 from core.identify.unknowns import Unknown
 
 SLOPE_SHARE = 0.1
@@ -113,9 +114,9 @@ class Zeros:
         """With that many steps."""
         with self.lock:
             if steps not in self.found:
-                residuals = self.base.residuals
+                residuals = replace(self.base.residuals, anchor=None)
                 if steps is not None:
-                    residuals = replace(residuals, predictor=coarser(residuals.predictor, steps))
+                    residuals = with_steps(residuals, steps)
                 self.found[steps] = residuals.blocks(self.base.vector)
             return self.found[steps]
 
@@ -171,7 +172,8 @@ def _moved(
         replace(data, nuisance=nuisance), [*accepted, trial.effect], values, freed=kept,
         finer=COARSE,
     )  # fmt: skip
-    errors = tried.residuals.blocks(tried.vector)  # as coarse as the zero, so that steps cancel
+    # As coarse as the zero, so that steps cancel.
+    errors = replace(tried.residuals, anchor=None).blocks(tried.vector)
     zero = zeros.at(tried.residuals.predictor.steps)
     return [a - b for a, b in zip(zero, errors, strict=True)], zero
 

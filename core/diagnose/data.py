@@ -9,48 +9,19 @@ from functools import cached_property
 
 import numpy as np
 
-from core.arm.arm import Arm, Structure
+from core.arm.arm import Structure
 from core.diagnose.floor import Floor
 from core.effects import with_included
 from core.effects.effect import Effect, Rig
 from core.effects.sizes import Sizes, typical
+from core.identify.defect_correction import Anchor
 from core.identify.held import steps_needed
-from core.identify.predictor import KnownMotions, Predictor
+from core.identify.predictor import KnownMotions, Predictor, coarser
 from core.identify.prepared import Prepared, make_task
 from core.identify.residuals import Residuals
 from core.identify.unknowns import Unknown, Unknowns
-from core.least_squares import Limits, limits_of, whole
+from core.least_squares import Limits, limits_of
 from core.model import Model
-
-
-class Anchor:
-    """The error of few steps, taken from one model and added to all that are compared with it.
-
-    Few steps miss nearly the same whatever the parameters, so what is left after the correction is
-    the change of the steps' error alone, a small part of it.
-    """
-
-    def __init__(self, at: Hypothesis, fine: Sequence[np.ndarray]) -> None:
-        self._at = replace(at, anchor=None)
-        self._fine = tuple(fine)
-        self._found: dict[int, tuple[np.ndarray, ...]] = {}
-        self._lock = threading.Lock()
-
-    @property
-    def arm(self) -> Arm:
-        """Of the model that it was taken from."""
-        return self._at.model.arm
-
-    def correction(self, steps: int) -> tuple[np.ndarray, ...]:
-        """(M, k) per recording, in floors: to be added to errors simulated with that many steps."""
-        with self._lock:
-            if steps not in self._found:
-                residuals = self._at.residuals
-                with_steps = replace(residuals, predictor=coarser(residuals.predictor, steps))
-                coarse = with_steps.blocks(self._at.vector)
-                pairs = zip(self._fine, coarse, strict=True)
-                self._found[steps] = tuple(whole(fine - block) for fine, block in pairs)
-            return self._found[steps]
 
 
 class NeededSteps:
@@ -153,7 +124,6 @@ class Hypothesis:
     unknowns: Unknowns
     residuals: Residuals
     vector: np.ndarray
-    anchor: Anchor | None = None
 
     @property
     def limits(self) -> Limits:
@@ -171,11 +141,7 @@ class Hypothesis:
 
     def errors_of(self, vectors: Sequence[np.ndarray]) -> list[list[np.ndarray]]:
         """The errors at each of several vectors (P,), simulated together."""
-        found = self.residuals.blocks_of(vectors)
-        if self.anchor is None or self.steps is None or self.model.level == "lpv":
-            return found
-        missed = self.anchor.correction(self.steps)
-        return [[a + b for a, b in zip(one, missed, strict=True)] for one in found]
+        return self.residuals.blocks_of(vectors)
 
     def slopes(self, vector: np.ndarray) -> list[np.ndarray]:
         """Their derivatives (M, k, P) per recording, with half the steps: a direction need not be
@@ -255,8 +221,8 @@ def hypothesis(
         loose = 1.0 if data.anchor is None else LOOSE
         steps = max(int(steps_needed(model, dt, _fewest(data, model), loose) * finer), 1)
     predictor = Predictor(experiments, unknowns, data.fixed, steps=steps, known=data.known)
-    residuals = Residuals(predictor, list(data.weights))
-    return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector(), data.anchor)
+    residuals = Residuals(predictor, list(data.weights), data.anchor)
+    return Hypothesis(model, unknowns, residuals, unknowns.parameters.vector())
 
 
 def _fewest(data: Data, model: Model) -> int:
@@ -335,12 +301,6 @@ def sharing_motions(data: Data, h: Hypothesis) -> Data:
         return data
     fine, coarse = (one.residuals.predictor.simulated_at(h.vector) for one in (h, h.coarse))
     return replace(data, known=KnownMotions({**fine.motions, **coarse.motions}, fine.recordings))
-
-
-def coarser(predictor: Predictor, steps: int) -> Predictor:
-    """The same with other steps per sample."""
-    parts = predictor.experiments, predictor.unknowns, predictor.fixed
-    return Predictor(*parts, steps=steps, known=predictor.known)
 
 
 def moved(experiment: Prepared, model: Model) -> Prepared:

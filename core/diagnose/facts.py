@@ -10,7 +10,7 @@ from core.diagnose.data import Data
 from core.diagnose.refit import Refit, robust_covariance
 from core.diagnose.steps import estimates
 from core.identify import identifiability
-from core.identify.derived import derived_estimates
+from core.identify.estimates import derived_estimates
 from core.identify.uncertainty import BY_DIFFERENCES
 from core.least_squares import whole
 from core.results import Estimate

@@ -8,17 +8,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.diagnose.data import Anchor, Data, Hypothesis, again, coarser
+from core.diagnose.data import Data, Hypothesis, again
 from core.diagnose.refit import Refit, fit, settled, whitened
 from core.diagnose.starts import from_nominal_values
 from core.diagnose.whitening import Whitener
+from core.identify.defect_correction import (
+    Anchor,
+    corrected_minimum,
+    errors_with,
+    errors_with_each,
+    extrapolated,
+)
 from core.identify.held import steps_needed
-from core.identify.predictor import on_all_cores
 from core.least_squares import (
     MOST_ITERATIONS,
     cost_of,
-    descend,
-    normal_equations,
 )
 
 SAME = 0.05
@@ -38,30 +42,14 @@ def anchored(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
     dt = max(e.recording.sample_time for e in data.experiments)
     assert data.steps is not None
     steps = max(data.fine or 0, steps_needed(h.model, dt, 2 * data.steps, 1.0))
-    bare = replace(data, anchor=None)
-    errors, finer = _with_each(bare, h, (steps, 2 * steps))
+    errors, finer = errors_with_each(h.residuals, h.vector, (steps, 2 * steps))
     while steps < MOST_FINE:
         change = cost_of([a - b for a, b in zip(finer, errors, strict=True)])
         if change < SAME**2 * data.count:
             break
-        steps, errors, finer = 2 * steps, finer, _with_steps(bare, h, 4 * steps)
-    return replace(data, anchor=Anchor(h, _richardson(errors, finer)), fine=steps), errors
-
-
-def _richardson(coarse: Sequence[np.ndarray], fine: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """From errors (M, k) with some steps and twice as many: the method is of second order."""
-    return [(4.0 * b - a) / 3.0 for a, b in zip(coarse, fine, strict=True)]
-
-
-def _with_each(data: Data, h: Hypothesis, steps: Sequence[int]) -> list[list[np.ndarray]]:
-    """The errors with each number of steps, side by side: of a few recordings one simulation keeps
-    one core busy."""
-    return list(on_all_cores(lambda n: _with_steps(data, h, n), steps))
-
-
-def _with_steps(data: Data, h: Hypothesis, steps: int) -> list[np.ndarray]:
-    residuals = replace(h.residuals, predictor=coarser(h.residuals.predictor, steps))
-    return residuals.blocks(h.vector)
+        steps, errors, finer = 2 * steps, finer, errors_with(h.residuals, h.vector, 4 * steps)
+    anchor = Anchor(replace(h.residuals, anchor=None), h.vector, extrapolated(errors, finer))
+    return replace(data, anchor=anchor, fine=steps), errors
 
 
 MOST_DESCENTS = 4
@@ -143,15 +131,6 @@ def _at(data: Data, found: Refit, errors: Sequence[np.ndarray], whitener: Whiten
     return settled(Refit(h, at, white, found.covariance))
 
 
-LAST_ITERATIONS = 15
-"""With exact directions a descent that begins near its end needs two or three; what showed in too
-fast a vibration for the steps of the search may still be some way off."""
-
-LAST_REDUCTION = 0.1
-"""Reduction of the squared error, in mean squares of what is left, below which the last descent
-ends: a parameter that is one deviation off costs one."""
-
-
 def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data, Refit]:
     """The same minimum to within a small share of the deviations that are stated.
 
@@ -159,83 +138,11 @@ def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data
     gains next to nothing per sample; over thousands of samples that can be many deviations. So can
     what the steps themselves miss, which is extrapolated here.
     """
-    h = _extrapolated(data, refit)
-    found = descend(
-        h.errors, h.exact_slopes, h.vector, h.limits, stopped, most=LAST_ITERATIONS,
-        good_enough=LAST_REDUCTION * refit.cost / data.count**2, keep=True,
-    )  # fmt: skip
+    h = again(replace(data, anchor=None, steps=data.fine or 1), refit.hypothesis, finer=1)
+    slopes = refit.descended.slopes
+    _, found = corrected_minimum(h.residuals, h.vector, slopes, h.limits, stopped)
     if not np.isfinite(found.cost) or found.cost > refit.cost + RELEVANT_REDUCTION * data.count:
         return data, refit
     at = refit.hypothesis.at(found.vector)
     data, errors = anchored(data, at)  # what is stated is what page and report show: no mix of two
     return data, _at(data, Refit(at, found, found.cost, refit.covariance), errors, None)
-
-
-MOST_DOUBLINGS = 2
-"""Of the steps, beyond those from which on more change no word: friction has edges, with which they
-would go on for ever."""
-
-UNMOVED = 0.0025
-"""Squared move of the parameters by twice the steps, in their deviations, whatever the direction:
-less than a twentieth of one."""
-
-
-def _extrapolated(data: Data, refit: Refit) -> Hypothesis:
-    """The model with its steps' own error, extrapolated by Richardson, taken off: from so many that
-    twice as many move no parameter by more than a share of its deviation. It descends with half as
-    many: so near its minimum what is taken off hardly changes."""
-    bare = replace(data, anchor=None)
-    h = again(replace(bare, steps=data.fine or 1), refit.hypothesis, finer=1)
-    steps = h.steps or 1
-    runs = _with_each(bare, h, (steps, 2 * steps, 4 * steps))
-    left = MOST_DOUBLINGS
-    while True:
-        coarse, better = (_richardson(*pair) for pair in (runs[:2], runs[1:]))
-        missed = _left_by(runs, coarse, better, refit)
-        if missed < UNMOVED or not left:
-            break
-        # Where edges, which halve it each time, will ask for two more, both are made side by side.
-        more = min(left, 2 if missed > 4.0 * UNMOVED else 1)
-        finer = _with_each(bare, h, [4 * steps * 2**k for k in range(1, more + 1)])
-        runs, steps, left = [*runs[more:], *finer], steps * 2**more, left - more
-    h = again(replace(bare, steps=steps), h, finer=1)
-    return replace(h, anchor=Anchor(h, better))
-
-
-QUARTERED = 0.3
-"""Between the quarter and the half of what steps twice as long move a smooth motion and one with
-edges."""
-
-
-def _left_by(
-    runs: Sequence[list[np.ndarray]],
-    coarse: Sequence[np.ndarray],
-    better: Sequence[np.ndarray],
-    refit: Refit,
-) -> float:
-    """Squared move of the parameters, in their deviations, by what extrapolation still leaves.
-
-    Where half the step leaves a quarter, as of a smooth motion, the extrapolated is of fourth order
-    and its next change a sixteenth of the last one: a fifteenth is left. Edges leave all of it.
-
-    Args:
-        runs: errors (M, k) with some steps, twice and four times as many.
-        coarse: the first two extrapolated; `better`: the last two.
-    """
-    first, second, last = (
-        _moved([a - b for a, b in zip(*pair, strict=True)], refit)
-        for pair in ((runs[0], runs[1]), (runs[1], runs[2]), (coarse, better))
-    )
-    return last / 15.0**2 if second < QUARTERED**2 * first else last
-
-
-def _moved(change: Sequence[np.ndarray], refit: Refit) -> float:
-    """Squared move of the minimum, in its deviations, by a change (M, k) of the errors: the part of
-    it that lies along the slopes, in mean squares of what is left."""
-    if not len(refit.hypothesis.vector):
-        return 0.0
-    A, b = normal_equations(change, refit.descended.slopes)
-    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
-    inverse = np.linalg.pinv(A / np.outer(d, d), rcond=1e-10, hermitian=True)
-    count = sum(e.size for e in refit.errors)
-    return float((b / d) @ inverse @ (b / d)) * count / max(refit.cost, 1e-300)

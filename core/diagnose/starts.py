@@ -6,8 +6,8 @@ model without it stands and from the nominal values, each with the sizes that th
 A soft base, an elastic joint or play also swings. The fit that lacked it put the beams' own
 vibration where the recordings swing most, and over whole recordings the cost has a minimum wherever
 model and recording meet again after some more or fewer swings. Over the first swings there is one
-wide valley (core.identify.growing), so there the starts are told apart, all sizes of the screen's
-grid and between them among these; what is best goes on over more of each recording.
+wide valley (core.identify.refinement), so there the starts are told apart, all sizes of the
+screen's grid and between them among these; what is best goes on over more of each recording.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import numpy as np
 from core.arm.arm import Structure
 from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
 from core.effects.effect import Effect
-from core.identify.growing import FEWEST, SHARES, beginnings
+from core.identify.refinement import FEWEST, SHARES, beginnings
 from core.lanes.wide import LANES
 from core.least_squares import cost_of, descend, normal_equations, whole
 

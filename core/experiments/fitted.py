@@ -16,7 +16,7 @@ from core.diagnose.refit import settled
 from core.diagnose.start import Begun, motions_of
 from core.experiments.information import Information, information
 from core.experiments.trial import Trial, played, played_to
-from core.identify.derived import derived_estimates
+from core.identify.estimates import derived_estimates
 from core.identify.prepared import make_task
 from core.identify.uncertainty import Colour, colour
 from core.results import Estimate

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from core.diagnose.data import Hypothesis, coarser
+from core.diagnose.data import Hypothesis
+from core.identify.defect_correction import with_steps
 from core.identify.uncertainty import BY_DIFFERENCES, Colour, pseudo_inverse, scatter
 
 
@@ -89,6 +90,6 @@ MOST_STEPS = 256
 def _with_steps(h: Hypothesis, errors: Colour, steps: int | None) -> Information:
     residuals = h.residuals
     if steps is not None:
-        residuals = replace(residuals, predictor=coarser(residuals.predictor, steps))
+        residuals = with_steps(residuals, steps)
     slopes = residuals.sensitivities(h.vector, central=False)
     return information(h.unknowns.labels, slopes, [errors] * len(slopes))

@@ -44,13 +44,12 @@ def compare(
     processing: Processing,
     values: Mapping[str, float],
     fit_label: str,
-    substeps: Mapping[str, int] | None = None,
     steps: int | None = None,
 ) -> RecordingComparison:
     """One recording at given parameter values; `steps` per sample of one plain pass, as diagnosis
     simulates, else as many as the simulation's tolerance needs."""
     experiment = prepare(model, recording, visible_outputs(model, recording, fitted), processing)
-    predictor = Predictor([experiment], Unknowns(()), values, dict(substeps or {}), steps)
+    predictor = Predictor([experiment], Unknowns(()), values, steps=steps)
     predicted = predictor.predict(np.zeros(0))[0]
     count = sum(len(s.channels(model.arm)) for s in fitted)
     channels = [

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
+from core.identify.defect_correction import corrected_minimum
 from core.identify.estimates import Found, describe
-from core.identify.growing import SEARCHED, first_of, grown
-from core.identify.polish import polished
 from core.identify.predictor import Predictor
 from core.identify.prepared import Prepared
-from core.identify.refinement import OnStep, Refined, refine
+from core.identify.refinement import SEARCHED, Refined, first_of, grown, in_units_of, refined
 from core.identify.residuals import Residuals, channel_weights
 from core.identify.starts import evolves, refine_from_all, search, several_starts
 from core.identify.unknowns import Unknowns
+from core.least_squares import limits_of
 from core.progress import Progress, StoppedError, heeding
 from core.results import Fit
 from core.scenario.schema import IdentifySpec
@@ -52,7 +52,7 @@ def identify(
         found = _stoppable(lambda: _searched(label, residuals, spec, progress))
     if found is None:
         found = Found(residuals, _unrefined(unknowns.parameters.vector()), (), "", True)
-    return Fitted(describe(label, found), found.refined.vector, residuals)
+    return Fitted(describe(label, found), found.refined.vector, found.residuals)
 
 
 def _unrefined(vector: np.ndarray) -> Refined:
@@ -67,18 +67,17 @@ def _stoppable(work: Callable[[], T]) -> T | None:
         return None
 
 
-def _with_exact_steps(residuals: Residuals, refined: Refined, report: OnStep) -> Refined:
-    """The minimum without the error of few steps: one step of Gauss and Newton away or, where
-    that is too far, at the end of a descent."""
-    predictor = residuals.predictor
-    found = polished(residuals, refined)
-    if found is None and not report(refined.cost):
-        descended = refine(residuals, refined.vector, report)
-        if descended.stopped_at_once:
-            raise StoppedError
-        found = polished(residuals, descended) or descended
-    assert predictor.steps is not None
-    return refined if found is None else found
+def _with_corrected_steps(
+    residuals: Residuals, rough: Refined, stopped: Callable[[], bool]
+) -> tuple[Residuals, Refined]:
+    """The minimum without the error of few steps, and the residuals that it is one of."""
+    vector = rough.vector
+    limits = in_units_of(residuals, vector, limits_of(residuals.unknowns.parameters))
+    slopes = residuals.sensitivities(vector, central=False)
+    fine, found = corrected_minimum(residuals, vector, slopes, limits, stopped)
+    if not np.isfinite(found.cost):
+        return residuals, rough
+    return fine, replace(refined(fine, found), slopes=found.slopes)
 
 
 def _searched(label: str, residuals: Residuals, spec: IdentifySpec, progress: Progress) -> Found:
@@ -102,15 +101,13 @@ def _searched(label: str, residuals: Residuals, spec: IdentifySpec, progress: Pr
         best = starts[0]
         with heeding(None):
             cost = float(np.sum(residuals(best) ** 2))
-        refined, agreement = Refined(best, cost, np.nan, False), ""
+        found, agreement = Refined(best, cost, np.nan, False), ""
     else:
-        refined, agreement = refine_from_all(residuals, starts, searched is not None, progress)
+        found, agreement = refine_from_all(residuals, starts, searched is not None, progress)
         if predictor.simulation_is_dear and not progress.stopped():
-            rough = refined
-            exact = _stoppable(
-                lambda: _with_exact_steps(residuals, rough, lambda _: progress.stopped())
-            )
-            refined = rough if exact is None else exact
+            rough = found
+            exact = _stoppable(lambda: _with_corrected_steps(residuals, rough, progress.stopped))
+            residuals, found = exact or (residuals, rough)
         stopped = progress.stopped()
     history = searched.generations if searched is not None else ()
-    return Found(residuals, refined, history, agreement, stopped)
+    return Found(residuals, found, history, agreement, stopped)

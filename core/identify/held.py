@@ -20,7 +20,7 @@ from core.drives.servo import averaged
 from core.effects.effect import Effect
 from core.forces.compiled import compile_law
 from core.forces.element import Element
-from core.identify.led_points import finer_by
+from core.identify.led_motion import finer_by
 from core.identify.prescribed import is_prescribed
 from core.model import Model, Numbers
 from core.recent import Recent

@@ -8,16 +8,20 @@ one run of a group.
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from typing import TypeVar
 
 import numpy as np
 
+from core.identify import predictor
 from core.identify.prepared import Prepared
 from core.model import Model
+from core.progress import heeded, heeding, look
 from core.simulate.followed import followed
 from core.simulate.holds import Pieces, cut, pieces
 from core.simulate.linear import interleave
@@ -190,3 +194,34 @@ def followed_group(i: int, experiments: Sequence[Prepared], nodes: Nodes) -> Fol
         e.recording.sample_time,
         np.ascontiguousarray(references, dtype=float).ravel(),
     )
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    """Made once: starting threads takes longer than a small cost."""
+    return ThreadPoolExecutor(predictor.WORKERS, thread_name_prefix="linear")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_pool.cache_clear)  # its threads stay with the parent
+
+
+def share(jobs: Sequence[Callable[[], None]], workers: int | None = None) -> None:
+    """Does the jobs on all cores (or `workers` threads); the caller's thread takes its part.
+
+    Compiled code holds no lock. Somebody may stop the work between two jobs. An exception of a
+    job is raised here.
+    """
+    waiting, progress = iter(jobs), heeded()
+
+    def work() -> None:
+        with heeding(progress):
+            for job in waiting:
+                look()
+                job()
+
+    others = min(workers or predictor.WORKERS, len(jobs)) - 1
+    helpers = [_pool().submit(work) for _ in range(others)]
+    work()
+    for helper in helpers:
+        helper.result()

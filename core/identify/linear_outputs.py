@@ -14,6 +14,7 @@ from math import comb
 
 import numpy as np
 
+from core.arm.compiled import CompiledArm
 from core.effects.effect import Effect
 from core.identify.lane_groups import (
     FollowedGroup,
@@ -23,12 +24,11 @@ from core.identify.lane_groups import (
     System,
     followed_group,
     point_group,
+    share,
 )
 from core.identify.lane_numbers import LaneNumbers, output_rows
-from core.identify.lane_runs import share
 from core.identify.prepared import TORQUE, Prepared
-from core.identify.processed import processed
-from core.identify.unknowns import Unknowns
+from core.identify.unknowns import GAIN, OFFSET, Unknowns
 from core.simulate.linear import respond
 from core.simulate.postures import interpolation, joints_that_matter, midpoints
 from core.simulate.vector import LANES
@@ -241,3 +241,45 @@ def _largest(change: np.ndarray, y: np.ndarray) -> float:
     """The largest change over its channel's rms."""
     size = np.sqrt(np.mean(np.square(y), axis=0))
     return float(np.max(np.abs(change).max(axis=0) / np.where(size > 0.0, size, 1.0)))
+
+
+Values = Sequence[Mapping[str, float]]
+
+
+def processed(
+    e: Prepared, linear: np.ndarray, compiled: CompiledArm, p: np.ndarray, values: Values
+) -> np.ndarray:
+    """(M, k, S) from the linear outputs (N, k', S) of S motions with p (S, np) and `values`."""
+    raw = _sensed(e, linear, compiled, p, values)
+    for k, (name, _) in enumerate(e.channels):
+        raw[:, k] = e.through_logger(name, raw[:, k])
+        gain = np.array([v.get(GAIN + name, 1.0) for v in values])
+        offset = np.array([v.get(OFFSET + name, 0.0) for v in values])
+        if np.any(gain != 1.0) or np.any(offset):
+            raw[:, k] = gain * raw[:, k] + offset
+    return e.processed(raw)
+
+
+def _sensed(
+    e: Prepared, linear: np.ndarray, compiled: CompiledArm, p: np.ndarray, values: Values
+) -> np.ndarray:
+    """(N, k, S): what the sensors read."""
+    arm, found, place = e.model.arm, [], 0
+    numbers = e.model.numbers()
+    for sensor in e.outputs:
+        rows = sensor.linear_rows(e.recording, arm, numbers.p, numbers.law)
+        assert rows is not None
+        count = len(rows.Q)
+        part = linear[:, place : place + count]
+        place += count
+        y = sensor.from_linear(part, e.recording, arm, compiled, p)
+        found.append(_through_effects(e, sensor.kind, y, values))
+    return np.concatenate(found, axis=1)
+
+
+def _through_effects(e: Prepared, kind: str, y: np.ndarray, values: Values) -> np.ndarray:
+    if all(type(one).sensed is Effect.sensed for one in e.model.effects):
+        return y
+    dt = e.recording.sample_time
+    each = [e.model.sensed(kind, y[:, :, s], dt, v) for s, v in enumerate(values)]
+    return np.stack(each, axis=2)

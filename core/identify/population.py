@@ -15,8 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from core.identify import linear_outputs, predictor
-from core.identify.lane_groups import Lanes, PointGroup
-from core.identify.lane_runs import share
+from core.identify.lane_groups import Lanes, PointGroup, share
 from core.identify.linear_outputs import LinearOutputs
 from core.identify.prepared import Prepared
 from core.identify.unknowns import GAIN, OFFSET, Unknowns

@@ -143,8 +143,6 @@ class Predictor:
     steps: int | None = None
     """Steps per sample of one plain pass; None: as many as the stated error needs. Diagnosis fixes
     them: friction and limits have edges, where extrapolation does harm."""
-    correction: dict[str, np.ndarray] = field(default_factory=dict)
-    """Recording -> (M, k): the outputs that `steps` miss, added to all predictions."""
     errors: dict[str, float] = field(default_factory=dict)
     """Estimated simulation error per recording in m or rad, non-linear level only."""
     known: KnownMotions = field(default_factory=KnownMotions)
@@ -177,7 +175,7 @@ class Predictor:
         """Per request the outputs (M_i, k) of its experiments."""
         found = self.trajectories(requests)
         return [
-            [self._corrected(self.experiments[i], m) for i, m in zip(which, motions, strict=True)]
+            [self.experiments[i].predicted(*m) for i, m in zip(which, motions, strict=True)]
             for (_, which), motions in zip(requests, found, strict=True)
         ]
 
@@ -188,11 +186,6 @@ class Predictor:
             [self.experiments[i].readings(*m) for i, m in zip(which, motions, strict=True)]
             for (_, which), motions in zip(requests, found, strict=True)
         ]
-
-    def _corrected(self, experiment: Prepared, motion: Motion) -> np.ndarray:
-        known = self.correction.get(experiment.recording.name)
-        predicted = experiment.predicted(*motion)
-        return predicted if known is None else predicted + known
 
     def predict(self, vector: np.ndarray) -> list[np.ndarray]:
         """(M_i, k) of all experiments."""
@@ -282,9 +275,10 @@ class Predictor:
         self._motions.clear()
 
     def coarsen(self, vector: np.ndarray) -> None:
-        """Goes on with few steps; what they miss is left to `core.identify.polish`."""
+        """Goes on with few steps; what they miss is taken off at the end
+        (core.identify.defect_correction)."""
         spread = [_spread_of(e) for e in self.experiments]
-        self.correction, self.steps = {}, 1
+        self.steps = 1
         coarse = self.predict(vector)
         while True:
             steps, self.steps = self.steps, 2 * self.steps
@@ -294,26 +288,6 @@ class Predictor:
                 self.steps = steps
                 return
             coarse = fine
-
-    def exactly(self, vector: np.ndarray) -> list[np.ndarray]:
-        """Outputs (M_i, k) with as many steps as the stated error needs, nothing taken off."""
-        steps, known = self.steps, self.correction
-        self.steps, self.correction = None, {}
-        try:
-            return self.predict(vector)
-        finally:
-            self.steps, self.correction = steps, known
-
-    def take_off(
-        self, fine: Sequence[np.ndarray], vector: np.ndarray, steps: int
-    ) -> list[np.ndarray]:
-        """Goes on with `steps` per sample, and takes off what they miss at a vector; the outputs
-        (M_i, k) with that error."""
-        self.steps, self.correction = steps, {}
-        coarse = self.predict(vector)
-        names = [e.recording.name for e in self.experiments]
-        self.correction = {name: a - b for name, a, b in zip(names, fine, coarse, strict=True)}
-        return coarse
 
     def _largest_miss(
         self,
@@ -327,6 +301,12 @@ class Predictor:
             for e, a, b in zip(self.experiments, fine, coarse, strict=True)
         ]
         return max(float(np.max(_rms(x) / s)) for x, s in zip(apart, spread, strict=True))
+
+
+def coarser(predictor: Predictor, steps: int) -> Predictor:
+    """The same with other steps per sample."""
+    parts = predictor.experiments, predictor.unknowns, predictor.fixed
+    return Predictor(*parts, steps=steps, known=predictor.known)
 
 
 SEARCH_SHARE = 5e-3

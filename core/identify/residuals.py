@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from core.identify import linear_outputs
+from core.identify.defect_correction import Anchor
 from core.identify.linear_outputs import LinearOutputs
 from core.identify.population import PopulationCost, applicable
 from core.identify.predictor import Predictor, Request
@@ -62,6 +63,8 @@ class Residuals:
 
     predictor: Predictor
     weights: Sequence[np.ndarray]
+    anchor: Anchor | None = None
+    """What few steps per sample miss, as found on one model; None: nothing is taken off."""
 
     @property
     def experiments(self) -> Sequence[Prepared]:
@@ -84,7 +87,11 @@ class Residuals:
 
     def blocks_of(self, vectors: Sequence[np.ndarray]) -> list[list[np.ndarray]]:
         """The blocks at each of several vectors, simulated together."""
-        return self._blocks([(vector, range(len(self.experiments))) for vector in vectors])
+        found = self._blocks([(vector, range(len(self.experiments))) for vector in vectors])
+        if self.anchor is None or self.predictor.steps is None:
+            return found
+        missed = self.anchor.correction(self.predictor.steps)
+        return [[a + b for a, b in zip(one, missed, strict=True)] for one in found]
 
     @cached_property
     def linear(self) -> LinearOutputs | None:
@@ -187,12 +194,6 @@ class Residuals:
         own = self.unknowns.items[j].recording
         names = [e.recording.name for e in self.experiments]
         return [i for i, name in enumerate(names) if own in (None, name)]
-
-    def jacobian(self, vector: np.ndarray) -> np.ndarray:
-        """(K, P) for a descent: one-sided where a simulation is dear."""
-        blocks = self.sensitivities(vector, central=not self.predictor.simulation_is_dear)
-        parts = [b[e.counted] for b, e in zip(blocks, self.experiments, strict=True)]
-        return np.concatenate(parts)
 
     def population(self, around: np.ndarray | None = None) -> PopulationCost | None:
         """The fast cost of many vectors, where it is exact.

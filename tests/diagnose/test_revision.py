@@ -4,16 +4,16 @@ not accepted."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from core.diagnose.data import Data, again, hypothesis
-from core.diagnose.minimum import _off_bounds, _with_steps, anchored, converged, precise
+from core.diagnose.minimum import _off_bounds, anchored, converged, precise
 from core.diagnose.revision import _simpler, best_exchange
 from core.diagnose.screen import screen
 from core.effects import effect
+from core.identify.defect_correction import errors_with
 from core.least_squares import cost_of
 from tests.diagnose.test_stated import TRUE, bare
 
@@ -89,7 +89,7 @@ of the step, and here the steps are such that it is more than ten."""
 def test_what_few_steps_miss_is_taken_off_to_a_higher_order() -> None:
     h = bare().base.hypothesis
     data, plain = anchored(bare().data, h)
-    exact = _with_steps(replace(data, anchor=None), h, 128)
+    exact = errors_with(h.residuals, h.vector, 128)
     taken_off = again(data, h, finer=1).errors(h.vector)
 
     def apart(errors: Sequence[np.ndarray]) -> float:

@@ -182,7 +182,7 @@ def recover(kind: str, scale: float = 1.0, **spec: Any) -> Recovery:
         start=begin, weights=weights,
     )  # fmt: skip
     refined = refine(residuals, residuals.unknowns.parameters.vector(), lambda cost: False)
-    J = residuals.jacobian(refined.vector)
+    J = residuals.vector(residuals.sensitivities(refined.vector))
     std = np.sqrt(np.diag(np.linalg.inv(J.T @ J)))  # the weights make the noise one
     true = np.array(list(truth.values()))
     return Recovery(tuple(truth), true, refined.vector, std, refined.cost / residuals.count)

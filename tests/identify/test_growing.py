@@ -9,10 +9,9 @@ from core.arm.arm import Arm
 from core.arm.segment import Segment
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
-from core.identify.growing import beginnings, grown
 from core.identify.predictor import Predictor
 from core.identify.prepared import Prepared, Processing, prepare
-from core.identify.refinement import refine
+from core.identify.refinement import beginnings, grown, refine
 from core.identify.residuals import Residuals
 from core.identify.unknowns import Unknown, Unknowns
 from core.model import Model

@@ -9,13 +9,15 @@ import pytest
 
 from core.arm.build import ArmSpec, build_arm
 from core.drives import build_drive
-from core.identify import fit, polish
+from core.identify import fit
+from core.identify.defect_correction import corrected_minimum
 from core.identify.fit import Fitted, identify
 from core.identify.predictor import Predictor
 from core.identify.prepared import Prepared, Processing, prepare
 from core.identify.residuals import Residuals, channel_weights
 from core.identify.uncertainty import FEW_LAGS, cross_covariances
 from core.identify.unknowns import Unknowns, collect_unknowns
+from core.least_squares import limits_of
 from core.model import Model
 from core.progress import Progress, Silent, StoppedError, heeding
 from core.recording.recording import Recording
@@ -154,17 +156,21 @@ def test_the_last_step_takes_the_error_of_few_steps_off(model: Model, recording:
     assert np.all(np.abs(step) < SAME * deviations)
 
 
-def test_a_minimum_that_is_far_is_not_reached_by_one_step(
+def test_corrected_steps_lead_to_the_minimum_from_far_away(
     model: Model, recording: Recording
 ) -> None:
+    whole = _identify(model, recording, Silent())
     unknowns: Unknowns = collect_unknowns(model, SPEC, [recording])
     experiments = [_prepared(model, recording)]
-    residuals = Residuals(Predictor(experiments, unknowns), channel_weights(experiments, {}))
-    start = unknowns.parameters.vector()
-    residuals.predictor.coarsen(start)
-    slopes = residuals.sensitivities(start, central=False)
-    move, deviations = polish._step(residuals, start, slopes)
-    assert np.any(np.abs(move) > polish.NEAR * deviations)
+    residuals = Residuals(
+        Predictor(experiments, unknowns, steps=1), channel_weights(experiments, {})
+    )
+    start = whole.vector * np.array([1.02, 0.98])
+    slopes, limits = residuals.sensitivities(start), limits_of(unknowns.parameters)
+    _, found = corrected_minimum(residuals, start, slopes, limits)
+    deviations = np.array([e.std for e in whole.fit.estimates])
+    assert np.all(np.abs(start - whole.vector) > 5.0 * deviations)
+    assert np.all(np.abs(found.vector - whole.vector) < SAME * deviations)
 
 
 def test_many_lags_by_transform_are_those_by_products() -> None:

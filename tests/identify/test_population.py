@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.identify import lane_runs
+from core.identify import lane_groups
 from core.identify.population import PopulationCost
 from core.identify.predictor import single_threaded
 from core.identify.residuals import Residuals
@@ -75,7 +75,7 @@ def test_a_process_with_one_core_to_itself_gets_no_second_thread(
     def second_thread() -> None:
         raise AssertionError("a second thread is asked for")
 
-    monkeypatch.setattr(lane_runs, "_pool", second_thread)
+    monkeypatch.setattr(lane_groups, "_pool", second_thread)
     with single_threaded():
         made_here = residuals.population()
         assert made_here is not None

@@ -12,8 +12,7 @@ from core.arm.presets import presets
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.effects import effect
-from core.identify.led_motion import joint_motion
-from core.identify.led_points import finer_by
+from core.identify.led_motion import finer_by, joint_motion
 from core.identify.predictor import Predictor, job_of, run_smooth
 from core.identify.prepared import Prepared, Processing, prepare
 from core.identify.prescribed import is_prescribed

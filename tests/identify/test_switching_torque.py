@@ -12,7 +12,7 @@ from core.arm.segment import Segment
 from core.diagnose.floor import channel_floors
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
-from core.identify.led_points import finer_by, sampled_seldom
+from core.identify.led_motion import finer_by, sampled_seldom
 from core.identify.predictor import motion_of
 from core.identify.prepared import Prepared, Processing, prepare
 from core.model import Model

@@ -98,7 +98,9 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "floor re-estimation": [("core.diagnose.diagnose.search_with_new_floors", _plain_search)],
     "forward reordering": [("core.diagnose.diagnose.final_ladder", _state)],
     "final polish": [("core.diagnose.search.precise", _data_and_fit)],
-    "polish of the identification": [("core.identify.fit.polished", lambda r, refined: None)],
+    "defect correction of the identification": [
+        ("core.identify.fit._with_corrected_steps", lambda r, rough, stopped: (r, rough))
+    ],
     "several starts": [("core.identify.fit.several_starts", lambda r, start, spec: [start])],
     "shaken deviations": [("core.diagnose.search.widened", _fit)],
     "prediction-error bound": [("core.diagnose.noise_route.unforeseen", _none)],

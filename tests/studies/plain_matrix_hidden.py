@@ -21,7 +21,7 @@ from functools import cached_property
 import numpy as np
 
 from core.diagnose.columns import Column, Zeros, simulated, trials
-from core.diagnose.data import Anchor, Data, Hypothesis, hypothesis
+from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.gram import gram
 from core.diagnose.refit import fit
 from core.diagnose.shapes import Shaped, best_shape
@@ -30,6 +30,7 @@ from core.diagnose.whitening import no_whitening
 from core.effects import catalogue, effect, with_included
 from core.effects.effect import Effect, EffectParameter, Rig
 from core.effects.sizes import Sizes, sizes_of
+from core.identify.defect_correction import Anchor
 from core.identify.prepared import prepare
 from core.identify.setup import Setup, make_setup
 from core.model import Model
@@ -299,7 +300,7 @@ def imitated(sight: Sight, truth: Truth) -> tuple[str, str]:
     data = replace(sight.data(recordings), weights=sight.plain.weights)
     whole = hypothesis(data, hidden, truth.values)
     nothing = [np.zeros_like(e.measured) for e in data.experiments]  # the truth misses nothing
-    data = replace(data, anchor=Anchor(whole, nothing))
+    data = replace(data, anchor=Anchor(whole.residuals, whole.vector, nothing))
     whole = hypothesis(data, hidden, truth.values)
     slopes = whole.slopes(whole.vector)
     tested = [
