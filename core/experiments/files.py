@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from core.experiments.design import Candidate, Design
-from core.experiments.words import tightest, words
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
 from core.scenario.schema import Scenario
@@ -85,32 +84,3 @@ def _free(name: str, listed: Sequence[Document]) -> str:
 
 def _moved(recording: Document, locate: Callable[[str], str]) -> Document:
     return {k: locate(v) if k in ("file", "played") and v else v for k, v in recording.items()}
-
-
-def as_document(design: Design) -> Document:
-    """The design in plain values, as `plan.json` holds it."""
-    return {
-        "words": list(words(design)),
-        "experiments": [
-            {
-                "play": Names(n).play, "recorded": Names(n).recorded, "start": list(c.trial.start),
-                "seconds": c.trial.seconds, "form": c.trial.form,
-                "amplitudes": list(c.trial.amplitudes), "tightest_limit": tightest(c, design),
-                "score": c.score,
-            }
-            for n, c in enumerate(design.chosen, start=1)
-        ],
-        "limits": {
-            "position": design.limits.position.tolist(), "speed": design.limits.speed.tolist(),
-            "torque": design.limits.torque.tolist(), "reach": design.limits.reach.tolist(),
-        },
-        "deviations": [
-            {
-                "name": d.estimate.name, "unit": d.estimate.unit, "value": d.estimate.value,
-                "before": d.before, "after": d.after,
-            }
-            for d in design.deviations
-        ],
-        "between": list(design.competing),
-        "score": design.score,
-    }  # fmt: skip

@@ -17,7 +17,6 @@ from core.simulate.experiment import make_task
 from core.simulate.motion import Task
 from core.simulate.nonlinear import run
 from core.trajectory import Trajectory
-from core.written import format_number
 
 FORMS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("levels held for 0.02 s", {"excitation": "prbs_balanced", "hold": 0.02}),
@@ -78,12 +77,6 @@ class Trial:
     def motion(self, h: Hypothesis, steps: int = STEPS) -> Trajectory:
         """Of a fitted model."""
         return played(h, self.task(played_to(h))[0], steps)
-
-    def described(self, unit: str) -> str:
-        """'3 s at θ₂ = 90° with ±0.6 and ±0.3 rad/s, levels held for 0.1 s'."""
-        sizes = " and ".join(f"±{format_number(a, 2)}" for a in self.amplitudes)
-        place = f" at θ₂ = {np.degrees(self.start[1]):.0f}°" if len(self.start) > 1 else ""
-        return f"{format_number(self.seconds, 3)} s{place} with {sizes} {unit}, {self.form}"
 
 
 def played_to(h: Hypothesis) -> Model:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from core.errors import InputError
-from core.experiments.design import MOST, Design, Wish
-from core.experiments.files import Names, as_document, expected, references, with_planned
+from core.experiments.design import MOST, Candidate, Design, Wish
+from core.experiments.files import Names, expected, references, with_planned
 from core.experiments.plan import plan
-from core.experiments.words import words
 from core.loading import joint_units
 from core.progress import Progress
 from core.recording.save import save_recording
@@ -19,6 +21,7 @@ from core.scenario.read import check_scenario, document_toml, read_scenario
 from core.scenario.schema import Scenario
 from flexgui.export.export_files import seen_from
 from flexgui.export.folder import check_writable, dumps, work_folder
+from flexgui.sentences.experiments import plan_paragraphs
 
 SCENARIO = "planned.toml"
 """Beside the scenario that was planned for, or in an export's folder, it takes nothing's place."""
@@ -53,7 +56,7 @@ def plan_scenario(
     closing = f"Save what is recorded beside them as {files[0]}" if files else ""
     more = ", and so on" if len(files) > 1 else ""
     ending = f"{closing}{more}; {out / SCENARIO} then reads them." if files else ""
-    return [*words(found), ending]
+    return [*plan_paragraphs(found), ending]
 
 
 def seen_by(out: Path, folder: Path, data: Path | None) -> Callable[[str], str]:
@@ -75,12 +78,47 @@ def write_plan(
         for n, c in enumerate(found.chosen, start=1):
             save_recording(references(c, found), folder / Names(n).play, units)
             save_recording(expected(c, found), folder / Names(n).expected, units)
-        (folder / PLAN).write_text(dumps(as_document(found)), encoding="utf-8")
-        (folder / TEXT).write_text("\n\n".join(words(found)) + "\n", encoding="utf-8")
+        (folder / PLAN).write_text(dumps(_as_document(found)), encoding="utf-8")
+        (folder / TEXT).write_text("\n\n".join(plan_paragraphs(found)) + "\n", encoding="utf-8")
         (folder / SCENARIO).write_text(document_toml(document), encoding="utf-8")
         for path in folder.iterdir():
             path.replace(out / path.name)
     _drop_older(out, len(found.chosen))
+
+
+def _as_document(design: Design) -> dict[str, Any]:
+    """The design in plain values, as `plan.json` holds it."""
+    return {
+        "words": list(plan_paragraphs(design)),
+        "experiments": [
+            {
+                "play": Names(n).play, "recorded": Names(n).recorded, "start": list(c.trial.start),
+                "seconds": c.trial.seconds, "form": c.trial.form,
+                "amplitudes": list(c.trial.amplitudes), "tightest_limit": _tightest(c, design),
+                "score": c.score,
+            }
+            for n, c in enumerate(design.chosen, start=1)
+        ],
+        "limits": {
+            "position": design.limits.position.tolist(), "speed": design.limits.speed.tolist(),
+            "torque": design.limits.torque.tolist(), "reach": design.limits.reach.tolist(),
+        },
+        "deviations": [
+            {
+                "name": d.estimate.name, "unit": d.estimate.unit, "value": d.estimate.value,
+                "before": d.before, "after": d.after,
+            }
+            for d in design.deviations
+        ],
+        "between": list(design.competing),
+        "score": design.score,
+    }  # fmt: skip
+
+
+def _tightest(c: Candidate, design: Design) -> float:
+    """Share of the tightest limit that an experiment uses, by the fitted model."""
+    own, tip = design.limits.used(c.trial.motion(design.fitted))
+    return float(max(np.max(own), tip))
 
 
 def _drop_older(out: Path, count: int) -> None:

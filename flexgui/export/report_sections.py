@@ -18,7 +18,8 @@ from core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
 from core.written import format_number
 from flexgui import __version__
 from flexgui.export.report_plot import Plot, plot
-from flexgui.sentences.ranked import experiment_title, in_order, round_sentence
+from flexgui.sentences.experiments import experiment_title
+from flexgui.sentences.ranked import in_order, round_sentence
 from flexgui.sentences.verdict import all_paragraphs
 from flexgui.views.error_map import error_map, worst_table
 from flexgui.views.fit_table import fit_bars

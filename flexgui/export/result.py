@@ -21,9 +21,10 @@ from core.results import (
     Variant,
     WorstCell,
 )
+from flexgui.sentences.experiments import experiment_sentence, experiment_title
 from flexgui.sentences.identifiability import identifiability_sentences, invariant
 from flexgui.sentences.notes import notes
-from flexgui.sentences.ranked import experiment_sentence, experiment_title, round_sentence
+from flexgui.sentences.ranked import round_sentence
 from flexgui.sentences.verdict import STOPPED, all_paragraphs
 from flexgui.views.headline import (
     belongs_to,

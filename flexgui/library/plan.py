@@ -10,9 +10,9 @@ from markupsafe import Markup
 
 from core.experiments.design import Design, Deviation
 from core.experiments.files import references
-from core.experiments.words import words
 from core.recording.recording import Recording
 from flexgui.export.plan_files import SCENARIO, seen_by, write_plan
+from flexgui.sentences.experiments import plan_paragraphs
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,7 +30,7 @@ class Plan:
     @property
     def words(self) -> tuple[str, ...]:
         """What to play and what it tells, a paragraph each."""
-        return words(self._design)
+        return plan_paragraphs(self._design)
 
     @property
     def deviations(self) -> tuple[Deviation, ...]:

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from core.effects import catalogue
-from core.recording.spec import SimulateSpec
 from core.results import (
     DiagnosisRound,
     Estimate,
     LadderStep,
     Objection,
-    PlannedExperiment,
     RankedEffect,
     Reason,
 )
 from core.sentences import listed
 from core.written import format_number, quantity
-from flexgui.sentences.figures import VERY_STRONG, evidence, percent, times
+from flexgui.sentences.experiments import experiment_sentence
+from flexgui.sentences.figures import evidence, percent, times
 
 LEAST_SHARE = 0.05
 """Per cent of the error: less is written as 0.0 and explains nothing."""
@@ -114,27 +112,6 @@ def _against(why: Objection) -> str:
         Reason.UNSETTLED: "simulated with finer steps, the model is worse with it than without it",
         Reason.INDISTINCT: "its size cannot be distinguished from no effect at all",
     }[why.reason]
-
-
-def experiment_title(one: PlannedExperiment) -> str:
-    """'3 s at θ₂ = 90° with ±0.6 rad/s, each level held for 0.1 s'."""
-    spec = SimulateSpec.model_validate(one.simulate)
-    place = "" if spec.theta2 is None else f" at θ₂ = {math.degrees(spec.theta2):.0f}°"
-    return (
-        f"{format_number(spec.seconds, 3)} s{place} with ±{format_number(spec.amplitude, 2)} "
-        f"{one.unit}, each level held for {format_number(spec.hold, 2)} s"
-    )
-
-
-def experiment_sentence(one: PlannedExperiment) -> str:
-    """What it would decide."""
-    text, names, score = experiment_title(one), listed(one.between), format_number(one.score, 2)
-    if one.score < VERY_STRONG:
-        return f"{text} would not distinguish {names} (expected score {score})."
-    return (
-        f"To distinguish {names}, record {text}: the wrong one would then be worse by an expected "
-        f"score of {score}, where above {VERY_STRONG:g} decides."
-    )
 
 
 @dataclass(frozen=True)

@@ -17,13 +17,13 @@ from core.experiments.design import Wish, design
 from core.experiments.fitted import FittedModel
 from core.experiments.plan import fitted
 from core.experiments.trial import KEPT
-from core.experiments.words import words
 from core.loading import load_recordings
 from core.progress import Silent
 from core.scenario.rig_limits import LimitsSpec
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
 from core.simulate.nonlinear import simulate_within
+from flexgui.sentences.experiments import plan_paragraphs
 from tests.experiments.rig import LOOP, TORQUE, planned, recorded, recordings, scenario
 from tests.marks import long_except
 
@@ -117,14 +117,16 @@ PAIR = ("coulomb_friction", "viscous_friction")
 def test_the_experiment_that_tells_two_effects_apart_is_chosen() -> None:
     apart = planned(Wish(seconds=1.0, between=PAIR), hidden=True)
     assert apart.decides and apart.chosen[0].score > TIE
-    assert "the wrong one would be worse" in " ".join(words(apart))
+    assert "the wrong one would be worse" in " ".join(plan_paragraphs(apart))
 
 
 @pytest.mark.long
 def test_what_is_not_there_is_not_told_apart_and_it_is_said() -> None:
     apart = planned(Wish(seconds=1.0, between=PAIR))
     assert not apart.decides
-    assert "no experiment that tells Coulomb friction and Viscous" in " ".join(words(apart))
+    assert "no experiment that tells Coulomb friction and Viscous" in " ".join(
+        plan_paragraphs(apart)
+    )
 
 
 @pytest.mark.parametrize(
@@ -150,6 +152,6 @@ def test_where_nothing_is_estimated_nothing_is_planned() -> None:
 
 
 def test_the_words_say_what_to_play_and_what_it_tells() -> None:
-    said = " ".join(words(planned()))
+    said = " ".join(plan_paragraphs(planned()))
     assert "Record 3 experiments" in said and f"{100 * KEPT:.0f} % of every limit" in said
     assert "Start at rest at θ₁ = " in said and "EI1" in said

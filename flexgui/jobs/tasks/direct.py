@@ -64,16 +64,16 @@ def plan_next(
     """
     from core.experiments.design import Wish
     from core.experiments.plan import plan
-    from core.experiments.words import words
     from core.scenario.data_folder import Within
     from core.scenario.read import parse_scenario
     from flexgui.export.plan_files import write_plan
+    from flexgui.sentences.experiments import plan_paragraphs
 
     scenario = parse_scenario(scenario_toml, "The scenario")
     wish = Wish(seconds, limits=scenario.limits)
     found = plan(scenario, wish, folder=Within(Path(folder)), progress=progress)
     write_plan(scenario, found, Path(out))
-    return words(found)
+    return plan_paragraphs(found)
 
 
 def findings(folder: str, scenario: Scenario, *, progress: Progress) -> tuple[Finding, ...]:

@@ -1,0 +1,107 @@
+"""What is said of experiments that were not made yet: one that would decide, and a whole plan."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from core.recording.channels import channel_kind
+from core.recording.spec import SimulateSpec
+from core.results import PlannedExperiment
+from core.sentences import listed
+from core.written import format_number, quantity
+from flexgui.sentences.figures import VERY_STRONG
+
+if TYPE_CHECKING:
+    from core.experiments.design import Candidate, Design, Deviation
+
+LITTLE = 0.95
+"""Share of the deviation before from which on an experiment is not worth its time for it."""
+
+
+def experiment_title(one: PlannedExperiment) -> str:
+    """'3 s at θ₂ = 90° with ±0.6 rad/s, each level held for 0.1 s'."""
+    spec = SimulateSpec.model_validate(one.simulate)
+    return (
+        f"{_long_at(spec.seconds, spec.theta2)} with ±{format_number(spec.amplitude, 2)} "
+        f"{one.unit}, each level held for {format_number(spec.hold, 2)} s"
+    )
+
+
+def _long_at(seconds: float, theta2: float | None) -> str:
+    place = "" if theta2 is None else f" at θ₂ = {math.degrees(theta2):.0f}°"
+    return f"{format_number(seconds, 3)} s{place}"
+
+
+def experiment_sentence(one: PlannedExperiment) -> str:
+    """What it would decide."""
+    text, names, score = experiment_title(one), listed(one.between), format_number(one.score, 2)
+    if one.score < VERY_STRONG:
+        return f"{text} would not distinguish {names} (expected score {score})."
+    return (
+        f"To distinguish {names}, record {text}: the wrong one would then be worse by an expected "
+        f"score of {score}, where above {VERY_STRONG:g} decides."
+    )
+
+
+def plan_paragraphs(design: Design) -> tuple[str, ...]:
+    """One paragraph each: what to play, what it tells, what it decides."""
+    from core.experiments.trial import KEPT
+
+    count = len(design.chosen)
+    if not count:
+        return ("The search was stopped before an experiment was chosen.",)
+    seconds = sum(c.trial.seconds for c in design.chosen)
+    opening = (
+        f"Record {count} experiment{'s' if count > 1 else ''}, {format_number(seconds, 3)} s in "
+        f"all. By the fitted model each uses at most {100 * KEPT:.0f} % of every limit."
+    )
+    lines = [_line(n, c, design) for n, c in enumerate(design.chosen, start=1)]
+    return (opening, *lines, _narrowed(design.deviations), *_decided(design))
+
+
+def _line(number: int, c: Candidate, design: Design) -> str:
+    trial, model = c.trial, design.fitted.model
+    starts = listed(
+        [f"θ{chr(0x2081 + k)} = {format_number(x, 4)}" for k, x in enumerate(trial.start)]
+    )
+    unit = channel_kind(model.drive.reference_channels(model.arm)[0]).units[0]
+    sizes = " and ".join(f"±{format_number(a, 2)}" for a in trial.amplitudes)
+    return (
+        f"{number}. Start at rest at {starts} (rad, m on a slide). "
+        f"{_long_at(trial.seconds, trial.start[1] if len(trial.start) > 1 else None)} with {sizes} "
+        f"{unit}, {trial.form}."
+    )
+
+
+def _narrowed(deviations: Sequence[Deviation]) -> str:
+    narrowed = [d for d in deviations if d.after < LITTLE * d.before]
+    if not narrowed:
+        return "No parameter becomes known better by these experiments."
+    parts = [
+        f"{d.estimate.name} {quantity(d.before, d.estimate.unit, 2)} to "
+        f"{quantity(d.after, d.estimate.unit, 2)}"
+        for d in narrowed
+    ]
+    rest = [d.estimate.name for d in deviations if d not in narrowed]
+    more = f" Not narrowed: {listed(rest)}." if rest else ""
+    return (
+        "Expected standard deviations, before and after, of a fit to all channels as a diagnosis "
+        f"makes it: {listed(parts)}.{more}"
+    )
+
+
+def _decided(design: Design) -> tuple[str, ...]:
+    if not design.competing:
+        return ()
+    names, score = listed(list(design.competing)), format_number(design.score, 2)
+    if design.decides:
+        return (
+            f"Between {names}, the wrong one would be worse by an expected score of {score}, where "
+            f"above {VERY_STRONG:g} decides.",
+        )
+    return (
+        f"These limits leave no experiment that tells {names} apart: an expected score of {score}, "
+        f"where above {VERY_STRONG:g} decides.",
+    )
