@@ -95,13 +95,14 @@ def _write(settings: StudySettings, out: Path, print_line: PrintLine) -> None:
     from core.montecarlo.summary import summarise
     from core.resumable.journal import Journal
     from flexgui.export.study_report import REPORT, write_study
+    from flexgui.sentences.study_findings import findings
 
     records = Journal(out / JOURNAL, settings.identity).records
     if not records:
         return
     summary = summarise(settings, records)
     write_study(summary, out)
-    for heading, text in summary.findings:
+    for heading, text in findings(summary):
         print_line(f"\n{heading}\n  {text}")
     print_line(f"\nThe report is in {out / REPORT}")
 

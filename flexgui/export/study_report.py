@@ -9,15 +9,15 @@ from pathlib import Path
 import pandas as pd
 
 from core.errors import InputError
-from core.montecarlo.comparison import LEVELS
-from core.montecarlo.estimates import agreements, comparable
-from core.montecarlo.summary import Summary
-from core.montecarlo.valley import explained, pooled
+from core.montecarlo.estimates import agreements, comparable, explained, pooled
+from core.montecarlo.summary import LEVELS, Summary
 from core.scenario.read import scenario_toml
 from flexgui import __version__
 from flexgui.export.folder import dumps, swap_in, work_folder
 from flexgui.export.report import environment
 from flexgui.export.report_plot import Plot, packed_plotly, plot
+from flexgui.sentences.study_baselines import conclusions, result_words
+from flexgui.sentences.study_findings import findings
 from flexgui.views.study_estimates import (
     deviation_table,
     explained_table,
@@ -91,7 +91,7 @@ def study_result(summary: Summary) -> dict[str, object]:
         "study": summary.settings.identity,
         "settings": settings,
         "true_EI": summary.true_EI,
-        "findings": [{"heading": h, "text": t} for h, t in summary.findings],
+        "findings": [{"heading": h, "text": t} for h, t in findings(summary)],
         "sweep_fit_percent": {k: checked.mean(k) for k in checked.fits} if checked else {},
     }
 
@@ -103,7 +103,7 @@ def study_html(summary: Summary) -> str:
         plotly=packed_plotly(),
         version=__version__,
         title=summary.title,
-        findings=summary.findings,
+        findings=tuple(findings(summary)),
         sections=tuple(sections(summary)),
         scenario_text=scenario_toml(summary.settings.scenario),
     )
@@ -271,7 +271,7 @@ def _baselines(s: Summary) -> pd.DataFrame:
         {
             "points": r.points, "snr_db": _ratio(r.snr_db), "method": r.method,
             **{f"fit_{kind}_percent": value for kind, value in r.fit.items()},
-            "pole_error": r.pole_error, "parameters": r.parameters, "result": r.note,
+            "pole_error": r.pole_error, "parameters": r.parameters, "result": result_words(r),
         }
         for r in s.baselines
     ]  # fmt: skip
@@ -279,7 +279,10 @@ def _baselines(s: Summary) -> pd.DataFrame:
 
 
 def _times(s: Summary) -> pd.DataFrame:
-    rows = [(r.points, _ratio(r.snr_db), r.method, r.seconds, r.sentence) for r in s.baselines]
+    rows = [
+        (r.points, _ratio(r.snr_db), r.method, r.seconds, conclusion)
+        for r, conclusion in zip(s.baselines, conclusions(s.baselines), strict=True)
+    ]
     return pd.DataFrame(rows, columns="points snr_db method seconds conclusion".split())
 
 

@@ -17,6 +17,7 @@ from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext, Panel
 from flexgui.panels.plot_panel import Plot
 from flexgui.panels.widgets import Words, joined, paragraph
+from flexgui.sentences.study_baselines import snr
 from flexgui.session import Topic
 from flexgui.session.demo import DEMO
 from flexgui.session.study_state import (
@@ -32,7 +33,6 @@ from flexgui.session.study_state import (
     whole,
 )
 from flexgui.session.uploads import safe_name, zipped_folder
-from flexgui.views.study_estimates import snr
 
 MINUTE = 60.0
 LONG = 90.0

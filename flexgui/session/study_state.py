@@ -15,8 +15,9 @@ from core.montecarlo.settings import StudySettings, make_settings
 from core.resumable.journal import Record
 from core.scenario.schema import Scenario
 from flexgui.export.report_plot import Plot
+from flexgui.sentences.study_baselines import snr
 from flexgui.views.html import html_table
-from flexgui.views.study_estimates import parameter_table, snr, stiffness_table
+from flexgui.views.study_estimates import parameter_table, stiffness_table
 from flexgui.views.table import Table
 
 if TYPE_CHECKING:
@@ -151,6 +152,7 @@ class ShownSection:
 def shown(summary: Summary) -> tuple[ShownSection, ...]:
     """The report's sections as far as there are results, and its findings."""
     from flexgui.export.study_report import sections
+    from flexgui.sentences.study_findings import findings
 
     found = []
     for section in sections(summary):
@@ -159,8 +161,8 @@ def shown(summary: Summary) -> tuple[ShownSection, ...]:
         own = section.tables[2:] if tables else section.tables
         words = Markup("").join(_table(title, table) for title, table in (*tables, *own))
         found.append(ShownSection(section.title, figures, words))
-    if summary.findings:
-        paragraphs = (_paragraph(heading, text) for heading, text in summary.findings)
+    paragraphs = [_paragraph(heading, text) for heading, text in findings(summary)]
+    if paragraphs:
         found.append(ShownSection(FINDINGS, (), Markup("").join(paragraphs)))
     return tuple(found)
 

@@ -14,13 +14,16 @@ from core.montecarlo.estimates import (
     EstimateRow,
     EstimateTable,
     Spread,
+    ValleyPrior,
     comparable,
+    explained,
     implied_bias,
     least_scatter,
+    pooled,
 )
 from core.montecarlo.printed import stiffness
-from core.montecarlo.valley import ValleyPrior, explained, pooled
 from core.written import format_number
+from flexgui.sentences.study_baselines import snr
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.table import Column, Row, Table
@@ -262,11 +265,6 @@ RATES = {
     "working point": "J at the working point",
 }
 EXCITATIONS = {"prbs": "plain PRBS", "prbs_balanced": "balanced PRBS"}
-
-
-def snr(snr_db: float | None) -> str:
-    """'SNR ∞' or '20 dB'."""
-    return "SNR ∞" if snr_db is None else f"{snr_db:g} dB"
 
 
 def shown(name: str) -> tuple[str, str, float]:

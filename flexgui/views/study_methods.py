@@ -10,15 +10,16 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from core.montecarlo.comparison import LEVELS, BaselineRow, BiasSource, Validation
 from core.montecarlo.estimates import EstimateTable, comparable, implied_bias
 from core.montecarlo.planning import Candidate, Planning
 from core.montecarlo.printed import FITS, LOCALS
+from core.montecarlo.summary import LEVELS, BaselineRow, BiasSource, Validation
 from core.written import format_number
+from flexgui.sentences.study_baselines import conclusions, result_words, snr
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.names import format_percent
-from flexgui.views.study_estimates import EXCITATIONS, RATES, angle, percent, signed, snr
+from flexgui.views.study_estimates import EXCITATIONS, RATES, angle, percent, signed
 from flexgui.views.table import Column, Row, Table
 
 CLIP = 60.0
@@ -38,7 +39,7 @@ def baseline_table(rows: Sequence[BaselineRow]) -> Table:
         fits = [format_percent(r.fit[k]) for k in ("identified", "unseen", "sweeps")]
         time = format_number(r.seconds, 2)
         cells = (str(r.points), snr(r.snr_db), r.method, *fits, percent(r.pole_error, 2))
-        cells = (*cells, str(r.parameters), time, r.note)
+        cells = (*cells, str(r.parameters), time, result_words(r))
         shown.append(Row(cells, strong=r.method == "glocal"))
     text = (
         "FIT on noise-free recordings that no method has seen, mean over recordings and both "
@@ -57,8 +58,8 @@ def conclusion_table(rows: Sequence[BaselineRow]) -> Table:
         Column("Conclusion"),
     )
     shown = [
-        Row((str(r.points), snr(r.snr_db), r.method, r.sentence), strong=r.method == "glocal")
-        for r in rows
+        Row((str(r.points), snr(r.snr_db), r.method, conclusion), strong=r.method == "glocal")
+        for r, conclusion in zip(rows, conclusions(rows), strict=True)
     ]
     return Table(columns, tuple(shown))
 

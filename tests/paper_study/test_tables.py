@@ -9,16 +9,17 @@ import pytest
 
 from core.errors import InputError
 from core.montecarlo import printed
-from core.montecarlo.estimates import estimate_tables, implied_bias, least_scatter
+from core.montecarlo.estimates import estimate_tables, flat_prior, implied_bias, least_scatter
 from core.montecarlo.printed import paper_scenario
 from core.montecarlo.settings import make_settings
 from core.montecarlo.study import study
 from core.montecarlo.summary import Summary, summarise
-from core.montecarlo.valley import flat_prior
 from core.resumable.executor import Here
 from core.resumable.journal import Record, records_of
 from core.scenario.read import read_scenario
 from flexgui.export.study_report import study_html, write_study
+from flexgui.sentences.study_baselines import conclusions
+from flexgui.sentences.study_findings import findings
 from tests.paper_study.helpers import short
 
 TRUE_EI = 1e9 * 0.05**4 / 12.0
@@ -84,7 +85,7 @@ def test_a_summary_does_not_depend_on_the_order_of_the_records(
     records: dict[str, Record], summary: Summary
 ) -> None:
     turned = dict(reversed(list(records.items())))
-    assert summarise(short(), turned).findings == summary.findings
+    assert [*findings(summarise(short(), turned))] == [*findings(summary)]
 
 
 def test_half_a_study_has_half_a_summary(records: dict[str, Record]) -> None:
@@ -99,8 +100,8 @@ def test_every_baseline_row_has_its_sentence(summary: Summary) -> None:
     assert {r.method for r in summary.baselines} == {
         "mean of locals", "interpolated black box", "non-linear output error", "glocal",
     }  # fmt: skip
-    for row in summary.baselines:
-        assert row.sentence.endswith(".")
+    for row, conclusion in zip(summary.baselines, conclusions(summary.baselines), strict=True):
+        assert conclusion.endswith(".")
         assert all(0.0 <= fit <= 100.0 for fit in row.fit.values())
 
 

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from core.montecarlo.estimates import agreements
+from core.montecarlo.estimates import WITHIN, agreements, explained, pooled
 from core.montecarlo.printed import FITS
 from core.montecarlo.settings import make_settings
 from core.montecarlo.study import study
-from core.montecarlo.summary import Summary, ratio_of_deviations, summarise
-from core.montecarlo.valley import WITHIN, explained, pooled
+from core.montecarlo.summary import Summary, summarise
 from core.resumable.executor import Processes
 from core.resumable.journal import records_of
 from core.scenario.read import read_scenario
+from flexgui.sentences.study_findings import ratio_of_deviations
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "paper_glocal.toml"
 

@@ -1,4 +1,6 @@
-"""Local and glocal estimates of one run at one signal-to-noise ratio (Tables I and II)."""
+"""Estimates of a study: local and glocal ones of one run at one signal-to-noise ratio (Tables I and
+II), their validation on sweeps of the second joint (Fig. 2), and what the search does by itself.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +8,13 @@ import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from core.arm.slots import STIFFNESS, slot
+from core.identify.evolution import evolve
 from core.identify.fit import Fitted, identify
 from core.identify.unknowns import collect_unknowns
-from core.montecarlo.rig import Rig, noisy
+from core.montecarlo.rig import Rig, fit_percent, noisy, outputs
 from core.montecarlo.settings import StudySettings, seeds, snr_code, snr_name
 from core.montecarlo.study import Answer, Case, Part
 from core.progress import Silent
@@ -93,3 +99,91 @@ def glocal_values(rig: Rig, snr_db: float | None, run: int) -> dict[str, float]:
     recordings = run_data(rig, snr_db, run)
     seed = population_seed(rig.settings, snr_db, run, len(recordings))
     return shared(evolve_fit(rig, GLOCAL, recordings, seed))
+
+
+SHOWN = 200
+"""Points of the path that are kept for its figure."""
+
+
+class Sweeps(Part):
+    """Each with the glocal estimate of another run on noisy data; the sweep itself is clean."""
+
+    kind = "sweeps"
+    title = "Validation sweeps"
+    order = 2
+
+    def cases(self, settings: StudySettings) -> tuple[Case, ...]:
+        numbers = range(1, settings.sweeps + 1)
+        return tuple(Case(self.kind, f"sweeps/{k:03d}", {"sweep": k}) for k in numbers)
+
+    def run(self, rig: Rig, options: Mapping[str, Any]) -> Answer:
+        number, settings = options["sweep"], rig.settings
+        run = number  # runs are seeded one by one, so there is a run of every number
+        snr = settings.noisy_snr
+        values = glocal_values(rig, snr, run)
+        recording = rig.recording(settings.sweep(number), f"sweep {number}")
+        y = outputs(recording)
+        models = {"lpv": rig.model, "rigid": rig.rigid, "nonlinear": rig.truth}
+        fits = {}
+        for name, model in models.items():
+            known = {k: v for k, v in values.items() if k in model.parameters}
+            fits[name] = fit_percent(y, rig.predict(model, [recording], known)[0])
+        stride = max(len(y) // SHOWN, 1)
+        return {
+            "sweep": number,
+            "run": run,
+            "snr_db": snr,
+            "EI": rig.stiffness(values),
+            "fit": fits,
+            "time": recording.time[::stride].tolist(),
+            "theta2": recording["theta2"][::stride].tolist(),
+        }
+
+
+VALLEY = ("epsilon", "d")
+"""Parameters that only their product EI shows."""
+
+CASES, DRAWS = 10, 20
+SEED = 6
+"""First number of the seeds."""
+
+
+class Prior(Part):
+    """What prior and search alone make of epsilon and d: no arm, no data, only their product known.
+
+    Evolution compares costs and nothing else, and the arm's cost rises with the distance of EI from
+    the truth; so any cost that does so takes it through the same generations. Where a run ends
+    along the valley epsilon d^4 = const is then decided by the first population and the search.
+    """
+
+    kind = "prior"
+    title = "Prior and search alone"
+    order = 5
+
+    def cases(self, settings: StudySettings) -> tuple[Case, ...]:
+        if set(settings.scenario.identify.parameters) != set(VALLEY):
+            return ()
+        numbers = range(1, CASES + 1)
+        return tuple(Case(self.kind, f"prior/{k:02d}", {"number": k}) for k in numbers)
+
+    def run(self, rig: Rig, options: Mapping[str, Any]) -> Answer:
+        number = options["number"]
+        ends = [_search(rig, DRAWS * (number - 1) + k) for k in range(DRAWS)]
+        names = rig.settings.scenario.identify.parameters
+        bounds = {name: list(rig.bounds[name]) for name in names}
+        return {"ends": [dict(zip(names, end, strict=True)) for end in ends], "bounds": bounds}
+
+
+def _search(rig: Rig, draw: int) -> list[float]:
+    spec = rig.settings.scenario.identify
+    names = list(spec.parameters)
+    true = rig.stiffness({})[0]
+
+    def costs(points: np.ndarray) -> np.ndarray:
+        EI = rig.model.arm_vectors(names, points)[:, slot(0, STIFFNESS)]
+        return np.log(EI / true) ** 2
+
+    low, high = np.array([rig.bounds[n] for n in names]).T
+    seed = int(seeds(rig.settings, SEED, draw).generate_state(1)[0])
+    found = evolve(costs, low, high, spec.population, spec.generations, seed, lambda _: False)
+    return [float(v) for v in found.vector]
