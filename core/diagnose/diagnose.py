@@ -8,8 +8,7 @@ from dataclasses import replace
 
 from core.arm.beforehand import compile_beforehand
 from core.diagnose.announce import fit_title
-from core.diagnose.compared import compared
-from core.diagnose.facts import final_parameters, origins
+from core.diagnose.facts import compared, final_parameters, origins
 from core.diagnose.final_ladder import final_ladder
 from core.diagnose.ladder import not_applicable
 from core.diagnose.new_floors import search_with_new_floors

@@ -6,14 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.diagnose.data import Data
+from core.diagnose.data import Data, Hypothesis
+from core.diagnose.missing_torque import missing_torque
 from core.diagnose.refit import Refit, robust_covariance
+from core.diagnose.start import Begun
 from core.diagnose.steps import estimates
 from core.identify import identifiability
+from core.identify.compare import compare
 from core.identify.estimates import derived_estimates
+from core.identify.predictor import on_all_cores
+from core.identify.prepared import Prepared
 from core.identify.uncertainty import BY_DIFFERENCES
 from core.least_squares import whole
-from core.results import Estimate
+from core.results import Estimate, RecordingComparison
+from core.results.comparison import DIAGNOSIS_FIT
 
 
 def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
@@ -53,3 +59,30 @@ def origins(refit: Refit, data: Data) -> dict[str, str]:
         )
     names = {u.parameter.name for u in refit.hypothesis.unknowns.items}
     return {name: found.get(name, "sensor") for name in sorted(names)}
+
+
+def compared(begun: Begun) -> tuple[RecordingComparison, ...]:
+    """All recordings: those fitted, then those that no fit saw, with starts of their own."""
+    pairs = [(begun.base.hypothesis, begun.data)]
+    if (later := begun.validated) is not None:
+        pairs.append((later.hypothesis, later.data))
+    found: list[RecordingComparison] = []
+    agility: float | None = None  # once chosen it serves all
+    for h, data in pairs:
+        for i, one in enumerate(_each(h, data)):
+            missing, agility = missing_torque(h, i, one, data.floors, agility)
+            found.append(replace(one, missing_torque=missing) if missing else one)
+    return tuple(found)
+
+
+def _each(h: Hypothesis, data: Data) -> tuple[RecordingComparison, ...]:
+    predictor = h.residuals.predictor
+
+    def one(e: Prepared) -> RecordingComparison:
+        own = h.unknowns.values_for(e.recording.name, h.vector)
+        values = {**predictor.fixed, **own}
+        return compare(
+            h.model, e.recording, e.outputs, e.processing, values, DIAGNOSIS_FIT, steps=data.fine
+        )
+
+    return tuple(on_all_cores(one, data.experiments))

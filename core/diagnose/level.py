@@ -9,7 +9,8 @@ import numpy as np
 from core.diagnose.floor import channel_floors
 from core.diagnose.start import full_equations, outputs_of
 from core.identify.predictor import Predictor
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.identify.unknowns import Unknowns
 from core.model import Model
 from core.recording.recording import Recording

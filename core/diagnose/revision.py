@@ -24,7 +24,7 @@ from core.diagnose.evidence import RELEVANT, TIE
 from core.diagnose.gram import gram
 from core.diagnose.refit import Refit, fit, refit_with, settled, whitened
 from core.diagnose.screen import Screen
-from core.diagnose.shapes import best_shape, own_shape
+from core.diagnose.shape_refinement import best_shape, own_shape
 from core.diagnose.verdict import within_noise
 from core.diagnose.whitening import fit_whitener, whitened_rows
 from core.effects import effect

@@ -16,7 +16,8 @@ from core.arm.arm import Arm
 from core.diagnose.sensor_noise import ColumnNoise, is_command, quieter
 from core.identify.held import points_led
 from core.identify.predictor import motion_of
-from core.identify.prepared import TORQUE, Prepared, make_task, measured_outputs
+from core.identify.prepared import Prepared, make_task, measured_outputs
+from core.identify.processing import TORQUE
 from core.identify.unknowns import START
 from core.model import Numbers
 from core.recording.channels import DRIVES, Role, role_of

@@ -12,7 +12,7 @@ import scipy
 from core.diagnose.columns import Column, Trial, Zeros, must_compile, simulated, trials
 from core.diagnose.data import Data, Hypothesis
 from core.diagnose.gram import NOTHING, Gram, explain, gram
-from core.diagnose.shapes import best_shape, own_shape
+from core.diagnose.shape_refinement import best_shape, own_shape
 from core.diagnose.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
 from core.effects.effect import Effect
 from core.identify import predictor

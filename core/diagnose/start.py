@@ -27,7 +27,8 @@ from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
 from core.errors import InputError
 from core.identify.held import points_led
-from core.identify.prepared import Prepared, Processing, can_measure, prepare
+from core.identify.prepared import Prepared, can_measure, prepare
+from core.identify.processing import Processing
 from core.identify.setup import primary_sensors
 from core.identify.unknowns import (
     START,

@@ -15,8 +15,7 @@ import numpy as np
 
 from core.diagnose.data import Hypothesis
 from core.diagnose.evidence import TIE
-from core.diagnose.next_experiment import Known, on_data, score_on, shared_normal_matrix
-from core.diagnose.planned import NAME
+from core.diagnose.next_experiment import NAME, Known, on_data, score_on, shared_normal_matrix
 from core.diagnose.refit import Refit, refit_with
 from core.diagnose.screen import screen
 from core.diagnose.start import Begun

@@ -11,7 +11,7 @@ import scipy
 
 from core.diagnose.data import Data, Hypothesis
 from core.diagnose.facts import final_parameters
-from core.diagnose.planned import data_of, expected_recording
+from core.diagnose.next_experiment import data_of, expected_recording
 from core.diagnose.refit import settled
 from core.diagnose.start import Begun, motions_of
 from core.experiments.information import Information, information

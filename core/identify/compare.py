@@ -10,7 +10,8 @@ from core.arm.joints import joint
 from core.effects.sizes import deflection_rows
 from core.errors import InputError
 from core.identify.predictor import Predictor
-from core.identify.prepared import TORQUE, Prepared, Processing, prepare
+from core.identify.prepared import Prepared, prepare
+from core.identify.processing import TORQUE, Processing
 from core.identify.unknowns import Unknown, Unknowns
 from core.model import Model
 from core.recording.channels import Role, role_of

@@ -27,7 +27,8 @@ from core.identify.lane_groups import (
     share,
 )
 from core.identify.lane_numbers import LaneNumbers, output_rows
-from core.identify.prepared import TORQUE, Prepared
+from core.identify.prepared import Prepared
+from core.identify.processing import TORQUE
 from core.identify.unknowns import GAIN, OFFSET, Unknowns
 from core.simulate.linear import respond
 from core.simulate.postures import interpolation, joints_that_matter, midpoints

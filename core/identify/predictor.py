@@ -14,8 +14,9 @@ from typing import TypeVar
 import numpy as np
 
 from core.identify import held
-from core.identify.prepared import TORQUE, Prepared
+from core.identify.prepared import Prepared
 from core.identify.prescribed import given_motion, is_given, is_prescribed, prescribed_job
+from core.identify.processing import TORQUE
 from core.identify.unknowns import Unknowns
 from core.model import Model, Numbers
 from core.processors import WORKERS

@@ -14,79 +14,15 @@ from core.errors import InputError
 from core.identify.held import simulated_part
 from core.identify.led_motion import vague_ends
 from core.identify.prescribed import is_prescribed
+from core.identify.processing import TORQUE, Processing
 from core.identify.unknowns import GAIN, OFFSET, START
-from core.identify.zero_phase import filtered
 from core.model import Model, Numbers
 from core.recording.beginning import AT_ONCE
 from core.recording.channels import from_camera
 from core.recording.recording import Recording, apply_logger_filter
-from core.recording.velocity import ZeroPhaseLowPass
 from core.sensors import Sensor
 from core.simulate.motion import Task, at_rest
 from core.trajectory import Trajectory
-
-TORQUE = "torque"
-
-
-UNSEEN = 1e-3
-"""Of a vibration: what a filter may leave of it where it need not be simulated well. Resonance
-makes some tens of times the few per cent that coarse points miss, which is then below what
-sensors show."""
-
-
-@dataclass(frozen=True)
-class Processing:
-    """What happens to measurement and model alike before they are compared."""
-
-    filter: ZeroPhaseLowPass | None = None
-    decimate: int = 1
-    output_filter: ZeroPhaseLowPass | None = None
-    """A further low-pass of the outputs alone: a torque may need a narrower band than the motion
-    from which it is computed."""
-    torque_filter: ZeroPhaseLowPass | None = None
-    """A low-pass of the joint torques alone, to the band in which the encoders show a motion."""
-
-    def filters(self, kind: str) -> tuple[ZeroPhaseLowPass, ...]:
-        """What the signals of a sensor pass."""
-        own = self.torque_filter if kind == TORQUE else None
-        return tuple(f for f in (self.filter, self.output_filter, own) if f is not None)
-
-    def apply(self, y: np.ndarray, dt: float, kinds: Sequence[str] = ()) -> np.ndarray:
-        """(N, k, ...) -> (ceil(N / decimate), k, ...); `kinds` (k,) of the sensors of the columns,
-        where some may be torques. Only (N, k) may have empty samples."""
-        alike = {kind: (self.filters(kind), kind == TORQUE) for kind in kinds or ("",)}
-        if len(set(alike.values())) == 1:
-            return self._filtered(y, dt, *next(iter(alike.values())))[:: self.decimate]
-        out = np.array(y)
-        for kind, (filters, even) in alike.items():
-            columns = [c for c, one in enumerate(kinds) if one == kind]
-            out[:, columns] = self._filtered(y[:, columns], dt, filters, even)
-        return out[:: self.decimate]
-
-    def _filtered(
-        self, y: np.ndarray, dt: float, filters: Sequence[ZeroPhaseLowPass], even: bool
-    ) -> np.ndarray:
-        complete = y.ndim > 2 or (y.size > 0 and bool(np.isfinite(y).all()))
-        for low_pass in filters:
-            if complete:
-                y = filtered(low_pass, y, dt, even)
-            else:
-                y = np.column_stack([low_pass.apply(column, dt) for column in y.T])
-        return y
-
-    def band_hz(self, kinds: Sequence[str]) -> float:
-        """Hz beyond which nothing of these sensors is compared, as the filters leave less than
-        UNSEEN of it."""
-        bands = [
-            min((f.reach_hz(UNSEEN) for f in self.filters(kind)), default=np.inf) for kind in kinds
-        ]
-        return max(bands, default=np.inf)
-
-    @property
-    def nothing(self) -> bool:
-        """Whether measurement and model stay as they are."""
-        filters = (self.filter, self.output_filter, self.torque_filter)
-        return all(f is None for f in filters) and self.decimate == 1
 
 
 @dataclass(frozen=True)
@@ -320,7 +256,6 @@ def prepare(
             f"Recording {recording.name}: no sample of its outputs counts; check mask, window "
             f"and [identify] filter."
         )
-    _ = arm
     return Prepared(model, recording, tuple(outputs), processing, task, processed, counts)
 
 

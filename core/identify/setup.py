@@ -10,7 +10,8 @@ import numpy as np
 from core.drives.servo import DEFAULT_HZ, FollowingServo
 from core.errors import InputError
 from core.identify.led_motion import sampled_seldom
-from core.identify.prepared import TORQUE, Processing, start_joints
+from core.identify.prepared import start_joints
+from core.identify.processing import TORQUE, Processing
 from core.identify.unknowns import first_states, starts_unknown
 from core.model import Model
 from core.recording.recording import Recording

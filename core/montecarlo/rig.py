@@ -11,7 +11,8 @@ import numpy as np
 from core.arm.slots import STIFFNESS, slot
 from core.errors import InputError
 from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import Prepared, prepare
+from core.identify.processing import Processing
 from core.identify.unknowns import Unknowns
 from core.model import Model
 from core.montecarlo.settings import PRIOR, StudySettings, settings_of

@@ -14,7 +14,8 @@ import numpy as np
 from core.diagnose.start import nuisance_of
 from core.effects.sizes import sizes_of
 from core.identify.predictor import Predictor
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.identify.residuals import Residuals
 from core.identify.unknowns import Unknown, Unknowns
 from core.model import Model

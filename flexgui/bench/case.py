@@ -14,7 +14,8 @@ from core.arm.presets import presets
 from core.drives import build_drive
 from core.identify.population import PopulationCost
 from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import Prepared, prepare
+from core.identify.processing import Processing
 from core.identify.residuals import Residuals, channel_weights
 from core.identify.unknowns import collect_unknowns
 from core.model import Model

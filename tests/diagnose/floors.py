@@ -11,7 +11,8 @@ import numpy as np
 from core.diagnose.floor import Floor, channel_floors
 from core.diagnose.sensor_noise import coloured
 from core.identify.predictor import Predictor
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.identify.unknowns import Unknowns
 from core.model import Model
 from core.recording.recording import LoggerFilter, Recording

@@ -14,7 +14,8 @@ from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.drives.velocity_loop import VelocityLoop
 from core.effects import effect
 from core.effects.sizes import typical
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.model import Model
 from core.recording.recording import Recording
 from core.sensors import sensor

@@ -12,7 +12,8 @@ from core.diagnose.data import Data, hypothesis
 from core.diagnose.start import steps_for_directions
 from core.drives.velocity_loop import VelocityLoop
 from core.effects.sizes import typical
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.identify.unknowns import Unknown
 from core.model import Model
 from core.parameters import Parameter

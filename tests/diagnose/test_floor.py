@@ -17,7 +17,8 @@ from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.effects import effect
 from core.identify.predictor import motion_of
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.model import Model
 from core.recording.beginning import begins_at_rest
 from core.recording.recording import LoggerFilter, Recording

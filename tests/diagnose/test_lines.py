@@ -15,7 +15,8 @@ from core.diagnose.lines import SHARE, line_of, unexplained_line
 from core.diagnose.verdict import remains
 from core.effects import effect
 from core.effects.sizes import typical
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import Prepared, prepare
+from core.identify.processing import Processing
 from core.model import Model
 from core.recording.spec import SimulateSpec
 from core.recording.velocity import ZeroPhaseLowPass

@@ -13,13 +13,15 @@ import pytest
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.evidence import TIE
 from core.diagnose.next_experiment import (
+    NAME,
     _left,
     expected_score,
     next_experiments,
     on_data,
+    planned_data,
+    possible,
     shared_normal_matrix,
 )
-from core.diagnose.planned import NAME, planned_data, possible
 from core.diagnose.refit import fit
 from core.diagnose.start import begin
 from core.effects import effect

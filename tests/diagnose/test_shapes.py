@@ -6,7 +6,7 @@ import numpy as np
 
 from core.diagnose.columns import Column
 from core.diagnose.gram import gram
-from core.diagnose.shapes import best_shape, own_shape
+from core.diagnose.shape_refinement import best_shape, own_shape
 from core.diagnose.whitening import no_whitening
 from core.effects import effect
 

@@ -11,7 +11,8 @@ import pytest
 
 from core.diagnose import level
 from core.diagnose.repetition import Group, Stretch, scatter
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.sensors import sensor
 from tests.diagnose import floors
 

@@ -29,7 +29,8 @@ from core.drives.velocity_loop import VelocityLoop
 from core.effects import effect
 from core.effects.base_compliance import compliance
 from core.effects.sizes import typical
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.identify.unknowns import Unknown
 from core.least_squares import cost_of
 from core.model import Model

@@ -9,7 +9,8 @@ from core.diagnose.columns import trials
 from core.diagnose.data import Data, hypothesis
 from core.effects import effect
 from core.effects.sizes import typical
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.recording.spec import SimulateSpec
 from core.sensors import sensor
 from core.simulate.experiment import simulate_recording

@@ -10,7 +10,8 @@ from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.effects import Rig, effect
 from core.effects.sizes import typical
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.model import Model
 from core.recording.spec import SimulateSpec
 from core.sensors import sensor

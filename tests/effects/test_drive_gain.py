@@ -12,7 +12,8 @@ from core.drives.torque import Torque
 from core.drives.velocity_loop import VelocityLoop
 from core.effects import Rig, effect
 from core.effects.sizes import typical
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.identify.refinement import refine
 from core.model import Model
 from core.recording.recording import Recording

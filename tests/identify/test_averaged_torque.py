@@ -15,7 +15,8 @@ from core.drives.voltage import Voltage
 from core.effects import effect
 from core.identify.led_motion import VAGUE, vague_ends
 from core.identify.predictor import motion_of
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import Prepared, prepare
+from core.identify.processing import Processing
 from core.model import Model
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass

@@ -10,7 +10,8 @@ from core.arm.segment import Segment
 from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import Prepared, prepare
+from core.identify.processing import Processing
 from core.identify.refinement import beginnings, grown, refine
 from core.identify.residuals import Residuals
 from core.identify.unknowns import Unknown, Unknowns

@@ -13,7 +13,8 @@ from core.drives.torque import Torque
 from core.effects import effect
 from core.identify import held
 from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import Prepared, prepare
+from core.identify.processing import Processing
 from core.identify.unknowns import Unknowns
 from core.model import Model
 from core.recording.recording import Recording

@@ -13,7 +13,8 @@ from core.identify import fit
 from core.identify.defect_correction import corrected_minimum
 from core.identify.fit import Fitted, identify
 from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import Prepared, prepare
+from core.identify.processing import Processing
 from core.identify.residuals import Residuals, channel_weights
 from core.identify.uncertainty import FEW_LAGS, cross_covariances
 from core.identify.unknowns import Unknowns, collect_unknowns

@@ -9,7 +9,7 @@ import pytest
 
 from core.errors import InputError
 from core.identify.compare import compare
-from core.identify.prepared import Processing
+from core.identify.processing import Processing
 from core.identify.setup import PREFERENCE, make_setup
 from core.recording.recording import LoggerFilter, Recording
 from core.recording.velocity import ZeroPhaseLowPass

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from core.identify.predictor import HANDOVER, Predictor, quick_handover
-from core.identify.prepared import Processing, prepare
+from core.identify.prepared import prepare
+from core.identify.processing import Processing
 from core.identify.residuals import Residuals
 from core.recording.velocity import ZeroPhaseLowPass
 from core.simulate.motion import Task

@@ -14,8 +14,9 @@ from core.drives.torque import Torque
 from core.effects import effect
 from core.identify.led_motion import finer_by, joint_motion
 from core.identify.predictor import Predictor, job_of, run_smooth
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import Prepared, prepare
 from core.identify.prescribed import is_prescribed
+from core.identify.processing import Processing
 from core.identify.unknowns import Unknowns
 from core.model import Model
 from core.recording.recording import Recording

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.identify.evolution import FAILED, evolve, first_population
+from core.identify.starts import FAILED, evolve, first_population
 from core.progress import Silent, StoppedError
 from core.results import Generation
 from tests.identify.helpers import EI, LPV, PAIR, clean, estimate, fit

@@ -10,7 +10,7 @@ import pytest
 from core.arm.presets import presets
 from core.drives.torque import Torque
 from core.identify.compare import compare
-from core.identify.prepared import Processing
+from core.identify.processing import Processing
 from core.identify.setup import make_setup
 from core.model import Model
 from core.recording.recording import Recording

@@ -14,7 +14,8 @@ from core.drives.servo import FollowingServo
 from core.drives.torque import Torque
 from core.identify.led_motion import finer_by, sampled_seldom
 from core.identify.predictor import motion_of
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import Prepared, prepare
+from core.identify.processing import Processing
 from core.model import Model
 from core.recording.recording import Recording
 from core.recording.velocity import ZeroPhaseLowPass

@@ -9,7 +9,8 @@ from core.arm.presets import presets
 from core.drives.servo import FollowingServo, held
 from core.drives.torque import Torque
 from core.identify.predictor import motion_of
-from core.identify.prepared import Prepared, Processing, prepare
+from core.identify.prepared import Prepared, prepare
+from core.identify.processing import Processing
 from core.model import Model
 from core.recording.beginning import begins_at_rest
 from core.recording.recording import Recording

@@ -7,7 +7,7 @@ import pytest
 from scipy import signal
 
 from core.errors import InputError
-from core.identify.zero_phase import filtered
+from core.identify.processing import filtered
 from core.recording.velocity import ZeroPhaseLowPass
 
 DT = 2e-3

@@ -24,7 +24,7 @@ from core.diagnose.columns import Column, Zeros, simulated, trials
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.diagnose.gram import gram
 from core.diagnose.refit import fit
-from core.diagnose.shapes import Shaped, best_shape
+from core.diagnose.shape_refinement import Shaped, best_shape
 from core.diagnose.start import nuisance_of, outputs_of
 from core.diagnose.whitening import no_whitening
 from core.effects import catalogue, effect, with_included

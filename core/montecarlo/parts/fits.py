@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from core.arm.slots import STIFFNESS, slot
-from core.identify.evolution import evolve
 from core.identify.fit import Fitted, identify
+from core.identify.starts import evolve
 from core.identify.unknowns import collect_unknowns
 from core.montecarlo.rig import Rig, fit_percent, noisy, outputs
 from core.montecarlo.settings import StudySettings, seeds, snr_code, snr_name

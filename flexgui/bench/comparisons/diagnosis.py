@@ -18,7 +18,7 @@ from core.diagnose.start import Begun, begin
 from core.drives import build_drive
 from core.effects import catalogue
 from core.effects.effect import Effect
-from core.identify.prepared import Processing
+from core.identify.processing import Processing
 from core.model import Model
 from core.recording.spec import SimulateSpec
 from core.scenario.schema import IdentifySpec

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import scipy
 
-from core.identify.evolution import evolve
 from core.identify.predictor import Predictor
 from core.identify.residuals import Residuals, channel_weights
+from core.identify.starts import evolve
 from core.identify.unknowns import collect_unknowns
 from core.montecarlo.parts.fits import run_data
 from core.montecarlo.printed import paper_scenario

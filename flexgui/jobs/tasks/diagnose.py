@@ -150,7 +150,7 @@ class FirstLook:
     def check(self) -> None:
         """The same fit on recordings that it did not see, and measured against modelled by it. As
         dear as the first ranking, which need not wait for it."""
-        from core.diagnose.compared import compared
+        from core.diagnose.facts import compared
 
         if self._checked or self._progress.stopped():
             return
