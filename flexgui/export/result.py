@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
 from core.diagnose.maps import error_maps
 from core.results import (
-    ChannelComparison,
     Diagnosis,
     DiagnosisRound,
     Estimate,
     Fit,
     LadderStep,
     Outcome,
-    PlannedExperiment,
     RankedEffect,
     RecordingComparison,
     Variant,
-    WorstCell,
 )
+from flexgui.export.tables import fields_of
 from flexgui.sentences.experiments import experiment_sentence, experiment_title
 from flexgui.sentences.identifiability import identifiability_sentences, invariant
 from flexgui.sentences.notes import notes
@@ -60,14 +58,14 @@ def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "title": outcome.title,
-        **verdicts(outcome.diagnosis, _parameter),
+        **_verdicts(outcome.diagnosis),
         "parameters": _parameters(
             outcome, standing(outcome), follows(outcome), standing_biased(outcome)
         ),
         "parameters_as_given": _parameters(
             outcome, given(outcome), derived_names(outcome.fits), given_biased(outcome)
         ),
-        "linear_model": linear_model(outcome.diagnosis),
+        "linear_model": _linear_model(outcome.diagnosis),
         "steps": _steps(outcome),
         "seconds": {"identify": None, "diagnose": 0.0, **outcome.seconds},
         "method": outcome.method,
@@ -76,7 +74,7 @@ def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
         "recordings": [_recording(c) for c in final_comparisons(outcome)],
         "recordings_as_given": [_recording(c) for c in given_comparisons(outcome)],
         "variants": [_variant(variant) for variant in outcome.variants],
-        "diagnosis": diagnosis(outcome, _parameter),
+        "diagnosis": _diagnosis(outcome),
         "arm": [
             {"name": name, "title": title, "value": value, "unit": unit}
             for name, title, value, unit in outcome.arm_table
@@ -87,9 +85,31 @@ def result(outcome: Outcome, files: Sequence[str]) -> dict[str, Any]:
     }
 
 
+def _verdicts(found: Diagnosis | None) -> dict[str, Any]:
+    """The keys that every result has; null and empty where nothing was diagnosed."""
+    if found is None:
+        return {"verdict": None, "final_verdict": None, "ranking": []}
+    return {
+        **fields_of(found, "verdict final_verdict"),
+        "ranking": [_ranked(r) for r in found.ranking],
+    }
+
+
+def _linear_model(found: Diagnosis | None) -> dict[str, Any] | None:
+    """What the linear model costs; null where it was not the one identified."""
+    if found is None or found.linear_model is None:
+        return None
+    linear = found.linear_model
+    return {
+        "tip_rms_m": linear.tip_rms,
+        "full_equations_tip_rms_m": linear.full_equations_tip_rms,
+    }
+
+
 def _steps(outcome: Outcome) -> list[dict[str, Any]]:
+    """The error ladder; the first step is the model as given."""
     if outcome.diagnosis is not None:
-        return steps(outcome.diagnosis, _parameter)
+        return [_ladder_step(one) for one in outcome.diagnosis.steps]
     return [{"added": None, **_step(outcome.comparisons)}]
 
 
@@ -105,15 +125,30 @@ def _step(comparisons: Sequence[RecordingComparison]) -> dict[str, Any]:
         ],
         "errors": [
             {
-                "channel": e.channel,
-                "unit": e.unit,
-                "rms": e.rms,
+                **fields_of(e, "channel unit rms"),
                 "floor": None,
                 "floor_source": None,
                 "validation_rms": validation[e.channel].rms if e.channel in validation else None,
                 "fitted": e.fitted,
             }
             for e in estimation
+        ],
+    }
+
+
+def _ladder_step(one: LadderStep) -> dict[str, Any]:
+    return {
+        **fields_of(one, "added title"),
+        "parameters": [_parameter(e) for e in one.parameters],
+        "tip_rms_m": one.tip_rms,
+        **fields_of(one, "fit_percent validation_fit_percent cost_per_sample"),
+        "errors": [
+            {
+                **fields_of(e, "channel unit rms floor"),
+                "floor_source": e.floor_source or None,
+                "validation_rms": e.validation_rms,
+            }
+            for e in one.errors
         ],
     }
 
@@ -128,55 +163,27 @@ def _parameters(
 
 
 def _parameter(estimate: Estimate, derived: frozenset[str] = frozenset()) -> dict[str, Any]:
-    return {
-        "name": estimate.name,
-        "value": estimate.value,
-        "std": estimate.std,
-        "unit": estimate.unit,
-        "identifiable": estimate.identifiable,
-        "symbol": estimate.symbol,
-        "start": estimate.start,
-        "lower": estimate.lower,
-        "upper": estimate.upper,
-        "at_bound": estimate.at_bound,
-        "recording": estimate.recording,
-        "derived": estimate.name in derived,
-    }
+    names = "name value std unit identifiable symbol start lower upper at_bound recording"
+    return {**fields_of(estimate, names), "derived": estimate.name in derived}
 
 
 def _fit(fit: Fit) -> dict[str, Any]:
-    derived = derived_names([fit])
-    return {
-        "label": fit.label,
-        "recordings": fit.recordings,
-        "parameters": [_parameter(e, derived) for e in (*fit.estimates, *fit.derived)],
-        "correlation": fit.correlation,
-        "cost": fit.cost,
-        "residual_count": fit.residual_count,
-        "generations": len(fit.convergence),
-        "gradient_norm": fit.gradient_norm,
-        "message": fit.message,
-        "stopped": fit.stopped,
-        "identifiability": _identifiability(fit),
-    }
-
-
-def _identifiability(fit: Fit) -> dict[str, Any]:
-    found = fit.identifiability
+    derived, found = derived_names([fit]), fit.identifiability
     valley = found.valley
     return {
-        "names": found.names,
-        "rank": found.rank,
-        "singular_values": found.singular_values,
-        "null_directions": found.null_directions,
-        "sentences": identifiability_sentences(fit),
-        "valley": valley
-        and {
-            "names": valley.names,
-            "units": valley.units,
-            "points": valley.points,
-            "cost_ratio": valley.cost_ratio,
-            "invariant": invariant(valley),
+        **fields_of(fit, "label recordings"),
+        "parameters": [_parameter(e, derived) for e in (*fit.estimates, *fit.derived)],
+        **fields_of(fit, "correlation cost residual_count"),
+        "generations": len(fit.convergence),
+        **fields_of(fit, "gradient_norm message stopped"),
+        "identifiability": {
+            **fields_of(found, "names rank singular_values null_directions"),
+            "sentences": identifiability_sentences(fit),
+            "valley": valley
+            and {
+                **fields_of(valley, "names units points cost_ratio"),
+                "invariant": invariant(valley),
+            },
         },
     }
 
@@ -188,20 +195,14 @@ def _recording(comparison: RecordingComparison) -> dict[str, Any]:
         "fit": comparison.fit_label,
         "tip_rms_m": comparison.tip_rms,
         "note": comparison.note,
-        "channels": [_channel(channel) for channel in comparison.channels],
-    }
-
-
-def _channel(channel: ChannelComparison) -> dict[str, Any]:
-    return {
-        "channel": channel.channel,
-        "unit": channel.unit,
-        "fitted": channel.fitted,
-        "samples": int(channel.counted.sum()),
-        "fit_percent": channel.fit_percent,
-        "rms": channel.rms,
-        "normalised_error": channel.normalised_error,
-        "relative_error": channel.relative_error,
+        "channels": [
+            {
+                **fields_of(channel, "channel unit fitted"),
+                "samples": int(channel.counted.sum()),
+                **fields_of(channel, "fit_percent rms normalised_error relative_error"),
+            }
+            for channel in comparison.channels
+        ],
     }
 
 
@@ -213,37 +214,7 @@ def _variant(variant: Variant) -> dict[str, Any]:
     }
 
 
-Parameter = Callable[[Estimate], dict[str, Any]]
-
-
-def verdicts(found: Diagnosis | None, parameter: Parameter) -> dict[str, Any]:
-    """The keys that every result has; null and empty where nothing was diagnosed."""
-    if found is None:
-        return {"verdict": None, "final_verdict": None, "ranking": []}
-    return {
-        "verdict": found.verdict,
-        "final_verdict": found.final_verdict,
-        "ranking": [ranked(r, parameter) for r in found.ranking],
-    }
-
-
-def linear_model(found: Diagnosis | None) -> dict[str, Any] | None:
-    """What the linear model costs; null where it was not the one identified."""
-    if found is None or found.linear_model is None:
-        return None
-    linear = found.linear_model
-    return {
-        "tip_rms_m": linear.tip_rms,
-        "full_equations_tip_rms_m": linear.full_equations_tip_rms,
-    }
-
-
-def steps(found: Diagnosis, parameter: Parameter) -> list[dict[str, Any]]:
-    """The error ladder; the first step is the model as given."""
-    return [_ladder_step(one, parameter) for one in found.steps]
-
-
-def diagnosis(outcome: Outcome, parameter: Parameter) -> dict[str, Any] | None:
+def _diagnosis(outcome: Outcome) -> dict[str, Any] | None:
     """What goes beyond the contract: words, all rounds, worst places, planned experiments."""
     found = outcome.diagnosis
     if found is None:
@@ -251,81 +222,36 @@ def diagnosis(outcome: Outcome, parameter: Parameter) -> dict[str, Any] | None:
     maps = error_maps(found.given or outcome.comparisons, found.floors)
     return {
         "words": all_paragraphs(found),
-        "effects": found.effects,
-        "floors": found.floors,
-        "not_applicable": found.not_applicable,
+        **fields_of(found, "effects floors not_applicable"),
         "notes": (STOPPED,) if found.stopped else (),
-        "rounds": [_round(one, parameter) for one in found.rounds],
-        "worst": [_cell(cell) for cell in maps.worst],
-    }
+        "rounds": [_round(one) for one in found.rounds],
+        "worst": [fields_of(c, "recording channel axis axis_unit low high rms unit ratio")
+                  for c in maps.worst],
+    }  # fmt: skip
 
 
-def ranked(one: RankedEffect, parameter: Parameter) -> dict[str, Any]:
-    """One candidate."""
+def _ranked(one: RankedEffect) -> dict[str, Any]:
     return {
         "effect": one.effect,
         "title": one.title,
-        "score": one.score,
-        "p_value": one.p_value,
-        "expected_drop_percent": one.expected_drop_percent,
-        "refit_drop_percent": one.refit_drop_percent,
-        "delta_bic": one.delta_bic,
+        **fields_of(one, "score p_value expected_drop_percent refit_drop_percent delta_bic"),
         "confused_with": one.confused_with,
         "tied_to": [e.name for e in one.tied_to],
-        "parameters": [parameter(e) for e in one.parameters],
+        "parameters": [_parameter(e) for e in one.parameters],
     }
 
 
-def _ladder_step(one: LadderStep, parameter: Parameter) -> dict[str, Any]:
-    return {
-        "added": one.added,
-        "title": one.title,
-        "parameters": [parameter(e) for e in one.parameters],
-        "tip_rms_m": one.tip_rms,
-        "fit_percent": one.fit_percent,
-        "validation_fit_percent": one.validation_fit_percent,
-        "cost_per_sample": one.cost_per_sample,
-        "errors": [
-            {
-                "channel": e.channel,
-                "unit": e.unit,
-                "rms": e.rms,
-                "floor": e.floor,
-                "floor_source": e.floor_source or None,
-                "validation_rms": e.validation_rms,
-            }
-            for e in one.errors
-        ],
-    }
-
-
-def _round(one: DiagnosisRound, parameter: Parameter) -> dict[str, Any]:
+def _round(one: DiagnosisRound) -> dict[str, Any]:
     return {
         "accepted": one.accepted,
         "sentence": round_sentence(one),
-        "ranking": [ranked(r, parameter) for r in one.ranking],
-        "next_experiments": [_planned(e) for e in one.experiments],
-    }
-
-
-def _planned(one: PlannedExperiment) -> dict[str, Any]:
-    return {
-        "title": experiment_title(one),
-        "simulate": one.simulate,
-        "score": one.score,
-        "sentence": experiment_sentence(one),
-    }
-
-
-def _cell(one: WorstCell) -> dict[str, Any]:
-    return {
-        "recording": one.recording,
-        "channel": one.channel,
-        "axis": one.axis,
-        "axis_unit": one.axis_unit,
-        "low": one.low,
-        "high": one.high,
-        "rms": one.rms,
-        "unit": one.unit,
-        "ratio": one.ratio,
+        "ranking": [_ranked(r) for r in one.ranking],
+        "next_experiments": [
+            {
+                "title": experiment_title(e),
+                **fields_of(e, "simulate score"),
+                "sentence": experiment_sentence(e),
+            }
+            for e in one.experiments
+        ],
     }

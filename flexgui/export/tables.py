@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import pandas as pd
 
@@ -44,6 +45,11 @@ def unique_slugs(names: Sequence[str]) -> list[str]:
         taken.add(candidate.lower())
         slugs.append(candidate)
     return slugs
+
+
+def fields_of(record: object, names: str) -> dict[str, Any]:
+    """Fields of a record under their own names, which stand between blanks."""
+    return {name: getattr(record, name) for name in names.split()}
 
 
 Tables = dict[str, pd.DataFrame]
@@ -126,14 +132,7 @@ def _estimate(
         "fit": fit,
         "parameter": estimate.name,
         "of": belongs_to(outcome, estimate.name),
-        "value": estimate.value,
-        "std": estimate.std,
-        "unit": estimate.unit,
-        "start": estimate.start,
-        "lower": estimate.lower,
-        "upper": estimate.upper,
-        "identifiable": estimate.identifiable,
-        "at_bound": estimate.at_bound,
+        **fields_of(estimate, "value std unit start lower upper identifiable at_bound"),
         "derived": derived,
         "recording": estimate.recording,
         "biased": biased,
@@ -154,9 +153,8 @@ def fit_table(outcome: Outcome) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)[columns] if parts else pd.DataFrame(columns=columns)
 
 
-ERROR_COLUMNS = (
-    "recording role fit channel unit fitted fit_percent rms normalised_error relative_error"
-).split()
+ERROR_FIELDS = "channel unit fitted fit_percent rms normalised_error relative_error"
+ERROR_COLUMNS = f"recording role fit {ERROR_FIELDS}".split()
 
 
 def error_table(comparisons: Sequence[RecordingComparison]) -> pd.DataFrame:
@@ -166,13 +164,7 @@ def error_table(comparisons: Sequence[RecordingComparison]) -> pd.DataFrame:
             "recording": recording.recording,
             "role": recording.role,
             "fit": recording.fit_label,
-            "channel": channel.channel,
-            "unit": channel.unit,
-            "fitted": channel.fitted,
-            "fit_percent": channel.fit_percent,
-            "rms": channel.rms,
-            "normalised_error": channel.normalised_error,
-            "relative_error": channel.relative_error,
+            **fields_of(channel, ERROR_FIELDS),
         }
         for recording in comparisons
         for channel in recording.channels
@@ -274,10 +266,7 @@ def ladder_table(outcome: Outcome) -> pd.DataFrame:
         {
             "step": k,
             "added": step.added,
-            "channel": e.channel,
-            "unit": e.unit,
-            "rms": e.rms,
-            "floor": e.floor,
+            **fields_of(e, "channel unit rms floor"),
             "floor_source": e.floor_source or None,
             "validation_rms": e.validation_rms,
         }
@@ -289,26 +278,24 @@ def ladder_table(outcome: Outcome) -> pd.DataFrame:
     )
 
 
+RANKING_FIELDS = "effect score p_value expected_drop_percent refit_drop_percent delta_bic"
+
+
 def ranking_table(outcome: Outcome) -> pd.DataFrame:
     """A row per round and candidate."""
     assert outcome.diagnosis is not None
     rows = [
         {
             "round": k,
-            "effect": r.effect,
-            "score": r.score,
-            "p_value": r.p_value,
-            "expected_drop_percent": r.expected_drop_percent,
-            "refit_drop_percent": r.refit_drop_percent,
-            "delta_bic": r.delta_bic,
+            **fields_of(r, RANKING_FIELDS),
             "confused_with": " ".join(r.confused_with),
             "accepted": r.effect == one.accepted,
         }
         for k, one in enumerate(outcome.diagnosis.rounds, start=1)
         for r in one.ranking
     ]
-    columns = "round effect score p_value expected_drop_percent refit_drop_percent delta_bic"
-    return pd.DataFrame(rows, columns=[*columns.split(), "confused_with", "accepted"])
+    columns = f"round {RANKING_FIELDS} confused_with accepted"
+    return pd.DataFrame(rows, columns=columns.split())
 
 
 def error_map_table(outcome: Outcome) -> pd.DataFrame:
