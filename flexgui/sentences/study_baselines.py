@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from core.montecarlo.summary import BaselineRow
 from core.sentences import listed
 from core.written import format_number
+
+if TYPE_CHECKING:
+    from core.montecarlo.summary import BaselineRow
 
 GLOCAL, NONLINEAR = "glocal", "non-linear output error"
 KINDS = {
@@ -100,7 +103,7 @@ def _of_glocal(row: BaselineRow, others: Sequence[BaselineRow]) -> str:
     return f"{first} Beaten on {', '.join(lost)}." if lost else f"{first} Beaten on nothing."
 
 
-Cells = dict[tuple[int, float | None], dict[str, BaselineRow]]
+Cells = dict[tuple[int, float | None], "dict[str, BaselineRow]"]
 """(points, ratio) -> method -> row"""
 
 
