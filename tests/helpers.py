@@ -11,10 +11,10 @@ from core.arm.presets import presets
 from core.arm.segment import Segment
 from core.drives.law import DriveLaw
 from core.drives.velocity_loop import VelocityLoop
+from core.lanes.wide import LANES
 from core.model import Model, Numbers
 from core.simulate import closed
 from core.simulate.motion import Task, at_rest
-from core.simulate.vector import LANES
 
 PAPER = presets()["paper"]
 LAMBDA = (60.0, 30.0)

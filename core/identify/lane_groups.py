@@ -20,6 +20,7 @@ import numpy as np
 
 from core.identify import predictor
 from core.identify.prepared import Prepared
+from core.lanes.wide import LANES
 from core.model import Model
 from core.progress import heeded, heeding, look
 from core.simulate.followed import followed
@@ -27,7 +28,6 @@ from core.simulate.holds import Pieces, cut, pieces
 from core.simulate.linear import interleave
 from core.simulate.pieces import STORE, piecewise
 from core.simulate.postures import Nodes
-from core.simulate.vector import LANES
 
 T = TypeVar("T")
 _NOTHING = np.zeros(0)

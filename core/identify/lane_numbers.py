@@ -11,10 +11,10 @@ from core.drives.law import DriveLaw
 from core.identify.lane_groups import Group, Lanes
 from core.identify.prepared import Prepared
 from core.identify.unknowns import GAIN, OFFSET, START, Unknowns
+from core.lanes.wide import LANES
 from core.model import Model, Numbers
 from core.simulate.linear import with_forces
 from core.simulate.motion import full_start
-from core.simulate.vector import LANES
 
 LAW_NAMES = ("R", "P", "V", "S", "Fs", "Fq", "Fv", "Fr")
 

@@ -30,9 +30,9 @@ from core.identify.lane_numbers import LaneNumbers, output_rows
 from core.identify.prepared import Prepared
 from core.identify.processing import TORQUE
 from core.identify.unknowns import GAIN, OFFSET, Unknowns
+from core.lanes.wide import LANES
 from core.simulate.linear import respond
 from core.simulate.postures import interpolation, joints_that_matter, midpoints
-from core.simulate.vector import LANES
 
 POSTURE_TOLERANCE = 1e-6
 """Of a channel's rms: what following the posture may change an output by. A thousandth of the

@@ -19,9 +19,9 @@ from core.identify.lane_groups import Lanes, PointGroup, share
 from core.identify.linear_outputs import LinearOutputs
 from core.identify.prepared import Prepared
 from core.identify.unknowns import GAIN, OFFSET, Unknowns
+from core.lanes.wide import LANES
 from core.simulate.linear import interleave
 from core.simulate.pieces import COMPARE, WEIGH
-from core.simulate.vector import LANES
 
 _NO_OUTPUTS = np.zeros((1, 0))
 

@@ -68,7 +68,7 @@ class _MaskModel(PrimitiveModel):
         super().__init__(manager, kind, MASK)
 
 
-def _spread(builder: Any, value: Any, kind: Any = VECTOR) -> Any:
+def spread_in(builder: Any, value: Any, kind: Any = VECTOR) -> Any:
     """The same value in all lanes."""
     empty = ir.Constant(kind, ir.Undefined)
     one = builder.insert_element(empty, value, ir.Constant(ir.IntType(32), 0))
@@ -78,18 +78,18 @@ def _spread(builder: Any, value: Any, kind: Any = VECTOR) -> Any:
 
 @lower_cast(types.float64, wide)
 def _from_double(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
-    return _spread(builder, value)
+    return spread_in(builder, value)
 
 
 @lower_cast(types.boolean, mask)
 def _from_truth(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
-    return _spread(builder, value, MASK)
+    return spread_in(builder, value, MASK)
 
 
 def _as_wide(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     if kind is wide:
         return value
-    return _spread(builder, context.cast(builder, value, kind, types.float64))
+    return spread_in(builder, context.cast(builder, value, kind, types.float64))
 
 
 def _binary(symbol: Any, emit: Callable[[Any, Any, Any], Any], result: types.Type) -> None:

@@ -11,19 +11,20 @@ import numpy as np
 from numba import njit
 
 from core.arm.signatures import OPTIONS
+from core.lanes.algebra import factor_positive
 from core.lanes.functions import INLINE
-from core.simulate.lanes import aligned
-from core.simulate.vector import LANES, scale, subtract
+from core.lanes.wide import get, put
+from core.simulate.lanes import aligned, exponential
 
 
 @njit(**OPTIONS)
 def work_arrays(n, ns, nr):  # type: ignore[no-untyped-def]
     """Work arrays of `place`: for one lane M (n n,), K, D, f, right; for all lanes M and the rows
-    of q'' and s' over [q, q', s, r], flat."""
+    of q'' and s' over [q, q', s, r]."""
     columns = 2 * n + ns + nr
     return (
         np.empty(n * n), np.empty(n * n), np.empty(n * n), np.empty(n), np.zeros(n),
-        aligned(n * n * LANES), aligned((n + ns) * columns * LANES),
+        aligned(n * n), aligned((n + ns) * columns),
     )  # fmt: skip
 
 
@@ -41,57 +42,46 @@ def place(dynamics, linear, p, q, laws, s, lane, work):  # type: ignore[no-untyp
     linear(q, p, K, D)
     for i in range(n):
         driven = i < R.shape[1]
-        at = i * columns * LANES + lane
+        at = i * columns
         for j in range(n):
-            inertia[(i * n + j) * LANES + lane] = M[i * n + j]
-            rows[at + j * LANES] = -K[i * n + j] - (P[s, i, j] if driven else 0.0)
-            rows[at + (n + j) * LANES] = -D[i * n + j] - (V[s, i, j] if driven else 0.0)
+            inertia[i * n + j, lane] = M[i * n + j]
+            rows[at + j, lane] = -K[i * n + j] - (P[s, i, j] if driven else 0.0)
+            rows[at + n + j, lane] = -D[i * n + j] - (V[s, i, j] if driven else 0.0)
         for j in range(ns):
-            rows[at + (2 * n + j) * LANES] = -S[s, i, j] if driven else 0.0
+            rows[at + 2 * n + j, lane] = -S[s, i, j] if driven else 0.0
         for j in range(nr):
-            rows[at + (2 * n + ns + j) * LANES] = R[s, i, j] if driven else 0.0
+            rows[at + 2 * n + ns + j, lane] = R[s, i, j] if driven else 0.0
     for i in range(ns):
-        at = (n + i) * columns * LANES + lane
+        at = (n + i) * columns
         for j in range(n):
-            rows[at + j * LANES] = Fq[s, i, j]
-            rows[at + (n + j) * LANES] = Fv[s, i, j]
+            rows[at + j, lane] = Fq[s, i, j]
+            rows[at + n + j, lane] = Fv[s, i, j]
         for j in range(ns):
-            rows[at + (2 * n + j) * LANES] = Fs[s, i, j]
+            rows[at + 2 * n + j, lane] = Fs[s, i, j]
         for j in range(nr):
-            rows[at + (2 * n + ns + j) * LANES] = Fr[s, i, j]
+            rows[at + 2 * n + ns + j, lane] = Fr[s, i, j]
 
 
 @njit(**INLINE)
-def reciprocal(x, at):  # type: ignore[no-untyped-def]
-    """x[at + lane] = 1 / x[at + lane]."""
-    for lane in range(LANES):
-        x[at + lane] = 1.0 / x[at + lane]
+def subtract_row(rows, columns, i, factor, k):  # type: ignore[no-untyped-def]
+    """Row i less a factor times row k."""
+    for j in range(columns):
+        at = i * columns + j
+        put(rows, at, get(rows, at) - factor * get(rows, k * columns + j))
 
 
-@njit(**OPTIONS)
+@njit(**INLINE)
 def solve(M, n, rows, columns):  # type: ignore[no-untyped-def]
-    """The first n of `rows` (.., columns, LANES) become M^-1 times them; M (n, n, LANES) is
-    overwritten by L, below, and 1 / D of M = L D L'."""
-    ratio = aligned(LANES)
-    for k in range(n):
-        reciprocal(M, (k * n + k) * LANES)
-        for i in range(n - 1, k, -1):
-            at = (i * n + k) * LANES
-            scale(ratio, 0, M, at, M, (k * n + k) * LANES)
-            for j in range(k + 1, i + 1):
-                subtract(M, (i * n + j) * LANES, ratio, 0, M, (j * n + k) * LANES)
-            scale(M, at, M, at, M, (k * n + k) * LANES)
-    wide = columns * LANES
+    """The first n of `rows` (.., columns) become M^-1 times them; M (n, n) its factors."""
+    factor_positive(M, n)
     for i in range(n):
         for k in range(i):
-            for j in range(0, wide, LANES):
-                subtract(rows, i * wide + j, M, (i * n + k) * LANES, rows, k * wide + j)
+            subtract_row(rows, columns, i, get(M, i * n + k), k)
     for i in range(n - 1, -1, -1):
-        for j in range(0, wide, LANES):
-            scale(rows, i * wide + j, M, (i * n + i) * LANES, rows, i * wide + j)
+        for j in range(i * columns, (i + 1) * columns):
+            put(rows, j, get(rows, j) * get(M, i * n + i))
         for k in range(i + 1, n):
-            for j in range(0, wide, LANES):
-                subtract(rows, i * wide + j, M, (k * n + i) * LANES, rows, k * wide + j)
+            subtract_row(rows, columns, i, get(M, k * n + i), k)
 
 
 @njit(**OPTIONS)
@@ -100,37 +90,46 @@ def balance(rows, n, columns):  # type: ignore[no-untyped-def]
     largest = 1.0
     for i in range(n):
         for j in range(n):
-            largest = max(largest, abs(rows[(i * columns + j) * LANES]))
+            largest = max(largest, abs(rows[i * columns + j, 0]))
     return 2.0 ** np.round(0.5 * np.log2(largest))
 
 
-@njit(**OPTIONS)
-def augment(rows, n, ns, nr, keep, h, held, unit, aug):  # type: ignore[no-untyped-def]
-    """aug (na, na, LANES) = h [A B; 0 0] of the states that matter, with q in its unit.
+@njit(**INLINE)
+def augment(rows, n, columns, nr, keep, h, unit, aug, na):  # type: ignore[no-untyped-def]
+    """aug (na, na) = h [A B; 0 0] of the states that matter, with q in its unit.
 
     Where references run straight between samples, r' = their change per sample comes below.
     """
-    nx, columns = keep.size, 2 * n + ns + nr
-    na = nx + (nr if held else 2 * nr)
-    for e in range(na * na * LANES):
-        aug[e] = 0.0
-    one = aligned(LANES)
+    nx, step = keep.size, get(h, 0)
+    for e in range(na * na):
+        put(aug, e, 0.0)
     for i in range(nx):
-        si = unit if keep[i] < n else 1.0
         if keep[i] < n:
             for j in range(nx):
                 if keep[j] == keep[i] + n:
-                    for lane in range(LANES):
-                        aug[(j * na + i) * LANES + lane] = h[lane] * si
+                    put(aug, j * na + i, step * unit)
             continue
-        at = (keep[i] - n) * columns * LANES
         for j in range(nx + nr):
-            source = keep[j] if j < nx else 2 * n + ns + j - nx
-            sj = unit if source < n else 1.0
-            for lane in range(LANES):
-                one[lane] = h[lane] * (si / sj)
-            scale(aug, (j * na + i) * LANES, one, 0, rows, at + source * LANES)
-    if not held:
-        for j in range(nr):
-            for lane in range(LANES):
-                aug[((nx + nr + j) * na + nx + j) * LANES + lane] = 1.0
+            source = keep[j] if j < nx else columns - nr + j - nx
+            scale = 1.0 / unit if source < n else 1.0
+            put(aug, j * na + i, step * scale * get(rows, (keep[i] - n) * columns + source))
+    for j in range(na - nx - nr):
+        put(aug, (nx + nr + j) * na + nx + j, 1.0)
+
+
+@njit(**OPTIONS)
+def discretised(space, n, nr, columns, keep, h, unit, aug, na, work):  # type: ignore[no-untyped-def]
+    """exp(h [A B; 0 0]) of what `place` wrote, and the unit of q in the states: the one given, or
+    where that is zero a good one. h (1, LANES) in s."""
+    solve(space[5], n, space[6], columns)
+    if unit == 0.0:
+        unit = balance(space[6], n, columns)
+    augment(space[6], n, columns, nr, keep, h, unit, aug, na)
+    return exponential(aug, na, work), unit
+
+
+@njit(**OPTIONS)
+def start(x0, keep, n, unit, x):  # type: ignore[no-untyped-def]
+    """x (nx,): the states that matter of x0, with q in its unit."""
+    for i in range(keep.size):
+        x[i] = x0[keep[i]] * (unit if keep[i] < n else 1.0)

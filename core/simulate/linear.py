@@ -9,10 +9,10 @@ import numpy as np
 
 from core.drives.law import DriveLaw
 from core.forces.element import linear_matrices
+from core.lanes.wide import LANES
 from core.model import Model, Numbers
 from core.simulate import lpv
 from core.simulate.motion import Task, full_start
-from core.simulate.vector import LANES
 from core.trajectory import Trajectory
 
 CACHE_LINE = 64

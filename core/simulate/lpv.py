@@ -12,34 +12,39 @@ import numpy as np
 from numba import njit, types
 
 from core.arm.signatures import DYNAMICS, LINEAR, OPTIONS, cube, kernel, matrix, vector
-from core.simulate.closed import augment, balance, place, solve, work_arrays
-from core.simulate.lanes import advance_and_store, aligned, exponential
-from core.simulate.vector import LANES
+from core.lanes.functions import INLINE
+from core.lanes.rows import apply
+from core.lanes.wide import LANES, get, put
+from core.simulate.closed import discretised, place, start, work_arrays
+from core.simulate.lanes import aligned, write_outputs, write_step
+
+
+@njit(**INLINE)
+def advance(F, nx, ny, m, z, t, refs, nr):  # type: ignore[no-untyped-def]
+    """One step of [x; y] from [r; x]; returns where the outputs y of sample t stand in z.
+
+    F (nx + ny, m + nx): the next state, then the outputs, from m references (nr held, 2 nr where
+    they run straight between samples) and the state. z: two buffers [r; x; y] of m + nx + ny that
+    take turns; sample t reads buffer t % 2. The references stand first because the state comes
+    late: it waits for the step before.
+    """
+    size = m + nx + ny
+    old = (t & 1) * size
+    new = size - old
+    for i in range(m):
+        put(z, old + i, get(refs, t * nr + i))
+    apply(F, 0, nx + ny, nx + ny, z, old, m + nx, z, new + m)
+    return new + m + nx
 
 
 @njit(**OPTIONS)
-def collect(E, F, C, D, keep, n, ny, nr, held, lane, scale):  # type: ignore[no-untyped-def]
-    """One lane of F (nx + ny, nx + m, LANES) from the exponential E and the outputs C, D."""
-    nx = keep.size
-    m = nr if held else 2 * nr
-    na, rows = nx + m, nx + ny
-    for i in range(nx):
-        for j in range(nx):
-            F[((m + j) * rows + i) * LANES + lane] = E[(j * na + i) * LANES + lane]
-        for j in range(nr):
-            first = E[((nx + j) * na + i) * LANES + lane]
-            if held:
-                F[(j * rows + i) * LANES + lane] = first
-            else:
-                later = E[((nx + nr + j) * na + i) * LANES + lane]
-                F[(j * rows + i) * LANES + lane] = first - later
-                F[((nr + j) * rows + i) * LANES + lane] = later
-    for i in range(ny):
-        for j in range(nx):
-            sj = scale if keep[j] < n else 1.0
-            F[((m + j) * rows + nx + i) * LANES + lane] = C[lane, i, keep[j]] / sj
-        for j in range(m):
-            F[(j * rows + nx + i) * LANES + lane] = D[lane, i, j] if j < nr else 0.0
+def advance_and_store(F, nx, ny, m, z, start, stop, refs, nr, out):  # type: ignore[no-untyped-def]
+    """Advances over samples start..stop-1 and writes the outputs to out (N ny,); F and z as in
+    `advance`, refs ((N + 1) nr,)."""
+    for t in range(start, stop):
+        y = advance(F, nx, ny, m, z, t, refs, nr)
+        for i in range(ny):
+            put(out, t * ny + i, get(z, y + i))
 
 
 LAWS = types.Tuple((cube,) * 8)
@@ -66,12 +71,11 @@ def respond(  # type: ignore[no-untyped-def]
     ny, nx = C.shape[1], keep.size
     m = nr if held else 2 * nr
     na = nx + m
-    T = refs.size // (nr * LANES) - 1
+    r, y = refs.reshape((refs.size // LANES, LANES)), out.reshape((out.size // LANES, LANES))
+    T = r.shape[0] // nr - 1
     q, space, columns = np.empty(n), work_arrays(n, ns, nr), 2 * n + ns + nr
-    aug, work = aligned(na * na * LANES), aligned(5 * na * na * LANES).reshape(5, -1)
-    F = aligned((nx + ny) * na * LANES)
-    z = aligned(2 * (na + ny) * LANES)
-    scale = 1.0
+    aug, work = aligned(na * na), aligned(5 * na * na).reshape((5, na * na, LANES))
+    F, z, unit = aligned((nx + ny) * na), aligned(2 * (na + ny)), 0.0
     for t in range(T):
         if t == 0 or varying:
             following = min(t + 1, T - 1)
@@ -81,18 +85,13 @@ def respond(  # type: ignore[no-untyped-def]
                     if varying:
                         q[i] = 0.5 * (schedule[t, lane, i] + schedule[following, lane, i])
                 place(dynamics, linear, p[lane], q, laws, lane, lane, space)
-            solve(space[5], n, space[6], columns)
-            if t == 0:
-                scale = balance(space[6], n, columns)
-            augment(space[6], n, ns, nr, keep, h, held, scale, aug)
-            E = exponential(aug, na, work)
-            for lane in range(LANES):
-                collect(E, F, C, D, keep, n, ny, nr, held, lane, scale)
+            steps = h.reshape((1, LANES))
+            E, unit = discretised(space, n, nr, columns, keep, steps, unit, aug, na, work)
+            write_step(E, nx, m, nr, held, F, nx + ny, 0)
         if t == 0:
-            for i in range(nx):
-                si = scale if keep[i] < n else 1.0
-                for lane in range(LANES):
-                    z[(m + i) * LANES + lane] = x0[lane, keep[i]] * si
-        advance_and_store(F, nx, ny, m, z, t, t + 1 if varying else T, refs, nr, out)
+            for lane in range(LANES):
+                write_outputs(C[lane], D[lane], keep, n, m, unit, F[:, lane], nx + ny, nx)
+                start(x0[lane], keep, n, unit, z[m:, lane])
+        advance_and_store(F, nx, ny, m, z, t, t + 1 if varying else T, r, nr, y)
         if not varying:
             break

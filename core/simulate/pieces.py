@@ -5,8 +5,8 @@ are one product,
 
     x_next = F_l [r; x],    [y_0; y_1; ...] = [C D; (C D) S; (C D) S^2; ...] [r; x],
 
-with the one-sample step S of [r; x] and F_l the lower rows of S^l. The last axis of every array
-holds LANES independent systems, see core.simulate.lanes.
+with the one-sample step S of [r; x] and F_l the lower rows of S^l. Numbers are wide: each is one of
+LANES independent systems, see core.simulate.lanes.
 """
 
 from __future__ import annotations
@@ -15,16 +15,11 @@ import numpy as np
 from numba import int64, njit, types
 
 from core.arm.signatures import OPTIONS, cube, dynamics_at, kernel, linear_at, matrix, vector
-from core.lanes.functions import INLINE
-from core.simulate import vector as wide
-from core.simulate.closed import augment, balance, place, solve, work_arrays
-from core.simulate.lanes import aligned, apply_part, exponential, product
-from core.simulate.vector import LANES, move
-
-compare1, compare2, compare4, compare8 = (
-    wide.compare1, wide.compare2, wide.compare4, wide.compare8
-)  # fmt: skip
-weigh1, weigh2, weigh4, weigh8 = wide.weigh1, wide.weigh2, wide.weigh4, wide.weigh8
+from core.lanes.algebra import copy, write
+from core.lanes.rows import apply, compare
+from core.lanes.wide import LANES, get, put
+from core.simulate.closed import discretised, place, start, work_arrays
+from core.simulate.lanes import aligned, product, write_outputs, write_step
 
 POPULATION = types.Tuple((types.float64[:, :, :, ::1],) * 8)
 """R, P, V, S, Fs, Fq, Fv, Fr of core.drives.law.DriveLaw; passes, then lanes, come first."""
@@ -33,90 +28,15 @@ COMPARE, WEIGH, STORE = range(3)
 """What happens to outputs: squared errors, weighted squared errors, or they are written."""
 
 
-@njit(**INLINE)
-def compare(A, column, rows, x, x0, n, measured, m0, weights, total):  # type: ignore[no-untyped-def]
-    """total (LANES,) += sum (measured - A x)^2 over the first `rows` rows of A."""
-    r = 0
-    while r + 8 <= rows:
-        compare8(A, r * LANES, column, x, x0, n, measured, m0 + r * LANES, weights, 0, total)
-        r += 8
-    if r + 4 <= rows:
-        compare4(A, r * LANES, column, x, x0, n, measured, m0 + r * LANES, weights, 0, total)
-        r += 4
-    if r + 2 <= rows:
-        compare2(A, r * LANES, column, x, x0, n, measured, m0 + r * LANES, weights, 0, total)
-        r += 2
-    if r < rows:
-        compare1(A, r * LANES, column, x, x0, n, measured, m0 + r * LANES, weights, 0, total)
-
-
-@njit(**INLINE)
-def weigh(A, column, rows, x, x0, n, measured, m0, weights, total):  # type: ignore[no-untyped-def]
-    """As `compare`, each square times its weight; weights stand as measured does."""
-    r = 0
-    while r + 4 <= rows:
-        at = m0 + r * LANES
-        weigh4(A, r * LANES, column, x, x0, n, measured, at, weights, at, total)
-        r += 4
-    if r + 2 <= rows:
-        at = m0 + r * LANES
-        weigh2(A, r * LANES, column, x, x0, n, measured, at, weights, at, total)
-        r += 2
-    if r < rows:
-        at = m0 + r * LANES
-        weigh1(A, r * LANES, column, x, x0, n, measured, at, weights, at, total)
-
-
-@njit(**OPTIONS)
-def square_step(E, keep, n, m, nr, held, lane, S):  # type: ignore[no-untyped-def]
-    """One lane of S (na, na): one sample of [r; x] from the exponential E of [x; r]."""
-    nx = keep.size
-    na = m + nx
-    for i in range(m):
-        for j in range(na):
-            S[(j * na + i) * LANES + lane] = 1.0 if i == j else 0.0
-    for i in range(nx):
-        for j in range(nx):
-            S[((m + j) * na + m + i) * LANES + lane] = E[(j * na + i) * LANES + lane]
-        for j in range(nr):
-            first = E[((nx + j) * na + i) * LANES + lane]
-            if held:
-                S[(j * na + m + i) * LANES + lane] = first
-            else:
-                later = E[((nx + nr + j) * na + i) * LANES + lane]
-                S[(j * na + m + i) * LANES + lane] = first - later
-                S[((nr + j) * na + m + i) * LANES + lane] = later
-
-
-@njit(**OPTIONS)
-def first_outputs(C, D, keep, n, m, nr, unit, lane, rows, Y):  # type: ignore[no-untyped-def]
-    """One lane of the outputs' first rows [D C] in Y (rows, na)."""
-    for i in range(C.shape[1]):
-        for j in range(m):
-            Y[(j * rows + i) * LANES + lane] = D[lane, i, j] if j < nr else 0.0
-        for j in range(keep.size):
-            sj = unit if keep[j] < n else 1.0
-            Y[((m + j) * rows + i) * LANES + lane] = C[lane, i, keep[j]] / sj
-
-
-@njit(**OPTIONS)
-def copy_step(S, m, nx, F, f):  # type: ignore[no-untyped-def]
-    """F (nx, m + nx) from place f on: the lower rows of S."""
-    na = m + nx
-    for j in range(na):
-        for i in range(nx):
-            move(F, f + (j * nx + i) * LANES, S, (j * na + m + i) * LANES)
-
-
 @njit(**OPTIONS)
 def raise_steps(work, m, nx, ny, lengths, longest, F, stride, Y):  # type: ignore[no-untyped-def]
     """Powers and output rows by doubling: work[0] holds S, Y its first ny rows.
 
-    The step over lengths[i] samples goes to F from i stride on; Y gets longest ny rows.
+    The step over lengths[i] samples goes to F from i stride on: the lower rows of that power of S.
+    Y gets longest ny rows.
     """
     na = m + nx
-    rows = longest * ny
-    column = rows * LANES
+    column = longest * ny
     P, Q = 0, 1
     begun = np.zeros(lengths.size, dtype=np.bool_)
     done, bit = 1, 1
@@ -126,17 +46,15 @@ def raise_steps(work, m, nx, ny, lengths, longest, F, stride, Y):  # type: ignor
                 mine = 3 + i
                 if begun[i]:
                     product(work[2], work[mine], work[P], na)
-                    for e in range(0, na * na * LANES, LANES):
-                        move(work[mine], e, work[2], e)
+                    copy(work[mine], work[2])
                 else:
                     begun[i] = True
-                    for e in range(0, na * na * LANES, LANES):
-                        move(work[mine], e, work[P], e)
+                    copy(work[mine], work[P])
         if done < longest:
             more = min(done, longest - done)
             for j in range(na):
-                at = j * column + done * ny * LANES
-                apply_part(Y, 0, column, more * ny, work[P], j * na * LANES, na, Y, at)
+                at = j * column + done * ny
+                apply(Y, 0, column, more * ny, work[P], j * na, na, Y, at)
             done += more
         bit *= 2
         if bit > longest:
@@ -144,7 +62,8 @@ def raise_steps(work, m, nx, ny, lengths, longest, F, stride, Y):  # type: ignor
         product(work[Q], work[P], work[P], na)
         P, Q = Q, P
     for i in range(lengths.size):
-        copy_step(work[3 + i], m, nx, F, i * stride)
+        for j in range(na):
+            write(F, i * stride + j * nx, work[3 + i][j * na + m : (j + 1) * na])
 
 
 @njit(**OPTIONS)
@@ -154,19 +73,19 @@ def build(  # type: ignore[no-untyped-def]
 ):  # fmt: skip
     """Fills F (lengths, na columns of nx) and Y; returns the unit of q in the states."""
     n, nr, ns = postures.shape[1], laws[0].shape[2], laws[3].shape[2]
-    ny, nx = C.shape[1], keep.size
+    rows, nx = longest * C.shape[1], keep.size
     m = nr if held else 2 * nr
-    na, columns = m + nx, 2 * n + ns + nr
+    na = m + nx
     for lane in range(LANES):
         place(dynamics, linear, p[lane], postures[lane], laws, lane, lane, space)
-    solve(space[5], n, space[6], columns)
-    unit = balance(space[6], n, columns)
-    augment(space[6], n, ns, nr, keep, h, held, unit, aug)
-    E = exponential(aug, na, work)
+    E, unit = discretised(space, n, nr, 2 * n + ns + nr, keep, h, 0.0, aug, na, work)
+    write_step(E, nx, m, nr, held, steps[0], na, m)
+    for i in range(m):
+        for j in range(na):
+            put(steps[0], j * na + i, 1.0 if i == j else 0.0)
     for lane in range(LANES):
-        square_step(E, keep, n, m, nr, held, lane, steps[0])
-        first_outputs(C, D, keep, n, m, nr, unit, lane, longest * ny, Y)
-    raise_steps(steps, m, nx, ny, lengths, longest, F, na * nx * LANES, Y)
+        write_outputs(C[lane], D[lane], keep, n, m, unit, Y[:, lane], rows, 0)
+    raise_steps(steps, m, nx, C.shape[1], lengths, longest, F, na * nx, Y)
     return unit
 
 
@@ -175,23 +94,30 @@ def march(  # type: ignore[no-untyped-def]
     F, Y, nx, ny, m, nr, longest, z, refs, pieces, mode, measured, weights, total,
     out,
 ):  # fmt: skip
-    """Goes through the pieces; z: two buffers [r; x] that take turns, the first holds the start."""
-    na = m + nx
-    column = longest * ny * LANES
+    """Goes through the pieces; z: two buffers [r; x] that take turns, the first holds the start.
+    total (1,) gets the sum of squares."""
+    na, column = m + nx, longest * ny
+    squares = get(total, 0)
     for b in range(pieces.shape[1]):
-        t, old = pieces[0, b], (b & 1) * na * LANES
-        new = na * LANES - old
-        for i in range(0, m * LANES, LANES):
-            move(z, old + i, refs, t * nr * LANES + i)
-        f = pieces[2, b] * na * nx * LANES
-        apply_part(F, f, nx * LANES, nx, z, old, na, z, new + m * LANES)
-        rows, at = pieces[1, b] * ny, t * ny * LANES
+        t, old = pieces[0, b], (b & 1) * na
+        new = na - old
+        for i in range(m):
+            put(z, old + i, get(refs, t * nr + i))
+        apply(F, pieces[2, b] * na * nx, nx, nx, z, old, na, z, new + m)
+        rows, at = pieces[1, b] * ny, t * ny
         if mode == COMPARE:
-            compare(Y, column, rows, z, old, na, measured, at, weights, total)
+            squares += compare(Y, column, rows, z, old, na, measured, None, at)
         elif mode == WEIGH:
-            weigh(Y, column, rows, z, old, na, measured, at, weights, total)
+            squares += compare(Y, column, rows, z, old, na, measured, weights, at)
         else:
-            apply_part(Y, 0, column, rows, z, old, na, out, at)
+            apply(Y, 0, column, rows, z, old, na, out, at)
+    put(total, 0, squares)
+
+
+@njit(**OPTIONS)
+def lanes_of(x):  # type: ignore[no-untyped-def]
+    """A flat array as wide numbers (entries, LANES)."""
+    return x.reshape((x.size // LANES, LANES))
 
 
 @kernel(
@@ -221,11 +147,13 @@ def piecewise(  # type: ignore[no-untyped-def]
     ny, nx = C.shape[2], keep.size
     m = nr if held else 2 * nr
     na, longest = m + nx, lengths.max()
-    square = na * na * LANES
-    aug, work = aligned(square), aligned(5 * square).reshape(5, -1)
-    steps = aligned((3 + lengths.size) * square).reshape(-1, square)
-    F, Y = aligned(lengths.size * nx * na * LANES), aligned(longest * ny * na * LANES)
-    z, total = aligned(2 * na * LANES), aligned(LANES)
+    refs, measured, weights = lanes_of(refs), lanes_of(measured), lanes_of(weights)
+    h = h.reshape((1, LANES))
+    aug, work = aligned(na * na), aligned(5 * na * na).reshape((5, na * na, LANES))
+    count = 3 + lengths.size
+    steps = aligned(count * na * na).reshape((count, na * na, LANES))
+    F, Y = aligned(lengths.size * nx * na), aligned(longest * ny * na)
+    z, total = aligned(2 * na), aligned(1)
     space = work_arrays(n, S.shape[3], nr)
     for s in range(first, last):
         law = (R[s], P[s], V[s], S[s], Fs[s], Fq[s], Fv[s], Fr[s])
@@ -233,15 +161,12 @@ def piecewise(  # type: ignore[no-untyped-def]
             dynamics, linear, p[s], law, C[s], D[s], postures, h, keep, held, lengths, longest,
             F, Y, steps, aug, work, space,
         )  # fmt: skip
-        for i in range(nx):
-            si = unit if keep[i] < n else 1.0
-            for lane in range(LANES):
-                z[(m + i) * LANES + lane] = x0[s, lane, keep[i]] * si
         for lane in range(LANES):
-            total[lane] = 0.0
+            start(x0[s, lane], keep, n, unit, z[m:, lane])
+        put(total, 0, 0.0)
         march(
             F, Y, nx, ny, m, nr, longest, z, refs, pieces, mode, measured,
-            weights, total, out[s] if mode == STORE else out[0],
+            weights, total, lanes_of(out[s] if mode == STORE else out[0]),
         )  # fmt: skip
         for lane in range(LANES):
-            costs[s, lane] = total[lane]
+            costs[s, lane] = total[0, lane]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from core.simulate.vector import LANES
+from core.lanes.wide import LANES
 from flexgui.bench import measure
 from flexgui.bench.case import MEMBERS, glocal_case, population
 from flexgui.bench.comparisons.peak import ACCUMULATORS, multiply_add, operations

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from core.lanes.wide import LANES
 from core.simulate.lanes import exponential
-from core.simulate.vector import LANES
 
 AGREEMENT = 1e-12
 """Relative to the largest entry, for well-conditioned matrices."""
@@ -19,8 +19,8 @@ STIFF_AGREEMENT = 1e-9
 def exponentials(matrices: np.ndarray) -> np.ndarray:
     """exp of matrices (LANES, n, n)."""
     n = matrices.shape[1]
-    flat = np.ascontiguousarray(np.moveaxis(matrices, 0, -1)).ravel().copy()
-    found = exponential(flat, n, np.empty((5, n * n * LANES)))
+    columns = np.array(np.moveaxis(matrices, 0, -1).reshape(n * n, LANES), order="C")
+    found = exponential(columns, n, np.empty((5, n * n, LANES)))
     return np.moveaxis(np.array(found).reshape(n, n, LANES), -1, 0)
 
 
