@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -47,12 +47,17 @@ def fit_table(
     earlier = channel_errors_by_role(before)
     for role in (ESTIMATE, VALIDATE):
         chosen = with_role(comparisons, role)
-        if len(chosen) > 1:
-            rows.extend(_means(chosen, role, earlier.get(role) if before else None))
+        for error in channel_errors(chosen) if len(chosen) > 1 else ():
+            row = replace(_row(f"all {len(chosen)}", role, error, ("", "")), strong=True)
+            rows.append(_beside(row, earlier[role].get(error.channel)) if before else row)
     given = {(r.recording, c.channel): c for r in before for c in r.channels}
     for recording in comparisons:
         for channel in recording.channels:
-            row = _row(recording, channel, bar_label(recording, comparisons))
+            ratios = [
+                format_number(x, 3, keep_zeros=True)
+                for x in (channel.normalised_error, channel.relative_error)
+            ]
+            row = _row(bar_label(recording, comparisons), recording.role, channel, ratios)
             was = given.get((recording.recording, channel.channel))
             rows.append(_beside(row, was) if before else row)
     columns = (*COLUMNS, *GIVEN_COLUMNS) if before else COLUMNS
@@ -120,37 +125,11 @@ def _beside(row: Row, was: ChannelComparison | ChannelError | None) -> Row:
     return replace(row, cells=(*row.cells, *cells))
 
 
-def _row(recording: RecordingComparison, channel: ChannelComparison, label: str) -> Row:
-    return Row(
-        (
-            label,
-            ROLES.get(recording.role, recording.role),
-            channel_symbol(channel.channel, channel.unit) + ("" if channel.fitted else " *"),
-            format_percent(channel.fit_percent),
-            quantity(channel.rms, channel.unit),
-            format_number(channel.normalised_error, 3, keep_zeros=True),
-            format_number(channel.relative_error, 3, keep_zeros=True),
-        )
-    )
-
-
-def _means(
-    chosen: Sequence[RecordingComparison], role: str, before: Mapping[str, ChannelError] | None
-) -> list[Row]:
-    rows = []
-    for error in channel_errors(chosen):
-        cells = (
-            f"all {len(chosen)}",
-            ROLES[role],
-            channel_symbol(error.channel, error.unit) + ("" if error.fitted else " *"),
-            format_percent(error.fit_percent),
-            quantity(error.rms, error.unit),
-            "",
-            "",
-        )
-        row = Row(cells, strong=True)
-        rows.append(row if before is None else _beside(row, before.get(error.channel)))
-    return rows
+def _row(label: str, role: str, of: ChannelComparison | ChannelError, ratios: Sequence[str]) -> Row:
+    """One output of a recording, or of all of a role."""
+    symbol = channel_symbol(of.channel, of.unit) + ("" if of.fitted else " *")
+    figures = (format_percent(of.fit_percent), quantity(of.rms, of.unit))
+    return Row((label, ROLES.get(role, role), symbol, *figures, *ratios))
 
 
 Key = tuple[str, str, str]
