@@ -136,8 +136,7 @@ class ArmCatalogue:
         """Of elastic joints and of an elastic base; a rigid one has none to estimate."""
         for k, s in enumerate(self.arm.segments):
             if s.joint_compliance is not None:
-                kind = joint(s.joint)
-                unit = f"{kind.coordinate_unit}/({kind.effort_unit})"
+                unit = joint(s.joint).compliance_unit
                 write = partial(_inverse, slots.slot(k, slots.TWIST_STIFFNESS))
                 title = f"compliance of joint {k + 1}"
                 bound = COMPLIANCE_BOUND
@@ -188,13 +187,14 @@ class ArmCatalogue:
         self._add(name, value, unit, title, write, (0.0, 100.0 * scale), scale)
 
 
-_GREEK = {"epsilon": r"\varepsilon", "tau": r"\tau", "lambda": r"\lambda", "EI": "EI"}
-_LETTERS = {name: (name[0], name[1]) for name in ("mt", "Jt", "Jh", "Jr", "kt")}
+_GREEK = {"epsilon": r"\varepsilon", "tau": r"\tau", "lambda": r"\lambda"}
 
 
 def symbol(name: str) -> str:
-    """A parameter's name as LaTeX: 'EI1' -> 'EI_{1}', 'Jh2' -> 'J_{h2}'."""
+    """A parameter's name as LaTeX, the second of two small letters below the first: 'EI1' ->
+    'EI_{1}', 'Jh2' -> 'J_{h2}', 'td' -> 't_{d}'."""
     stem = name.rstrip("0123456789")
     index = name[len(stem) :]
-    letter, sub = _LETTERS.get(stem, (_GREEK.get(stem, stem), ""))
-    return f"{letter}_{{{sub}{index}}}" if sub or index else letter
+    below = stem[1:] if len(stem) == 2 and stem[1].islower() else ""
+    letter = _GREEK.get(stem, stem.removesuffix(below))
+    return f"{letter}_{{{below}{index}}}" if below or index else letter

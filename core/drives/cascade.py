@@ -41,8 +41,7 @@ class Cascade(Drive):
 
     def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
         def units(k: int) -> str:
-            kind = joint(arm.segments[k].joint)
-            return f"{kind.effort_unit} s/{kind.coordinate_unit}"
+            return joint(arm.segments[k].joint).damping_unit
 
         place = [
             gain_parameter(f"kp{k + 1}", gain, "1/s", rf"k_{{p{k + 1}}}", f"position gain {k + 1}")

@@ -35,8 +35,7 @@ class VelocityLoop(Drive):
 
     def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
         def make(k: int, gain: float) -> Parameter:
-            kind = joint(arm.segments[k].joint)
-            unit = f"{kind.effort_unit} s/{kind.coordinate_unit}"
+            unit = joint(arm.segments[k].joint).damping_unit
             title = f"gain of velocity loop {k + 1}"
             return gain_parameter(f"lambda{k + 1}", gain, unit, rf"\lambda_{{{k + 1}}}", title)
 

@@ -43,7 +43,7 @@ class AirDrag(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         reach = sum(s.length for s in arm.segments)
         start = SHARE * float(sizes.torque.max()) / (reach * sizes.tip_speed**2)
-        return (sized("cd", start, "N s²/m²", "drag of the tip", "c_d"),)
+        return (sized("cd", start, "N s²/m²", "drag of the tip"),)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         return (Element(LAW, (), (values["cd"],), at_tip=True),)

@@ -4,12 +4,11 @@ import numpy as np
 import sympy as sp
 
 from core.arm.arm import Arm
-from core.arm.joints import joint
 from core.arm.slots import TWIST_STIFFNESS, slot
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.joint_load import LEAST, hub_parameters, joint_load, with_twisting_joints
-from core.effects.per_joint import each_joint, positive
+from core.effects.per_joint import each_joint
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import V, X, joint_law
@@ -76,21 +75,13 @@ class Backlash(Effect):
         )
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def make(k: int) -> EffectParameter:
-            travel = float(sizes.travel[k])
-            return positive(
-                f"bl{k + 1}",
-                SHARES[1] * travel,
-                joint(arm.segments[k].joint).coordinate_unit,
-                f"half the gap of joint {k + 1}",
-                rf"b_{{l{k + 1}}}",
-                lower=SMALLEST * travel,
-                upper=LARGEST * travel,
-                grid=[share * travel for share in SHARES],
-            )
-
+        gaps = each_joint(
+            arm, "bl", "half the gap of joint {}", lambda j: j.coordinate_unit,
+            SHARES[1] * sizes.travel, lower=SMALLEST * sizes.travel,
+            upper=LARGEST * sizes.travel, grid=np.outer(sizes.travel, SHARES),
+        )  # fmt: skip
         own = [s.hub_inertia for s in arm.segments]
-        return each_joint(arm, make) + hub_parameters(arm, neutral=own, least=LEAST, secondary=True)
+        return gaps + hub_parameters(arm, neutral=own, least=LEAST, secondary=True)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         found = []

@@ -39,7 +39,8 @@ class CameraDelay(Effect):
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         start = START * sizes.sample_time
-        return (sized("td", start, "s", "delay of the camera", "t_d", largest=LONGEST / START),)
+        most = LONGEST * sizes.sample_time
+        return (sized("td", start, "s", "delay of the camera", upper=most),)
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
         if not values["td"] or not sensors()[sensor].from_camera:

@@ -34,11 +34,10 @@ class CameraMisalignment(Effect):
         return "The places of the tip (z) are not compared, and angles made of them hide it."
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        most = LARGEST / START
         turn, scale = "rotation of the camera", "error of the camera's scale"
         return (
-            sized("ca", START, "rad", turn, "c_a", signed=True, largest=most),
-            sized("cs", START, "", scale, "c_s", signed=True, largest=most),
+            sized("ca", START, "rad", turn, signed=True, upper=LARGEST),
+            sized("cs", START, "", scale, signed=True, upper=LARGEST),
         )
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:

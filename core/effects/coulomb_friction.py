@@ -4,11 +4,10 @@ import numpy as np
 import sympy as sp
 
 from core.arm.arm import Arm
-from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.bristle import IDEALISED, bristle_law, bristles
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, sized
+from core.effects.per_joint import each_joint
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 
@@ -41,14 +40,8 @@ class CoulombFriction(Effect):
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def make(k: int) -> EffectParameter:
-            unit = joint(arm.segments[k].joint).effort_unit
-            title = f"Coulomb friction of joint {k + 1}"
-            return sized(
-                f"fc{k + 1}", SHARE * float(sizes.torque[k]), unit, title, rf"f_{{c{k + 1}}}"
-            )
-
-        return each_joint(arm, make)
+        start, title = SHARE * sizes.torque, "Coulomb friction of joint {}"
+        return each_joint(arm, "fc", title, lambda j: j.effort_unit, start)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         return bristles(arm, LAW, ("fc",), values)

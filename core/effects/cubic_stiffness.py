@@ -45,7 +45,7 @@ class CubicStiffness(Effect):
             stiffness = 3.0 * s.bending_stiffness / s.length**3
             start = SHARE * stiffness / float(sizes.deflection[k]) ** 2
             title = f"cubic stiffness of segment {k + 1}"
-            return sized(f"k3{k + 1}", start, "N/m³", title, rf"k_{{3,{k + 1}}}")
+            return sized(f"k3{k + 1}", start, "N/m³", title, symbol=rf"k_{{3,{k + 1}}}")
 
         return each_bending(arm, make)
 

@@ -8,7 +8,7 @@ from core.arm.arm import Arm
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
 from core.effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
-from core.effects.per_joint import positive
+from core.effects.per_joint import sized
 from core.effects.sizes import Sizes
 
 GRID = (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 3e-2)
@@ -63,7 +63,7 @@ class DriveLag(Effect):
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         title, symbol = "time constant of the drives", "T_{l}"
-        return (positive("tl", GRID[2], "s", title, symbol, lower=1e-5, upper=0.3, grid=GRID),)
+        return (sized("tl", GRID[2], "s", title, symbol=symbol, lower=1e-5, upper=0.3, grid=GRID),)
 
     def law(self, law: DriveLaw, arm: Arm, p: np.ndarray, values: Values) -> DriveLaw:
         time = values["tl"]

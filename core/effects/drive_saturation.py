@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from core.arm.arm import Arm
-from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.drives.law import DriveLaw
 from core.effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
-from core.effects.per_joint import each_joint, positive
+from core.effects.per_joint import each_joint
 from core.effects.sizes import Sizes
 
 SHARES = (0.95, 0.8, 0.6, 0.4, 0.25)
@@ -43,21 +42,11 @@ class DriveSaturation(Effect):
         return ""
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def make(k: int) -> EffectParameter:
-            peak = float(sizes.peak_torque[k])
-            return positive(
-                f"ul{k + 1}",
-                SHARES[2] * peak,
-                joint(arm.segments[k].joint).effort_unit,
-                f"largest torque of drive {k + 1}",
-                rf"u_{{l{k + 1}}}",
-                lower=0.01 * peak,
-                upper=10.0 * peak,
-                neutral=NEVER,
-                grid=[share * peak for share in SHARES],
-            )
-
-        return each_joint(arm, make)
+        peak = sizes.peak_torque
+        return each_joint(
+            arm, "ul", "largest torque of drive {}", lambda j: j.effort_unit, SHARES[2] * peak,
+            lower=0.01 * peak, upper=10.0 * peak, neutral=NEVER, grid=np.outer(peak, SHARES),
+        )  # fmt: skip
 
     def law(self, law: DriveLaw, arm: Arm, p: np.ndarray, values: Values) -> DriveLaw:
         stated = np.array([values[f"ul{k + 1}"] for k in range(arm.joints)])

@@ -3,11 +3,10 @@
 import numpy as np
 
 from core.arm.arm import Arm
-from core.arm.joints import joint
 from core.arm.slots import arm_vector
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Rig, Values
-from core.effects.per_joint import sized
+from core.effects.per_joint import each_joint
 from core.effects.sizes import Sizes
 
 START, LARGEST = 0.01, 0.5
@@ -45,15 +44,10 @@ class EncoderOffset(Effect):
         return ""
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def make(k: int) -> EffectParameter:
-            unit = joint(arm.segments[k].joint).coordinate_unit
-            title = f"encoder offset of joint {k + 1}"
-            return sized(
-                f"eo{k + 1}", START, unit, title, rf"o_{{{k + 1}}}",
-                signed=True, largest=LARGEST / START,
-            )  # fmt: skip
-
-        return tuple(make(k) for k in range(1, arm.joints))
+        return each_joint(
+            arm, "eo", "encoder offset of joint {}", lambda j: j.coordinate_unit, START,
+            signed=True, upper=LARGEST,
+        )[1:]  # fmt: skip
 
     def started(self, joints: np.ndarray, values: Values) -> np.ndarray:
         return joints - _offsets(joints.shape[-1], values)

@@ -1,11 +1,12 @@
 """A gear that gives way between the motor and the arm."""
 
+import numpy as np
+
 from core.arm.arm import Arm
-from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.joint_load import LEAST, hub_parameters, rotor_parameters, with_twisting_joints
-from core.effects.per_joint import each_joint, positive
+from core.effects.per_joint import each_joint
 from core.effects.sizes import Sizes
 
 TWISTS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2)
@@ -42,20 +43,11 @@ class JointElasticity(Effect):
         return with_twisting_joints(arm, sizes, lambda k, size: size)
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def make(k: int) -> EffectParameter:
-            kind, peak = joint(arm.segments[k].joint), float(sizes.peak_torque[k])
-            grid = [twist / peak for twist in TWISTS]
-            return positive(
-                f"c{k + 1}",
-                grid[2],
-                f"{kind.coordinate_unit}/({kind.effort_unit})",
-                f"compliance of joint {k + 1}",
-                rf"c_{{{k + 1}}}",
-                lower=SMALLEST / peak,
-                upper=LARGEST / peak,
-                grid=grid,
-            )
-
+        grid = np.array(TWISTS) / sizes.peak_torque[:, None]
+        twists = each_joint(
+            arm, "c", "compliance of joint {}", lambda j: j.compliance_unit, grid[:, 2],
+            lower=SMALLEST / sizes.peak_torque, upper=LARGEST / sizes.peak_torque, grid=grid,
+        )  # fmt: skip
         own = [s.hub_inertia for s in arm.segments]
         motors = hub_parameters(arm, neutral=own, least=LEAST, secondary=True)
-        return each_joint(arm, make) + motors + rotor_parameters(arm, secondary=True)
+        return twists + motors + rotor_parameters(arm, secondary=True)

@@ -10,7 +10,7 @@ import sympy as sp
 from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.effects.effect import EffectParameter
-from core.effects.per_joint import positive
+from core.effects.per_joint import sized
 
 SHARE = 0.05
 """Of what the joint moves: a plausible rotor and gear to begin with."""
@@ -60,12 +60,11 @@ def _inertia(
 ) -> EffectParameter:  # fmt: skip
     """J of joint k (from 0), that begins at a `share` of what the joint moves, or above its own."""
     load = joint_load(arm, k)
-    return positive(
+    return sized(
         f"J{letter}{k + 1}",
         max(1.2 * own, share * load),
         joint(arm.segments[k].joint).inertia_unit,
         title.format(k + 1),
-        rf"J_{{{letter}{k + 1}}}",
         lower=least * load,
         upper=10.0 * max(own, load),
         neutral=own,

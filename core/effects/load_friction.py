@@ -7,7 +7,7 @@ from core.arm.arm import Arm
 from core.drives.drive import Drive
 from core.effects.bristle import IDEALISED, bristle_force, way
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, joint_direction, positive
+from core.effects.per_joint import each_joint, joint_direction
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import W
@@ -54,13 +54,11 @@ class LoadFriction(Effect):
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def share(letter: str, while_: str, k: int) -> EffectParameter:
-            title = f"share of the torque that joint {k + 1} loses while it {while_}"
-            symbol = rf"l_{{{letter}{k + 1}}}"
-            return positive(f"l{letter}{k + 1}", START, "", title, symbol, lower=0.0, upper=MOST)
+        def share(letter: str, while_: str) -> tuple[EffectParameter, ...]:
+            title = f"share of the torque that joint {{}} loses while it {while_}"
+            return each_joint(arm, f"l{letter}", title, lambda _: "", START, upper=MOST)
 
-        driving = each_joint(arm, lambda k: share("d", "is driven", k))
-        return driving + each_joint(arm, lambda k: share("b", "is braked", k))
+        return share("d", "is driven") + share("b", "is braked")
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         return tuple(

@@ -21,8 +21,8 @@ from core.sensors import sensors
 TORQUE = "torque"
 
 
-def _names(letter: str, arm: Arm) -> dict[str, tuple[str, str, str]]:
-    """Name of a parameter -> kind of sensor, words for the channel, symbol."""
+def _names(letter: str, arm: Arm) -> dict[str, tuple[str, str]]:
+    """Name of a parameter -> kind of sensor, words for the channel."""
     found = {}
     for kind, sensor in sensors().items():
         if sensor.from_camera or not sensor.defined_on(arm):
@@ -30,19 +30,16 @@ def _names(letter: str, arm: Arm) -> dict[str, tuple[str, str, str]]:
         for channel in sensor.channels(arm):
             own = f"{sensor.letter or kind}{channel_number(channel.name)}"
             words = f"{sensor.called or sensor.title} {channel_number(channel.name)}"
-            found[letter + own] = kind, words, rf"{letter}_{{{own}}}"
+            found[letter + own] = kind, words
     return found
 
 
 def each_channel(
-    letter: str, arm: Arm, make: Callable[[str, str, str], EffectParameter]
+    letter: str, arm: Arm, make: Callable[[str, str], EffectParameter]
 ) -> tuple[EffectParameter, ...]:
-    """One parameter per channel, `make(name, words for the channel, symbol)`."""
-    names = _names(letter, arm)
-    return tuple(
-        replace(make(name, words, symbol), separate=True)
-        for name, (_, words, symbol) in names.items()
-    )
+    """One parameter per channel, `make(name, words for the channel)`."""
+    names = _names(letter, arm).items()
+    return tuple(replace(make(name, words), separate=True) for name, (_, words) in names)
 
 
 def columns_of(letter: str, kind: str, values: Values) -> np.ndarray:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from core.arm.arm import Arm
+from core.arm.catalogue import symbol as symbol_of
+from core.arm.joints import joint
+from core.arm.joints.joint import Joint
 from core.effects.effect import EffectParameter, Values
 from core.forces.element import Element
 from core.parameters import Parameter
@@ -36,43 +39,58 @@ def sized(
     start: float,
     unit: str,
     title: str,
-    symbol: str,
     *,
+    lower: float | None = None,
+    upper: float | None = None,
     signed: bool = False,
-    largest: float = 1e3,
-    neutral: float = 0.0,
-    grid: Sequence[float] = (),
-    secondary: bool = False,
-) -> EffectParameter:
-    """A parameter with bounds that grow with its start; the sign is fixed unless `signed`.
-
-    `largest` times the start is the upper bound.
-    """
-    upper = largest * abs(start)
-    lower = -upper if signed else 0.0
-    parameter = Parameter(name, start, unit, lower, upper, symbol, title, scale=abs(start))
-    return EffectParameter(parameter, neutral, tuple(grid), secondary)
-
-
-def each_joint(arm: Arm, make: Callable[[int], EffectParameter]) -> tuple[EffectParameter, ...]:
-    """One parameter per joint, `make(k)` with k from 0."""
-    return tuple(make(k) for k in range(arm.joints))
-
-
-def positive(
-    name: str,
-    start: float,
-    unit: str,
-    title: str,
-    symbol: str,
-    *,
-    lower: float,
-    upper: float,
+    symbol: str = "",
     neutral: float = 0.0,
     grid: Sequence[float] = (),
     secondary: bool = False,
     finely: Sequence[float] = (),
 ) -> EffectParameter:
-    """A parameter with both bounds stated; the neutral value may lie outside them."""
-    parameter = Parameter(name, start, unit, lower, upper, symbol, title, scale=start)
+    """A parameter with its bounds, which the neutral value may lie outside of.
+
+    Without an upper bound it may grow to a thousand times its start; without a lower one the sign
+    is fixed unless `signed`. The symbol follows from the name where none is stated.
+    """
+    start = float(start)
+    most = 1e3 * abs(start) if upper is None else float(upper)
+    least = (-most if signed else 0.0) if lower is None else float(lower)
+    parameter = Parameter(
+        name, start, unit, least, most, symbol or symbol_of(name), title, scale=abs(start)
+    )
     return EffectParameter(parameter, neutral, tuple(grid), secondary, tuple(finely))
+
+
+Each = float | np.ndarray
+"""The same for every joint, or (joints,)."""
+
+
+def each_joint(
+    arm: Arm,
+    stem: str,
+    title: str,
+    unit: Callable[[Joint], str],
+    start: Each,
+    *,
+    lower: Each | None = None,
+    upper: Each | None = None,
+    neutral: Each = 0.0,
+    grid: np.ndarray | None = None,
+    **shape: Any,
+) -> tuple[EffectParameter, ...]:
+    """One parameter per joint: `stem` and its number, `{}` in the title; `grid` (joints, sizes)
+    and `shape` as for `sized`."""
+
+    def of(values: Each | None, k: int) -> Any:
+        return None if values is None else np.broadcast_to(values, arm.joints)[k].item()
+
+    return tuple(
+        sized(
+            f"{stem}{k + 1}", of(start, k), unit(joint(s.joint)), title.format(k + 1),
+            lower=of(lower, k), upper=of(upper, k), neutral=of(neutral, k),
+            grid=() if grid is None else grid[k].tolist(), **shape,
+        )
+        for k, s in enumerate(arm.segments)
+    )  # fmt: skip

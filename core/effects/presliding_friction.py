@@ -7,7 +7,7 @@ from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.bristle import WAY
 from core.effects.effect import Effect, EffectParameter
-from core.effects.per_joint import each_joint, positive
+from core.effects.per_joint import each_joint
 from core.effects.sizes import Sizes
 
 SHARES = (0.003, 0.01, 0.03, 0.1, 0.3)
@@ -47,17 +47,10 @@ class PreslidingFriction(Effect):
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def make(k: int) -> EffectParameter:
-            travel, unit = float(sizes.travel[k]), joint(arm.segments[k].joint).coordinate_unit
-            return positive(
-                f"{WAY}{k + 1}",
-                SHARES[1] * travel,
-                unit,
-                f"breakaway displacement of joint {k + 1}",
-                rf"z_{{s{k + 1}}}",
-                lower=SMALLEST * travel,
-                upper=max(LARGEST * travel, SOFTEST[unit]),
-                grid=[share * travel for share in SHARES],
-            )
-
-        return each_joint(arm, make)
+        softest = np.array([SOFTEST[joint(s.joint).coordinate_unit] for s in arm.segments])
+        return each_joint(
+            arm, WAY, "breakaway displacement of joint {}", lambda j: j.coordinate_unit,
+            SHARES[1] * sizes.travel, lower=SMALLEST * sizes.travel,
+            upper=np.maximum(LARGEST * sizes.travel, softest),
+            grid=np.outer(sizes.travel, SHARES),
+        )  # fmt: skip

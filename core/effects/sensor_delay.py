@@ -55,9 +55,9 @@ class SensorDelay(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         start = START * sizes.sample_time
 
-        def make(name: str, channel: str, symbol: str) -> EffectParameter:
-            title, most = f"delay of {channel}", LONGEST / START
-            return sized(name, start, "s", title, symbol, signed=True, largest=most)
+        def make(name: str, channel: str) -> EffectParameter:
+            most = LONGEST * sizes.sample_time
+            return sized(name, start, "s", f"delay of {channel}", signed=True, upper=most)
 
         return each_channel(NAME, arm, make)
 

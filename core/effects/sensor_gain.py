@@ -13,7 +13,7 @@ from core.effects.per_channel import (
     each_channel,
     nothing_to_see,
 )
-from core.effects.per_joint import positive
+from core.effects.per_joint import sized
 from core.effects.sizes import Sizes
 
 START = 0.05
@@ -57,9 +57,9 @@ class SensorGain(Effect):
         return compared_in(NAME, name, rig)
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def make(name: str, channel: str, symbol: str) -> EffectParameter:
+        def make(name: str, channel: str) -> EffectParameter:
             title = f"error of the scale of {channel}"
-            return positive(name, START, "", title, symbol, lower=LEAST, upper=MOST)
+            return sized(name, START, "", title, lower=LEAST, upper=MOST)
 
         return each_channel(NAME, arm, make)
 

@@ -41,7 +41,8 @@ class SensorLag(Effect):
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         start = START * sizes.sample_time
-        return (sized("ts", start, "s", "lag of the sensor", "t_s", largest=LONGEST / START),)
+        most = LONGEST * sizes.sample_time
+        return (sized("ts", start, "s", "lag of the sensor", upper=most),)
 
     def sensed(self, sensor: str, y: np.ndarray, dt: float, values: Values) -> np.ndarray:
         if not values["ts"] or not sensors()[sensor].slow:

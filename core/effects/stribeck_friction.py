@@ -8,7 +8,7 @@ from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.bristle import IDEALISED, bristle_law, bristles
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, positive, sized
+from core.effects.per_joint import each_joint
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import V
@@ -53,23 +53,19 @@ class StribeckFriction(Effect):
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def extra(k: int) -> EffectParameter:
-            unit = joint(arm.segments[k].joint).effort_unit
-            title = f"extra friction of joint {k + 1} at standstill"
-            start = SHARE * float(sizes.torque[k])
-            return sized(f"fb{k + 1}", start, unit, title, rf"f_{{b{k + 1}}}", largest=LARGEST)
-
-        def width(k: int) -> EffectParameter:
-            coordinate = joint(arm.segments[k].joint).coordinate_unit
-            narrowest = NARROWEST[coordinate]
-            grid = [max(share * float(sizes.speed[k]), narrowest) for share in SPEEDS]
-            title = f"Stribeck speed of joint {k + 1}"
-            return positive(
-                f"vs{k + 1}", grid[1], f"{coordinate}/s", title, rf"v_{{s{k + 1}}}",
-                lower=narrowest, upper=2.0 * grid[-1], neutral=grid[1], grid=grid, secondary=True,
-            )  # fmt: skip
-
-        return each_joint(arm, extra) + each_joint(arm, width)
+        start, title = SHARE * sizes.torque, "extra friction of joint {} at standstill"
+        narrowest = np.array([NARROWEST[joint(s.joint).coordinate_unit] for s in arm.segments])
+        grid = np.maximum(np.outer(sizes.speed, SPEEDS), narrowest[:, None])
+        return (
+            *each_joint(
+                arm, "fb", title, lambda j: j.effort_unit, start, upper=LARGEST * abs(start)
+            ),
+            *each_joint(
+                arm, "vs", "Stribeck speed of joint {}", lambda j: f"{j.coordinate_unit}/s",
+                grid[:, 1], lower=narrowest, upper=2.0 * grid[:, -1], neutral=grid[:, 1],
+                grid=grid, secondary=True,
+            ),
+        )  # fmt: skip
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         return bristles(arm, LAW, ("fb", "vs"), values)

@@ -4,10 +4,9 @@ import numpy as np
 import sympy as sp
 
 from core.arm.arm import Arm
-from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, joint_elements, sized
+from core.effects.per_joint import each_joint, joint_elements
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import joint_law
@@ -35,13 +34,8 @@ class TorqueOffset(Effect):
     acts_at = "drive"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def make(k: int) -> EffectParameter:
-            unit = joint(arm.segments[k].joint).effort_unit
-            start = SHARE * float(sizes.torque[k])
-            title = f"torque offset of joint {k + 1}"
-            return sized(f"to{k + 1}", start, unit, title, rf"t_{{o{k + 1}}}", signed=True)
-
-        return each_joint(arm, make)
+        start, title = SHARE * sizes.torque, "torque offset of joint {}"
+        return each_joint(arm, "to", title, lambda j: j.effort_unit, start, signed=True)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         return joint_elements(arm, LAW, ("to",), values)

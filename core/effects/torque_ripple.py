@@ -7,7 +7,7 @@ from core.arm.arm import Arm
 from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, joint_elements, positive, sized
+from core.effects.per_joint import each_joint, joint_elements, sized
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import X, joint_law
@@ -69,26 +69,22 @@ class TorqueRipple(Effect):
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def part(letter: str, wave: str, k: int) -> EffectParameter:
-            unit = joint(arm.segments[k].joint).effort_unit
-            start = SHARE * float(sizes.torque[k])
-            title = f"{wave} part of the torque ripple of joint {k + 1}"
-            name = f"r{letter}{k + 1}"
-            return sized(name, start, unit, title, rf"r_{{{letter}{k + 1}}}", signed=True)
+        def part(letter: str, wave: str) -> tuple[EffectParameter, ...]:
+            start, title = SHARE * sizes.torque, f"{wave} part of the torque ripple of joint {{}}"
+            return each_joint(arm, f"r{letter}", title, lambda j: j.effort_unit, start, signed=True)
 
         def order(k: int) -> EffectParameter:
             unit = joint(arm.segments[k].joint).coordinate_unit
             grid = visible_orders(ORDERS[unit], float(sizes.travel[k]))
             title = f"order of the torque ripple of joint {k + 1}"
-            return positive(
-                f"nr{k + 1}", grid[1], f"1/{unit}", title, rf"n_{{r{k + 1}}}",
-                lower=0.8 * grid[0], upper=2.0 * grid[-1], neutral=grid[1], grid=grid,
-                secondary=True, finely=every_order(grid, float(sizes.span[k])),
+            return sized(
+                f"nr{k + 1}", grid[1], f"1/{unit}", title, lower=0.8 * grid[0],
+                upper=2.0 * grid[-1], neutral=grid[1], grid=grid, secondary=True,
+                finely=every_order(grid, float(sizes.span[k])),
             )  # fmt: skip
 
-        cosines = each_joint(arm, lambda k: part("a", "cosine", k))
-        sines = each_joint(arm, lambda k: part("b", "sine", k))
-        return cosines + sines + each_joint(arm, order)
+        orders = tuple(order(k) for k in range(arm.joints))
+        return part("a", "cosine") + part("b", "sine") + orders
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         return joint_elements(arm, LAW, ("ra", "rb", "nr"), values)

@@ -4,10 +4,9 @@ import numpy as np
 import sympy as sp
 
 from core.arm.arm import Arm
-from core.arm.joints import joint
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, joint_elements, sized
+from core.effects.per_joint import each_joint, joint_elements
 from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import V, joint_law
@@ -35,14 +34,9 @@ class ViscousFriction(Effect):
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def make(k: int) -> EffectParameter:
-            kind = joint(arm.segments[k].joint)
-            unit = f"{kind.effort_unit} s/{kind.coordinate_unit}"
-            start = SHARE * float(sizes.torque[k] / sizes.speed[k])
-            title = f"viscous friction of joint {k + 1}"
-            return sized(f"fv{k + 1}", start, unit, title, rf"f_{{v{k + 1}}}")
-
-        return each_joint(arm, make)
+        start = SHARE * (sizes.torque / sizes.speed)
+        title = "viscous friction of joint {}"
+        return each_joint(arm, "fv", title, lambda j: j.damping_unit, start)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         return joint_elements(arm, LAW, ("fv",), values)

@@ -7,7 +7,7 @@ weigh it against the effects that FlexGUI knows.
 import sympy as sp
 
 import flexgui as fg
-from core.effects.per_joint import each_joint, joint_elements, sized
+from core.effects.per_joint import each_joint, joint_elements
 from core.forces.law import V, joint_law
 
 _C = sp.Symbol("c", nonnegative=True)
@@ -28,12 +28,8 @@ class OilBath(fg.Effect):
 
     def parameters(self, arm, drive, sizes):
         """One coefficient per joint, in N m s²/rad²."""
-
-        def make(k):
-            start = 0.1 * float(sizes.torque[k] / sizes.speed[k] ** 2)
-            return sized(f"oil{k + 1}", start, "N m s²/rad²", f"oil bath {k + 1}", f"c_{k + 1}")
-
-        return each_joint(arm, make)
+        start = 0.1 * sizes.torque / sizes.speed**2
+        return each_joint(arm, "oil", "oil bath {}", lambda j: "N m s²/rad²", start)
 
     def elements(self, arm, p, values):
         """The law at every joint."""

@@ -7,10 +7,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from core.effects.over_speed import OverSpeed
 from core.parameters import Parameter
 from core.progress import Progress
 from core.results import Diagnosis, LadderStep, Outcome, RankedEffect
+from flexgui.views.over_speed import OverSpeed
 
 
 @dataclass(frozen=True)

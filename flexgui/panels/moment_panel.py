@@ -7,7 +7,6 @@ axes what the effect has explained.
 from __future__ import annotations
 
 from core.effects import catalogue
-from core.effects.over_speed import OverSpeed
 from core.results import MissingTorque
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import inviting
@@ -23,6 +22,7 @@ from flexgui.views.moment import (
     residual_caption,
     worst_channel,
 )
+from flexgui.views.over_speed import OverSpeed
 
 CLOUD, EACH, RESIDUAL = 280.0, 190.0, 240.0
 """px: two joints stand side by side, more below one another; all beside a ladder on a usual

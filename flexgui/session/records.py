@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 import numpy as np
 
 import core.results
-from core.effects.over_speed import OverSpeed
 from core.errors import InputError
 from core.scenario.schema import Scenario
 from flexgui.jobs.looked import Looked
@@ -20,6 +19,7 @@ from flexgui.session.challenging import Challenge, Revealed
 from flexgui.session.edit import text_of
 from flexgui.session.judging import Guess, Judged, Judgement
 from flexgui.session.look import Look
+from flexgui.views.over_speed import OverSpeed
 
 TREE = "tree"
 """The name of the tree among the arrays."""

@@ -10,12 +10,12 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from core.effects.over_speed import OverSpeed
 from core.results import ErrorOver, MissingTorque
 from core.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import POINTS, Figure, axis, frame, short, styled, title, trace
 from flexgui.views.names import channel_symbol
+from flexgui.views.over_speed import OverSpeed
 
 HEIGHT_PER_JOINT = 260
 

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.effects.over_speed import OverSpeed
 from core.results import MissingTorque
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, frame, short
 from flexgui.views.missing_torque import missing_cloud
 from flexgui.views.names import channel_symbol, output_title
+from flexgui.views.over_speed import OverSpeed
 
 MORPH = {"morph": True}
 MARGIN = 0.08

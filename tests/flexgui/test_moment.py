@@ -9,13 +9,13 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from core.effects.over_speed import OverSpeed
 from core.results import LadderStep, MissingTorque
 from flexgui.panels.diagnose_panel import DiagnosePanel
 from flexgui.panels.moment_panel import Moment
 from flexgui.session.state import Cursor
 from flexgui.views.ladder import BAND, ladder
 from flexgui.views.moment import cloud_caption, moment_cloud, moment_residual, rms, worst_channel
+from flexgui.views.over_speed import OverSpeed
 
 SPEED = np.sin(np.linspace(0.0, 20.0, 200))
 

@@ -81,7 +81,7 @@ EFFECT = '''
 import sympy as sp
 
 from core.effects.effect import Effect
-from core.effects.per_joint import each_joint, joint_elements, sized
+from core.effects.per_joint import each_joint, joint_elements
 from core.forces.law import V, X, joint_law
 
 _K = sp.Symbol("k", nonnegative=True)
@@ -99,10 +99,7 @@ class ReturnSpring(Effect):
     acts_at = "joints"
 
     def parameters(self, arm, drive, sizes):
-        def make(k):
-            return sized(f"ks{k + 1}", 1.0, "N m/rad", f"return spring {k + 1}", f"k_{k + 1}")
-
-        return each_joint(arm, make)
+        return each_joint(arm, "ks", "return spring {}", lambda j: "N m/rad", 1.0)
 
     def elements(self, arm, p, values):
         return joint_elements(arm, LAW, ("ks",), values)
@@ -166,11 +163,11 @@ class LooseMass(Effect):
     acts_at = "tip"
 
     def parameters(self, arm, drive, sizes):
-        shaped = sized("wl", 50.0, "rad/s", "angular frequency of the loose mass", "w_l")
+        shaped = sized("wl", 50.0, "rad/s", "angular frequency of the loose mass")
         return (
-            sized("ml", 0.2, "kg", "loose mass", "m_l"),
+            sized("ml", 0.2, "kg", "loose mass"),
             EffectParameter(shaped.parameter, 50.0, secondary=True),
-            EffectParameter(sized("bl", 5.0, "1/s", "its damping", "b_l").parameter, 5.0,
+            EffectParameter(sized("bl", 5.0, "1/s", "its damping").parameter, 5.0,
                             secondary=True),
         )
 

@@ -29,6 +29,16 @@ class Joint(ABC):
     effort_unit = ""
     inertia_unit = ""
 
+    @property
+    def damping_unit(self) -> str:
+        """Of what brakes the joint in proportion to its speed."""
+        return f"{self.effort_unit} s/{self.coordinate_unit}"
+
+    @property
+    def compliance_unit(self) -> str:
+        """Of how far the joint gives way."""
+        return f"{self.coordinate_unit}/({self.effort_unit})"
+
     @abstractmethod
     def place(self, coordinate: sp.Symbol, axis_angle: sp.Symbol) -> Placement:
         """The placement as a function of the joint's coordinate."""

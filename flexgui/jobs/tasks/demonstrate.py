@@ -11,7 +11,6 @@ import numpy as np
 
 if TYPE_CHECKING:
     from core.effects.effect import Effect
-    from core.effects.over_speed import OverSpeed
     from core.identify.setup import Setup
     from core.model import Model
     from core.parameters import Parameter
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     from core.scenario.data_folder import Within
     from core.scenario.schema import Scenario
     from flexgui.jobs.looked import Demonstration
+    from flexgui.views.over_speed import OverSpeed
 
 SECONDS = 0.6
 """Of the stretch that is shown: some periods of the first bending mode of a usual arm."""
@@ -149,7 +149,7 @@ def _torques(
     bare: Model, grown: Model, plain: RecordingComparison, values: Mapping[str, float]
 ) -> tuple[OverSpeed, ...]:
     """Of the effect with those that it brings along, over the speeds of the motion."""
-    from core.effects.over_speed import over_speed
+    from flexgui.views.over_speed import over_speed
 
     have, motion = {e.kind for e in bare.effects}, plain.motion
     added = [e for e in grown.effects if e.kind not in have]

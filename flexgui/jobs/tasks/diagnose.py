@@ -14,7 +14,6 @@ from core.progress import Progress, Silent
 if TYPE_CHECKING:
     from core.diagnose.start import Begun
     from core.diagnose.state import Options, ToCome
-    from core.effects.over_speed import OverSpeed
     from core.identify.setup import Setup
     from core.model import Model
     from core.recording.recording import Recording
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from core.scenario.data_folder import Within
     from core.scenario.schema import IdentifySpec
     from flexgui.jobs.looked import Looked, PartialProgress
+    from flexgui.views.over_speed import OverSpeed
 
 
 LOOKED, COMPARED = "looked", "compared"
@@ -275,7 +275,7 @@ def laws_of(
     """For each recording, with the sizes that a refit has found; empty where the effect is no force
     law at the joints, is unknown to the catalogue, or was not refitted yet."""
     from core.effects import catalogue
-    from core.effects.over_speed import over_speed
+    from flexgui.views.over_speed import over_speed
 
     effect = catalogue().get(one.effect)
     if effect is None or not one.parameters or effect.acts_at not in ("joints", "drive"):

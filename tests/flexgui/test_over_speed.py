@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from core.effects import catalogue, effect, with_included
-from core.effects.over_speed import OverSpeed, over_speed
+from flexgui.views.over_speed import OverSpeed, over_speed
 from tests.effects.helpers import KINDS
 from tests.helpers import PAPER, looped
 
