@@ -222,7 +222,9 @@ def _diagnosis(outcome: Outcome) -> dict[str, Any] | None:
     maps = error_maps(found.given or outcome.comparisons, found.floors)
     return {
         "words": all_paragraphs(found),
-        **fields_of(found, "effects floors not_applicable"),
+        "effects": found.effects,
+        "floors": found.floors,
+        "not_applicable": found.not_applicable,
         "notes": (STOPPED,) if found.stopped else (),
         "rounds": [_round(one) for one in found.rounds],
         "worst": [fields_of(c, "recording channel axis axis_unit low high rms unit ratio")
