@@ -37,8 +37,6 @@ CUTS = (0.4, 0.25, 0.16, 0.1, 0.06, 0.04, 0.025, 0.016, 0.01)
 """Of the sample rate, from which the highest is taken at which an acceleration is clean."""
 DRY = 0.05
 """Of the rms speed, over which dry friction changes its sign."""
-ALIKE = 10.0
-"""Neighbouring errors are alike: one in so many is independent."""
 EDGE, MOST = 20, 3000
 """Samples left out at both ends, where a shifted channel has no values; rows of a regression."""
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from core.check.bending import ALIKE, SMALL, Bending, Shape
-from core.check.lagged import NEWTON, WORTH, Relation
+from core.check.bending import SMALL, Bending, Shape
+from core.check.lagged import NEWTON, WORTH, Relation, regressed
 from core.check.measured import Measured
 from core.model import Model
 from core.recording.channels import DRIVES, Role, role_of
@@ -20,7 +20,7 @@ from core.recording.channels import DRIVES, Role, role_of
 PART = 0.1
 """Of a torque's variance must a part have for its gain to say something."""
 SURE = 5.0
-"""Standard deviations must a gain be from zero; one error in ten is independent."""
+"""Standard deviations must a gain be from zero."""
 
 
 def gains(
@@ -43,13 +43,10 @@ def gains(
     for k, name in enumerate(names):
         y = links.held(links.channel(name))[inner]
         A = np.column_stack([parts[:, k], speed[:, k], dry[:, k], np.ones(len(speed))])[inner]
-        part, *_ = np.linalg.lstsq(A, y, rcond=None)
-        rest, total = y - A @ part, max(float(np.var(y)), 1e-300)
-        explained = 1.0 - float(np.var(rest)) / total
-        spread = np.sqrt(np.diag(np.linalg.pinv(A.T @ A)) * np.var(rest) * ALIKE)
+        part, errors, explained = regressed(A, y)
         for j in range(parts.shape[2]):
-            large = float(np.var(part[j] * A[:, j])) > PART * total
-            if large and abs(part[j]) > SURE * spread[j]:
+            large = float(np.var(part[j] * A[:, j])) > PART * float(np.var(y))
+            if large and abs(part[j]) > SURE * errors[j]:
                 made.append((name, f"theta{j + 1}", float(part[j]), explained))
     return made
 
@@ -74,8 +71,7 @@ def loops(found: Measured, shape: Shape) -> list[tuple[float, float, float]]:
     for k, name in enumerate(names):
         y = links.held(links.channel(name))[inner]
         A = np.column_stack([speed[:, k], torques[:, k], dry[:, k], np.ones(len(speed))])[inner]
-        part, *_ = np.linalg.lstsq(A, y, rcond=None)
-        explained = 1.0 - float(np.var(y - A @ part) / max(float(np.var(y)), 1e-300))
+        part, _, explained = regressed(A, y)
         made.append((float(part[0]), float(part[1]) * gains_[k], explained))
     return made
 
@@ -183,10 +179,9 @@ def _at_lag(columns: np.ndarray, y: np.ndarray, rows: int) -> tuple[float, float
     inner = slice(edge, len(y) - edge, max(len(y) // MOST_REGRESSED, 1))
     seen = np.roll(y, -rows)[inner]
     chosen = columns[inner]
-    part, *_ = np.linalg.lstsq(chosen, seen, rcond=None)
-    total = max(float(np.var(seen)), 1e-300)
-    explained = 1.0 - float(np.var(seen - chosen @ part)) / total
-    return explained, float(part[0]), float(np.var(part[0] * chosen[:, 0])) / total
+    part, _, explained = regressed(chosen, seen)
+    share = float(np.var(part[0] * chosen[:, 0])) / max(float(np.var(seen)), 1e-300)
+    return explained, float(part[0]), share
 
 
 def _vertex(tried: dict[int, float], top: int) -> float:

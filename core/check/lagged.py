@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -73,8 +74,11 @@ def compare(
     lag, explained = _best_lag(y, x, dt)
     if explained < 0.02:
         return Relation(output, inputs, 1.0, 0.0, 0.0, np.inf, explained, tolerance, x, dt)
-    gain, lag, drift, error, explained = _refined(y, x, lag, dt)
-    return Relation(output, inputs, gain, lag, drift, error, explained, tolerance, x, dt)
+    one = followed(y, [x], dt, lag, drifts=True)
+    return Relation(
+        output, inputs, float(one.gains[0]), float(one.lags[0]), one.drift, one.drift_error,
+        one.explained, tolerance, x, dt,
+    )  # fmt: skip
 
 
 SLOW = scipy.signal.butter(2, 0.2, output="sos")
@@ -82,8 +86,8 @@ SLOW = scipy.signal.butter(2, 0.2, output="sos")
 
 
 def smoothed(x: np.ndarray) -> np.ndarray:
-    """A signal (M,) from its first value on, without its fastest tenth."""
-    return np.asarray(scipy.signal.sosfiltfilt(SLOW, x - x[0])) if len(x) > 20 else x
+    """Signals (..., M) from their first values on, without their fastest tenth."""
+    return np.asarray(scipy.signal.sosfiltfilt(SLOW, x - x[..., :1])) if x.shape[-1] > 20 else x
 
 
 def _best_lag(y: np.ndarray, x: np.ndarray, dt: float) -> tuple[float, float]:
@@ -101,31 +105,73 @@ def _best_lag(y: np.ndarray, x: np.ndarray, dt: float) -> tuple[float, float]:
     return (k - most) * dt, float(around[k] / size) ** 2
 
 
-def _refined(
-    y: np.ndarray, x: np.ndarray, lag: float, dt: float
-) -> tuple[float, float, float, float, float]:
-    """(gain, lag, drift, its deviation, share explained) by Gauss-Newton on the moves."""
-    t = dt * np.arange(len(x))
-    drift = 0.0
-    xs, ys = smoothed(x), np.gradient(smoothed(y), dt)
-    rate = np.gradient(xs, dt)
-    gain, error, explained = 1.0, np.inf, 0.0
-    for _ in range(6):
-        when = t - lag - drift * (t - t[-1] / 2)
-        inside = (when >= t[0]) & (when <= t[-1])
-        p = np.interp(when, t, rate)
-        slope = np.gradient(p, dt)
-        columns = np.column_stack([p, -slope, -slope * (t - t[-1] / 2), np.ones_like(p)])[inside]
-        part, *_ = np.linalg.lstsq(columns, ys[inside], rcond=None)
-        rest = ys[inside] - columns @ part
-        explained = 1.0 - float(np.var(rest) / max(np.var(ys[inside]), 1e-300))
-        gain = float(part[0]) or 1.0
-        # Neighbouring rests are alike: as many are independent as the smoothing leaves.
-        spread = np.linalg.pinv(columns.T @ columns) * np.var(rest) * 10.0
-        error = float(np.sqrt(max(spread[2, 2], 0.0)) / abs(gain))
-        limit = 20.0 * dt
-        lag += float(np.clip(part[1] / gain, -limit, limit))
-        drift += float(np.clip(part[2] / gain, -0.02, 0.02))
-        if abs(lag) > 2 * LAGS:
+class Regressed(NamedTuple):
+    """A signal as a sum of others."""
+
+    part: np.ndarray
+    """(k,) of each"""
+    errors: np.ndarray
+    """(k,), their standard deviations"""
+    explained: float
+    """Share of its variance."""
+
+
+ALIKE = 10.0
+"""Neighbouring errors are alike: one in so many is independent."""
+
+
+def regressed(A: np.ndarray, y: np.ndarray) -> Regressed:
+    """y (M,) by columns A (M, k)."""
+    part, *_ = np.linalg.lstsq(A, y, rcond=None)
+    left = float(np.var(y - A @ part))
+    errors = np.sqrt(ALIKE * left * np.abs(np.diag(np.linalg.pinv(A.T @ A))))
+    return Regressed(part, errors, 1.0 - left / max(float(np.var(y)), 1e-300))
+
+
+class Followed(NamedTuple):
+    """How a signal follows others."""
+
+    gains: np.ndarray
+    """(k,) of each; none is zero"""
+    lags: np.ndarray
+    """(k,) s"""
+    drift: float
+    """s/s, of all lags"""
+    drift_error: float
+    """Its standard deviation, infinite where it was not asked for."""
+    explained: float
+    """Share of the variance of its moves."""
+    shares: np.ndarray
+    """(k,), that of each by itself"""
+
+
+def followed(
+    y: np.ndarray, parts: Sequence[np.ndarray], dt: float, lag: float, drifts: bool = False
+) -> Followed:
+    """Gauss-Newton on the moves of y (M,), with the gain and the lag of each part (M,) free.
+
+    Args:
+        dt: s
+        lag: s, to begin with.
+        drifts: Whether the lags may change with time.
+    """
+    t, k = dt * np.arange(len(y)), len(parts)
+    ys, rates = (np.gradient(smoothed(each), dt, axis=-1) for each in (y, np.array(parts)))
+    middle, lags, drift, error = t - t[-1] / 2, np.full(k, lag), 0.0, np.inf
+    for _ in range(8):
+        when = t - lags[:, None] - drift * middle
+        inside = np.all((when >= t[0]) & (when <= t[-1]), axis=0)
+        moved = np.array([np.interp(a, t, rate) for a, rate in zip(when, rates, strict=True)])
+        slopes = -np.gradient(moved, dt, axis=1)
+        growing = [middle * slopes.sum(axis=0)] if drifts else []
+        A = np.vstack([moved, slopes, *growing, np.ones_like(t)]).T[inside]
+        fit = regressed(A, ys[inside])
+        gains = np.where(fit.part[:k] == 0.0, 1.0, fit.part[:k])
+        lags = lags + np.clip(fit.part[k : 2 * k] / gains, -20.0 * dt, 20.0 * dt)
+        if drifts:
+            drift += float(np.clip(fit.part[2 * k] / gains[0], -0.02, 0.02))
+            error = float(fit.errors[2 * k] / abs(gains[0]))
+        if np.any(np.abs(lags) > 2 * LAGS):
             break
-    return gain, lag, drift, error, explained
+    shares = np.var(gains[:, None] * moved, axis=1) / max(float(np.var(ys)), 1e-300)
+    return Followed(gains, lags, drift, error, fit.explained, shares)

@@ -14,7 +14,8 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from core.check.bending import ALIKE, LIGHT, Bending, Shape
+from core.check.bending import LIGHT, Bending, Shape
+from core.check.lagged import ALIKE
 from core.check.measured import Measured, lattice_step
 from core.least_squares import GOOD_ENOUGH, Descended, Limits, descend, normal_equations
 from core.recording.channels import DRIVES, Role, is_reference, role_of

@@ -13,7 +13,7 @@ import numpy as np
 
 from core.check.bending import Shape
 from core.check.inverse import torque_relations
-from core.check.lagged import DIRECT, LAGS, LOOP, WORTH, Relation, compare, smoothed
+from core.check.lagged import DIRECT, LOOP, WORTH, Relation, compare, followed
 from core.check.measured import Measured
 from core.model import Model
 from core.recording.channels import Role, is_reference, role_of
@@ -37,14 +37,14 @@ def relations(
         quick: Leaves out what each reference does by itself.
         shape: The links as the recordings show them.
     """
-    made = [*_followed(found)]
+    made = [*_servos(found)]
     if found.model is not None:
         made += _loop(found, found.model, quick)
         made += torque_relations(found, found.model, shape)
     return tuple(made)
 
 
-def _followed(found: Measured) -> list[Relation]:
+def _servos(found: Measured) -> list[Relation]:
     made = []
     for output in found.names("theta#", "i#"):
         given = f"{output}_ref"
@@ -128,31 +128,15 @@ def _by_reference(
     lag: float,
 ) -> list[Relation]:  # fmt: skip
     """The gain of each reference in a channel, together."""
-    ys = np.gradient(smoothed(y), dt)
-    rates = [np.gradient(smoothed(p), dt) for p in parts]
-    t = dt * np.arange(len(ys))
-    lags = np.full(len(parts), lag)
-    for _ in range(8):
-        moved = [np.interp(t - lag, t, rate) for lag, rate in zip(lags, rates, strict=True)]
-        slopes = [-np.gradient(m, dt) for m in moved]
-        A = np.column_stack([*moved, *slopes, np.ones_like(ys)])
-        part, *_ = np.linalg.lstsq(A, ys, rcond=None)
-        gains = part[: len(parts)]
-        late = part[len(parts) : -1] / np.where(gains == 0, 1.0, gains)
-        lags = np.clip(lags + np.clip(late, -5 * dt, 5 * dt), -LAGS, LAGS)
-    total = max(float(np.var(ys)), 1e-300)
-    explained = 1.0 - float(np.var(ys - A @ part)) / total
-    made = []
-    for k, reference in enumerate(references):
-        share = float(np.var(gains[k] * moved[k])) / total
-        if share > 0.1 and explained > WORTH:
-            made.append(
-                Relation(
-                    name, (reference,), float(gains[k]), float(lags[k]), 0.0, np.inf, explained,
-                    LOOP, parts[k], step=dt,
-                )
-            )  # fmt: skip
-    return made
+    one = followed(y, parts, dt, lag)
+    return [
+        Relation(name, (reference,), float(gain), float(late), 0.0, np.inf, one.explained, LOOP,
+                 part, step=dt)
+        for reference, gain, late, share, part in zip(
+            references, one.gains, one.lags, one.shares, parts, strict=True
+        )
+        if share > 0.1 and one.explained > WORTH
+    ]  # fmt: skip
 
 
 def _posture(found: Measured, model: Model) -> np.ndarray | None:

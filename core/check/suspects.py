@@ -37,8 +37,6 @@ MAINLY = 0.5
 """Share of what is missing in a channel that a lag may leave: the cause of it explains the most."""
 COMMAND = 0.1
 """In ln: of two causes as good as each other the sensor's comes first; programs write commands."""
-PLACES = ("theta1", "theta2", "theta3", "theta1_ref", "theta2_ref", "theta3_ref")
-CAMERA = ("z1", "z2")
 
 
 @dataclass(frozen=True)
@@ -178,7 +176,10 @@ def _names(entries: Sequence[_Entry], channel: str) -> str:
 
 def _factors(entries: Sequence[_Entry]) -> tuple[Suspect, ...]:
     groups: list[tuple[str, ...]] = [(name,) for name in _channels(entries)]
-    whole = [tuple(n for n in _channels(entries) if n in kind) for kind in (PLACES, CAMERA)]
+    whole = [
+        tuple(n for n in _channels(entries) if role_of(n) is role)
+        for role in (Role.PLACE, Role.TIP)
+    ]
     groups += [g for g in whole if len(g) > 1]
     best: tuple[float, tuple[str, ...], float] | None = None
     for group in groups:
@@ -231,7 +232,8 @@ def _delays(
     known = [e for e in entries if e.relation.explained > WORTH and np.isfinite(lag(e))]
     sure = [e for e in known if e.relation.explained > least]
     found: list[Suspect] = []
-    groups: list[tuple[str, ...]] = [CAMERA, *((name,) for name in _channels(sure))]
+    names = _channels(sure)
+    groups = [tuple(n for n in names if role_of(n) is Role.TIP), *((name,) for name in names)]
     for group in groups:
         touched = _touching(sure, group)
         if not touched or any(s.channel in group for s in found):

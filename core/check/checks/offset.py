@@ -8,7 +8,6 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
-from core.recording.channels import Role, role_of
 
 SHARE = 0.25
 """Of the channel's own spread: a real drive's current is off by less (0.1 of it at most)."""
@@ -27,16 +26,8 @@ class Offset(Check):
             if not found.has(given) or name in wrong or given in wrong:
                 continue
             a, b = found.even(given), found.even(name)
-            shift = (
-                float(np.median(b) - np.median(a))
-                if role_of(name) is Role.CURRENT
-                else _at_rest(a, b)
-            )
+            # A lag behind a reference cancels in it over forward and back.
+            shift = float(np.median(b - a))
             if abs(shift) > SHARE * float(np.std(b)) and abs(float(np.corrcoef(a, b)[0, 1])) > 0.5:
                 sentence = f"{name} is {shift:.4g} above {given} on average"
                 yield case.finding(self.kind, name, shift, "SI", sentence)
-
-
-def _at_rest(a: np.ndarray, b: np.ndarray) -> float:
-    """The median difference: a lag behind a reference cancels in it over forward and back."""
-    return float(np.median(b - a))

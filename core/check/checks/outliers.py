@@ -8,7 +8,7 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import Check, Finding
-from core.recording.channels import is_reference
+from core.recording.channels import Role, is_reference, role_of
 
 FAR = 8.0
 """Times what nearly all samples stand out by at most; white noise stays below four."""
@@ -16,9 +16,8 @@ OF_SPREAD = 0.5
 """Of the channel's standard deviation: in recordings of real drives, currents stand out by 0.3."""
 MOST = 0.03
 """Of the samples; more are no outliers."""
-PLACES = ("theta", "z")
-"""Channels of places, which inertia keeps from standing out anywhere: as many samples as MOST may
-be outliers."""
+PLACES = (Role.PLACE, Role.TIP)
+"""Which inertia keeps from standing out anywhere: as many samples as MOST may be outliers."""
 JUMPING = 0.01
 """Of the samples of all other channels: a velocity loop's torque stands out wherever its reference
 jumps, in two of a hundred samples (scenarios/mujoco), and is held against these."""
@@ -38,7 +37,7 @@ class Outliers(Check):
             good = np.flatnonzero(np.isfinite(values))
             if len(good) < 50:
                 continue
-            bad = far_out(values[good], MOST if name.startswith(PLACES) else JUMPING)
+            bad = far_out(values[good], MOST if role_of(name) in PLACES else JUMPING)
             if 0 < bad.sum() <= MOST * len(good):
                 times = found.time[good][bad]
                 count = int(bad.sum())
