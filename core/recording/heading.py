@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from core.errors import InputError
 from core.recording.channels import is_channel
-from core.recording.table import is_number
+from core.recording.table import check_distinct, is_number
 from core.written import is_unit, parse_header
 
 DELIMITERS = ",;\t"
@@ -142,10 +142,7 @@ def _square(cell: str) -> str:
 def _with_units(file: str, cells: list[str], units: list[str]) -> tuple[list[str], dict[str, str]]:
     if all(map(is_number, cells)):
         raise InputError(f"{file} has no header line; write the columns' names in line 1.")
-    given = [name for name in cells if name]
-    if len(set(given)) < len(given):
-        doubled = next(name for k, name in enumerate(given) if name in given[:k])
-        raise InputError(f"{file} has two columns {doubled}; rename or remove one.")
+    check_distinct(file, [name for name in cells if name])
     names = []
     for k, cell in enumerate(cells):
         name = _square(cell) or f"column {k + 1}"

@@ -165,17 +165,12 @@ def _onto(group: Group, base: Group) -> tuple[dict[str, np.ndarray], list[str]]:
     time = group.time[order]
     moved, ways = {}, set()
     for header, values in group.columns.items():
-        if values.dtype.kind not in "iufb":
-            continue
-        way = _way(header)
-        moved[header] = way(time, values[order].astype(float), base.time)
-        ways.add(_WORDS[way])
-    if not moved:
-        return moved, []
-    verb = " and ".join(sorted(ways))
-    return moved, [
-        f"{group.name} has a clock of its own: {few(list(moved))} put on that of t, {verb}."
-    ]
+        if values.dtype.kind in "iufb":
+            way, words = _way(header)
+            moved[header] = way(time, values[order].astype(float), base.time)
+            ways.add(words)
+    said = f"{group.name} has a clock of its own: {few(list(moved))} put on that of t, "
+    return moved, [f"{said}{' and '.join(sorted(ways))}."] if moved else []
 
 
 def _nearest(time: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarray:
@@ -201,18 +196,14 @@ def _held(time: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarra
 
 _Way = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """(times, values, wanted times) -> values there."""
-_WORDS: dict[_Way, str] = {
-    _nearest: "each sample in the nearest row",
-    _linear: "linearly",
-    _held: "held",
-}
 
 
-def _way(header: str) -> _Way:
-    name = parse_header(_channel_header(header))[0]
-    if name and channel_kind(name).sparse:
-        return _nearest
-    return _held if is_reference(name) else _linear
+def _way(header: str) -> tuple[_Way, str]:
+    """How a column is put on another clock, and in words."""
+    if _sparse(header):
+        return _nearest, "each sample in the nearest row"
+    held = is_reference(parse_header(_channel_header(header))[0])
+    return (_held, "held") if held else (_linear, "linearly")
 
 
 def _inside(columns: Mapping[str, np.ndarray], groups: Sequence[Group], time: np.ndarray) -> slice:

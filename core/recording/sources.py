@@ -10,7 +10,7 @@ import numpy as np
 from core.errors import InputError
 from core.recording.channels import channel_kind, is_channel
 from core.recording.spec import RecordingSpec
-from core.recording.table import Table, number
+from core.recording.table import Table, is_number, number
 from core.sentences import did_you_mean, few
 from core.written import factor_to_si, parse_header
 
@@ -35,14 +35,7 @@ def _is_numeric(column: np.ndarray) -> bool:
     """Whether any cell is a number; a slip among numbers has a sentence of its own."""
     if column.dtype != object:
         return bool(np.isfinite(column).any())
-    return any(_is_number(cell) for cell in column)
-
-
-def _is_number(cell: object) -> bool:
-    try:
-        return bool(np.isfinite(number(cell)))
-    except (TypeError, ValueError, OverflowError):
-        return False
+    return any(is_number(cell) and np.isfinite(number(cell)) for cell in column)
 
 
 def find_sources(table: Table, spec: RecordingSpec, units: Mapping[str, str]) -> dict[str, Source]:

@@ -8,7 +8,7 @@ import io
 import logging
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
@@ -83,6 +83,13 @@ class Table:
                     f"{self.source}: column {header} {cell_fault(cell, self.row(index))}"
                 ) from None
         return values
+
+
+def check_distinct(source: str, names: Sequence[str]) -> None:
+    """InputError where two columns have one name."""
+    doubled = next((name for k, name in enumerate(names) if name in names[:k]), None)
+    if doubled is not None:
+        raise InputError(f"{source} has two columns {doubled}; rename or remove one.")
 
 
 def row_name(index: int, first_line: int | None) -> str:

@@ -20,7 +20,6 @@ UNITS = "units"
 """A struct (group) of this name may give units: units.theta1 = 'deg'."""
 MOST_OBJECTS = 10_000
 """Groups and data sets of one file; the fullest logs have some hundreds."""
-DEEPEST = 20
 _HIDDEN = "#"
 """MATLAB keeps what cells refer to under such names."""
 
@@ -63,28 +62,24 @@ def _groups(file: File, reading: Reading) -> tuple[list[Group], dict[str, str]]:
 
 
 def _data_sets(file: File) -> dict[str, dict[str, Dataset]]:
-    """Group's path -> name -> data set, without following links to other files."""
+    """Group's path -> name -> data set; links, which may lead to other files, are not visited."""
     import h5py
 
     places: dict[str, dict[str, Dataset]] = {}
-    waiting: list[tuple[str, Any, int]] = [("", file, 0)]
-    seen = 0
-    while waiting:
-        place, group, depth = waiting.pop(0)
-        for name in group:
-            seen += 1
-            if seen > MOST_OBJECTS or depth > DEEPEST:
-                raise ValueError(f"it has more than {MOST_OBJECTS:,} groups and data sets")
-            link = group.get(name, getlink=True)
-            if not isinstance(link, h5py.HardLink) or name.startswith(_HIDDEN):
-                continue
-            found = group[name]
-            if isinstance(found, h5py.Dataset):
-                # No external storage: a file must not name others of this machine.
-                if found.external is None and not found.is_virtual and found.shape is not None:
-                    places.setdefault(place, {})[name] = found
-            elif isinstance(found, h5py.Group):
-                waiting.append((f"{place}/{name}" if place else name, found, depth + 1))
+    seen: set[str] = set()
+
+    def visit(path: str, found: Any) -> None:
+        seen.add(path)
+        if len(seen) > MOST_OBJECTS:
+            raise ValueError(f"it has more than {MOST_OBJECTS:,} groups and data sets")
+        place, _, name = path.rpartition("/")
+        if not isinstance(found, h5py.Dataset) or f"/{_HIDDEN}" in f"/{path}":
+            return
+        # No external storage: a file must not name others of this machine.
+        if found.external is None and not found.is_virtual and found.shape is not None:
+            places.setdefault(place, {})[name] = found
+
+    file.visititems(visit)
     return places
 
 

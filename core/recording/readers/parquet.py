@@ -13,7 +13,7 @@ import numpy as np
 
 from core.errors import InputError
 from core.recording.signals import by_length, merged
-from core.recording.table import WIDEST, Reading, Table, TableReader
+from core.recording.table import WIDEST, Reading, Table, TableReader, check_distinct
 
 _INDEX = "__index_level_"
 """pandas stores the row numbers of a frame under such names; they are no measurement."""
@@ -78,9 +78,7 @@ def _columns(
 
 def _names(path: Path, stored: Sequence[str]) -> list[str]:
     names = [name for name in stored if not name.startswith(_INDEX)]
-    if len(set(names)) < len(names):
-        doubled = next(name for k, name in enumerate(names) if name in names[:k])
-        raise InputError(f"{path.name} has two columns {doubled}; rename or remove one.")
+    check_distinct(path.name, names)
     if not names:
         raise InputError(f"{path.name} has no samples; give a table with samples.")
     return names
