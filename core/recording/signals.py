@@ -169,8 +169,8 @@ def _onto(group: Group, base: Group) -> tuple[dict[str, np.ndarray], list[str]]:
             way, words = _way(header)
             moved[header] = way(time, values[order].astype(float), base.time)
             ways.add(words)
-    said = f"{group.name} has a clock of its own: {few(list(moved))} put on that of t, "
-    return moved, [f"{said}{' and '.join(sorted(ways))}."] if moved else []
+    message = f"{group.name} has a clock of its own: {few(list(moved))} put on that of t, "
+    return moved, [f"{message}{' and '.join(sorted(ways))}."] if moved else []
 
 
 def _nearest(time: np.ndarray, values: np.ndarray, wanted: np.ndarray) -> np.ndarray:

@@ -68,7 +68,7 @@ def _data_sets(file: File) -> dict[str, dict[str, Dataset]]:
     places: dict[str, dict[str, Dataset]] = {}
     seen: set[str] = set()
 
-    def visit(path: str, found: Any) -> None:
+    def note(path: str, found: Any) -> None:
         seen.add(path)
         if len(seen) > MOST_OBJECTS:
             raise ValueError(f"it has more than {MOST_OBJECTS:,} groups and data sets")
@@ -79,7 +79,7 @@ def _data_sets(file: File) -> dict[str, dict[str, Dataset]]:
         if found.external is None and not found.is_virtual and found.shape is not None:
             places.setdefault(place, {})[name] = found
 
-    file.visititems(visit)
+    file.visititems(note)
     return places
 
 
