@@ -1,161 +1,16 @@
-"""Numbers, units and channels as people write them, in sentences and in the headings of files."""
+"""Units as people write them in the headings of files."""
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from core.errors import InputError
 
 if TYPE_CHECKING:
     from pint import UnitRegistry
-
-
-SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-LARGE, SMALL = 1e6, 1e-3
-"""Outside these sizes a number is written with a power of ten."""
-
-
-def format_value(value: float, std: float, unit: str = "") -> str:
-    """'520.83 ± 0.02 N m²': the value, rounded to its standard deviation.
-
-    The deviation keeps one digit, or two where the first is a 1; the value at least two of its own,
-    so that one that is hardly known is still read as it is. Without a finite deviation the value
-    keeps four digits and no '±' is claimed.
-    """
-    if not math.isfinite(value):
-        return "–"
-    if not math.isfinite(std) or std <= 0.0:
-        return with_unit(format_number(value), unit)
-    power = _power(max(abs(value), std))
-    text = f"{_rounded(value / 10**power, std / 10**power)}"
-    return with_unit(f"({text}) × 10{str(power).translate(SUPERSCRIPTS)}" if power else text, unit)
-
-
-def _rounded(value: float, std: float) -> str:
-    """'value ± std' in fixed notation with the digits of `format_value`."""
-    exponent = math.floor(math.log10(std))
-    first = round(std / 10.0**exponent, 1)
-    decimals = -exponent + (1 if first < 2.0 else 0)
-    own = 1 - math.floor(math.log10(abs(value))) if value else decimals
-    own = min(max(own, decimals), decimals + MOST_BEYOND)
-    return f"{_to_decimals(value, own)} ± {_to_decimals(std, decimals)}"
-
-
-MOST_BEYOND = 3
-"""Digits of a value beyond those of its deviation: a millionth of it is nought."""
-
-
-def _to_decimals(x: float, decimals: int) -> str:
-    """In fixed notation; to tens, hundreds, … where `decimals` are negative."""
-    step = 10.0 ** max(-decimals, 0)
-    return f"{round(x / step) * step if step > 1.0 else x:.{max(decimals, 0)}f}"
-
-
-def _power(size: float) -> int:
-    """The power of ten to write apart, 0 for ordinary sizes."""
-    return 0 if SMALL <= size < LARGE else math.floor(math.log10(size))
-
-
-def format_number(value: float, digits: int = 4, keep_zeros: bool = False) -> str:
-    """A number with `digits` significant digits, '–' where there is none.
-
-    `keep_zeros` writes 9.70 instead of 9.7, so that a column of results stands in line.
-    """
-    if not math.isfinite(value):
-        return "–" if math.isnan(value) else ("∞" if value > 0 else "−∞")
-    if value == 0.0:
-        return "0"
-    power = _power(abs(value))
-    if power:
-        exponent = str(power).translate(SUPERSCRIPTS)
-        return f"{value / 10.0**power:.{digits - 1}f} × 10{exponent}".replace("-", "−")
-    decimals = max(digits - 1 - math.floor(math.log10(abs(value))), 0)
-    text = f"{value:.{decimals}f}"
-    if "." in text and not keep_zeros:
-        text = text.rstrip("0").rstrip(".")
-    return text.replace("-", "−")
-
-
-def with_unit(text: str, unit: str) -> str:
-    """The text and its unit with a space that does not break."""
-    return f"{text}\N{NO-BREAK SPACE}{unit}" if unit else text
-
-
-LARGER = {"Pa": ((1e8, 1e-9, "GPa"), (1e5, 1e-6, "MPa")), "N": ((1e4, 1e-3, "kN"),)}
-"""Unit -> (from this size on, factor, shown unit)."""
-
-SMALLER = {
-    "m": (0.2, 1e3, "mm"),
-    "m/s": (0.02, 1e3, "mm/s"),
-    "rad": (0.02, 1e3, "mrad"),
-    "rad/s": (0.02, 1e3, "mrad/s"),
-    "N m": (0.02, 1e3, "mN m"),
-    "s": (0.2, 1e3, "ms"),
-}
-"""Unit -> (below this size, factor, shown unit)."""
-
-
-@dataclass(frozen=True)
-class ShownUnit:
-    """A number in the unit of the results times `factor` is the number in `name`."""
-
-    factor: float
-    name: str
-
-    def label(self, what: str) -> str:
-        """An axis title such as 'θ1 [mrad]'."""
-        return f"{what} [{self.name or '–'}]"
-
-
-def shown_unit(values: float | np.ndarray, unit: str) -> ShownUnit:
-    """The unit to show `values` in, by their largest finite size."""
-    sizes = np.abs(np.atleast_1d(np.asarray(values, dtype=float)))
-    sizes = sizes[np.isfinite(sizes)]
-    largest = float(sizes.max()) if sizes.size else 0.0
-    for limit, factor, name in LARGER.get(unit, ()):
-        if largest >= limit:
-            return ShownUnit(factor, name)
-    limit, factor, name = SMALLER.get(unit, (0.0, 1.0, unit))
-    if 0.0 < largest < limit:
-        return ShownUnit(factor, name)
-    return ShownUnit(1.0, unit)
-
-
-def quantity(value: float, unit: str, digits: int = 3) -> str:
-    """A size in a unit that suits it: '0.21 mm'."""
-    if not math.isfinite(value):
-        return "–"
-    shown = shown_unit(value, unit)
-    return with_unit(format_number(value * shown.factor, digits, keep_zeros=True), shown.name)
-
-
-SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
-DOT = "\N{COMBINING DOT ABOVE}"
-BAR = "\N{COMBINING MACRON}"
-
-STEMS = {
-    "theta": "θ", "dtheta": "θ" + DOT, "y": "y", "ydot": "y" + BAR, "z": "z", "zdot": "z" + DOT,
-    "u": "u", "i": "i", "deflection": "δ", "torque": "u", "epsilon": "ε",
-}  # fmt: skip
-
-
-def split_name(name: str) -> tuple[str, str]:
-    """'theta12' -> ('theta', '12')."""
-    found = re.fullmatch(r"(.*?)_?(\d*)", name)
-    return (found[1], found[2]) if found else (name, "")
-
-
-def channel_symbol(channel: str) -> str:
-    """'ydot1' -> 'ȳ₁'; an unknown channel keeps its name."""
-    stem, number = split_name(channel)
-    return STEMS[stem] + number.translate(SUBSCRIPTS) if stem in STEMS else channel
 
 
 _HEADER = re.compile(r"^(?P<name>[^\[\]]*)\[(?P<unit>[^\[\]]*)\]$")

@@ -49,7 +49,7 @@ from core.scenario.schema import (
 )
 from core.sensors import sensors
 from core.sentences import first_sentence
-from core.written import format_number
+from flexgui.sentences.written import format_number
 from flexgui.views.of_recording import recording_views
 
 FILE = "docs/scenario.md"

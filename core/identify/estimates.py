@@ -17,7 +17,6 @@ from core.identify.uncertainty import covariance
 from core.identify.unknowns import Unknowns
 from core.model import Model
 from core.results import Estimate, Fit, Generation
-from core.written import format_number, with_unit
 
 UNSEEN = 1e-12
 """Of the outputs' sum of squares: a cost that no measurement shows. A valley's direction is
@@ -110,9 +109,10 @@ def first_estimate(unknowns: Unknowns, vector: np.ndarray) -> str:
     """Where the first descent ended, in words."""
     pairs = zip(unknowns.items, vector, strict=True)
     shown = [
-        f"{item.label} = {with_unit(format_number(float(value)), item.parameter.unit)}"
-        for item, value in pairs if item.searched
-    ]  # fmt: skip
+        f"{item.label} = {value:.4g} {item.parameter.unit}".strip()
+        for item, value in pairs
+        if item.searched
+    ]
     more = f" and {len(shown) - SHOWN} more" if len(shown) > SHOWN else ""
     return f"first estimate: {', '.join(shown[:SHOWN])}{more}"
 

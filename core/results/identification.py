@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.written import format_value, shown_unit
-
 
 @dataclass(frozen=True)
 class Estimate:
@@ -34,17 +32,6 @@ class Estimate:
         wide = self.std > abs(self.value)
         free = not self.identifiable and (wide or self.at_bound)
         return bool(self.value) and bool(free or (wide and self.lower >= 0.0))
-
-    @property
-    def text(self) -> str:
-        """'520.83 ± 0.02 N m²', 'not determined (at its bound 0.8 GPa)'; without a deviation where
-        the data leave it free."""
-        unit = shown_unit(self.value, self.unit)
-        if self.undetermined:
-            where = "at its bound " if self.at_bound else ""
-            value = format_value(self.value * unit.factor, 0.0, unit.name)
-            return f"not determined ({where}{value})"
-        return format_value(self.value * unit.factor, self.std * unit.factor, unit.name)
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 
 from core.results import Outcome, PresentEffect
-from core.written import format_number
 from flexgui import __version__
+from flexgui.sentences.written import format_number
 
 WIDTH = 92
 """Characters in a line of a header."""

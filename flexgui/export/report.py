@@ -13,13 +13,13 @@ from markupsafe import Markup
 
 from core.diagnose.maps import error_maps
 from core.results import Outcome, RecordingComparison
-from core.written import format_number, quantity, shown_unit, with_unit
 from flexgui import __version__
 from flexgui.export.report_motion import Motion
 from flexgui.export.report_plot import Plot, packed_plotly, plot
 from flexgui.export.report_sections import diagnosis_block, glance
 from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.notes import notes
+from flexgui.sentences.written import format_number, quantity, shown_unit, with_unit
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence
 from flexgui.views.fit_table import (

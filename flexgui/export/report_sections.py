@@ -15,12 +15,12 @@ from markupsafe import Markup
 from core.diagnose.maps import error_maps
 from core.effects import catalogue
 from core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
-from core.written import format_number
 from flexgui import __version__
 from flexgui.export.report_plot import Plot, plot
 from flexgui.sentences.experiments import experiment_title
 from flexgui.sentences.ranked import in_order, round_sentence
 from flexgui.sentences.verdict import all_paragraphs
+from flexgui.sentences.written import format_number
 from flexgui.views.error_map import error_map, worst_table
 from flexgui.views.fit_table import fit_bars
 from flexgui.views.headline import final_comparisons, verdict_now

@@ -14,13 +14,13 @@ from core.effects.own import states, targets
 from core.errors import InputError
 from core.results import ABOVE, NOTHING, RankedEffect
 from core.scenario.stated_effects import base_model
-from core.written import format_number
 from flexgui.jobs.looked import Looked
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext
 from flexgui.panels.widgets import Words, joined, paragraph
 from flexgui.sentences.figures import percent
 from flexgui.sentences.ranked import ORDER, nesting, tie, worth_listing
+from flexgui.sentences.written import format_number
 from flexgui.session.effects import present
 from flexgui.views.demonstration import glimpse, picture
 from flexgui.views.html import mathml

@@ -9,13 +9,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from core.results import ChannelComparison, RecordingComparison
-from core.written import quantity
 from flexgui.panels import widgets
 from flexgui.panels.failing_panel import Failing
 from flexgui.panels.panel import Panel
 from flexgui.panels.plot_panel import Plot
 from flexgui.panels.tour import to_diagnosis
 from flexgui.panels.widgets import Words, joined, paragraph
+from flexgui.sentences.written import quantity
 from flexgui.session import Topic
 from flexgui.views.comparison import live_comparison
 from flexgui.views.fit_table import FIT_IS, ROLES, fit_table, live_fit

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from core.results import ErrorMaps, MissingTorque, RecordingComparison, WorstCell
-from core.written import format_number
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext
 from flexgui.panels.plot_panel import Plot
 from flexgui.panels.widgets import Words, paragraph
 from flexgui.sentences.figures import FLOOR_IS
+from flexgui.sentences.written import format_number
 from flexgui.views.error_map import place
 from flexgui.views.missing_torque import missing_cloud, missing_curve
 from flexgui.views.names import output_title

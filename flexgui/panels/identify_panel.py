@@ -13,11 +13,11 @@ from core.parameters import Parameter
 from core.results import Outcome, Repeated
 from core.scenario.stated_effects import base_model
 from core.sensors import sensors
-from core.written import ShownUnit, shown_unit
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext, Panel
 from flexgui.panels.plot_panel import Plot
 from flexgui.panels.widgets import Rebuilt, Words, joined, paragraph
+from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.session import Topic
 from flexgui.session.edit import Document, put
 from flexgui.session.run_state import (

@@ -10,8 +10,8 @@ from core.recording.channels import channel_kind
 from core.recording.spec import SimulateSpec
 from core.results import PlannedExperiment
 from core.sentences import listed
-from core.written import format_number, quantity
 from flexgui.sentences.figures import VERY_STRONG
+from flexgui.sentences.written import format_number, quantity
 
 if TYPE_CHECKING:
     from core.experiments.design import Candidate, Design, Deviation

@@ -15,7 +15,7 @@ from core.results import (
     Remains,
 )
 from core.sentences import listed
-from core.written import channel_symbol, format_number, quantity
+from flexgui.sentences.written import channel_symbol, estimate_text, format_number, quantity
 
 VERY_STRONG, STRONG, POSITIVE = 10.0, 6.0, 2.0
 """Differences of BIC and what they are called (Kass & Raftery 1995)."""
@@ -96,7 +96,7 @@ def how_big(sizes: Sequence[Estimate]) -> str:
 
 def _size(e: Estimate) -> str:
     beside = " (at its bound)" if e.at_bound and not e.undetermined else ""
-    return f"{e.title or e.name} is {e.text}{beside}"
+    return f"{e.title or e.name} is {estimate_text(e)}{beside}"
 
 
 COMPLETE = "The ±\N{NO-BREAK SPACE}values hold only if the model is complete."

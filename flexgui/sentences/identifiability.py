@@ -11,7 +11,7 @@ from core.identify.identifiability import ALIKE, INVOLVED, TOGETHER, identified
 from core.identify.unknowns import MARK, START
 from core.results import Fit, Valley
 from core.sentences import listed
-from core.written import SUPERSCRIPTS
+from flexgui.sentences.written import SUPERSCRIPTS
 
 LARGEST_DENOMINATOR = 6
 EXPONENT_TOLERANCE = 0.02

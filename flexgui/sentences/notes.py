@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from core.results import LevelChoice, Outcome, Repeated
-from core.written import format_number
+from flexgui.sentences.written import format_number
 
 
 def notes(outcome: Outcome) -> tuple[str, ...]:

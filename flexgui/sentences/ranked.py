@@ -15,9 +15,9 @@ from core.results import (
     Reason,
 )
 from core.sentences import listed
-from core.written import format_number, quantity
 from flexgui.sentences.experiments import experiment_sentence
 from flexgui.sentences.figures import evidence, percent, times
+from flexgui.sentences.written import estimate_text, format_number, quantity
 
 LEAST_SHARE = 0.05
 """Per cent of the error: less is written as 0.0 and explains nothing."""
@@ -70,7 +70,7 @@ def tie(ranked: RankedEffect) -> str:
     """'cannot be distinguished from m1, which would go from 95 kg to 190.0 ± 0.2 kg'; empty where
     it can."""
     moved = [
-        f"{e.name}, which would go from {quantity(e.start, e.unit, 4)} to {e.text}"
+        f"{e.name}, which would go from {quantity(e.start, e.unit, 4)} to {estimate_text(e)}"
         for e in ranked.tied_to
     ]
     return f"cannot be distinguished from {listed(moved)}" if moved else ""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from core.sentences import listed
-from core.written import format_number
+from flexgui.sentences.written import format_number
 
 if TYPE_CHECKING:
     from core.montecarlo.summary import BaselineRow

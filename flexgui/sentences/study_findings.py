@@ -24,8 +24,8 @@ from core.montecarlo.planning import Planning
 from core.montecarlo.printed import Numbers
 from core.montecarlo.summary import LEVELS, BiasSource, Summary, Validation
 from core.sentences import listed
-from core.written import format_number
 from flexgui.sentences.study_baselines import about_baselines, plus, snr
+from flexgui.sentences.written import format_number
 
 Finding = tuple[str, str]
 """Heading and paragraph."""

@@ -16,7 +16,6 @@ from core.results import (
     RankedEffect,
 )
 from core.sentences import first_sentence, listed
-from core.written import format_number
 from flexgui.sentences.figures import (
     COMPLETE,
     FLOOR_IS,
@@ -34,6 +33,7 @@ from flexgui.sentences.figures import (
     vibration,
 )
 from flexgui.sentences.ranked import Finding, refitted, round_sentence, what_else
+from flexgui.sentences.written import format_number
 
 FLOOR = f"the noise floor. {FLOOR_IS}"
 STOPPED = "The search was stopped before it was complete."

@@ -13,7 +13,8 @@ from core.effects import catalogue, effect, with_included
 from core.effects.sizes import typical
 from core.errors import InputError
 from core.parameters import Parameter
-from core.written import factor_to_si, format_number, shown_unit
+from core.written import factor_to_si
+from flexgui.sentences.written import format_number, shown_unit
 
 NONE_GUESSED = "nothing"
 NONE_TITLE = "nothing is hidden"

@@ -21,10 +21,10 @@ from core.results import (
     RecordingComparison,
 )
 from core.scenario.schema import Scenario
-from core.written import format_number
 from flexgui.jobs.looked import Looked
 from flexgui.sentences.figures import fell, times
 from flexgui.sentences.verdict import verdict_paragraphs
+from flexgui.sentences.written import format_number
 
 
 @dataclass(frozen=True)

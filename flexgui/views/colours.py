@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from core.written import split_name
+from flexgui.sentences.written import split_name
 
 MEASURED = "#3d7fd1"
 MODEL = "#d9730d"

@@ -10,7 +10,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from core.results import ChannelComparison, RecordingComparison
-from core.written import ShownUnit, shown_unit
+from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import POINTS, Figure, axis, frame, short, trace
 from flexgui.views.names import channel_symbol

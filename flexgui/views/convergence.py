@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from core.results import Fit, Generation
-from core.written import format_number, shown_unit, with_unit
+from flexgui.sentences.written import format_number, shown_unit, with_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, ax, dots, figure, line, styled
 from flexgui.views.names import plain_symbol, typeset

@@ -10,7 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from core.parameters import Parameter
-from core.written import ShownUnit, format_number, shown_unit
+from flexgui.sentences.written import ShownUnit, format_number, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, frame, short, trace
 from flexgui.views.names import channel_symbol, output_title, typeset

@@ -10,7 +10,7 @@ import numpy as np
 
 from core.simulate.modes import Mode, integrators
 from core.simulate.response import FrequencyResponse, Port, StepResponse
-from core.written import ShownUnit, format_number, shown_unit, split_name
+from flexgui.sentences.written import ShownUnit, format_number, shown_unit, split_name
 from flexgui.views import colours
 from flexgui.views.layout import Figure, dots, small_axis, small_figure
 from flexgui.views.names import TITLES, channel_symbol

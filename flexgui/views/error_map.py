@@ -12,7 +12,7 @@ from plotly.subplots import make_subplots
 
 from core.recording.channels import Role, role_of
 from core.results import ChannelComparison, ErrorMap, RecordingComparison, WorstCell
-from core.written import format_number, quantity
+from flexgui.sentences.written import format_number, quantity
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.names import channel_symbol

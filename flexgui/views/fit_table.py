@@ -9,7 +9,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from core.results import ChannelComparison, Outcome, RecordingComparison
-from core.written import format_number, quantity
+from flexgui.sentences.written import format_number, quantity
 from flexgui.views.colours import channel_colour, channel_edge
 from flexgui.views.layout import Figure, ax, figure, styled
 from flexgui.views.names import channel_symbol, format_percent

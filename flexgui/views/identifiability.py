@@ -8,8 +8,8 @@ import numpy as np
 import plotly.graph_objects as go
 
 from core.results import Estimate, Fit, Valley
-from core.written import ShownUnit, shown_unit
 from flexgui.sentences.identifiability import invariant
+from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.names import is_of_a_start, plain_symbol

@@ -9,8 +9,8 @@ import numpy as np
 import plotly.graph_objects as go
 
 from core.results import Diagnosis, LadderStep
-from core.written import format_number, quantity
 from flexgui.sentences.figures import LEFT_BY_ALL, unseen_rms
+from flexgui.sentences.written import estimate_text, format_number, quantity
 from flexgui.views import colours
 from flexgui.views.headline import COMPLETE
 from flexgui.views.layout import styled
@@ -183,6 +183,6 @@ def sizes_table(diagnosis: Diagnosis) -> Table | None:
     columns = [Column("Model")] + [Column(plain_symbol(e.symbol, n)) for n, e in known.items()]
     rows = []
     for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):
-        mine = {e.name: e.text for e in step.parameters}
+        mine = {e.name: estimate_text(e) for e in step.parameters}
         rows.append(Row((label, *(mine.get(name, "") for name in known))))
     return Table(tuple(columns), tuple(rows), COMPLETE)

@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from core.results import ErrorOver, MissingTorque
-from core.written import ShownUnit, shown_unit
+from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import POINTS, Figure, axis, frame, short, styled, title, trace
 from flexgui.views.names import channel_symbol

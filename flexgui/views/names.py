@@ -8,13 +8,11 @@ from functools import lru_cache
 
 from markupsafe import Markup, escape
 
-from core import written
 from core.identify.unknowns import START
 from core.recording.channels import channel_kind, is_channel
 from core.results import Estimate
-from core.written import DOT, SUBSCRIPTS, split_name
-
-SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+from flexgui.sentences import written
+from flexgui.sentences.written import DOT, SUBSCRIPTS, SUPERSCRIPTS, split_name
 
 GREEK = {
     "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "varepsilon": "ε", "epsilon": "ε",

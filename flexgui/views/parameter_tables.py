@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from core.montecarlo.printed import GLOCAL, LABELS, MEAN, SNR_20, SNR_NONE, WORKING_POINTS
 from core.results import Estimate, Fit, Outcome, Repeated
-from core.written import ShownUnit, format_number, shown_unit, with_unit
+from flexgui.sentences.written import ShownUnit, estimate_text, format_number, shown_unit, with_unit
 from flexgui.views.headline import (
     BIASED,
     COMPLETE,
@@ -116,7 +116,7 @@ def _cells(estimate: Estimate, derived: bool) -> tuple[str, ...]:
     unit = shown_unit(estimate.value, estimate.unit)
     return (
         typeset(estimate.symbol, estimate.name) + (" (follows)" if derived else ""),
-        estimate.text,
+        estimate_text(estimate),
         interval(estimate, unit),
         with_unit(format_number(estimate.start * unit.factor), unit.name)
         if np.isfinite(estimate.start)
@@ -128,7 +128,7 @@ def _cells(estimate: Estimate, derived: bool) -> tuple[str, ...]:
 
 def equation(estimate: Estimate) -> Markup:
     """'EI₁ = 520.83 ± 0.02 N m²', for HTML."""
-    return equals(typeset(estimate.symbol, estimate.name), estimate.text)
+    return equals(typeset(estimate.symbol, estimate.name), estimate_text(estimate))
 
 
 def interval(estimate: Estimate, unit: ShownUnit) -> str:

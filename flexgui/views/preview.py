@@ -13,7 +13,7 @@ from markupsafe import Markup
 from core.check.finding import Finding
 from core.recording.channels import channel_kind, is_channel, joint_of
 from core.recording.recording import Recording
-from core.written import ShownUnit, shown_unit
+from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, frame, short, trace
 from flexgui.views.names import channel_symbol

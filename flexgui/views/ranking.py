@@ -8,8 +8,8 @@ import plotly.graph_objects as go
 from markupsafe import Markup
 
 from core.results import RankedEffect
-from core.written import format_number
 from flexgui.sentences.ranked import ORDER, nesting, tie, worth_listing
+from flexgui.sentences.written import estimate_text, format_number
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.names import equals, plain_symbol, typeset
@@ -117,12 +117,16 @@ def _beside(ranked: RankedEffect, titles: dict[str, str], best: str) -> str:
 
 def sizes(ranked: RankedEffect) -> str:
     """'f_c1 = 1.201 ± 0.001 N m, ...' for plain text."""
-    return ", ".join(f"{plain_symbol(e.symbol, e.name)} = {e.text}" for e in ranked.parameters)
+    return ", ".join(
+        f"{plain_symbol(e.symbol, e.name)} = {estimate_text(e)}" for e in ranked.parameters
+    )
 
 
 def typeset_sizes(ranked: RankedEffect) -> Markup:
     """The same with subscripts, for HTML."""
-    return Markup(", ").join(equals(typeset(e.symbol, e.name), e.text) for e in ranked.parameters)
+    return Markup(", ").join(
+        equals(typeset(e.symbol, e.name), estimate_text(e)) for e in ranked.parameters
+    )
 
 
 def _share(percent: float | None) -> str:

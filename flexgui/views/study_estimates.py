@@ -22,8 +22,8 @@ from core.montecarlo.estimates import (
     pooled,
 )
 from core.montecarlo.printed import stiffness
-from core.written import format_number
 from flexgui.sentences.study_baselines import snr
+from flexgui.sentences.written import format_number
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.table import Column, Row, Table

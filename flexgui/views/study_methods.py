@@ -14,8 +14,8 @@ from core.montecarlo.estimates import EstimateTable, comparable, implied_bias
 from core.montecarlo.planning import Candidate, Planning
 from core.montecarlo.printed import FITS, LOCALS
 from core.montecarlo.summary import LEVELS, BaselineRow, BiasSource, Validation
-from core.written import format_number
 from flexgui.sentences.study_baselines import conclusions, result_words, snr
+from flexgui.sentences.written import format_number
 from flexgui.views import colours
 from flexgui.views.layout import styled
 from flexgui.views.names import format_percent

@@ -11,9 +11,9 @@ from core.identify.unknowns import START
 from core.results import Estimate, Fit, Outcome, RecordingComparison
 from core.results.comparison import DIAGNOSIS_FIT
 from core.sentences import listed
-from core.written import quantity, split_name
 from flexgui.sentences.figures import times
 from flexgui.sentences.identifiability import invariant
+from flexgui.sentences.written import quantity, split_name
 from flexgui.views.fit_table import FIT_IS
 from flexgui.views.headline import (
     BIASED,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.results import DescriptorModel
-from core.written import format_number
+from flexgui.sentences.written import format_number
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from pathlib import Path
 import flexgui as fg
 from core.results import Diagnosis, Estimate, LadderStep
 from core.study.challenge import TRUTH_FILE, make_challenge, opened, truth_in_words
-from core.written import format_number
 from flexgui.sentences.identifiability import identifiability_sentences
+from flexgui.sentences.written import format_number
 
 ROOT = Path(__file__).resolve().parents[2]
 FILE = ROOT / "docs" / "teaching" / "answers.md"

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from core.results import Estimate
-from core.written import format_number, format_value, shown_unit
 from flexgui.export.export_files import _rounded
+from flexgui.sentences.written import estimate_text, format_number, format_value, shown_unit
 from flexgui.views.names import channel_symbol, output_title, plain_symbol, typeset
 from flexgui.views.parameter_tables import short_parameters
 from flexgui.views.table import Column, Row, Table
@@ -53,7 +53,7 @@ def test_a_value_is_rounded_to_its_deviation(
     ],
 )  # fmt: skip
 def test_a_deviation_above_the_value_is_no_estimate(estimate: Estimate, text: str) -> None:
-    assert estimate.text.replace("\N{NO-BREAK SPACE}", " ") == text
+    assert estimate_text(estimate).replace("\N{NO-BREAK SPACE}", " ") == text
 
 
 @pytest.mark.parametrize(("std", "said"), [(1e-3, False), (math.nan, True)])

@@ -15,10 +15,10 @@ import pytest
 from core.diagnose.maps import error_maps
 from core.scenario.read import parse_scenario, scenario_toml
 from core.scenario.stated_effects import base_model
-from core.written import format_number
 from flexgui.jobs import JobPool
 from flexgui.jobs.looked import Looked
 from flexgui.sentences.verdict import verdict_paragraphs
+from flexgui.sentences.written import format_number
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
 from flexgui.session.effects import own_parameters, own_place, present
