@@ -24,7 +24,7 @@ _COMMAND = (
     "from core.simulate.{} import {} as kernel; kernel.compiled"
 )
 _KERNELS = (
-    ("rosenbrock", "integrate"), ("pieces", "piecewise"), ("lpv", "respond"),
+    ("rosenbrock", "integrate"), ("pieces", "piecewise"), ("linear", "respond_lanes"),
     ("followed", "followed"),
 )  # fmt: skip
 """Module and name of what a first result needs, the longest to compile first."""

@@ -45,7 +45,7 @@ HALVES = (
     + COMPILED.format("core.simulate.rosenbrock", "integrate")
     + ARMS.format(0),
     COMPILED.format("core.simulate.followed", "followed")
-    + COMPILED.format("core.simulate.lpv", "respond")
+    + COMPILED.format("core.simulate.linear", "respond_lanes")
     + COMPILED.format("core.simulate.pieces", "piecewise")
     + ARMS.format(1),
 )

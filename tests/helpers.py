@@ -13,7 +13,7 @@ from core.drives.law import DriveLaw
 from core.drives.velocity_loop import VelocityLoop
 from core.lanes.wide import LANES
 from core.model import Model, Numbers
-from core.simulate import closed
+from core.simulate import discrete
 from core.simulate.motion import Task, at_rest
 
 PAPER = presets()["paper"]
@@ -133,12 +133,12 @@ def state_matrices(
     n, ns, nr = model.arm.coordinates, law.states, law.references
     names = ("R", "P", "V", "S", "Fs", "Fq", "Fv", "Fr")
     laws = tuple(np.ascontiguousarray(getattr(law, name)[None], dtype=float) for name in names)
-    work = closed.work_arrays(n, ns, nr)
+    work = discrete.work_arrays(n, ns, nr)
     q = straight(joints, model.arm)
     for lane in range(LANES):
-        closed.place(model.compiled.dynamics, model.compiled.linear, p, q, laws, 0, lane, work)
+        discrete.place(model.compiled.dynamics, model.compiled.linear, p, q, laws, 0, lane, work)
     columns = 2 * n + ns + nr
-    closed.solve(work[5], n, work[6], columns)
+    discrete.solve(work[5], n, work[6], columns)
     rows = work[6].reshape(n + ns, columns, LANES)[:, :, 0]
     A = np.vstack([np.eye(n, 2 * n + ns, k=n), rows[:, : 2 * n + ns]])
     return A, np.vstack([np.zeros((n, nr)), rows[:, 2 * n + ns :]])

@@ -18,8 +18,8 @@ from core.check.measured import Measured
 from core.model import Model
 from core.recording.channels import Role, is_reference, role_of
 from core.sensors import sensors
+from core.simulate.many import run
 from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import run
 from core.trajectory import Trajectory
 
 SUBSTEPS = 8

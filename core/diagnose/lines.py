@@ -18,8 +18,7 @@ import numpy as np
 from core.diagnose.data import Hypothesis
 from core.diagnose.repetition import FEWEST_CYCLES, inputs_of, period
 from core.identify.prepared import Prepared
-from core.simulate.modes import vibration_modes
-from core.simulate.posture import posture
+from core.simulate.posture import posture, vibration_modes
 
 CHANCE = 1e-4
 """That white noise shows a spectral line as high: below it, it is one."""

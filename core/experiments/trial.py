@@ -14,8 +14,8 @@ from core.experiments.allowed import Allowed
 from core.model import Model
 from core.recording.spec import SimulateSpec
 from core.simulate.experiment import make_task
+from core.simulate.many import run
 from core.simulate.motion import Task
-from core.simulate.nonlinear import run
 from core.trajectory import Trajectory
 
 FORMS: tuple[tuple[str, Mapping[str, Any]], ...] = (

@@ -25,8 +25,8 @@ from core.identify.prescribed import is_prescribed
 from core.model import Model, Numbers
 from core.recent import Recent
 from core.simulate.elements import call_element
+from core.simulate.many import law_arrays
 from core.simulate.motion import Task
-from core.simulate.nonlinear import law_arrays
 from core.trajectory import Trajectory
 
 FINER = 4

@@ -24,9 +24,8 @@ from core.lanes.wide import LANES
 from core.model import Model
 from core.progress import heeded, heeding, look
 from core.simulate.followed import followed
-from core.simulate.holds import Pieces, cut, pieces
 from core.simulate.linear import interleave
-from core.simulate.pieces import STORE, piecewise
+from core.simulate.pieces import STORE, Pieces, cut, pieces, piecewise
 from core.simulate.postures import Nodes
 
 T = TypeVar("T")

@@ -22,9 +22,9 @@ from core.model import Model, Numbers
 from core.processors import WORKERS
 from core.recording.recording import Recording
 from core.simulate.linear import respond
-from core.simulate.many import Job, run_many, run_many_extrapolated, simulate_many
+from core.simulate.many import Job, run_many
 from core.simulate.motion import Task
-from core.simulate.nonlinear import LEAST_GAIN, MOST_SUBSTEPS
+from core.simulate.nonlinear import LEAST_GAIN, MOST_SUBSTEPS, run_many_extrapolated, simulate_many
 from core.trajectory import Trajectory
 
 One = TypeVar("One")

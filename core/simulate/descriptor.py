@@ -1,10 +1,12 @@
 """The identified LPV descriptor model in affine terms, for reading and for export.
 
-E(kappa) x' = A(kappa) x + B r, y = C x + D r with x = [q, q', s] and the drive closed, (6-12).
+E(kappa) x' = A(kappa) x + B r, y = C x + D r with x = [q, q', s] and the drive closed, (6-12). A
+slider changes numbers, not the structure, so the terms are kept as compiled expressions of p.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable
 from functools import cache
 
@@ -22,35 +24,33 @@ from core.sensors import sensors
 
 def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
     """Affine terms at given numbers; the basis functions are readable text."""
-    straight = straight_arm(Structure.of(model.arm))
     p, law = numbers.p, numbers.law
     n, ns = model.arm.coordinates, law.states
-    mass = _evaluated("mass", straight, p)
-    basis = list(mass)
-    E_terms = [_block_mass(mass[b], n, ns, constant=b == "1") for b in basis]
-    gravity = _gravity_terms(straight, p)
-    rest = _evaluated("bending", straight, p)["1"]
-    damping = _evaluated("damping", straight, p)["1"]
-    K, D = linear_matrices(numbers.elements, np.zeros(n))
-    A_terms = {"1": _constant_part(rest + K, damping + D, law, n, ns)}
-    for name, K in gravity.items():
-        if np.any(K):
-            term = A_terms.setdefault(name, np.zeros_like(A_terms["1"]))
-            term[n : 2 * n, :n] -= K
+    straight = straight_arm(Structure.of(model.arm))
+    mass = _evaluated(straight, _mass, p)
+    at_rest, weight = p.copy(), _weight(model)
+    at_rest[weight] = 0.0
+    K, D = model.compiled.linear_matrices(np.zeros(n), at_rest)
+    K_extra, D_extra = linear_matrices(numbers.elements, np.zeros(n))
+    A_terms = {"1": _constant_part(K + K_extra, D + D_extra, law, n, ns)}
+    if np.any(p[weight]):
+        for name, part in _evaluated(straight, _gravity, p).items():
+            if np.any(part):
+                term = A_terms.setdefault(name, np.zeros_like(A_terms["1"]))
+                term[n : 2 * n, :n] -= part
     B = np.zeros((2 * n + ns, law.references))
-    B[n : n + model.arm.joints] = law.R
-    B[2 * n :] = law.Fr
-    outputs, C, D = _outputs(model, numbers)
+    B[n : n + model.arm.joints], B[2 * n :] = law.R, law.Fr
+    outputs, C, direct = _outputs(model, numbers)
     names = model.arm.coordinate_names
     return DescriptorModel(
-        basis=tuple(basis),
-        E_terms=np.array(E_terms),
+        basis=tuple(mass),
+        E_terms=np.array([_block_mass(m, n, ns, constant=b == "1") for b, m in mass.items()]),
         A_basis=tuple(A_terms),
         A_terms=np.array(list(A_terms.values())),
         B=B,
         outputs=outputs,
         C=C,
-        D=D,
+        D=direct,
         states=(*names, *(f"d{q}" for q in names), *(f"s{i + 1}" for i in range(ns))),
         inputs=_inputs(model, law.references),
     )
@@ -58,10 +58,12 @@ def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
 
 def prepare_descriptor(model: Model) -> None:
     """Works out what depends on the arm's structure alone; it is kept."""
-    straight = straight_arm(Structure.of(model.arm))
-    for which in ("mass", "bending", "damping"):
-        _functions(which, straight)
-    _gravity_terms(straight, model.numbers().p)
+    descriptor(model, model.numbers())
+
+
+def _weight(model: Model) -> slice:
+    """Where p has gravity."""
+    return slice(gravity_slot(model.arm.joints, 0), gravity_slot(model.arm.joints, 2))
 
 
 def _inputs(model: Model, count: int) -> tuple[str, ...]:
@@ -73,48 +75,39 @@ def _inputs(model: Model, count: int) -> tuple[str, ...]:
     return (*names, *followed)[:count]
 
 
-def _gravity_terms(straight: StraightArm, p: np.ndarray) -> dict[str, np.ndarray]:
-    """K's terms that depend on the posture; none where there is no gravity."""
-    joints = straight.kinematics.structure.segments
-    if not np.any(p[gravity_slot(joints, 0) : gravity_slot(joints, 2)]):
-        return {}
-    return _evaluated("gravity", straight, p)
+def _mass(straight: StraightArm) -> Terms:
+    return straight.mass_terms
 
 
-_TERMS: dict[str, Callable[[StraightArm], Terms]] = {
-    "mass": lambda straight: straight.mass_terms,
-    "bending": lambda straight: {sp.Integer(1): straight.bending},
-    "damping": lambda straight: {sp.Integer(1): straight.damping},
-    "gravity": lambda straight: _split(straight.gravity_stiffness),
-}
+def _gravity(straight: StraightArm) -> Terms:
+    """Of -dF/dq."""
+    return _split(straight.gravity_stiffness)
 
 
 @cache
-def _functions(
-    which: str, straight: StraightArm
-) -> list[tuple[sp.Expr, Callable[[list[float]], list[list[float]]]]]:
-    """Basis function and its matrix as a function of p; made once for a structure."""
-    return [
-        (basis, sp.lambdify([straight.symbols.p], matrix, "numpy"))
-        for basis, matrix in _TERMS[which](straight).items()
-    ]
+def _prepared(
+    straight: StraightArm, which: Callable[[StraightArm], Terms]
+) -> tuple[list[sp.Expr], Callable[..., list[np.ndarray]]]:
+    """Basis functions, and one compiled function of p for all their matrices."""
+    terms = which(straight)
+    flat = [list(matrix) for matrix in terms.values()]
+    return list(terms), sp.lambdify(straight.symbols.p, flat, modules="numpy", cse=True)
 
 
-def _evaluated(which: str, straight: StraightArm, p: np.ndarray) -> dict[str, np.ndarray]:
-    """Numbers in place of the arm's symbols; the joint coordinates stay in the basis."""
-    values = dict(zip(straight.symbols.p, (float(x) for x in p), strict=True))
-    joints = set(straight.symbols.theta)
-    found: dict[str, np.ndarray] = {}
+def _evaluated(
+    straight: StraightArm, which: Callable[[StraightArm], Terms], p: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Basis function as text -> (n, n); '1' stands first."""
+    bases, evaluate = _prepared(straight, which)
+    numbers = dict(zip(straight.symbols.p, (float(x) for x in p), strict=True))
     n = straight.kinematics.structure.coordinates
-    for basis, function in _functions(which, straight):
-        shown = basis.subs({s: v for s, v in values.items() if s not in joints})
-        numeric = np.asarray(function(p.tolist()), dtype=float)
-        factor = 1.0
-        if not shown.free_symbols:
-            factor, shown = float(shown), sp.Integer(1)
-        found[str(shown)] = found.get(str(shown), np.zeros((n, n))) + factor * numeric
-    found.setdefault("1", np.zeros((n, n)))
-    return {"1": found.pop("1"), **found}
+    found: dict[str, np.ndarray] = defaultdict(lambda: np.zeros((n, n)))
+    for basis, flat in zip(bases, evaluate(*numbers.values()), strict=True):
+        # Only the directions of slides are parameters in a basis.
+        shown = basis.subs({s: x for s, x in numbers.items() if s in basis.free_symbols})
+        text, factor = (str(shown), 1.0) if shown.free_symbols else ("1", float(shown))
+        found[text] = found[text] + factor * np.array(flat, dtype=float).reshape(n, n)
+    return {"1": found.pop("1", np.zeros((n, n))), **found}
 
 
 def _split(matrix: sp.Matrix) -> Terms:

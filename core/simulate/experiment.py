@@ -18,7 +18,6 @@ from core.sensors.sensor import Sensor
 from core.simulate.linear import respond
 from core.simulate.motion import Task, at_rest
 from core.simulate.nonlinear import simulate_within
-from core.simulate.sweep import half_cosine_rate
 from core.trajectory import Trajectory
 
 
@@ -135,6 +134,14 @@ def _add_sweep(signal, channels, spec, time, schedule, name):  # type: ignore[no
     path = np.repeat(schedule, len(time), axis=0)
     path[:, 1] = start + np.cumsum(rate) * spec.sample_time - rate * spec.sample_time
     return signal, path
+
+
+def half_cosine_rate(start: float, stop: float, samples: int, dt: float) -> np.ndarray:
+    """(samples,) velocity of the smooth move start -> stop over the whole recording:
+    theta(t) = start + (stop - start) (1 - cos(pi t / T)) / 2."""
+    T = samples * dt
+    t = np.arange(samples) * dt + dt / 2.0  # the mean velocity over each held sample
+    return (stop - start) * np.pi / (2.0 * T) * np.sin(np.pi * t / T)
 
 
 def read_sensors(

@@ -19,9 +19,16 @@ from core.arm.signatures import OPTIONS, cube, dynamics_at, kernel, linear_at, m
 from core.lanes.functions import INLINE
 from core.lanes.rows import dot1, dot4, dot8, dot12, put_rows
 from core.lanes.wide import LANES
-from core.simulate.closed import discretised, place, start, work_arrays
-from core.simulate.lanes import aligned, write_outputs, write_step
-from core.simulate.lpv import LAWS
+from core.simulate.discrete import (
+    LAWS,
+    aligned,
+    discretised,
+    place,
+    start,
+    work_arrays,
+    write_outputs,
+    write_step,
+)
 
 TOGETHER = 2
 """Systems that advance in turns: each sample waits for the one before, and while one system waits

@@ -1,4 +1,4 @@
-"""Many simulations with a fixed number of steps at once, LANES of them side by side."""
+"""Simulations with a fixed number of steps, alone or LANES of them side by side."""
 
 from __future__ import annotations
 
@@ -10,24 +10,14 @@ import numpy as np
 
 from core.arm.arm import Structure
 from core.arm.compiled import compile_wide_arm
+from core.drives.law import DriveLaw
 from core.forces.compiled import compile_wide_law
 from core.forces.element import ElementArrays
 from core.lanes.wide import LANES
 from core.model import Model, Numbers
 from core.progress import heed, heeded
-from core.simulate.motion import Task, full_start
-from core.simulate.nonlinear import (
-    FEWEST_SUBSTEPS,
-    MOST_SUBSTEPS,
-    Simulated,
-    difference,
-    extrapolated,
-    law_arrays,
-    run,
-    torque_difference,
-)
-from core.simulate.rosenbrock import implicit_parts, integrate_lanes
-from core.simulate.stretches import stretches
+from core.simulate.motion import Task, full_start, stretches
+from core.simulate.rosenbrock import implicit_parts, integrate, integrate_lanes
 from core.trajectory import Trajectory
 
 WEAK_PIVOT = 1e-7
@@ -56,6 +46,44 @@ class Job:
         return self.numbers.packed(self.model.arm.coordinates)
 
 
+def law_arrays(law: DriveLaw) -> tuple[np.ndarray, ...]:
+    """The law's arrays as compiled code takes them."""
+    parts = (law.R, law.P, law.V, law.S, law.Fs, law.Fq, law.Fv, law.Fr, law.limit)
+    return tuple(np.ascontiguousarray(part, dtype=float) for part in parts)
+
+
+def flat(arrays: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+    """The arrays' numbers, row by row."""
+    return tuple(array.ravel() for array in arrays)
+
+
+def run(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
+    """One pass with a fixed number of steps per sample."""
+    p, law = numbers.p, numbers.law
+    n = model.arm.coordinates
+    arrays = law_arrays(law)
+    K, D = model.compiled.linear_matrices(task.start[:n], p)
+    dt = task.sample_time
+    parts = implicit_parts(K, D, arrays, dt / substeps)
+    references = np.ascontiguousarray(task.references, dtype=float)
+    elements, start = numbers.packed(n), full_start(task, numbers)
+    states = np.empty((len(references), len(start)))
+    torque = np.empty((len(references), len(law.R)))
+    limited = bool(np.isfinite(law.limit).any())
+    for rows in stretches(len(references), substeps):
+        length = rows.stop - rows.start
+        moved, pushed, _ = integrate(
+            model.compiled.dynamics, model.compiled.tip, (n,), p, flat(arrays), flat(parts),
+            elements.packed(), references[rows].ravel(), law.straight, start, np.array([dt]),
+            length, substeps, limited,
+        )  # fmt: skip
+        states[rows], torque[rows] = moved.reshape(length, -1), pushed.reshape(length, -1)
+        start = states[rows.stop - 1].copy()
+    return Trajectory(
+        model.arm, model.compiled, p, task.time, states[:, :n], states[:, n : 2 * n], torque
+    )
+
+
 def run_many(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
     """What `run` gives for each job with `substeps` steps per sample.
 
@@ -63,33 +91,30 @@ def run_many(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Traje
     threads; the compiled code holds no lock. A motion does not depend on what runs beside
     it; only whether anything does changes its rounding.
     """
-    (motions,) = _passes(jobs, (substeps,), workers)
-    return [_finished(job, motion) for job, motion in zip(jobs, motions, strict=True)]
+    (motions,) = passes(jobs, (substeps,), workers)
+    return [finished(job, motion) for job, motion in zip(jobs, motions, strict=True)]
 
 
-def _passes(
-    jobs: Sequence[Job], steps: Sequence[int], workers: int
-) -> tuple[list[Trajectory], ...]:
+def passes(jobs: Sequence[Job], steps: Sequence[int], workers: int) -> tuple[list[Trajectory], ...]:
     """For each number of steps per sample the motions of all jobs, before they are finished."""
     packed = [job.elements() for job in jobs]
     chunks = _side_by_side(jobs, packed)
-    passes = [(substeps, chunk) for substeps in steps for chunk in chunks]
+    chosen = [(substeps, chunk) for substeps in steps for chunk in chunks]
     found: dict[tuple[int, int], Trajectory] = {}
 
     def one(which: tuple[int, tuple[int, ...]]) -> None:
-        substeps, chosen = which
-        if len(chosen) == 1:  # a pass of lanes would take two and a half times as long
-            job = jobs[chosen[0]]
-            motions = [run(job.model, job.numbers, job.task, substeps)]
+        substeps, chunk = which
+        if len(chunk) == 1:  # a pass of lanes would take two and a half times as long
+            motions = [run(*jobs[chunk[0]].parts, substeps)]
         else:
-            motions = _run_pass([jobs[i] for i in chosen], [packed[i] for i in chosen], substeps)
-        found.update({(substeps, i): x for i, x in zip(chosen, motions, strict=True)})
+            motions = _run_pass([jobs[i] for i in chunk], [packed[i] for i in chunk], substeps)
+        found.update({(substeps, i): x for i, x in zip(chunk, motions, strict=True)})
 
-    if workers > 1 and len(passes) > 1:
+    if workers > 1 and len(chosen) > 1:
         with ThreadPoolExecutor(workers, initializer=heed, initargs=(heeded(),)) as pool:
-            list(pool.map(one, passes))
+            list(pool.map(one, chosen))
     else:
-        for which in passes:
+        for which in chosen:
             one(which)
     return tuple([found[substeps, i] for i in range(len(jobs))] for substeps in steps)
 
@@ -106,44 +131,9 @@ def _side_by_side(jobs: Sequence[Job], packed: Sequence[ElementArrays]) -> list[
     return chunks
 
 
-def _finished(job: Job, motion: Trajectory) -> Trajectory:
+def finished(job: Job, motion: Trajectory) -> Trajectory:
+    """What the job makes of its motion."""
     return motion if job.finish is None else job.finish(motion)
-
-
-def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
-    """As `simulate_fixed` for each job: two passes and their extrapolation, which is finished."""
-    fine, coarse = _passes(jobs, (max(substeps, 2), max(substeps // 2, 1)), workers)
-    return [
-        _finished(job, extrapolated(a, b, job.numbers.law.limit))
-        for a, b, job in zip(coarse, fine, jobs, strict=True)
-    ]
-
-
-def simulate_many(
-    jobs: Sequence[Job], tolerance: float, torque_tolerance: float = np.inf, workers: int = 1
-) -> list[Simulated]:
-    """As `simulate_within` for each job: steps are doubled until that moves no extrapolated motion
-    by more than the tolerance."""
-    limits = [job.numbers.law.limit for job in jobs]
-    steps = 2 * FEWEST_SUBSTEPS
-    fine = run_many(jobs, steps, workers)
-    first = run_many(jobs, FEWEST_SUBSTEPS, workers)
-    before = [extrapolated(*each) for each in zip(first, fine, limits, strict=True)]
-    found: dict[int, Simulated] = {}
-    left = list(range(len(jobs)))
-    while left:
-        steps *= 2
-        finer = dict(zip(left, run_many([jobs[i] for i in left], steps, workers), strict=True))
-        for i in left:
-            after = extrapolated(fine[i], finer[i], limits[i])
-            error = difference(before[i], after)
-            good = error <= tolerance
-            good = good and torque_difference(before[i], after) <= torque_tolerance
-            if good or steps >= MOST_SUBSTEPS:
-                found[i] = Simulated(after, steps, error)
-            fine[i], before[i] = finer[i], after
-        left = [i for i in left if i not in found]
-    return [found[i] for i in range(len(jobs))]
 
 
 def _structure(job: Job, elements: ElementArrays) -> tuple[object, ...]:

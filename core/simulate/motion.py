@@ -1,12 +1,14 @@
-"""What a simulation is asked to do: references, start, schedule."""
+"""What a simulation is asked to do: references, start, schedule; and in which stretches."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from core.model import Numbers
+from core.progress import look
 
 
 @dataclass(frozen=True)
@@ -49,3 +51,23 @@ def full_start(task: Task, numbers: Numbers) -> np.ndarray:
     known = min(len(task.start), 2 * n + numbers.law.states)
     out[:known] = task.start[:known]
     return out
+
+
+STEPS = 20_000
+"""Of a stretch: a step takes 1 to 20 us, alone or in lanes, so that a stop waits for less than half
+a second."""
+
+
+def stretches(samples: int, substeps: int) -> Iterator[slice]:
+    """Rows of each stretch; the last row of one is the first of the next. One slice with all
+    rows where there are few. Before each StoppedError where the user asked to stop.
+    """
+    rows = max(STEPS // substeps, 1)
+    first = 0
+    while True:
+        look()
+        last = min(first + rows, samples - 1)
+        yield slice(first, last + 1)
+        if last == samples - 1:
+            return
+        first = last

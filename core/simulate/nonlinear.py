@@ -8,13 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.drives.law import DriveLaw
 from core.model import Model, Numbers
 from core.progress import heed, heeded
 from core.simulate.beam import bending, left_out
-from core.simulate.motion import Task, full_start
-from core.simulate.rosenbrock import implicit_parts, integrate
-from core.simulate.stretches import stretches
+from core.simulate.many import Job, finished, passes, run, run_many
+from core.simulate.motion import Task
 from core.trajectory import Trajectory
 
 FEWEST_SUBSTEPS = 1
@@ -46,44 +44,6 @@ class Simulated:
     """Root mean square distance in m from the tip of a beam with all its modes: what the modes
     leave out and what the steps add; NaN where only the steps were controlled, and where the
     drive meets its limit."""
-
-
-def law_arrays(law: DriveLaw) -> tuple[np.ndarray, ...]:
-    """The law's arrays as compiled code takes them."""
-    parts = (law.R, law.P, law.V, law.S, law.Fs, law.Fq, law.Fv, law.Fr, law.limit)
-    return tuple(np.ascontiguousarray(part, dtype=float) for part in parts)
-
-
-def flat(arrays: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
-    """The arrays' numbers, row by row."""
-    return tuple(array.ravel() for array in arrays)
-
-
-def run(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
-    """One pass with a fixed number of steps per sample."""
-    p, law = numbers.p, numbers.law
-    n = model.arm.coordinates
-    arrays = law_arrays(law)
-    K, D = model.compiled.linear_matrices(task.start[:n], p)
-    dt = task.sample_time
-    parts = implicit_parts(K, D, arrays, dt / substeps)
-    references = np.ascontiguousarray(task.references, dtype=float)
-    elements, start = numbers.packed(n), full_start(task, numbers)
-    states = np.empty((len(references), len(start)))
-    torque = np.empty((len(references), len(law.R)))
-    limited = bool(np.isfinite(law.limit).any())
-    for rows in stretches(len(references), substeps):
-        length = rows.stop - rows.start
-        moved, pushed, _ = integrate(
-            model.compiled.dynamics, model.compiled.tip, (n,), p, flat(arrays), flat(parts),
-            elements.packed(), references[rows].ravel(), law.straight, start, np.array([dt]),
-            length, substeps, limited,
-        )  # fmt: skip
-        states[rows], torque[rows] = moved.reshape(length, -1), pushed.reshape(length, -1)
-        start = states[rows.stop - 1].copy()
-    return Trajectory(
-        model.arm, model.compiled, p, task.time, states[:, :n], states[:, n : 2 * n], torque
-    )
 
 
 def extrapolated(coarse: Trajectory, fine: Trajectory, limit: np.ndarray) -> Trajectory:
@@ -184,32 +144,54 @@ def simulate_within(
     tolerance: float = DEFAULT_TOLERANCE,
     torque_tolerance: float = np.inf,
 ) -> Simulated:
-    """Doubles the steps until that moves the extrapolated motion by less than the tolerance.
+    """`simulate_many` of one."""
+    return simulate_many([Job(model, numbers, task)], tolerance, torque_tolerance)[0]
+
+
+def simulate_many(
+    jobs: Sequence[Job], tolerance: float, torque_tolerance: float = np.inf, workers: int = 1
+) -> list[Simulated]:
+    """Doubles the steps of each job until that moves its extrapolated motion by less than the
+    tolerance.
 
     The stated error is that last change. It is about the error of the extrapolation before, so
     it errs on the safe side. `torque_tolerance` is a share of the torque's rms: a stiff servo
     turns a tiny error of place into a large one of torque.
     """
-    limit = numbers.law.limit
-    substeps = 2 * FEWEST_SUBSTEPS
-    fine = run(model, numbers, task, substeps)
-    before = extrapolated(run(model, numbers, task, FEWEST_SUBSTEPS), fine, limit)
-    while True:
-        finer = run(model, numbers, task, 2 * substeps)
-        after = extrapolated(fine, finer, limit)
-        substeps *= 2
-        error = difference(before, after)
-        good = error <= tolerance and torque_difference(before, after) <= torque_tolerance
-        if good or substeps >= MOST_SUBSTEPS:
-            return Simulated(after, substeps, error)
-        fine, before = finer, after
+    limits = [job.numbers.law.limit for job in jobs]
+    steps = 2 * FEWEST_SUBSTEPS
+    fine = run_many(jobs, steps, workers)
+    first = run_many(jobs, FEWEST_SUBSTEPS, workers)
+    before = [extrapolated(*each) for each in zip(first, fine, limits, strict=True)]
+    found: dict[int, Simulated] = {}
+    left = list(range(len(jobs)))
+    while left:
+        steps *= 2
+        finer = dict(zip(left, run_many([jobs[i] for i in left], steps, workers), strict=True))
+        for i in left:
+            after = extrapolated(fine[i], finer[i], limits[i])
+            error = difference(before[i], after)
+            good = error <= tolerance
+            good = good and torque_difference(before[i], after) <= torque_tolerance
+            if good or steps >= MOST_SUBSTEPS:
+                found[i] = Simulated(after, steps, error)
+            fine[i], before[i] = finer[i], after
+        left = [i for i in left if i not in found]
+    return [found[i] for i in range(len(jobs))]
 
 
 def simulate_fixed(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
-    """Two passes and their extrapolation, with the number of steps found beforehand.
+    """`run_many_extrapolated` of one."""
+    return run_many_extrapolated([Job(model, numbers, task)], substeps)[0]
+
+
+def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:
+    """Of each job two passes and their extrapolation, with the number of steps found beforehand.
 
     The error then varies smoothly with the parameters, as finite differences need.
     """
-    coarse = run(model, numbers, task, max(substeps // 2, 1))
-    fine = run(model, numbers, task, max(substeps, 2))
-    return extrapolated(coarse, fine, numbers.law.limit)
+    fine, coarse = passes(jobs, (max(substeps, 2), max(substeps // 2, 1)), workers)
+    return [
+        finished(job, extrapolated(a, b, job.numbers.law.limit))
+        for a, b, job in zip(coarse, fine, jobs, strict=True)
+    ]

@@ -10,8 +10,7 @@ from core.arm.joints import joint
 from core.model import Model
 from core.recording.channels import channel_kind, joint_of
 from core.sensors import sensor
-from core.simulate.modes import OSCILLATES, integrators
-from core.simulate.posture import Posture
+from core.simulate.posture import OSCILLATES, Posture, integrators
 
 STEP_SAMPLES = 257
 """One more than a power of two: they are made by doubling."""

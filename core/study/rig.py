@@ -19,8 +19,9 @@ from core.scenario.schema import IdentifySpec
 from core.sensors import sensor
 from core.simulate.experiment import make_task
 from core.simulate.linear import respond
+from core.simulate.many import run
 from core.simulate.motion import Task
-from core.simulate.nonlinear import run, simulate_within
+from core.simulate.nonlinear import simulate_within
 from core.trajectory import Trajectory
 
 GAINS = (60.0, 30.0)

@@ -12,8 +12,7 @@ import numpy as np
 from core.errors import InputError
 from core.model import Model
 from core.sentences import did_you_mean
-from core.simulate.modes import Mode, vibration_modes
-from core.simulate.posture import Posture, posture
+from core.simulate.posture import Mode, Posture, posture, vibration_modes
 from core.simulate.response import (
     FrequencyResponse,
     LinearOutput,

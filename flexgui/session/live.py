@@ -13,8 +13,7 @@ from core.model import Model, Numbers
 from core.recent import Recent
 from core.results import DescriptorModel, Equation
 from core.scenario.schema import Scenario
-from core.simulate.modes import Mode, vibration_modes
-from core.simulate.posture import Posture, once, posture
+from core.simulate.posture import Mode, Posture, once, posture, vibration_modes
 from core.simulate.response import (
     FrequencyResponse,
     StepResponse,
@@ -41,9 +40,9 @@ class Prepared:
     @once
     def descriptor(self) -> DescriptorModel:
         """Only for who reads its matrices: a moving slider does not wait for it."""
-        from core.simulate.affine import quick_descriptor
+        from core.simulate.descriptor import descriptor
 
-        return quick_descriptor(self.model, self.model.numbers())
+        return descriptor(self.model, self.model.numbers())
 
 
 @dataclass(frozen=True)

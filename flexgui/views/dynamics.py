@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from core.simulate.modes import Mode, integrators
+from core.simulate.posture import Mode, integrators
 from core.simulate.response import FrequencyResponse, Port, StepResponse
 from flexgui.sentences.written import ShownUnit, format_number, shown_unit, split_name
 from flexgui.views import colours

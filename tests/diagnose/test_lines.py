@@ -23,8 +23,7 @@ from core.recording.velocity import ZeroPhaseLowPass
 from core.results import ABOVE
 from core.sensors import sensor
 from core.simulate.experiment import simulate_recording
-from core.simulate.modes import vibration_modes
-from core.simulate.posture import posture
+from core.simulate.posture import posture, vibration_modes
 from tests.helpers import PAPER, looped, with_modes
 
 BARE = looped(PAPER)

@@ -19,8 +19,9 @@ from core.recording.spec import SimulateSpec
 from core.sensors import sensors
 from core.simulate.experiment import NoiseLevels, make_task, simulate_recording
 from core.simulate.linear import respond
+from core.simulate.many import run
 from core.simulate.motion import Task
-from core.simulate.nonlinear import run, simulate_within
+from core.simulate.nonlinear import simulate_within
 from core.trajectory import Trajectory
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import residuals_of, with_channels

@@ -20,7 +20,8 @@ from core.effects.torque_ripple import LAW as RIPPLE
 from core.forces.compiled import compile_law
 from core.model import Model
 from core.simulate.equations import equations
-from core.simulate.nonlinear import difference, run, simulate_fixed, simulate_within
+from core.simulate.many import run
+from core.simulate.nonlinear import difference, simulate_fixed, simulate_within
 from tests.drives.test_contract import OPTIONS
 from tests.effects.helpers import experiment, moved, with_effect
 from tests.helpers import ARMS, PAPER, looped, task_from

@@ -13,7 +13,8 @@ from core.effects import effect
 from core.effects.load_friction import LAW
 from core.forces.compiled import compile_law
 from core.model import Model
-from core.simulate.nonlinear import difference, run, simulate_within
+from core.simulate.many import run
+from core.simulate.nonlinear import difference, simulate_within
 from tests.effects.helpers import experiment, with_effect
 from tests.helpers import PAPER, looped, task_from
 

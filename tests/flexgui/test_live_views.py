@@ -13,8 +13,7 @@ import pytest
 
 from core.drives.torque import Torque
 from core.model import Model
-from core.simulate.modes import vibration_modes
-from core.simulate.posture import Posture, posture
+from core.simulate.posture import Posture, posture, vibration_modes
 from core.simulate.response import frequency_response as gains_of
 from core.simulate.response import step_response
 from flexgui.views.dynamics import (

@@ -13,7 +13,8 @@ from core.effects.bristle import bristle_law
 from core.forces.element import Element, pack
 from core.forces.law import ForceLaw, V, W, X
 from core.model import Model
-from core.simulate.nonlinear import flat, law_arrays, run, simulate_within
+from core.simulate.many import flat, law_arrays, run
+from core.simulate.nonlinear import simulate_within
 from core.simulate.rosenbrock import implicit_parts, integrate
 from tests.forces.test_motion import AGAINST_SCIPY, DAMPER, _rate, at, excited, forced
 from tests.helpers import ARMS, PAPER, looped, task_from

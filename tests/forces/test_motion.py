@@ -15,7 +15,8 @@ from core.forces.compiled import compile_law
 from core.forces.element import Element, linear_matrices, pack
 from core.forces.law import ForceLaw, V, W, X, joint_law
 from core.model import Model
-from core.simulate.nonlinear import run, simulate_within
+from core.simulate.many import run
+from core.simulate.nonlinear import simulate_within
 from tests.helpers import ARMS, PAPER, looped, task_from, torque_of
 
 A, B = sp.symbols("a b", positive=True)

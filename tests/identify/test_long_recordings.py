@@ -26,10 +26,9 @@ from core.recording.spec import SimulateSpec
 from core.results import Generation
 from core.scenario.schema import IdentifySpec
 from core.sensors import sensor
-from core.simulate import stretches
+from core.simulate import motion
 from core.simulate.experiment import NoiseLevels, simulate_recording
-from core.simulate.many import Job, run_many
-from core.simulate.nonlinear import run
+from core.simulate.many import Job, run, run_many
 
 TRUTH = 1e9 * 0.05**4 / 12.0
 SPEC = IdentifySpec(parameters=("EI1", "EI2"), start={"EI1": 1.3 * TRUTH, "EI2": 0.7 * TRUTH})
@@ -123,7 +122,7 @@ def test_stretches_change_nothing(
     numbers = model.numbers()
     jobs = [Job(model, numbers, task), Job(model, model.numbers({"EI1": 300.0}), task)]
     alone, together = run(model, numbers, task, 2), run_many(jobs, 2)
-    monkeypatch.setattr(stretches, "STEPS", 501)
+    monkeypatch.setattr(motion, "STEPS", 501)
     again = run(model, numbers, task, 2)
     assert np.array_equal(alone.q, again.q) and np.array_equal(alone.torque, again.torque)
     for a, b in zip(together, run_many(jobs, 2), strict=True):

@@ -11,8 +11,7 @@ from core.montecarlo.parts.baselines import BlackBox, pole_error, references
 from core.montecarlo.parts.fits import fit, run_data
 from core.montecarlo.rig import Rig, fit_percent, noise_std, outputs
 from core.scenario.schema import IdentifySpec
-from core.simulate.modes import integrators
-from core.simulate.posture import posture
+from core.simulate.posture import integrators, posture
 from tests.paper_study.helpers import short
 
 EXACT = 1e-6

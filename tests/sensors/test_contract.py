@@ -12,7 +12,7 @@ from core.scenario.schema import SensorsSpec
 from core.sensors import sensor, sensors
 from core.simulate.experiment import make_task
 from core.simulate.linear import respond
-from core.simulate.nonlinear import run
+from core.simulate.many import run
 from core.trajectory import Trajectory
 from tests.helpers import ARMS, looped
 

@@ -8,8 +8,8 @@ import pytest
 from core.diagnose.missing_torque import SLOW
 from core.diagnose.shape_refinement import spectrum, spectrum_of_error
 from core.simulate.disturbance import torque_answer, torque_behind
+from core.simulate.many import run
 from core.simulate.motion import Task
-from core.simulate.nonlinear import run
 from core.simulate.posture import posture
 from core.study.rig import bare_model
 

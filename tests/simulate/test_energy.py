@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from core.model import Model
-from core.simulate.nonlinear import run, simulate_fixed
+from core.simulate.many import run
+from core.simulate.nonlinear import simulate_fixed
 from core.trajectory import Trajectory
 from tests.helpers import PAPER, loaded, looped, task_from
 

@@ -10,8 +10,7 @@ from core.errors import InputError
 from core.model import Model
 from core.recording.spec import SimulateSpec
 from core.sensors import sensors
-from core.simulate.experiment import NoiseLevels, make_task, simulate_recording
-from core.simulate.sweep import half_cosine_rate
+from core.simulate.experiment import NoiseLevels, half_cosine_rate, make_task, simulate_recording
 from tests.helpers import ARMS, PAPER, looped
 from tests.simulate.test_linear_model import FILTERED
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 
 from core.lanes.wide import LANES
-from core.simulate.lanes import exponential
+from core.simulate.discrete import exponential
 
 AGREEMENT = 1e-12
 """Relative to the largest entry, for well-conditioned matrices."""

@@ -11,14 +11,9 @@ from scipy.integrate import solve_ivp
 from core.drives.velocity_loop import VelocityLoop
 from core.excitation import build_excitation
 from core.model import Model
+from core.simulate.many import run
 from core.simulate.motion import Task
-from core.simulate.nonlinear import (
-    DEFAULT_TOLERANCE,
-    difference,
-    run,
-    simulate_fixed,
-    simulate_within,
-)
+from core.simulate.nonlinear import DEFAULT_TOLERANCE, difference, simulate_fixed, simulate_within
 from core.trajectory import Trajectory
 from tests.helpers import LAMBDA, looped, state_rate, task_from, with_modes
 

@@ -16,8 +16,7 @@ from core.model import Model
 from core.recording.spec import SimulateSpec
 from core.scenario.schema import ArmSpec
 from core.simulate.experiment import make_task
-from core.simulate.many import Job, run_many
-from core.simulate.nonlinear import run
+from core.simulate.many import Job, run, run_many
 
 ROUNDING = 1e-9
 """rad or m after some hundred steps: sums are taken in another order, and that is all."""

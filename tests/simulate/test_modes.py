@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from core.model import Model
-from core.simulate.modes import SHOWN_SHARE, Mode, vibration_modes
-from core.simulate.posture import Posture, posture
+from core.simulate.posture import SHOWN_SHARE, Mode, Posture, posture, vibration_modes
 from tests.helpers import ARMS, chain, loaded, looped, state_matrices
 from tests.simulate.test_linear_model import CASCADE, FILTERED
 

@@ -16,8 +16,8 @@ from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import V, W, joint_law
 from core.model import Model
+from core.simulate.many import run
 from core.simulate.motion import Task
-from core.simulate.nonlinear import run
 from core.study.detectability import Detectability, crossing
 from core.study.rig import STEPS, readings
 from core.trajectory import Trajectory

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from core.recording.recording import Recording
+from core.simulate.many import run
 from core.simulate.motion import Task
-from core.simulate.nonlinear import run
 from core.study.detectability import crossing
 from core.trajectory import Trajectory
 from tests.studies.outside import BREAKS, DraggingCable

@@ -9,7 +9,7 @@ import pytest
 
 from core.effects import effect
 from core.recording.spec import SimulateSpec
-from core.simulate.nonlinear import run
+from core.simulate.many import run
 from core.study.detectability import CLOSE, Detectability, UnreachableError, crossing
 from core.study.hidden import (
     LEVELS_OF_MODEL,

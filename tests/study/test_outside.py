@@ -8,7 +8,7 @@ import pytest
 from core.effects import catalogue
 from core.forces.compiled import compile_law
 from core.recording.spec import SimulateSpec
-from core.simulate.nonlinear import run
+from core.simulate.many import run
 from core.study.detectability import CLOSE, Detectability
 from core.study.rig import STEPS, Experiment, bare_model
 from tests.studies.outside import CABLE, OUTSIDE, PIECES, STRONG, disturbed, in_pieces

@@ -20,8 +20,7 @@ from core.montecarlo.settings import StudySettings, seeds, snr_code, snr_name
 from core.montecarlo.study import Answer, Case, Part
 from core.progress import Silent
 from core.recording.recording import Recording
-from core.simulate.modes import integrators
-from core.simulate.posture import posture
+from core.simulate.posture import integrators, posture
 
 SLOWEST, FASTEST = 1e-6, 1000.0
 """rad/s: poles compared. Those above are a third of the sampling's Nyquist rate and more; no

@@ -14,8 +14,9 @@ from core.drives import build_drive
 from core.model import Model, Numbers
 from core.recording.spec import SimulateSpec
 from core.simulate.experiment import make_task
+from core.simulate.many import run
 from core.simulate.motion import Task
-from core.simulate.nonlinear import MOST_SUBSTEPS, run, simulate_fixed, simulate_within
+from core.simulate.nonlinear import MOST_SUBSTEPS, simulate_fixed, simulate_within
 from core.trajectory import Trajectory
 from flexgui.bench.case import GAINS
 from flexgui.bench.peers import Setting, SympyArm, integrate

@@ -12,8 +12,8 @@ from numba.extending import intrinsic
 
 from core.lanes.wide import LANES
 from core.processors import WORKERS
-from core.simulate.holds import pieces
-from core.simulate.lanes import TAYLOR_RADIUS
+from core.simulate.discrete import TAYLOR_RADIUS
+from core.simulate.pieces import pieces
 from flexgui.bench.case import MEMBERS, Case, glocal_case, population
 from flexgui.bench.peers import state_space
 from flexgui.bench.row import Row, Size, median_seconds
