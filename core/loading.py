@@ -24,7 +24,8 @@ from core.recording.load import load_recording
 from core.recording.recording import Recording
 from core.recording.spec import RecordingSpec
 from core.scenario.data_folder import Folder, resolve_file
-from core.scenario.schema import Scenario, SensorsSpec
+from core.scenario.rig_spec import SensorsSpec
+from core.scenario.schema import Scenario
 from core.scenario.stated_effects import with_hidden_effects
 from core.sensors import sensors
 from core.simulate.experiment import NoiseLevels, simulate_recording

@@ -30,9 +30,9 @@ def reveal(
     place: Place,
 ) -> None:
     """Open the seal: print what was hidden in a challenge."""
-    from core.study.challenge import reveal as opened
+    from flexgui.sentences.challenge import revealed
 
-    typer.echo(opened(place))
+    typer.echo(revealed(place))
 
 
 def hand_in(

@@ -35,18 +35,15 @@ from core.recording.spec import (
     SimulateSpec,
 )
 from core.recording.velocity import ZeroPhaseLowPass
-from core.scenario.rig_limits import LimitsSpec
-from core.scenario.schema import (
-    CompareSpec,
-    DiagnoseSpec,
+from core.scenario.rig_spec import (
     EffectParameterSpec,
-    IdentifySpec,
+    LimitsSpec,
     ModelSpec,
     OwnSpec,
     PriorSpec,
-    Scenario,
     SensorsSpec,
 )
+from core.scenario.schema import CompareSpec, DiagnoseSpec, IdentifySpec, Scenario
 from core.sensors import sensors
 from core.sentences import first_sentence
 from flexgui.sentences.written import format_number

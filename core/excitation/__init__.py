@@ -1,4 +1,4 @@
-"""Excitations: what the references do in an experiment. One file each."""
+"""Excitations: what the references do in an experiment, found by walking this folder."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.errors import InputError
-from core.scenario.rig_limits import LimitsSpec
+from core.scenario.rig_spec import LimitsSpec
 from core.trajectory import Trajectory
 
 

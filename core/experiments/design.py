@@ -29,7 +29,7 @@ from core.identify.predictor import on_all_cores
 from core.model import Model
 from core.progress import Progress
 from core.results import Estimate
-from core.scenario.rig_limits import LimitsSpec
+from core.scenario.rig_spec import LimitsSpec
 from core.sentences import did_you_mean
 
 SECONDS = 60.0

@@ -15,15 +15,8 @@ from core.effects.effect import Effect, EffectParameter
 from core.effects.sizes import typical
 from core.errors import InputError
 from core.model import LEVELS, Model
-from core.scenario.schema import (
-    DiagnoseSpec,
-    EffectParameterSpec,
-    EffectSpec,
-    IdentifySpec,
-    ModelSpec,
-    OwnSpec,
-    Scenario,
-)
+from core.scenario.rig_spec import EffectParameterSpec, EffectSpec, ModelSpec, OwnSpec
+from core.scenario.schema import DiagnoseSpec, IdentifySpec, Scenario
 from core.sentences import did_you_mean, quoted
 
 

@@ -205,7 +205,8 @@ class Challenging(Uploading, ABC):
 
     def reveal(self, services: Services) -> bool:
         """Reads the truth, after a guess; a tool that was not asked yet is asked now."""
-        from core.study.challenge import opened, truth_in_words
+        from core.study.challenge import opened
+        from flexgui.sentences.challenge import truth_in_words
 
         known = self.challenge
         if known is None or not known.guesses or known.changing:

@@ -13,7 +13,8 @@ from typing import Any
 from core.effects import catalogue
 from core.errors import InputError
 from core.sentences import did_you_mean
-from core.study.challenge import LEVELS, obfuscate, opened, truth_in_words
+from core.study.challenge import LEVELS, obfuscate, opened
+from flexgui.sentences.challenge import truth_in_words
 from flexgui.session.board import plain_name
 from flexgui.session.judging import NONE_GUESSED, Guess, judged
 

@@ -19,7 +19,7 @@ from core.experiments.plan import fitted
 from core.experiments.trial import KEPT
 from core.loading import load_recordings
 from core.progress import Silent
-from core.scenario.rig_limits import LimitsSpec
+from core.scenario.rig_spec import LimitsSpec
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
 from core.simulate.nonlinear import simulate_within

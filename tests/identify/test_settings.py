@@ -7,7 +7,7 @@ import pytest
 
 from core.errors import InputError
 from core.identify.residuals import channel_weights
-from core.scenario.schema import PriorSpec
+from core.scenario.rig_spec import PriorSpec
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import (
     EI,

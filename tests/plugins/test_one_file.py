@@ -25,7 +25,8 @@ from core.plugins import look_again
 from core.recording import channels as known_channels
 from core.recording.load import load_recording
 from core.recording.spec import RecordingSpec
-from core.scenario.schema import DiagnoseSpec, SensorsSpec
+from core.scenario.rig_spec import SensorsSpec
+from core.scenario.schema import DiagnoseSpec
 from flexgui.panels import failing_panel, widgets
 from flexgui.panels.arm_panel import ArmSliders
 from flexgui.panels.challenge_panel import GuessFields

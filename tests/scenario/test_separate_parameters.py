@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from core.scenario.schema import EffectSpec, IdentifySpec, ModelSpec
+from core.scenario.rig_spec import EffectSpec, ModelSpec
+from core.scenario.schema import IdentifySpec
 from core.scenario.stated_effects import (
     with_effect_parameters,
     with_hidden_effects,

@@ -8,7 +8,7 @@ import pytest
 from core.errors import InputError
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
-from core.scenario.schema import SensorsSpec
+from core.scenario.rig_spec import SensorsSpec
 from core.sensors import sensor, sensors
 from core.simulate.experiment import make_task
 from core.simulate.linear import respond

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from core.loading import simulated
 from core.scenario.read import parse_scenario, scenario_toml
-from core.scenario.schema import Scenario, SensorsSpec
+from core.scenario.rig_spec import SensorsSpec
+from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
 from core.sensors import sensors
 from flexgui.library.shipped import scenarios

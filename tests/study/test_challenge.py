@@ -22,11 +22,10 @@ from core.study.challenge import (
     TRUTH_FILE,
     make_challenge,
     opened,
-    reveal,
-    truth_in_words,
     write_challenge,
 )
 from flexgui.cli import app
+from flexgui.sentences.challenge import revealed, truth_in_words
 
 
 @pytest.fixture(scope="module")
@@ -82,11 +81,11 @@ def test_each_hidden_effect_is_well_above_the_noise(seed: int) -> None:
 
 
 def test_reveal_says_what_and_how_large(folder: Path) -> None:
-    said = reveal(folder)
+    said = revealed(folder)
     named = [kind for kind in catalogue() if f"({kind})" in said]
     assert len(named) == 2
     assert "times the noise" in said and "EI = " in said
-    assert said == reveal(folder / TRUTH_FILE)
+    assert said == revealed(folder / TRUTH_FILE)
 
 
 def test_a_zip_holds_the_same_files(folder: Path, tmp_path: Path) -> None:
@@ -96,7 +95,7 @@ def test_a_zip_holds_the_same_files(folder: Path, tmp_path: Path) -> None:
     assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
     with zipfile.ZipFile(tmp_path / "a.zip") as archive:
         assert {n: archive.read(n) for n in archive.namelist()} == _bytes(folder)
-    assert reveal(tmp_path / "a.zip") == reveal(folder)
+    assert revealed(tmp_path / "a.zip") == revealed(folder)
 
 
 def test_a_broken_seal_is_refused_in_one_sentence(folder: Path, tmp_path: Path) -> None:
@@ -130,4 +129,4 @@ def test_bad_input_is_one_sentence_and_two(
 def test_a_zip_without_a_challenge_is_refused(tmp_path: Path) -> None:
     (tmp_path / "x.zip").write_bytes(b"no zip")
     with pytest.raises(InputError, match="holds no challenge"):
-        reveal(tmp_path / "x.zip")
+        revealed(tmp_path / "x.zip")

@@ -9,7 +9,8 @@ import pytest
 
 from core.results import Diagnosis, Outcome
 from core.scenario.read import read_scenario
-from core.scenario.schema import DiagnoseSpec, EffectSpec, Scenario
+from core.scenario.rig_spec import EffectSpec
+from core.scenario.schema import DiagnoseSpec, Scenario
 from core.workbench import run_scenario
 from tests.workbench.test_real_rigs import SCENARIOS, data_folder
 

@@ -1,0 +1,225 @@
+"""What a scenario says of the rig: its drive, its sensors, what is in its model, and its limits."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
+
+from core.recording.spec import Interval, NonNegative, Positive, Real, Settings, Switch, Words
+from core.sensors import sensors
+from core.validation import gathered
+
+MOST_OWN = 20
+"""Formulas of a scenario; each is derived and compiled, which takes a second at its first use."""
+
+
+class DriveSpec(Settings):
+    """`[drive]`: the kind, and whatever that kind of drive wants to know."""
+
+    kind: Words = "velocity_loop"
+    """Id of a drive."""
+    options: dict[str, Any] = Field(default_factory=dict)
+    """In the file these stand in `[drive]` itself, beside `kind`."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gather_options(cls, data: Any) -> Any:
+        return gathered(data, lambda key: key not in cls.model_fields, "options")
+
+    @model_serializer
+    def _flat(self) -> dict[str, Any]:
+        return {"kind": self.kind, **self.options}
+
+
+class PriorSpec(Settings):
+    """What is believed of a parameter beforehand: a value (else its start) and a deviation."""
+
+    std: Positive
+    """Standard deviation, in the parameter's SI unit."""
+    value: Real | None = None
+    """None: its start."""
+
+
+def _std_as_prior(value: Any) -> Any:
+    return {"std": value} if isinstance(value, int | float) else value
+
+
+def _start_as_table(value: Any) -> Any:
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    return {"start": value} if plain else value
+
+
+Prior = Annotated[PriorSpec, BeforeValidator(_std_as_prior)]
+
+
+class EffectParameterSpec(Settings):
+    """A parameter of an effect: where it starts, and whether it is estimated."""
+
+    start: Real | None = None
+    """None: a plausible size."""
+    vary: Switch = True
+    """Whether it is estimated."""
+    lower: Real | None = None
+    """None: that of the catalogue."""
+    upper: Real | None = None
+    """None: that of the catalogue."""
+    prior: Prior | None = None
+    """A table with std and value, or the std alone."""
+
+    @model_validator(mode="after")
+    def _start_within_bounds(self) -> EffectParameterSpec:
+        low, high = self.lower, self.upper
+        if low is not None and high is not None and low >= high:
+            raise ValueError(f"has the bounds [{low:g}, {high:g}]; the lower must be less.")
+        below = self.start is not None and low is not None and self.start < low
+        above = self.start is not None and high is not None and self.start > high
+        if below or above:
+            raise ValueError(
+                f"starts at {self.start:g}, outside its bounds; move the start or the bounds."
+            )
+        return self
+
+
+class OwnParameterSpec(EffectParameterSpec):
+    """A parameter of an own effect, which nobody else can give a start or a unit."""
+
+    start: Real
+    """In `unit`."""
+    unit: str = ""
+    """SI, for display."""
+
+
+class EffectSpec(Settings):
+    """One entry of `[model] effects`: its id and, beside it, what is said of its parameters."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+    __pydantic_extra__: dict[
+        str, Annotated[EffectParameterSpec, BeforeValidator(_start_as_table)]
+    ] = Field(init=False)
+
+    id: Words
+    """Of an effect in the catalogue; its parameters stand beside it, as a number (the start) or as
+    a table."""
+
+    @property
+    def parameters(self) -> dict[str, EffectParameterSpec]:
+        """What is said of each parameter, by its name."""
+        return dict(self.__pydantic_extra__)
+
+    @classmethod
+    def known_settings(cls) -> list[str]:
+        """What may stand in the table of a parameter; beside the id any name may."""
+        return list(EffectParameterSpec.model_fields)
+
+
+class OwnSpec(Settings):
+    """One `[[model.own]]`: a formula that pushes a joint or the tip."""
+
+    target: Words
+    """joint1, joint2, ... in N m (N on a slide), or tip1, tip2: a component in N."""
+    formula: Words
+    """Of the states theta1, dtheta1, delta1 (m), ddelta1, ... and the parameters."""
+    parameters: dict[str, Annotated[OwnParameterSpec, BeforeValidator(_start_as_table)]] = Field(
+        default_factory=dict
+    )
+    """Name -> a start, or a table."""
+    id: Words | None = None
+    """None: own_1, own_2, ..."""
+    title: Words | None = None
+    """For display."""
+
+
+class ModelSpec(Settings):
+    """`[model]`: its level, the effects in it, and effects that the user wrote."""
+
+    level: Literal["auto", "lpv", "nonlinear"] = "auto"
+    """auto: the linear model where it is as good as the full equations on the recordings' motions,
+    else the full equations."""
+    effects: Annotated[tuple[EffectSpec, ...], Field(max_length=50)] = ()
+    """Each with an id and its parameters; fifty at most, twice what the catalogue has."""
+    own: Annotated[tuple[OwnSpec, ...], Field(max_length=MOST_OWN)] = ()
+    """Effects as formulas."""
+
+
+class SensorsSpec(Settings):
+    """`[sensors]`: standard deviations of the noise, SI; None where not stated."""
+
+    camera_noise: NonNegative | None = None
+    """m"""
+    encoder_noise: NonNegative | None = None
+    """rad or m"""
+    deflection_noise: NonNegative | None = None
+    """rad"""
+    torque_noise: NonNegative | None = None
+    """N m or N"""
+    rates_noise: NonNegative | None = None
+    """rad/s, of ydot"""
+    camera_rate: Positive | None = None
+    """Hz; the rig's own rate where not stated."""
+    further: dict[str, NonNegative] = Field(default_factory=dict)
+    """Of sensors beyond these, under the setting that the sensor's class names; in the file they
+    stand beside the others."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _gather_further(cls, data: Any) -> Any:
+        named = {one.noise for one in sensors().values()} - {"", *cls.model_fields}
+        return gathered(data, lambda key: key in named, "further")
+
+    @model_serializer(mode="wrap")
+    def _flat(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        table: dict[str, Any] = handler(self)
+        return {**table, **table.pop("further", {})}
+
+    @classmethod
+    def known_settings(cls) -> list[str]:
+        """What may stand in `[sensors]`."""
+        named = sorted({one.noise for one in sensors().values()} - {"", *cls.model_fields})
+        return [name for name in cls.model_fields if name != "further"] + named
+
+    def noise_of(self, setting: str) -> float | None:
+        """The standard deviation that a setting states, SI; None where it states none."""
+        if setting in self.further:
+            return self.further[setting]
+        value: float | None = getattr(self, setting, None) if setting else None
+        return value
+
+
+def _number_as_list(value: Any) -> Any:
+    """One number stands for every joint."""
+    return (value,) if isinstance(value, int | float) else value
+
+
+def _pair_as_list(value: Any) -> Any:
+    """One [low, high] stands for every joint."""
+    flat = isinstance(value, list | tuple) and value and not isinstance(value[0], list | tuple)
+    return (value,) if flat else value
+
+
+PerJoint = Annotated[tuple[Positive, ...], BeforeValidator(_number_as_list)]
+Ranges = Annotated[tuple[Interval, ...], BeforeValidator(_pair_as_list)]
+
+
+class LimitsSpec(Settings):
+    """`[limits]`: what an experiment that is planned may ask of the rig.
+
+    Each is one value for all joints or a list with one per joint. What is not stated is what the
+    model does on the estimation recordings: nobody has said that the rig can do more.
+    """
+
+    position: Ranges | None = None
+    """rad (m on a slide), [low, high] per joint."""
+    speed: PerJoint | None = None
+    """rad/s (m/s on a slide), per joint."""
+    torque: PerJoint | None = None
+    """N m (N on a slide), per joint."""
+    reach: tuple[Interval, Interval] | None = None
+    """m, [low, high] of z1 and of z2 for the tip; left out: wherever the joints may take it."""
