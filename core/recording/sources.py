@@ -1,18 +1,25 @@
-"""Which column of a file holds which channel of a recording, and its factor to SI."""
+"""Which column of a file holds which channel of a recording, and its factor to SI.
+
+The scenario says so, or the column's name; else it is guessed by the heading and by what the
+numbers do. A guess is shown before it counts; the check of the recording judges it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from core.errors import InputError
 from core.recording.channels import channel_kind, is_channel
 from core.recording.spec import RecordingSpec
 from core.recording.table import Table, is_number, number
 from core.sentences import did_you_mean, few
-from core.written import factor_to_si, parse_header
+from core.written import factor_to_si, is_unit, parse_header
 
 
 class Source(NamedTuple):
@@ -123,3 +130,154 @@ def unused(table: Table, sources: dict[str, Source]) -> list[str]:
     used = {source.header for source in sources.values()}
     left = [h for h in (*table.columns, *table.unusable) if h not in used]
     return [f"Not used from {table.source}: {few(left)}."] if left else []
+
+
+WORDS: dict[str, tuple[str, ...]] = {
+    "time": ("t", "time", "clock", "timestamp", "stamp", "zeit", "sec", "seconds", "temps"),
+    "reference": (
+        "ref", "reference", "set", "setpoint", "cmd", "command", "commanded", "des", "desired",
+        "target", "soll", "goal", "sp",
+    ),
+    "speed": (
+        "vel", "velocity", "speed", "qd", "dq", "qdot", "omega", "rate", "dtheta", "thetadot", "w",
+    ),
+    "position": (
+        "theta", "q", "pos", "position", "angle", "ang", "enc", "encoder", "phi", "joint", "winkel",
+        "motor", "th", "alpha", "actual", "ist", "slide",
+    ),
+    "torque": ("torque", "tau", "moment", "u", "force", "trq", "f", "effort"),
+    "current": ("current", "i", "cur", "amp", "amps", "ampere", "strom", "iq"),
+    "voltage": ("voltage", "volt", "volts", "v", "vm", "um", "spannung"),
+    "camera": ("cam", "camera", "tip", "ee", "effector", "marker", "mocap", "tcp", "z", "x", "y"),
+    "deflection": (
+        "deflection", "defl", "strain", "gauge", "bend", "bending", "dms", "flex", "alpha",
+    ),
+    "link": ("link", "load", "arm", "output", "second", "secondary"),
+    "known": ("pulse", "pulses", "known", "extra", "disturbance", "external"),
+}  # fmt: skip
+"""Kind of word -> how laboratories and drives write it, in lower case."""
+
+MEANS: dict[str, tuple[str, ...]] = {
+    "t": ("time",),
+    "dtheta#_ref": ("reference", "speed"),
+    "theta#_ref": ("reference", "position"),
+    "theta#": ("position",),
+    "u#": ("torque",),
+    "i#_ref": ("reference", "current"),
+    "i#": ("current",),
+    "voltage#": ("voltage",),
+    "known_torque#": ("known",),
+    "z#": ("camera",),
+    "deflection#": ("deflection",),
+    "link_theta#": ("link", "position"),
+}
+"""Pattern of a channel -> the kinds of word that its heading should have."""
+
+JOINT = {"first": 1, "one": 1, "shoulder": 1, "base": 1, "second": 2, "two": 2, "elbow": 2,
+         "x": 1, "y": 2}  # fmt: skip
+"""Words that tell the number of a joint or an axis."""
+
+UNITS = {"deg": "deg", "degree": "deg", "degrees": "deg", "mm": "mm", "cm": "cm", "ms": "ms",
+         "us": "us", "rpm": "rpm", "mnm": "mN m", "ma": "mA", "mv": "mV", "mrad": "mrad",
+         "degps": "deg/s", "dps": "deg/s"}  # fmt: skip
+"""Parts of a name that are a unit."""
+
+FITS, HALF, WRONG, NUMBERED, MISNUMBERED = 4.0, 1.5, -3.0, 2.0, -4.0
+"""Scores: each kind of word that is there, one of two, one that belongs to another channel, the
+right number and a wrong one. One wrong word weighs more than a number that fits."""
+LEAST = 2.0
+"""Score below which nothing is guessed: a number alone says nothing."""
+
+
+@dataclass(frozen=True)
+class Guess:
+    """A column for a channel."""
+
+    header: str
+    unit: str = ""
+    """Where the heading says one without brackets, as in `angle_deg`."""
+
+
+def guess_columns(columns: Mapping[str, np.ndarray], wanted: Sequence[str]) -> dict[str, Guess]:
+    """Channel -> guess, for those of the wanted channels of which a heading says enough.
+
+    Args:
+        columns: Header -> numbers (N,) of the file.
+        wanted: Channels, those that matter most first.
+
+    Returns:
+        No column twice. A column of a channel's very name is that channel.
+    """
+    headers = list(columns)
+    numbers = _numbered_from(headers)
+    scores = np.array(
+        [[_score(c, h, columns[h], numbers) for h in headers] for c in wanted], dtype=float
+    ).reshape(len(wanted), len(headers))
+    rows, chosen = scipy.optimize.linear_sum_assignment(-np.maximum(scores, 0.0))
+    found = {
+        wanted[i]: Guess(headers[j], _unit_in(headers[j], wanted[i]))
+        for i, j in zip(rows, chosen, strict=True)
+        if scores[i, j] >= LEAST
+    }
+    for channel in [c for c in found if c.startswith("link_")]:
+        only = channel.removeprefix("link_")
+        if only in wanted and only not in found:  # the joint's only encoder, whatever it is called
+            found[only] = found.pop(channel)
+    return {c: found[c] for c in wanted if c in found}
+
+
+def _parts(header: str) -> list[str]:
+    """`Motor1_Pos (deg)` -> motor, 1, pos, deg"""
+    name = re.sub(r"([a-z])([A-Z])", r"\1 \2", parse_header(header)[0])
+    return re.findall(r"[a-zµ]+|\d+", name.lower())
+
+
+def _numbered_from(headers: Sequence[str]) -> int:
+    """1, or 0 where the file counts its joints from zero."""
+    digits = {int(p) for h in headers for p in _parts(h) if p.isdigit()}
+    return 0 if 0 in digits else 1
+
+
+def _kinds(parts: Sequence[str]) -> set[str]:
+    return {kind for kind, words in WORDS.items() if any(p in words for p in parts)}
+
+
+def _score(channel: str, header: str, values: np.ndarray, first: int) -> float:
+    if is_channel(parse_header(header)[0]):  # it says itself what it is
+        return 100.0 if parse_header(header)[0] == channel else WRONG
+    pattern, parts = channel_kind(channel).pattern, _parts(header)
+    wants, has = MEANS.get(pattern, ()), _kinds(parts)
+    if channel == "t":
+        rising = len(values) > 1 and bool(np.all(np.diff(values[np.isfinite(values)]) > 0))
+        return (FITS + NUMBERED if rising else 0.0) if "time" in has else (HALF + 1.0) * rising
+    there = sum(kind in has for kind in wants)
+    if not wants or not there:
+        return WRONG
+    score = FITS if there == len(wants) else HALF * there
+    # 'q1_cmd' names a position and a reference: the second word excludes the plain encoder.
+    apart = {"reference", "speed", "time", "torque", "current", "voltage", "deflection", "known"}
+    score += WRONG * len((has & apart) - set(wants)) + WRONG * (
+        "link" in has and "link" not in wants
+    )
+    return score + _numbers(channel, parts, first)
+
+
+def _numbers(channel: str, parts: Sequence[str], first: int) -> float:
+    own = re.search(r"\d", channel)
+    indices = [int(p) + 1 - first for p in parts if p.isdigit()]
+    indices += [] if indices else [JOINT[p] for p in parts if p in JOINT]
+    if own is None or not indices:
+        return 0.0
+    return NUMBERED if int(own.group()) in indices else MISNUMBERED
+
+
+def _unit_in(header: str, channel: str) -> str:
+    """The unit that the name itself ends in, for a heading without brackets."""
+    if parse_header(header)[1] or parse_header(header)[0] == channel:
+        return ""
+    parts = _parts(header)
+    found = next((UNITS[p] for p in reversed(parts) if p in UNITS), "")
+    speed = channel_kind(channel).units[0].endswith("/s")
+    if found and speed and not found.endswith("/s") and found != "rpm":
+        found = f"{found}/s"
+    return found if is_unit(found) else ""

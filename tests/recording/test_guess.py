@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.recording.guess import Guess, guess_columns
+from core.recording.sources import Guess, guess_columns
 from core.sensors import sensors
 
 sensors()  # they bring columns of their own

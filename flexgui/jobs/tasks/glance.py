@@ -115,7 +115,7 @@ def _numbers(table: Table) -> dict[str, np.ndarray]:
 
 def _guessed(numbers: Mapping[str, np.ndarray], wanted: tuple[str, ...]) -> dict[str, Any]:
     """Entries under `columns`; a column of a channel's own name needs none."""
-    from core.recording.guess import guess_columns
+    from core.recording.sources import guess_columns
     from core.written import parse_header
 
     found = {}
