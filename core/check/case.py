@@ -13,11 +13,11 @@ from core.check.bending import Shape
 from core.check.causes import FREE, Cause, wrong
 from core.check.finding import Finding, Picture
 from core.check.geometry import Tip
-from core.check.lagged import LOOP, Relation
+from core.check.lagged import CLEAR, LOOP, Relation
 from core.check.late import Late, late_channel, shape_of
 from core.check.measured import Measured
 from core.check.relations import relations
-from core.check.suspects import CLEAR, Suspect, late_channels, suspects
+from core.check.suspects import Suspect, late_channels, suspects
 from core.recording.channels import Role, channel_kind, role_of
 from core.written import parse_header
 

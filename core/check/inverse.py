@@ -11,15 +11,15 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from core.check.bending import SMALL, Bending, Shape
-from core.check.lagged import NEWTON, WORTH, Relation, regressed
+from core.check.bending import MOST, SMALL, Bending, Shape
+from core.check.lagged import CLEAR, NEWTON, SURE, WORTH, Relation, regressed
 from core.check.measured import Measured
 from core.model import Model
 from core.recording.channels import DRIVES, Role, role_of
 
 PART = 0.1
 """Of a torque's variance must a part have for its gain to say something."""
-SURE = 5.0
+KNOWN = 5.0
 """Standard deviations must a gain be from zero."""
 
 
@@ -46,7 +46,7 @@ def gains(
         part, errors, explained = regressed(A, y)
         for j in range(parts.shape[2]):
             large = float(np.var(part[j] * A[:, j])) > PART * float(np.var(y))
-            if large and abs(part[j]) > SURE * errors[j]:
+            if large and abs(part[j]) > KNOWN * errors[j]:
                 made.append((name, f"theta{j + 1}", float(part[j]), explained))
     return made
 
@@ -76,10 +76,6 @@ def loops(found: Measured, shape: Shape) -> list[tuple[float, float, float]]:
     return made
 
 
-MOST_REGRESSED = 4000
-"""Rows of a regression; more say nothing new."""
-
-
 def torque_relations(found: Measured, model: Model, shape: Shape | None) -> list[Relation]:
     """Each torque against every joint's motion; where that cannot be, against its own joint's."""
     names = model.drive.reference_channels(model.arm)
@@ -92,7 +88,7 @@ def torque_relations(found: Measured, model: Model, shape: Shape | None) -> list
     scale = dict(zip(names, constants, strict=True))
     return [
         Relation(torque, (angle,), gain * scale[torque], np.inf, 0.0, np.inf, explained,
-                 NEWTON if explained > RIGHT else np.inf, step=found.step)
+                 NEWTON if explained > CLEAR else np.inf, step=found.step)
         for torque, angle, gain, explained in known
     ]  # fmt: skip
 
@@ -161,14 +157,10 @@ def _inertial(found: Measured, output: str, angle: str, nominal: float) -> Relat
     gain = sign * gain / (nominal or abs(gain))
     tolerance = NEWTON if nominal else np.inf
     # Bending and friction shift what fits best by some samples, unless all is explained.
-    lag = lag if best > ALL else np.inf
+    lag = lag if best > SURE else np.inf
     return Relation(output, (angle,), gain, lag, 0.0, np.inf, best, tolerance, step=dt)
 
 
-RIGHT = 0.85
-"""Share of a torque explained above which its gains count; below, only their signs do."""
-ALL = 0.985
-"""Share explained by a rigid joint with friction: EMPS 0.998, a bench with soft links 0.92."""
 MOST_ROWS = 25
 """Lag sought between a torque and the motion, in samples."""
 
@@ -176,7 +168,7 @@ MOST_ROWS = 25
 def _at_lag(columns: np.ndarray, y: np.ndarray, rows: int) -> tuple[float, float, float]:
     """(share explained, gain of the acceleration, its share) with y `rows` samples late."""
     edge = max(len(y) // 20, MOST_ROWS + 1)
-    inner = slice(edge, len(y) - edge, max(len(y) // MOST_REGRESSED, 1))
+    inner = slice(edge, len(y) - edge, max(len(y) // MOST, 1))
     seen = np.roll(y, -rows)[inner]
     chosen = columns[inner]
     part, _, explained = regressed(chosen, seen)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.check.lagged import LOOP, WORTH, Relation
+from core.check.lagged import CLEAR, LOOP, SURE, WORTH, Relation
 from core.check.late import Late
 from core.recording.channels import DRIVES, Role, is_reference, role_of
 
@@ -20,13 +20,6 @@ ALIKE = 0.25
 """Share of a factor by which the relations of one channel may differ."""
 FEW_SAMPLES = 2.0
 """Sample times of lag that a drive or a filter takes without being late."""
-CLEAR = 0.85
-"""Share explained above which a gain of the scenario's loop counts: another arm explains less."""
-SURE = 0.985
-"""Share explained above which a lag is a delay and no other dynamics: with elastic joints in
-scenarios/mujoco it stays below 0.98, with a late camera it is 0.987 to 0.999. The loop must explain
-every encoder as well: elastic joints, which make the tip late, leave 0.9 or less; a stiffness that
-is 30 % off leaves 0.978 or less, and makes a delay of 6 ms one of 4 (scenarios/mujoco/plain)."""
 SURE_OF_CHANGE = 0.9
 """The same where the scenario's other recordings say what is usual."""
 DRIFT = 1e-3

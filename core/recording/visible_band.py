@@ -45,7 +45,9 @@ class VisibleBand(NamedTuple):
     """Whether a motion fills the two octaves at the top, so that no noise stands there alone."""
 
 
-class _Spectrum(NamedTuple):
+class Spectrum(NamedTuple):
+    """Power of places over frequency, in bands that widen with it."""
+
     hz: np.ndarray
     """(B,), the upper ends of bands"""
     ordinates: np.ndarray
@@ -82,7 +84,7 @@ def visible_band(columns: Sequence[tuple[np.ndarray, float]]) -> VisibleBand | N
     Returns:
         None where the recordings are too short, or the joint stands still.
     """
-    spectra = [s for x, dt in columns if (s := _spectrum(x, dt)) is not None]
+    spectra = [s for x, dt in columns if (s := spectrum(x, dt)) is not None]
     if not spectra:
         return None
     noises = [s.noise for s in spectra]
@@ -102,7 +104,7 @@ def visible_band(columns: Sequence[tuple[np.ndarray, float]]) -> VisibleBand | N
     return VisibleBand(end, float(np.sqrt(np.mean(noises))), falling)
 
 
-def _spectrum(x: np.ndarray, dt: float) -> _Spectrum | None:
+def spectrum(x: np.ndarray, dt: float) -> Spectrum | None:
     """Of places x (N,), from their second differences: a window leaks little of these."""
     if len(x) < SHORTEST or not np.isfinite(x).all() or not np.ptp(x):
         return None
@@ -117,4 +119,4 @@ def _spectrum(x: np.ndarray, dt: float) -> _Spectrum | None:
     count = np.diff(ends)
     mean = np.add.reduceat(power, ends[:-1]) / count
     upper = angle[np.array(ends[1:]) - 1]
-    return _Spectrum(upper / (2.0 * np.pi * dt), count, mean, 1.0 / dt)
+    return Spectrum(upper / (2.0 * np.pi * dt), count, mean, 1.0 / dt)

@@ -8,10 +8,8 @@ import numpy as np
 
 from core.check.case import Case
 from core.check.finding import EVEN, Check, Finding
+from core.recording.resampling import GAP
 from core.recording.spec import GapsSpec
-
-GAP = 1.75
-"""Times the usual step: a row is missing; jitter hardly reaches that."""
 
 
 class Dropouts(Check):
