@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from core.arm.beforehand import compile_beforehand
 from core.diagnose.announce import fit_title
 from core.diagnose.facts import compared, final_parameters, origins
 from core.diagnose.final_ladder import final_ladder
@@ -26,6 +25,7 @@ from core.recording.recording import Recording
 from core.results import MISSING, NOTHING, UNLISTED, Diagnosis, Remains
 from core.scenario.schema import IdentifySpec
 from core.scenario.stated_effects import structures_tried
+from core.warm import compile_beforehand
 
 
 @quick_handover()

@@ -4,11 +4,12 @@ import numpy as np
 import sympy as sp
 
 from core.arm.arm import Arm
+from core.arm.chord import deflection_rows
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Rig, Values
 from core.effects.per_joint import sized
 from core.effects.per_segment import bending, each_bending, unbent
-from core.effects.sizes import Sizes, deflection_rows
+from core.effects.sizes import Sizes
 from core.forces.element import Element
 from core.forces.law import X, joint_law
 

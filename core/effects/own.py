@@ -12,12 +12,13 @@ import numpy as np
 import sympy as sp
 
 from core.arm.arm import Arm
+from core.arm.chord import deflection_rows
 from core.drives.drive import Drive
 from core.effects.effect import Effect, EffectParameter, Values
 from core.effects.formula import FUNCTIONS, LONGEST_NAME, parse_formula
 from core.effects.per_joint import joint_direction
 from core.effects.per_segment import bending
-from core.effects.sizes import Sizes, deflection_rows
+from core.effects.sizes import Sizes
 from core.errors import InputError
 from core.forces.compiled import compile_law
 from core.forces.element import Element

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from core.arm.arm import Arm
-from core.arm.chord import chord_matrix
-from core.arm.slots import LENGTH, slot
+from core.arm.chord import deflection_rows
 from core.trajectory import Trajectory
 
 FLOOR = 1e-12
@@ -63,9 +62,3 @@ def sizes_of(motions: Sequence[Trajectory]) -> Sizes:
         tip_speed=float(np.sqrt(np.mean(np.sum(tips**2, axis=1)))) + FLOOR,
         sample_time=float(motions[0].time[1] - motions[0].time[0]),
     )
-
-
-def deflection_rows(arm: Arm, p: np.ndarray) -> np.ndarray:
-    """(joints, n): delta_k(l) in m from q; zero rows for rigid segments."""
-    lengths = np.array([p[slot(k, LENGTH)] for k in range(arm.joints)])
-    return np.asarray(chord_matrix(arm, p) * lengths[:, None])

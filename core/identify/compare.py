@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from core.arm.chord import deflection_rows
 from core.arm.joints import joint
-from core.effects.sizes import deflection_rows
 from core.errors import InputError
 from core.identify.predictor import Predictor
 from core.identify.prepared import Prepared, prepare

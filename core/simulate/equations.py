@@ -8,7 +8,6 @@ import sympy as sp
 
 from core.arm import shapes
 from core.arm.arm import Structure
-from core.arm.chord import rigid_angle_matrix
 from core.arm.energies import bending, dissipation, springs
 from core.arm.kinematics import Kinematics, Phasor, components
 from core.arm.slots import (
@@ -25,6 +24,7 @@ from core.arm.slots import (
 from core.arm.straight import straight_arm
 from core.model import Model
 from core.results import Equation
+from core.sensors.rigid_rates import rigid_angle_matrix
 from core.sentences import first_sentence
 
 LARGEST_MATRIX = 6

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arm.chord import SINGULAR_MARGIN
 from core.errors import InputError
 from core.excitation import build_excitation
 from core.model import Model
 from core.recording.recording import Recording
 from core.recording.spec import SimulateSpec
 from core.sensors import sensors
+from core.sensors.rigid_rates import SINGULAR_MARGIN
 from core.sensors.sensor import Sensor
 from core.simulate.linear import respond
 from core.simulate.motion import Task, at_rest

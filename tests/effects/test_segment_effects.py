@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from core.arm.chord import deflection_rows
 from core.effects import effect, with_included
 from core.effects.effect import Rig
-from core.effects.sizes import deflection_rows
 from core.forces.compiled import compile_law
 from core.recording.spec import SimulateSpec
 from core.simulate.experiment import make_task

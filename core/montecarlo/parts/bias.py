@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from core.arm.chord import rigid_rates
 from core.montecarlo.parts.fits import fit
 from core.montecarlo.rig import Rig, outputs, with_outputs
 from core.montecarlo.settings import StudySettings
@@ -18,7 +17,7 @@ from core.montecarlo.study import Answer, Case, Part
 from core.recording.recording import Recording
 from core.recording.velocity import central_difference
 from core.scenario.schema import IdentifySpec
-from core.sensors.rigid_rates import lengths
+from core.sensors.rigid_rates import lengths, rigid_rates
 
 EXCITATIONS = ("prbs_balanced", "prbs")
 SEED = 3001

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from core.arm import beforehand
+from core import warm
 from core.arm.arm import Structure
-from core.arm.beforehand import compile_beforehand
 from core.arm.compiled import is_compiled
+from core.warm import compile_beforehand
 
 SMALL = Structure(joints=("revolute",), modes=(0,), mounts=("previous",))
 LONGEST = 120.0
@@ -22,7 +22,7 @@ LONGEST = 120.0
 def empty(tmp_path, monkeypatch):  # type: ignore[no-untyped-def]
     """A machine that has compiled nothing yet."""
     monkeypatch.setenv("FLEXGUI_CACHE", str(tmp_path))
-    monkeypatch.setattr(beforehand, "_begun", set())
+    monkeypatch.setattr(warm, "_begun", set())
 
 
 @pytest.mark.long
@@ -34,7 +34,7 @@ def test_what_is_missing_is_compiled_by_another_process_once(empty) -> None:
 
 
 def test_what_is_there_needs_no_process(empty, monkeypatch) -> None:
-    monkeypatch.setattr(beforehand, "is_compiled", lambda _: True)
+    monkeypatch.setattr(warm, "is_compiled", lambda _: True)
     assert compile_beforehand([SMALL]) is None
 
 
@@ -48,7 +48,7 @@ def test_without_another_process_everything_goes_on(empty, monkeypatch) -> None:
 
 def test_the_process_ends_with_the_one_that_began_it(empty) -> None:
     script = (
-        "from core.arm.beforehand import compile_beforehand\n"
+        "from core.warm import compile_beforehand\n"
         "from core.arm.arm import Structure\n"
         "s = Structure(('revolute',) * 3, (3, 3, 3), ('previous',) * 3)\n"
         "print(compile_beforehand([s]).pid)\n"
