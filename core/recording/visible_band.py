@@ -45,9 +45,7 @@ class VisibleBand(NamedTuple):
     """Whether a motion fills the two octaves at the top, so that no noise stands there alone."""
 
 
-class Spectrum(NamedTuple):
-    """Power of places over frequency, in bands that widen with it."""
-
+class _Spectrum(NamedTuple):
     hz: np.ndarray
     """(B,), the upper ends of bands"""
     ordinates: np.ndarray
@@ -84,7 +82,7 @@ def visible_band(columns: Sequence[tuple[np.ndarray, float]]) -> VisibleBand | N
     Returns:
         None where the recordings are too short, or the joint stands still.
     """
-    spectra = [s for x, dt in columns if (s := spectrum(x, dt)) is not None]
+    spectra = [s for x, dt in columns if (s := _spectrum(x, dt)) is not None]
     if not spectra:
         return None
     noises = [s.noise for s in spectra]
@@ -104,7 +102,7 @@ def visible_band(columns: Sequence[tuple[np.ndarray, float]]) -> VisibleBand | N
     return VisibleBand(end, float(np.sqrt(np.mean(noises))), falling)
 
 
-def spectrum(x: np.ndarray, dt: float) -> Spectrum | None:
+def _spectrum(x: np.ndarray, dt: float) -> _Spectrum | None:
     """Of places x (N,), from their second differences: a window leaks little of these."""
     if len(x) < SHORTEST or not np.isfinite(x).all() or not np.ptp(x):
         return None
@@ -119,4 +117,4 @@ def spectrum(x: np.ndarray, dt: float) -> Spectrum | None:
     count = np.diff(ends)
     mean = np.add.reduceat(power, ends[:-1]) / count
     upper = angle[np.array(ends[1:]) - 1]
-    return Spectrum(upper / (2.0 * np.pi * dt), count, mean, 1.0 / dt)
+    return _Spectrum(upper / (2.0 * np.pi * dt), count, mean, 1.0 / dt)

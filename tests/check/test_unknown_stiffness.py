@@ -116,9 +116,9 @@ def test_a_held_torque_between_two_levels_is_no_limit_and_a_cut_off_wave_is() ->
 
 def test_noise_is_told_from_a_lively_motion() -> None:
     rng = np.random.default_rng(4)
-    assert quiet_noise(0.3 * rng.standard_normal(2000), 1e-3) == pytest.approx(0.3, rel=0.2)
+    assert quiet_noise(0.3 * rng.standard_normal(2000)) == pytest.approx(0.3, rel=0.2)
     place = rng.choice([-1.0, 1.0], 500).repeat(2).cumsum()
-    assert quiet_noise(place, 1e-3) < 0.1 * np.std(place)
+    assert quiet_noise(place) < 0.1 * np.std(place)
 
 
 @pytest.mark.parametrize("jump, dead", [(1.0, 0), (40.0, 1)])

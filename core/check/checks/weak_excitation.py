@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+import scipy
 
 from core.check.case import Case
 from core.check.checks.outliers import far_out
 from core.check.finding import Check, Finding
 from core.check.measured import noise_of
-from core.recording.visible_band import spectrum
 
 FEWEST = 10.0
 """Times its noise must a joint move: with less, 10 % of what is estimated is noise."""
+
+
+BANDS, LOWEST = 8, 0.2
+"""Bands of frequency, from this share of the sample rate upwards."""
 
 
 class WeakExcitation(Check):
@@ -27,15 +31,20 @@ class WeakExcitation(Check):
             q = found.counted(name)
             q = q[np.isfinite(q)]
             q = q[~far_out(q)]  # outliers are another fault, and look like noise
-            noise = quiet_noise(q, found.step)
+            noise = quiet_noise(q)
             moved = float(np.std(q))
             if noise > 0 and moved < FEWEST * noise:
                 sentence = f"{name} moves by {moved:.3g} rms, {moved / noise:.2g} times its noise"
                 yield case.finding(self.kind, name, moved / noise, "", sentence)
 
 
-def quiet_noise(x: np.ndarray, dt: float) -> float:
-    """Standard deviation of white noise in x (N,), where it is least among high frequencies: a
-    lively motion reaches up to half the sample rate, but not evenly."""
-    seen = spectrum(x, dt)
-    return noise_of(x) if seen is None else float(np.sqrt(seen.noise))
+def quiet_noise(x: np.ndarray) -> float:
+    """Standard deviation of white noise in x (N,), by the band of frequencies with the least in it:
+    a lively motion reaches up to half the sample rate, but not evenly."""
+    if len(x) < 8 * BANDS:
+        return noise_of(x)
+    frequencies, power = scipy.signal.welch(np.diff(x), nperseg=min(len(x) - 1, 256))
+    white = power / (2.0 * np.sin(np.pi * np.maximum(frequencies, 1e-9))) ** 2
+    high = white[frequencies > LOWEST]
+    least = min(float(np.mean(band)) for band in np.array_split(high, BANDS))
+    return float(np.sqrt(least / 2.0))  # one-sided over a bandwidth of one half
