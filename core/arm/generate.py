@@ -111,9 +111,9 @@ class ArmCode:
     def linear(self) -> list[str]:
         """K = -dF/dq and D = -dF/dq' at v = 0, q' = 0."""
         s = self.symbols
-        straight = StraightArm(self.kinematics)
-        stiffness = straight.bending + straight.gravity_stiffness
-        damping = straight.damping
+        gravity = StraightArm(self.kinematics).gravity_stiffness
+        stiffness = stiffness_matrix(self.kinematics) + gravity
+        damping = damping_matrix(self.kinematics)
         statements = Statements("c")
         outputs = [*stiffness, *damping]
         reduced, used = statements.shared(outputs), free_symbols(outputs)

@@ -31,43 +31,27 @@ _SLIDE = Segment(length=0.1, mass=95.0, modes=0, joint="prismatic")
 # - link 1 carries the 1.578 kg of stage 2. The manufacturer's 0.1704 kg m^2 lumps into one number
 #   what this arm has explicitly; `two_stage_uncoupled` is that model;
 # - damping 0.0856 N m s/rad over 6.858 N m/rad is a damping time of 12.5 ms.
-_LENGTH = 0.202
-_STIFFNESS = (39.96, 6.858)
-_LINK_MASS = (0.1535, 0.0537)
-_HUB_INERTIA = (0.06354, 0.00302)
-_LINK_AND_LOAD = (0.1704, 0.006439)
-_STAGE_MASS = 1.578
-_LINK_DAMPING = 0.0856
+_LENGTH, _LINK_MASS, _LINK_AND_LOAD = 0.202, (0.1535, 0.0537), (0.1704, 0.006439)
 
 
-def _lumped_load(stage: int) -> float:
-    """The tip mass in kg that gives a stage (from 0) its link-plus-load inertia."""
-    return _LINK_AND_LOAD[stage] / _LENGTH**2 - _LINK_MASS[stage] / 3.0
+def _stage(k: int, stiffness: float, hub_inertia: float, damping: float = 0.0) -> Segment:
+    """A stage (from 0) with the tip mass that gives it its link-plus-load inertia."""
+    return Segment(
+        length=_LENGTH,
+        mass=_LINK_MASS[k],
+        EI=stiffness * _LENGTH / 3.0,
+        modes=2,
+        damping_time=damping / stiffness,
+        tip_mass=_LINK_AND_LOAD[k] / _LENGTH**2 - _LINK_MASS[k] / 3.0,
+        hub_inertia=hub_inertia,
+    )
 
 
-_FIRST = Segment(
-    length=_LENGTH,
-    mass=_LINK_MASS[0],
-    EI=_STIFFNESS[0] * _LENGTH / 3.0,
-    modes=2,
-    tip_mass=_STAGE_MASS,
-    hub_inertia=_HUB_INERTIA[0],
-)
-_SECOND = Segment(
-    length=_LENGTH,
-    mass=_LINK_MASS[1],
-    EI=_STIFFNESS[1] * _LENGTH / 3.0,
-    modes=2,
-    damping_time=_LINK_DAMPING / _STIFFNESS[1],
-    tip_mass=_lumped_load(1),
-    hub_inertia=_HUB_INERTIA[1],
-)
+_LUMPED, _SECOND = _stage(0, 39.96, 0.06354), _stage(1, 6.858, 0.00302, damping=0.0856)
+_FIRST = _LUMPED.model_copy(update={"tip_mass": 1.578})
 
 # The same bench as the manufacturer models it: two stages that do not feel each other.
-_UNCOUPLED = (
-    _FIRST.model_copy(update={"tip_mass": _lumped_load(0), "mount": "ground"}),
-    _SECOND.model_copy(update={"mount": "ground"}),
-)
+_UNCOUPLED = tuple(s.model_copy(update={"mount": "ground"}) for s in (_LUMPED, _SECOND))
 
 _SEGMENTS = {
     "paper": _PAPER,

@@ -13,7 +13,7 @@ from functools import cache, cached_property
 import sympy as sp
 
 from core.arm.arm import Structure
-from core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
+from core.arm.energies import lumped_inertia
 from core.arm.kinematics import Kinematics, Place
 from core.arm.slots import LENGTH, MASS, TIP_MASS
 
@@ -22,7 +22,7 @@ Terms = dict[sp.Expr, sp.Matrix]
 
 
 class StraightArm:
-    """M, K and D at v = 0 as functions of the joint coordinates."""
+    """M and the stiffness by gravity at v = 0 as functions of the joint coordinates."""
 
     def __init__(self, kinematics: Kinematics) -> None:
         self.kinematics = kinematics
@@ -104,16 +104,6 @@ class StraightArm:
             product = sp.Mul(*[q**p for q, p in zip(slides, powers, strict=True)])
             found.append((product, coefficient))
         return found
-
-    @cached_property
-    def bending(self) -> sp.Matrix:
-        """Stiffness (n, n) of the straight arm in symbols."""
-        return stiffness_matrix(self.kinematics)
-
-    @cached_property
-    def damping(self) -> sp.Matrix:
-        """Damping (n, n) of the straight arm in symbols."""
-        return damping_matrix(self.kinematics)
 
     @cached_property
     def gravity_stiffness(self) -> sp.Matrix:

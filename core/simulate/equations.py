@@ -8,7 +8,7 @@ import sympy as sp
 
 from core.arm import shapes
 from core.arm.arm import Structure
-from core.arm.energies import bending, dissipation, springs
+from core.arm.energies import bending, dissipation, springs, stiffness_matrix
 from core.arm.kinematics import Kinematics, Phasor, components
 from core.arm.slots import (
     AXIS_ANGLE,
@@ -197,8 +197,9 @@ def _lpv_form(structure: Structure, absent: frozenset[sp.Symbol]) -> tuple[Equat
             shown = matrix.applyfunc(sp.factor)
             what = "constant part" if basis == 1 else f"multiplies {basis}"
             found.append(Equation(f"M{i}, {what}", rf"M_{{{i}}} = {_matrix(s, shown)}"))
-        if straight.bending != sp.zeros(*straight.bending.shape):
-            found.append(Equation("Stiffness", rf"K = {_matrix(s, straight.bending)}"))
+        stiffness = stiffness_matrix(straight.kinematics)
+        if stiffness != sp.zeros(*stiffness.shape):
+            found.append(Equation("Stiffness", rf"K = {_matrix(s, stiffness)}"))
     return tuple(found)
 
 
