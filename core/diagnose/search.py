@@ -150,7 +150,7 @@ def look(
     for k, kind in enumerate(kinds):
         left = tuple(r for r in ranking if r.effect not in kinds[:k])
         state.rounds.append(DiagnosisRound(left, kind, refused, lost, next_ones))
-    state.first = state.first or seen.screen
+    state.first, state.screened = state.first or seen.screen, (at, seen.screen)
     _go_on_with(state, seen.data)
     return seen
 
@@ -198,10 +198,7 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
     for _ in range(MOST_EXCHANGES):
         if len(state.found) < 2 or progress.stopped():
             return
-        at = state.refit.hypothesis
-        candidates = offered(state, options)
-        state.data = sharing_motions(state.data, at)
-        seen = screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
+        seen = _screen_of(state, options, progress)
         found = best_exchange(
             state.data, state.refit, state.present, state.given, seen, progress.stopped
         )
@@ -216,6 +213,16 @@ def _exchange(state: State, options: Options, progress: Progress) -> None:
             return
         _replace(state, data, refit, effects)
         prune(state, progress)
+
+
+def _screen_of(state: State, options: Options, progress: Progress) -> Screen:
+    """Of the model as it stands; that of the last round where it looked at this model."""
+    if state.screened is not None and state.screened[0] is state.refit:
+        return state.screened[1]
+    at = state.refit.hypothesis
+    state.data = sharing_motions(state.data, at)
+    candidates = offered(state, options)
+    return screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
 
 
 def _replace(state: State, data: Data, refit: Refit, effects: Sequence[Effect]) -> None:

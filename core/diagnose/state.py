@@ -66,6 +66,8 @@ class State:
     validation: Data | None
     first: Screen | None = None
     """Of the first round."""
+    screened: tuple[Refit, Screen] | None = None
+    """The screen of the last round, and the model that it is of."""
     passed: list[str] = field(default_factory=list)
     """Titles of what was taken out again."""
     refuted: dict[str, tuple[str, Objection]] = field(default_factory=dict)
