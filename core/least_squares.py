@@ -52,6 +52,11 @@ class Limits:
     believed: np.ndarray | float = 0.0
     deviations: np.ndarray | float = np.inf
 
+    def inside(self, x: np.ndarray) -> np.ndarray:
+        """(P,) bool: not at a bound, to a millionth of a typical size."""
+        near = AT_BOUND * self.scales
+        return np.asarray((x > self.lower + near) & (x < self.upper - near))
+
     def surprise(self, x: np.ndarray) -> np.ndarray:
         """(...) squared deviations of x (..., P) from what is known beforehand."""
         return np.asarray(np.sum(((x - self.believed) / self.deviations) ** 2, axis=-1))
@@ -79,7 +84,8 @@ less than half as curved as they say, and its minimum more than twice as far."""
 SHORT = 1e-2
 """Damping above which a step was short, so that a small reduction says nothing of the next one."""
 WORST_DAMPING = 1e6
-AT_BOUND = 1e-9
+AT_BOUND = 1e-6
+"""Of a typical size: nearer than this a parameter stands at its bound."""
 ASTRAY = 1e12
 """In floors: no simulation that holds together is that far off."""
 
@@ -257,6 +263,19 @@ def _longer(errors, x, x_new, blocks, cost: float, limits: Limits):  # type: ign
 SEEN = 1e-10
 """Of the largest eigenvalue of the scaled normal equations: directions with less of it do not
 move, since differences cannot tell their slopes from rounding."""
+
+
+def pseudo_inverse(A: np.ndarray, relative: float = SEEN) -> np.ndarray:
+    """Inverse of normal equations (P, P), scaled by their diagonal, on the directions whose
+    `relative` eigenvalue is larger."""
+    if not len(A):
+        return A
+    diagonal = np.diag(A)
+    d = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))  # what nothing shows stays zero
+    values, vectors = np.linalg.eigh(A / np.outer(d, d))
+    kept = values > relative * values.max()
+    inner = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
+    return np.asarray(inner / np.outer(d, d))
 
 
 def _move(A: np.ndarray, b: np.ndarray, free: np.ndarray, damping: float) -> np.ndarray:

@@ -45,6 +45,11 @@ class Parameter:
         """Whether the sign is fixed, so that relative changes make sense."""
         return self.lower > 0.0
 
+    def at_bound(self, value: float) -> bool:
+        """Whether a value is at a bound, to a millionth of the distance between both."""
+        near = 1e-6 * (self.upper - self.lower)
+        return bool(value - self.lower < near or self.upper - value < near)
+
 
 @dataclass(frozen=True)
 class ParameterSet:

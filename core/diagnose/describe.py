@@ -14,8 +14,7 @@ from core.diagnose.refit import Refit
 from core.diagnose.screen import Screen, Screened
 from core.diagnose.steps import estimates
 from core.identify.identifiability import TOGETHER, correlation_of
-from core.identify.uncertainty import pseudo_inverse
-from core.least_squares import normal_equations
+from core.least_squares import normal_equations, pseudo_inverse
 from core.results import Estimate, RankedEffect
 
 PARALLEL = 0.95

@@ -15,7 +15,7 @@ from core.diagnose.data import Data
 from core.diagnose.refit import Refit
 from core.diagnose.screen import Screened
 from core.effects.sizes import typical
-from core.least_squares import GOOD_ENOUGH, normal_equations
+from core.least_squares import GOOD_ENOUGH, SEEN, normal_equations, pseudo_inverse
 from core.parameters import Parameter
 from core.results import ABOVE, Objection, Reason
 
@@ -160,10 +160,6 @@ def _part_first(found: list[Weighed]) -> list[Weighed]:
     return parts + [w for w in found if w.screened.effect.kind not in kinds]
 
 
-AT_BOUND_SHARE = 1e-6
-"""Of the distance between the bounds."""
-
-
 def ended_at_bound(after: Refit, data: Data) -> Objection | None:
     """The first size that ended at the bound far from neutral and is pressed against it."""
     return next((objection for _, objection in at_bounds(after, data)), None)
@@ -196,28 +192,19 @@ def beyond(after: Refit, i: int) -> float:
     """By how much the cost would fall, as straight lines have it, if unknown i could pass the bound
     that it stands at and all others that are inside theirs followed."""
     limits, x = after.hypothesis.limits, after.hypothesis.vector
-    near = 1e-6 * limits.scales
-    free = (x > limits.lower + near) & (x < limits.upper - near)
-    others = np.flatnonzero(free & (np.arange(len(x)) != i))
+    others = np.flatnonzero(limits.inside(x) & (np.arange(len(x)) != i))
     A, b = normal_equations(after.descended.blocks, after.descended.slopes)
-    size = np.sqrt(np.maximum(np.diag(A), np.finfo(float).tiny))
-    A, b = A / np.outer(size, size), b / size
-    follow = np.linalg.pinv(A[np.ix_(others, others)], rcond=1e-10, hermitian=True)
-    across = A[others, i]
+    follow, across = pseudo_inverse(A[np.ix_(others, others)]), A[others, i]
     own = A[i, i] - across @ follow @ across
     push = b[i] - across @ follow @ b[others]
     outward = -push if limits.upper[i] - x[i] < x[i] - limits.lower[i] else push
-    return float(push**2 / own) if outward > 0.0 and own > 1e-10 else 0.0
+    return float(push**2 / own) if outward > 0.0 and own > SEEN * A[i, i] else 0.0
 
 
 def _ends(p: Parameter, value: float, neutral: float) -> Objection | None:
     """Where the value stands at a bound, and not at the one next to neutral."""
-    near, beside = AT_BOUND_SHARE * (p.upper - p.lower), AT_BOUND * p.scale
-    ends = (
-        (p.lower, value - p.lower, neutral <= p.lower + beside),
-        (p.upper, p.upper - value, neutral >= p.upper - beside),
-    )
-    for bound, gap, vanishes in ends:
-        if gap <= near and not vanishes:
-            return Objection(Reason.AT_BOUND, p.title or p.name, bound, p.unit)
-    return None
+    bound = p.lower if value - p.lower < p.upper - value else p.upper
+    vanishes = abs(neutral - bound) <= AT_BOUND * p.scale
+    if vanishes or not p.at_bound(value):
+        return None
+    return Objection(Reason.AT_BOUND, p.title or p.name, bound, p.unit)

@@ -16,8 +16,7 @@ from core.identify.compare import compare
 from core.identify.estimates import derived_estimates
 from core.identify.predictor import on_all_cores
 from core.identify.prepared import Prepared
-from core.identify.uncertainty import BY_DIFFERENCES
-from core.least_squares import whole
+from core.least_squares import SEEN, whole
 from core.results import Estimate, RecordingComparison
 from core.results.comparison import DIAGNOSIS_FIT
 
@@ -34,7 +33,7 @@ def final_parameters(refit: Refit) -> tuple[Estimate, ...]:
     seen = identifiability.identified(null, len(unknowns))
     shared = [i for i, u in enumerate(unknowns.items) if u.recording is None]
     # What sits at a bound may be there because nothing else holds it.
-    known = robust_covariance(refit, BY_DIFFERENCES, released=True)
+    known = robust_covariance(refit, SEEN, released=True)
     whole_std = np.sqrt(np.maximum(np.diag(robust_covariance(refit, released=True)), 0.0))
     free = {unknowns.items[i].parameter.name: float(whole_std[i]) for i in shared}
     alone = identifiability.determined(unknowns, x, known, null)

@@ -19,10 +19,10 @@ from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import weigh
 from core.diagnose.minimum import converged
 from core.diagnose.refit import Refit, fit, whitened
-from core.diagnose.revision import ITERATIONS
 from core.diagnose.screen import Screen, Screened
 from core.diagnose.search import look
 from core.diagnose.start import Begun
+from core.diagnose.starts import ROUGH_ITERATIONS
 from core.diagnose.state import Options, State, given_step, step_of
 from core.diagnose.whitening import Whitener, fit_whitener, whitened_rows
 from core.effects.effect import Effect
@@ -165,7 +165,8 @@ def _next(
         return left[0], data, last
     values = last.hypothesis.values()
     tried = [
-        (fit(hypothesis(data, [*present, e], values), None, stopped, ITERATIONS), e) for e in left
+        (fit(hypothesis(data, [*present, e], values), None, stopped, ROUGH_ITERATIONS), e)
+        for e in left
     ]
     rough, best = min(tried, key=lambda one: one[0].cost)
     at, after = converged(data, rough.hypothesis, None, stopped)

@@ -30,6 +30,7 @@ from core.diagnose.evidence import (
     weigh,
 )
 from core.diagnose.refit import (
+    LOOK,
     ROUGH_ITERATIONS,
     Known,
     Refit,
@@ -211,10 +212,6 @@ def promising(seen: Screen, count: int) -> list[Screened]:
     return list((chosen | finer).values())
 
 
-FIRST = 2
-"""Iterations of everybody: the first goes to where straight lines lead, the second tells how far
-that was right."""
-
 OPTIMISM = 2.0
 """Times the reduction that straight lines promise next: a descent whose steps halve what is left
 ends there, and what converges more slowly does not compete with what is ahead by CLOSE in merit."""
@@ -251,7 +248,7 @@ def started(
     known = columns_of(base, slopes)
     start, spent = ahead(data, base, effects, values, slopes, scanned, stopped)
     left = ROUGH_ITERATIONS - spent
-    return Runner(fit(start, None, stopped, FIRST, known), left - FIRST, known)
+    return Runner(fit(start, None, stopped, LOOK, known), left - LOOK, known)
 
 
 def ended(

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, again
+from core.diagnose.evidence import RELEVANT
 from core.diagnose.refit import Refit, fit, settled, whitened
 from core.diagnose.starts import from_nominal_values
 from core.diagnose.whitening import Whitener
@@ -54,10 +55,6 @@ def anchored(data: Data, h: Hypothesis) -> tuple[Data, list[np.ndarray]]:
 
 MOST_DESCENTS = 4
 """From one minimum with its steps corrected to the next; two are usual."""
-
-RELEVANT_REDUCTION = 0.04
-"""Per sample, in floors squared: what one descent more may still gain without a word, as
-core.diagnose.evidence.RELEVANT."""
 
 
 def converged(
@@ -118,7 +115,7 @@ def _descended(
         data, errors = anchored(data, found.hypothesis)
         h = found.hypothesis
         gained = cost_of(before) - cost_of(errors)
-        if stopped() or not gained > RELEVANT_REDUCTION * data.count:
+        if stopped() or not gained > RELEVANT * data.count:
             break
         before = errors
     return data, _at(data, found, errors, whitener)
@@ -141,7 +138,7 @@ def precise(data: Data, refit: Refit, stopped: Callable[[], bool]) -> tuple[Data
     h = again(replace(data, anchor=None, steps=data.fine or 1), refit.hypothesis, finer=1)
     slopes = refit.descended.slopes
     _, found = corrected_minimum(h.residuals, h.vector, slopes, h.limits, stopped)
-    if not np.isfinite(found.cost) or found.cost > refit.cost + RELEVANT_REDUCTION * data.count:
+    if not np.isfinite(found.cost) or found.cost > refit.cost + RELEVANT * data.count:
         return data, refit
     at = refit.hypothesis.at(found.vector)
     data, errors = anchored(data, at)  # what is stated is what page and report show: no mix of two

@@ -18,9 +18,8 @@ from core.diagnose.acceptance import Round
 from core.diagnose.data import Data, Hypothesis, hypothesis
 from core.identify.predictor import on_all_cores
 from core.identify.prepared import prepare
-from core.identify.uncertainty import BY_DIFFERENCES
 from core.identify.unknowns import Unknown
-from core.least_squares import normal_equations
+from core.least_squares import normal_equations, pseudo_inverse
 from core.model import Model
 from core.progress import Progress
 from core.recording.channels import channel_kind
@@ -191,7 +190,7 @@ def shared_normal_matrix(h: Hypothesis) -> Known:
     own = [i for i, u in enumerate(h.unknowns.items) if u.recording is not None]
     shared = [i for i, u in enumerate(h.unknowns.items) if u.recording is None]
     B = A[np.ix_(shared, own)]
-    kept = A[np.ix_(shared, shared)] - B @ _solve(A[np.ix_(own, own)], B.T)
+    kept = A[np.ix_(shared, shared)] - B @ pseudo_inverse(A[np.ix_(own, own)]) @ B.T
     labels = [h.unknowns.labels[i] for i in shared]
     return {(a, b): float(kept[i, j]) for i, a in enumerate(labels) for j, b in enumerate(labels)}
 
@@ -210,16 +209,7 @@ def _left(h: Hypothesis, apart: np.ndarray, known: Known) -> float:
     A, b = normal_equations([apart], h.slopes(h.vector))
     labels = h.unknowns.labels
     A += np.array([[known.get((i, j), 0.0) for j in labels] for i in labels])
-    return max(float(np.sum(apart**2) - b @ _solve(A, b)), 0.0)
-
-
-def _solve(A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """A^+ b, of a scaled symmetric A."""
-    if not len(A):
-        return np.zeros_like(b)
-    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
-    inverse = np.linalg.pinv(A / np.outer(d, d), rcond=BY_DIFFERENCES, hermitian=True)
-    return np.asarray((inverse / np.outer(d, d)) @ b)
+    return max(float(np.sum(apart**2) - b @ pseudo_inverse(A) @ b), 0.0)
 
 
 def deciding(

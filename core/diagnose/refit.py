@@ -8,21 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from core.diagnose.data import Data, Hypothesis, again, hypothesis
-from core.diagnose.starts import starts
+from core.diagnose.starts import ROUGH_ITERATIONS, starts
 from core.diagnose.whitening import Whitener
 from core.effects.effect import Effect
 from core.identify.uncertainty import NOTHING, covariance
 from core.least_squares import (
     FIRST_DAMPING,
-    SEEN,
     Descended,
     cost_of,
     descend,
     normal_equations,
+    pseudo_inverse,
 )
-
-ROUGH_ITERATIONS = 10
-"""Enough to rank; the accepted one is polished afterwards."""
 
 
 @dataclass(frozen=True)
@@ -94,16 +91,11 @@ def whitened(at: Hypothesis, found: Descended, whitener: Whitener) -> tuple[floa
     blocks = [whitener(i, b) for i, b in enumerate(found.blocks)]
     A, b = normal_equations(blocks, slopes)
     cost = float(sum(np.sum(x * x) for x in blocks))
-    limits, x = at.limits, found.vector
-    near = 1e-6 * limits.scales
-    inside = (x > limits.lower + near) & (x < limits.upper - near) & (np.diag(A) > 0.0)
-    which = np.flatnonzero(inside)
-    d = np.sqrt(np.diag(A)[which])
-    inverse = np.linalg.pinv(A[np.ix_(which, which)] / np.outer(d, d), rcond=SEEN, hermitian=True)
-    g = b[which] / d
+    which = np.flatnonzero(at.limits.inside(found.vector) & (np.diag(A) > 0.0))
+    inverse = pseudo_inverse(A[np.ix_(which, which)])
     covariance = np.full(A.shape, np.nan)
-    covariance[np.ix_(which, which)] = inverse / np.outer(d, d)
-    return cost - float(g @ inverse @ g), covariance
+    covariance[np.ix_(which, which)] = inverse
+    return cost - float(b[which] @ inverse @ b[which]), covariance
 
 
 def refit_with(
@@ -174,7 +166,8 @@ def columns_of(base: Hypothesis, slopes: Sequence[np.ndarray]) -> Known:
 
 
 LOOK = 2
-"""Iterations from each start before the one that is ahead goes on alone."""
+"""Iterations from each start or of each candidate before what is behind stops: the first goes to
+where straight lines lead, the second shows how far that was right."""
 
 
 def settled(found: Refit) -> Refit:
@@ -193,10 +186,7 @@ def robust_covariance(
     along directions whose `relative` eigenvalue of the normal equations is smaller.
     """
     h, x = found.hypothesis, found.hypothesis.vector
-    limits = h.limits
-    near = 1e-6 * limits.scales
-    between = (x > limits.lower + near) & (x < limits.upper - near)
-    inside = np.flatnonzero(between | released)
+    inside = np.flatnonzero(h.limits.inside(x) | released)
     slopes = [S[:, :, inside] for S in found.descended.slopes]
     out = np.full((len(x), len(x)), np.nan)
     if len(inside):

@@ -25,14 +25,12 @@ from core.diagnose.gram import gram
 from core.diagnose.refit import Refit, fit, refit_with, settled, whitened
 from core.diagnose.screen import Screen
 from core.diagnose.shape_refinement import best_shape, own_shape
+from core.diagnose.starts import ROUGH_ITERATIONS
 from core.diagnose.verdict import within_noise
 from core.diagnose.whitening import fit_whitener, whitened_rows
 from core.effects import effect
 from core.effects.effect import Effect
 from core.identify import predictor
-
-ITERATIONS = 6
-"""Of a refit with less in the model: it begins near its minimum."""
 
 Stopped = Callable[[], bool]
 
@@ -94,7 +92,7 @@ def _refitted(
 
     def tried(effects: tuple[Effect, ...]) -> Revised:
         start = hypothesis(data, effects, refit.hypothesis.values())
-        return Revised(fit(start, None, stopped, ITERATIONS), effects)
+        return Revised(fit(start, None, stopped, ROUGH_ITERATIONS), effects)
 
     with ThreadPoolExecutor(predictor.WORKERS) as pool:
         return list(pool.map(tried, options))

@@ -18,7 +18,7 @@ from core.diagnose.noise_route import noise_drawn
 from core.diagnose.refit import Refit
 from core.diagnose.start import motions_of
 from core.diagnose.verdict import channel_rms
-from core.identify.uncertainty import pseudo_inverse
+from core.least_squares import pseudo_inverse
 
 DRAWN = 24
 """Of all recordings together: a variance of so many draws is good to a third, and deviations of it

@@ -23,6 +23,7 @@ from core.diagnose.data import Data, Hypothesis, again, hypothesis
 from core.diagnose.gram import Explained, explain
 from core.diagnose.missing_torque import SLOW, Pushed, pushed
 from core.diagnose.refit import Refit, fit
+from core.diagnose.starts import ROUGH_ITERATIONS
 from core.effects.effect import Effect, EffectParameter
 from core.forces.element import Element
 from core.forces.law import ForceLaw
@@ -99,9 +100,6 @@ Stopped = Callable[[], bool]
 RACED = 4
 """Shapes from which a descent starts."""
 
-ITERATIONS = 6
-"""Of each descent: enough to know which leaves less."""
-
 
 def refine_shape(data: Data, found: Refit, effect: Effect, stopped: Stopped) -> Refit:
     """The same model from the best shape at each joint, where that leaves less."""
@@ -114,7 +112,7 @@ def refine_shape(data: Data, found: Refit, effect: Effect, stopped: Stopped) -> 
         sizes = [k for k in effect_parameters if not k.secondary and place(k.parameter.name) == at]
         for start in _starts(data, best.hypothesis, effect, sizes, shape):
             if not stopped():
-                tried = fit(start, None, stopped, most=ITERATIONS)
+                tried = fit(start, None, stopped, most=ROUGH_ITERATIONS)
                 best = tried if tried.cost < best.cost else best
     return best
 

@@ -25,7 +25,7 @@ from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
 from core.effects.effect import Effect
 from core.identify.refinement import FEWEST, SHARES, beginnings
 from core.lanes.wide import LANES
-from core.least_squares import cost_of, descend, normal_equations, whole
+from core.least_squares import cost_of, descend, normal_equations, pseudo_inverse, whole
 
 T = TypeVar("T")
 
@@ -39,8 +39,8 @@ LOOK = 3
 BEST = 3
 """Starts that go on."""
 
-ITERATIONS = 8
-"""Of those; they end earlier where they converge."""
+ROUGH_ITERATIONS = 8
+"""Of a fit that is only compared with others; what is accepted is converged afterwards."""
 
 LONGER = 4
 """Times as much of each recording for the last descent, so that what begins on the whole is out of
@@ -104,7 +104,7 @@ def from_nominal_values(data: Data, h: Hypothesis, stopped: Callable[[], bool]) 
     horizon = Horizon(data, h.model.effects, share, (), stopped)
     values = {**h.model.effect_values, **at}
     stands, _ = horizon.descended(values, 0)
-    tried = [horizon.descended({**values, **arm}, ITERATIONS) for arm in _elsewhere(data, at)]
+    tried = [horizon.descended({**values, **arm}, ROUGH_ITERATIONS) for arm in _elsewhere(data, at)]
     best = min(tried, key=lambda one: one[0])
     if not (stands - best[0]) * horizon.first.count >= SHOWN * len(h.vector):
         return None
@@ -174,7 +174,7 @@ class Horizon:
             found += [at, *self.valleys(at, sizes)]
         distinct = [one for k, one in enumerate(found) if one not in found[:k]]
         looks = sorted((self.descended(one, LOOK) for one in distinct), key=lambda one: one[0])
-        ended = [self.descended(one, ITERATIONS) for _, one in looks[:BEST]]
+        ended = [self.descended(one, ROUGH_ITERATIONS) for _, one in looks[:BEST]]
         return self.longer(min(ended, key=lambda one: one[0]))
 
     def descended(self, values: Mapping[str, float], most: int) -> tuple[float, Values]:
@@ -189,7 +189,7 @@ class Horizon:
         cost, best = found
         if LONGER * self.share < 1.0:
             more = replace(self, share=LONGER * self.share, held=())
-            cost, best = more.descended(best, ITERATIONS)
+            cost, best = more.descended(best, ROUGH_ITERATIONS)
         return best if np.isfinite(cost) else None
 
     def valleys(self, at: Values, sizes: Sequence[Values]) -> list[Values]:
@@ -264,10 +264,6 @@ def closely(places: Sequence[Mapping[str, float]]) -> Iterator[Values]:
     yield from (dict(last) for last in places[-1:])
 
 
-TIED = 1e-10
-"""Relative, of the squares of what two unknowns do: below this they do the same."""
-
-
 def followed(
     h: Hypothesis,
     along: Collection[int],
@@ -290,9 +286,7 @@ def followed(
             break
         for x, errors in zip(some, h.coarse.errors_of(some), strict=True):
             A, b = normal_equations([whole(e) for e in errors], theirs)
-            size = np.sqrt(np.maximum(np.diag(A), 1e-300))
-            inverse = np.linalg.pinv(A / np.outer(size, size), rcond=TIED, hermitian=True)
-            inverse /= np.outer(size, size)
+            inverse = pseudo_inverse(A)
             there = x.copy()
             there[others] -= inverse @ b
             cost = cost_of(errors) - float(b @ inverse @ b)

@@ -12,9 +12,8 @@ from core.diagnose.refit import Refit
 from core.diagnose.verdict import channel_rms
 from core.identify.identifiability import analyse, identified
 from core.identify.prepared import Prepared
-from core.identify.uncertainty import BY_DIFFERENCES
 from core.identify.unknowns import Unknown
-from core.least_squares import descend, whole
+from core.least_squares import SEEN, descend, whole
 from core.model import Model
 from core.results import ChannelError, Estimate, LadderStep
 
@@ -141,7 +140,7 @@ def _seen(refit: Refit) -> np.ndarray:
     if not len(h.vector):
         return np.zeros(0, dtype=bool)
     jacobian = h.residuals.vector([whole(S) for S in slopes])
-    _, _, null = analyse(h.unknowns, h.vector, jacobian, BY_DIFFERENCES**0.5)
+    _, _, null = analyse(h.unknowns, h.vector, jacobian, SEEN**0.5)
     return identified(null, len(h.vector))
 
 
@@ -152,14 +151,13 @@ def estimates(refit: Refit) -> tuple[Estimate, ...]:
     seen, found = _seen(refit), []
     for i, u in enumerate(h.unknowns.items):
         item, value = u.parameter, float(h.vector[i])
-        near = 1e-6 * (item.upper - item.lower)
         variance = float(refit.covariance[i, i])
         std = float(np.sqrt(variance)) if seen[i] and variance >= 0.0 else float("nan")
         found.append(
             Estimate(
                 item.name, value, std, item.unit, bool(np.isfinite(std)), item.symbol,
                 item.value, item.lower, item.upper, u.recording,
-                bool(value - item.lower < near or item.upper - value < near), item.title,
+                item.at_bound(value), item.title,
             )
         )  # fmt: skip
     return tuple(e for e in found if e.recording is None)

@@ -9,7 +9,8 @@ import numpy as np
 
 from core.diagnose.data import Hypothesis
 from core.identify.defect_correction import with_steps
-from core.identify.uncertainty import BY_DIFFERENCES, Colour, pseudo_inverse, scatter
+from core.identify.uncertainty import Colour, scatter
+from core.least_squares import SEEN, pseudo_inverse
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Information:
 
     def covariance(self, labels: Sequence[str]) -> np.ndarray:
         """(P, P) of these unknowns, SI; zero along a direction that nothing shows."""
-        inverse = pseudo_inverse(self.A, BY_DIFFERENCES)
+        inverse = pseudo_inverse(self.A, SEEN)
         at = [self.labels.index(label) for label in labels]
         return np.asarray((inverse @ self.B @ inverse)[np.ix_(at, at)])
 

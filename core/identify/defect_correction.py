@@ -19,7 +19,7 @@ import numpy as np
 
 from core.arm.arm import Arm
 from core.identify.predictor import coarser, on_all_cores
-from core.least_squares import Descended, Limits, descend, normal_equations, whole
+from core.least_squares import Descended, Limits, descend, normal_equations, pseudo_inverse, whole
 
 if TYPE_CHECKING:
     from core.identify.residuals import Residuals
@@ -176,8 +176,6 @@ def _moved(
     A, b = normal_equations(change, slopes)
     if not len(b):
         return 0.0
-    d = np.sqrt(np.maximum(np.diag(A), 1e-300))
-    inverse = np.linalg.pinv(A / np.outer(d, d), rcond=1e-10, hermitian=True)
     count = sum(e.size for e in errors)
     cost = float(sum(np.sum(e * e) for e in errors))
-    return float((b / d) @ inverse @ (b / d)) * count / max(cost, 1e-300)
+    return float(b @ pseudo_inverse(A) @ b) * count / max(cost, 1e-300)

@@ -22,9 +22,6 @@ UNSEEN = 1e-12
 """Of the outputs' sum of squares: a cost that no measurement shows. A valley's direction is
 good to 1e-8, so that without noise its cost would rise, from nothing to next to nothing."""
 
-AT_BOUND = 1e-6
-"""Of the distance between the bounds."""
-
 
 @dataclass(frozen=True)
 class Found:
@@ -85,7 +82,6 @@ def _estimates(
     found = []
     for i, item in enumerate(unknowns.items):
         p = item.parameter
-        near = AT_BOUND * (p.upper - p.lower)
         value = float(vector[i])
         found.append(
             Estimate(
@@ -99,7 +95,7 @@ def _estimates(
                 lower=p.lower,
                 upper=p.upper,
                 recording=item.recording,
-                at_bound=bool(value - p.lower < near or p.upper - value < near),
+                at_bound=p.at_bound(value),
             )
         )
     return tuple(found)

@@ -15,6 +15,7 @@ import numpy as np
 import scipy
 
 from core.errors import InputError
+from core.least_squares import pseudo_inverse
 
 QUIET_LAGS = 5
 """Correlations in a row that must be small before the window is cut (Politis' K_n)."""
@@ -25,11 +26,6 @@ LONGEST_SHARE = 0.2
 NOTHING = 1e-12
 """Relative eigenvalue of the normal equations below which nothing shows a direction: the square of
 core.identify.identifiability.RANK_TOLERANCE."""
-
-BY_DIFFERENCES = 1e-10
-"""The same for sensitivities by one-sided differences, which are wrong by a hundred-thousandth.
-Where only a product of two parameters is shown, theirs are so large along what is not that the
-deviation of the product drowns in their rounding."""
 
 
 def covariance(
@@ -54,16 +50,6 @@ def covariance(
     correction = counted / max(counted - free, 1)
     total = correction * inverse @ meat @ inverse
     return np.asarray(0.5 * (total + total.T))
-
-
-def pseudo_inverse(information: np.ndarray, relative: float = NOTHING) -> np.ndarray:
-    """Inverse on the directions that the data show; the scaling is by the diagonal."""
-    diagonal = np.diag(information)
-    d = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))  # what nothing shows stays zero
-    values, vectors = np.linalg.eigh(information / np.outer(d, d))
-    kept = values > relative * values.max()
-    inner = (vectors[:, kept] / values[kept]) @ vectors[:, kept].T
-    return np.asarray(inner / np.outer(d, d))
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from core.identify.uncertainty import pseudo_inverse
+from core.least_squares import pseudo_inverse
 from core.montecarlo.estimates import EstimateTable
 from core.montecarlo.settings import StudySettings
 from core.resumable.journal import Record

@@ -11,7 +11,8 @@ import pytest
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.evidence import at_bounds, beyond, ended_at_bound
 from core.diagnose.refit import Refit, fit
-from core.diagnose.revision import ITERATIONS, without_refuted
+from core.diagnose.revision import without_refuted
+from core.diagnose.starts import ROUGH_ITERATIONS
 from core.effects import effect
 from core.effects.sizes import typical
 from core.least_squares import Limits, cost_of, descend
@@ -103,7 +104,7 @@ def test_without_a_refuted_effect_the_simpler_one_stays_where_it_is_called_for()
     friction is not known."""
     data, sliding = bare().data, effect("presliding_friction")
     h = hypothesis(data, [sliding], bare().base.hypothesis.values())
-    found = fit(h, None, lambda: False, ITERATIONS)
+    found = fit(h, None, lambda: False, ROUGH_ITERATIONS)
     kept = without_refuted(data, found, [sliding], 0, [sliding.kind], lambda: False)
     assert [e.kind for e in kept.effects] == ["coulomb_friction"]
     both = [effect("viscous_friction"), sliding]

@@ -10,15 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from core.identify.uncertainty import (
-    BY_DIFFERENCES,
-    QUIET_LAGS,
-    bandwidth,
-    covariance,
-    cross_covariances,
-    flat_top,
-    pseudo_inverse,
-)
+from core.identify.uncertainty import QUIET_LAGS, bandwidth, covariance, cross_covariances, flat_top
+from core.least_squares import SEEN, pseudo_inverse
 from tests.identify.helpers import EI, LPV, clean, fit, with_channels
 
 AGREES = 0.25
@@ -252,6 +245,6 @@ def test_a_product_is_known_as_well_where_its_factors_are_not(seed):
     both = alone * np.array([1.0, 4.0])
     both[:, :, 1] += DIFFERENCES * draws.standard_normal(alone.shape[:2])
     product = covariance([alone], [e], 1)[0, 0]
-    factors = covariance([both], [e], 1, BY_DIFFERENCES)
+    factors = covariance([both], [e], 1, SEEN)
     gradient = np.array([1.0, 4.0])
     assert gradient @ factors @ gradient == pytest.approx(product, rel=1e-3)
