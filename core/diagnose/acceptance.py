@@ -18,7 +18,6 @@ from core.diagnose.evidence import (
     Weighed,
     acceptable,
     at_bounds,
-    degenerate,
     ended_at_bound,
     weigh,
 )
@@ -136,9 +135,7 @@ class Acceptance:
                 # What is missing acts as it does: a weaker effect by itself would stand in too.
                 joint, _ = self.sets(found, most, tried=most > 1)
                 return replace(joint or still, refusals=refusals)
-        spoiling = [r.weighed for r in refusals if r.objection.reason is Reason.UNSEEN]
-        joint = self._in_company(spoiling[0], found) if spoiling and most > 1 else None
-        return replace(joint or still, refusals=refusals)
+        return replace(still, refusals=refusals)
 
     def _refusal(self, one: Weighed, data: Data, after: Refit) -> Refusal | None:
         """Why a polished effect is not accepted; None where it is."""
@@ -155,23 +152,6 @@ class Acceptance:
         order = (one, *[w for w in found if w.screened is not one.screened])
         return Round(self.seen, order, one, self.before, after, data, (one,))
 
-    def _in_company(self, spoiling: Weighed, found: list[Weighed]) -> Round | None:
-        """What made unseen recordings worse by itself, together with one more effect: a true one
-        may do so while another is missing (a soft base while an encoder's scale was)."""
-        one = spoiling.screened
-        others = [
-            s
-            for s in sorted(self.seen.candidates, key=lambda s: -s.score)
-            if s.effect is not one.effect
-            and s.effect.kind not in one.effect.includes
-            and one.effect.kind not in s.effect.includes
-        ]
-        for other in others[:COMPANY]:
-            joint, _ = self.jointly(FoundSet((one, other), 0.0), found)
-            if joint is not None:
-                return joint
-        return None
-
     def _share(self, drop: float) -> float:
         """Of the squared error above the floor, by which the cost falls."""
         return drop / max(self.before.cost - self.data.count, 1.0)
@@ -181,15 +161,9 @@ class Acceptance:
         return Objection(Reason.UNSETTLED) if after.cost > self.before.cost else None
 
     def _polished(self, best: Weighed) -> tuple[Weighed, Data, Refit]:
-        """Converged, in its best shape; or the simpler effect to which it was fitted down. What it
-        explains is that of the converged fit."""
+        """Converged, in its best shape. What it explains is that of the converged fit."""
         data, after = converged(self.data, best.refit.hypothesis, self.seen.whitener, self.stopped)
         data, after = self._shaped(data, after, [best.screened.effect, *self.present])
-        simple = self._simpler(best, after) if degenerate(best, after) else None
-        if simple is not None:
-            best = simple
-            h = simple.refit.hypothesis
-            data, after = converged(self.data, h, self.seen.whitener, self.stopped)
         return self._with_share(best, self.before, after), data, after
 
     def _with_share(self, one: Weighed, before: Refit, after: Refit) -> Weighed:
@@ -210,17 +184,6 @@ class Acceptance:
             if other is not after:
                 data, after = converged(data, other.hypothesis, self.seen.whitener, self.stopped)
         return data, after
-
-    def _simpler(self, best: Weighed, after: Refit) -> Weighed | None:
-        """What a degenerate winner includes, fitted from where the winner ended."""
-        have = {e.kind for e in self.present}
-        kinds = [k for k in best.screened.effect.includes if k not in have]
-        for s in self.seen.candidates:
-            if s.effect.kind in kinds:
-                refit = self._refit([s], {**s.values, **after.hypothesis.values()}, ())
-                weighed = weigh(s, self.before, refit, self.data.count, self.tried)
-                return weighed if np.isfinite(refit.cost) and acceptable(weighed) else None
-        return None
 
     def _refit(
         self, members: Sequence[Screened], values: Mapping[str, float], scanned: Sequence[str]
@@ -267,10 +230,6 @@ class Acceptance:
 
 MOST_TRIED = 3
 """Of a ranking: what is refused gives way to the next, but a fourth would be a guess."""
-
-
-COMPANY = 2
-"""Partners of an effect that unseen recordings refuse, the best by whitened score."""
 
 
 DISTINCT = 0.05

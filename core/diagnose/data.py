@@ -16,7 +16,7 @@ from core.effects.effect import Effect, Rig
 from core.effects.sizes import Sizes, typical
 from core.identify.defect_correction import Anchor
 from core.identify.held import steps_needed
-from core.identify.predictor import KnownMotions, Predictor, coarser
+from core.identify.predictor import KnownMotions, Motion, Predictor, coarser
 from core.identify.prepared import Prepared, make_task
 from core.identify.residuals import Residuals
 from core.identify.unknowns import Unknown, Unknowns
@@ -176,6 +176,11 @@ class Hypothesis:
     def values(self) -> dict[str, float]:
         """label -> value."""
         return dict(zip(self.unknowns.labels, (float(v) for v in self.vector), strict=True))
+
+    def motions(self) -> list[Motion]:
+        """(motion, numbers, values) along each recording."""
+        everything = range(len(self.residuals.experiments))
+        return self.residuals.predictor.trajectories([(self.vector, everything)])[0]
 
     def at(self, vector: np.ndarray) -> Hypothesis:
         """The same hypothesis at another point of its unknowns."""

@@ -11,7 +11,6 @@ from core.diagnose.facts import compared, final_parameters, origins
 from core.diagnose.final_ladder import final_ladder
 from core.diagnose.ladder import not_applicable
 from core.diagnose.new_floors import search_with_new_floors
-from core.diagnose.resolution import within_resolution
 from core.diagnose.search import settle
 from core.diagnose.start import Begun, begin
 from core.diagnose.state import Options, RankingCallback, begun_state, settings
@@ -62,11 +61,6 @@ def diagnose(
     stopped = progress.stopped()
     verdict = _verdict(bool(more or state.found or (stopped and given.above)), given)
     final = _verdict(more, left) if options.max_effects and not stopped else None
-    coarse = UNLISTED in (final, verdict) and not stopped
-    coarse = coarse and within_resolution(state.data, state.refit.hypothesis, left)
-    if coarse:
-        verdict = NOTHING if verdict == UNLISTED and not state.found else verdict
-        final = NOTHING if final == UNLISTED else final
     have = {e.kind for e in with_included(state.present)}
     reasons = not_applicable(state.data, options.candidates)
     applies = {kind: reason for kind, reason in reasons.items() if kind not in have}
@@ -80,7 +74,6 @@ def diagnose(
         floors=state.data.floors,
         seconds={"base": fitted - clock, "diagnose": time.perf_counter() - fitted},
         stopped=stopped,
-        coarse=coarse,
         kept=tuple(e.kind for e in state.found),
         needless=state.detours,
         limit=options.max_effects,

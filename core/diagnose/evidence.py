@@ -117,18 +117,6 @@ def acceptable(w: Weighed, part: bool = False) -> bool:
     return sure and w.explained >= RELEVANT and (part or w.reduction >= BAR)
 
 
-def degenerate(w: Weighed, polished: Refit) -> bool:
-    """Whether an effect that includes a simpler one was fitted down to it: each of its own sizes
-    stands at the bound next to neutral."""
-    one, h = w.screened.effect, polished.hypothesis
-    if not one.includes:
-        return False
-    own = set(w.screened.parameters)
-    at = dict(zip(h.unknowns.labels, h.vector, strict=True))
-    sizes = [u.parameter for u in h.unknowns.items if u.parameter.name in own]
-    return bool(sizes) and all(at[p.name] - p.lower <= AT_BOUND * p.scale for p in sizes)
-
-
 def ranked(found: list[Weighed]) -> list[Weighed]:
     """Best first: by merit; among those that come close by the sharper whitened evidence; among
     those that tie in it the simplest; and a part of the best before it, where that does as well."""

@@ -27,7 +27,6 @@ from core.diagnose.floor import Floor, channel_floors
 from core.diagnose.minimum import converged
 from core.diagnose.search import prune, search, trust_laws
 from core.diagnose.sensor_noise import ESTIMATED
-from core.diagnose.start import motions_of
 from core.diagnose.state import Options, RankingCallback, State
 from core.diagnose.verdict import channel_rms, within_noise
 from core.diagnose.whitening import whitened_rows
@@ -128,7 +127,7 @@ def _shown(state: State, options: Options) -> dict[str, Floor]:
     h = state.refit.hypothesis
     apart = [b / w for b, w in zip(state.refit.errors, state.data.weights, strict=True)]
     return channel_floors(
-        h.residuals.experiments, apart, motions_of(h), options.stated_noise, options.fidelity
+        h.residuals.experiments, apart, h.motions(), options.stated_noise, options.fidelity
     )
 
 

@@ -10,7 +10,7 @@ a motor's inertia.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import combinations
@@ -64,20 +64,6 @@ def without_needless(
             break
         now = min(enough, key=lambda one: priced(one.refit, data))
     return now._replace(refit=settled(now.refit)) if now.effects != tuple(present) else now
-
-
-def without_refuted(
-    data: Data, refit: Refit, present: Sequence[Effect], given: int, kinds: Collection[str],
-    stopped: Stopped,
-) -> Revised:  # fmt: skip
-    """Without the effects `kinds` but for the first `given`; what they include stays where the
-    recordings call for it."""
-    now = Revised(refit, tuple(present))
-    for one in [e for e in present[given:] if e.kind in kinds]:
-        options = _without(now.effects, now.effects.index(one))
-        tried = _refitted(data, now.refit, list(options), stopped)
-        now = min(tried, key=lambda r: priced(r.refit, data), default=now)
-    return now._replace(refit=settled(now.refit))
 
 
 def priced(found: Refit, data: Data) -> float:

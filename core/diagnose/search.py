@@ -14,15 +14,12 @@ from core.diagnose.data import Data, sharing_motions
 from core.diagnose.describe import ranking_of
 from core.diagnose.evidence import RELEVANT
 from core.diagnose.finer import finer_round
-from core.diagnose.implausible import keep_implausible, stands_in, take_out_refuted
 from core.diagnose.ladder import REFITTED, applicable, one_round
-from core.diagnose.minimum import converged, precise
+from core.diagnose.minimum import converged, missed_by_laws, precise, widened
 from core.diagnose.next_experiment import deciding
 from core.diagnose.refit import Refit
-from core.diagnose.resolution import missed_by_laws
 from core.diagnose.revision import best_exchange, without_needless
 from core.diagnose.screen import Screen, screen
-from core.diagnose.shaken import widened
 from core.diagnose.state import Options, RankingCallback, State, ToCome, step_of
 from core.diagnose.verdict import remains, within_noise
 from core.effects.effect import Effect
@@ -41,28 +38,16 @@ def search(
     """Climbs, takes out what is needless and exchanges what stands in for something better; begins
     anew where that made room and an error is left. Whether another effect is known to be missing.
     """
-    more = _settled(state, options, progress, on_ranking)
-    if stands_in(state):
-        more = False
-    _refine(state, options, progress)
-    return more
-
-
-def _settled(
-    state: State, options: Options, progress: Progress, on_ranking: RankingCallback | None
-) -> bool:
-    """The effects of the list as they belong together; whether another one is known to be
-    missing."""
-    state.implausible.clear()
     for returns in range(MOST_RETURNS + 1):
         more, before = _climb(state, options, progress, on_ranking), len(state.passed)
         prune(state, progress)
         _exchange(state, options, progress)
-        refuted = take_out_refuted(state, progress)
         if len(state.passed) == before or progress.stopped() or returns == MOST_RETURNS:
             break
-        if not refuted and not remains(state.data, state.refit.errors).above:
-            return False
+        if not remains(state.data, state.refit.errors).above:
+            more = False
+            break
+    _refine(state, options, progress)
     return more
 
 
@@ -133,7 +118,7 @@ def look(
     """One round, kept with its ranking; what it adds is left to the caller. `also` is ranked beside
     what is offered."""
     trust_laws(state)
-    candidates, at = offered(state, options), state.refit
+    candidates, at = applicable(state.data, state.present, options.candidates), state.refit
     candidates += [e for e in also if e.kind not in {c.kind for c in candidates}]
     planned = [t for c in candidates for t in trials(at.hypothesis, c, state.data)]
     steps = Steps(progress, at.hypothesis.model.arm, planned)
@@ -142,14 +127,12 @@ def look(
     seen = _round(state, candidates, most, steps, on_ranking)
     ranking = ranking_of(seen, state.data)
     next_ones = deciding(seen, ranking, state.data, progress)
-    keep_implausible(state, seen, DiagnosisRound(ranking, None, seen.refused))
-    refused = tuple(dict.fromkeys((*state.refuted.values(), *seen.refused)))
     lost = tuple(dict.fromkeys((*seen.screen.diverged, *seen.unfitted)))
     kinds: list[str | None] = [a.screened.effect.kind for a in seen.added]
     kinds = kinds or [None]
     for k, kind in enumerate(kinds):
         left = tuple(r for r in ranking if r.effect not in kinds[:k])
-        state.rounds.append(DiagnosisRound(left, kind, refused, lost, next_ones))
+        state.rounds.append(DiagnosisRound(left, kind, tuple(seen.refused), lost, next_ones))
     state.first, state.screened = state.first or seen.screen, (at, seen.screen)
     _go_on_with(state, seen.data)
     return seen
@@ -180,12 +163,6 @@ def prune(state: State, progress: Progress) -> None:
         state.passed += [e.title for e in removed]
         names = ", ".join(e.title for e in removed)
         state.steps.append(step_of(state, None, f"Without: {names}"))
-
-
-def offered(state: State, options: Options) -> list[Effect]:
-    """What may be added to the model as it stands."""
-    found = applicable(state.data, state.present, options.candidates)
-    return [e for e in found if e.kind not in state.refuted]
 
 
 MOST_EXCHANGES = 3
@@ -221,7 +198,7 @@ def _screen_of(state: State, options: Options, progress: Progress) -> Screen:
         return state.screened[1]
     at = state.refit.hypothesis
     state.data = sharing_motions(state.data, at)
-    candidates = offered(state, options)
+    candidates = applicable(state.data, state.present, options.candidates)
     return screen(state.data, at, state.present, candidates, lambda _: progress.stopped())
 
 

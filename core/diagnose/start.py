@@ -13,15 +13,13 @@ from core.diagnose.data import (
     ANCHORED,
     MOST_STEPS,
     Data,
-    Hypothesis,
     NeededSteps,
     enough_steps,
     hypothesis,
 )
 from core.diagnose.floor import Floor, channel_floors
-from core.diagnose.minimum import converged
+from core.diagnose.minimum import converged, missed_by_laws
 from core.diagnose.refit import Refit, fit
-from core.diagnose.resolution import missed_by_laws
 from core.diagnose.steps import Validated, validated
 from core.effects.effect import Effect
 from core.effects.sizes import sizes_of, typical
@@ -136,7 +134,7 @@ def begin(
     data = Data(bare, experiments, nuisance, ones, {}, held, typical(model.arm), steps)
     data = replace(data, **_held_and_limited(model, spec, nuisance))
     rough = _better_start(data, effects, model.effect_values, identified or {}, stopped)
-    motions = motions_of(rough.hypothesis)
+    motions = rough.hypothesis.motions()
     unweighted = [b / w for b, w in zip(rough.errors, ones, strict=True)]
     prepared = rough.hypothesis.residuals.experiments
     known = channel_floors(prepared, unweighted, motions, stated, fidelity)
@@ -254,12 +252,6 @@ def _better_start(
     looks = [fit(hypothesis(data, effects, s), None, stopped, LOOK) for s in starts]
     best = min(looks, key=lambda one: one.cost)
     return fit(best.hypothesis, None, stopped, MOST_ITERATIONS)
-
-
-def motions_of(h: Hypothesis):  # type: ignore[no-untyped-def]
-    """(motion, numbers, values) of a model along each recording."""
-    everything = range(len(h.residuals.experiments))
-    return h.residuals.predictor.trajectories([(h.vector, everything)])[0]
 
 
 def _spread_weights(e: Prepared) -> np.ndarray:

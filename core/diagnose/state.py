@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from core.diagnose.data import Data, names_of
@@ -11,10 +11,10 @@ from core.diagnose.refit import Refit
 from core.diagnose.screen import Screen
 from core.diagnose.start import Begun
 from core.diagnose.steps import Validated, ladder_step, validated
-from core.effects import catalogue, with_included
+from core.effects import with_included
 from core.effects.effect import Effect
 from core.identify.setup import Setup
-from core.results import DiagnosisRound, LadderStep, Objection, RankedEffect
+from core.results import DiagnosisRound, LadderStep, RankedEffect
 from core.sentences import listed
 
 FIDELITY = 0.001
@@ -70,10 +70,6 @@ class State:
     """The screen of the last round, and the model that it is of."""
     passed: list[str] = field(default_factory=list)
     """Titles of what was taken out again."""
-    refuted: dict[str, tuple[str, Objection]] = field(default_factory=dict)
-    """effect -> (title, why) of what was taken out again: its size stood at a bound."""
-    implausible: list[Implausible] = field(default_factory=list)
-    """What this search refused at a bound, in the order in which it came to it."""
     unseen: dict[tuple[int, int | None], tuple[Refit, Validated]] = field(default_factory=dict)
     """What `validated` gave for a refit with so many steps: gate, ladder and figures ask alike."""
 
@@ -98,14 +94,8 @@ class State:
         """The same, which stays as it is while this one goes on."""
         return replace(
             self, present=list(self.present), rounds=list(self.rounds), steps=list(self.steps),
-            passed=list(self.passed), refuted=dict(self.refuted),
-            implausible=list(self.implausible), unseen=dict(self.unseen),
+            passed=list(self.passed), unseen=dict(self.unseen),
         )  # fmt: skip
-
-    def returned(self, to: State) -> None:
-        """Stands where `to` did."""
-        for one in fields(to):
-            setattr(self, one.name, getattr(to, one.name))
 
     @property
     def found(self) -> list[Effect]:
@@ -115,19 +105,8 @@ class State:
     @property
     def detours(self) -> tuple[str, ...]:
         """Titles of what was added on the way and turned out needless at the end."""
-        known = catalogue()
-        kept = {e.title for e in self.present} | {known[kind].title for kind in self.refuted}
+        kept = {e.title for e in self.present}
         return tuple(title for title in dict.fromkeys(self.passed) if title not in kept)
-
-
-@dataclass(frozen=True)
-class Implausible:
-    """An effect that was refused because a size was pressed to its bound."""
-
-    cost: float
-    """Priced squared error with it, at the bound."""
-    before: State
-    """The search as it stood, with the round that refused it as its last."""
 
 
 def given_step(begun: Begun) -> LadderStep:

@@ -13,7 +13,7 @@ from core.diagnose.data import Data, Hypothesis
 from core.diagnose.facts import final_parameters
 from core.diagnose.next_experiment import data_of, expected_recording
 from core.diagnose.refit import settled
-from core.diagnose.start import Begun, motions_of
+from core.diagnose.start import Begun
 from core.experiments.information import Information, information
 from core.experiments.trial import Trial, played, played_to
 from core.identify.estimates import derived_estimates
@@ -57,7 +57,7 @@ class FittedModel:
     @property
     def motions(self) -> list[Trajectory]:
         """Of the model along each recording."""
-        return [motion for motion, _, _ in motions_of(self.h)]
+        return [motion for motion, _, _ in self.h.motions()]
 
     @cached_property
     def doubt(self) -> np.ndarray:

@@ -209,8 +209,6 @@ class Diagnosis:
     seconds: Mapping[str, float] = field(default_factory=dict)
     stopped: bool = False
     """Whether the user stopped the search before it was complete."""
-    coarse: bool = False
-    """Whether what is left is no more than what the model's bending shapes cannot follow."""
     kept: tuple[str, ...] = ()
     """Ids of the effects that were added and are in the model at the end."""
     needless: tuple[str, ...] = ()

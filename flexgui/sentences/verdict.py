@@ -161,13 +161,6 @@ def _remains(found: Diagnosis) -> str:
     return " ".join(p for p in parts if p)
 
 
-COARSE = (
-    "What is left above the noise floor is no more than what this many bending shapes per segment "
-    "cannot follow, as far as the last of them tells: these recordings hold nothing more that this "
-    "model could explain."
-)
-
-
 IDEALISED = (
     "That is more than the noise, and little beside what the effects in the model explain: their "
     "laws, such as that of dry friction, are idealised and may miss as much."
@@ -177,8 +170,6 @@ IDEALISED = (
 def _at_the_floor(found: Diagnosis) -> str:
     """The end where nothing is left of what was fitted; unseen recordings may hold more."""
     left, unseen = found.error_left, unseen_rms(found.steps[-1].errors)
-    if found.coarse:
-        return COARSE
     if left.above_exact_laws:
         return IDEALISED
     if left.above_known_floors:

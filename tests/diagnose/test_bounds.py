@@ -11,8 +11,6 @@ import pytest
 from core.diagnose.data import Data, hypothesis
 from core.diagnose.evidence import at_bounds, beyond, ended_at_bound
 from core.diagnose.refit import Refit, fit
-from core.diagnose.revision import without_refuted
-from core.diagnose.starts import ROUGH_ITERATIONS
 from core.effects import effect
 from core.effects.sizes import typical
 from core.least_squares import Limits, cost_of, descend
@@ -97,21 +95,3 @@ def test_friction_slips_within_the_travel_of_its_joint() -> None:
     assert 1.0 - np.exp(-0.3 / ways[0].upper) == pytest.approx(0.95)
     assert ways[1].upper == pytest.approx(np.deg2rad(1.0), rel=0.2)
     assert all(max(p.grid) < p.parameter.upper for p in own if p.grid)
-
-
-def test_without_a_refuted_effect_the_simpler_one_stays_where_it_is_called_for() -> None:
-    """Coulomb's friction is part of presliding friction, and the better for it where the viscous
-    friction is not known."""
-    data, sliding = bare().data, effect("presliding_friction")
-    h = hypothesis(data, [sliding], bare().base.hypothesis.values())
-    found = fit(h, None, lambda: False, ROUGH_ITERATIONS)
-    kept = without_refuted(data, found, [sliding], 0, [sliding.kind], lambda: False)
-    assert [e.kind for e in kept.effects] == ["coulomb_friction"]
-    both = [effect("viscous_friction"), sliding]
-    none = {"fv1": 6.0, "fv2": 3.0, "fc1": 0.0, "fc2": 0.0}
-    h = hypothesis(data, both, {**bare().base.hypothesis.values(), **none})
-    found = fit(h, None, lambda: False, most=0)
-    kept = without_refuted(data, found, both, 0, [sliding.kind], lambda: False)
-    assert [e.kind for e in kept.effects] == ["viscous_friction"]
-    kept = without_refuted(data, found, both, 2, [sliding.kind], lambda: False)
-    assert len(kept.effects) == 2, "what the user stated stays"

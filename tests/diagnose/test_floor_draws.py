@@ -12,7 +12,6 @@ from core.diagnose.diagnose import begin_on
 from core.diagnose.floor import WITHIN
 from core.diagnose.new_floors import LOWER
 from core.diagnose.noise_route import noise_in_outputs
-from core.diagnose.start import motions_of
 from core.diagnose.state import Options
 from core.identify.setup import make_setup
 from core.loading import load_recordings
@@ -48,7 +47,7 @@ def test_a_floor_is_the_same_whatever_the_draws(
     setup = make_setup(model, spec, recordings)
     begun = begin_on(setup, spec, recordings, Options(), Silent())
     h = begun.base.hypothesis
-    experiments, motions = h.residuals.experiments, motions_of(h)
+    experiments, motions = h.residuals.experiments, h.motions()
     floors = []
     for seed in range(SEEDS):
         monkeypatch.setattr(route, "SEED", seed)

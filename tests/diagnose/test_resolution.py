@@ -13,7 +13,6 @@ import pytest
 from core.diagnose.data import UNKNOWN, enough_steps, hypothesis
 from core.diagnose.diagnose import begin_on
 from core.diagnose.ladder import REFITTED, promising
-from core.diagnose.resolution import within_resolution
 from core.diagnose.screen import Screen, Screened
 from core.diagnose.start import Begun
 from core.diagnose.state import Options
@@ -21,7 +20,6 @@ from core.effects import catalogue, effect
 from core.identify.setup import make_setup
 from core.loading import load_recordings
 from core.progress import Silent
-from core.results import Remains
 from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 from core.scenario.stated_effects import base_model
@@ -128,19 +126,3 @@ def test_more_shapes_get_the_steps_that_they_need() -> None:
     more = hypothesis(data, [effect(MODE)], {})
     plain = replace(data, needed=None, anchor=None)
     assert more.steps == enough_steps(plain, [effect(MODE)], {}, UNKNOWN) > data.steps
-
-
-@pytest.mark.parametrize(("above", "excused"), [(1.05, True), (50.0, False)])
-def test_what_all_shapes_cannot_follow_excuses_that_much_and_no_more(
-    above: float, excused: bool
-) -> None:
-    there = begun(3)
-    channels = [name for name, _ in there.data.experiments[0].channels]
-    left = Remains(above, dict.fromkeys(channels, above), None)
-    assert within_resolution(there.data, there.base.hypothesis, left) is excused
-
-
-def test_a_model_that_could_have_more_shapes_is_excused_nothing() -> None:
-    there = begun(1)
-    left = Remains(1.05, {"z1": 1.05}, None)
-    assert not within_resolution(there.data, there.base.hypothesis, left)

@@ -146,25 +146,6 @@ def sizes_as_they_are(monkeypatch):
 
 
 @pytest.mark.usefixtures("sizes_as_they_are")
-def test_what_only_unseen_recordings_refuse_is_tried_with_the_next_likely_effects():
-    partner = (STAND_IN, "viscous_friction")
-    joint, asked = in_company(partner)
-    assert joint.accepted is not None and asked == [partner]
-    alone, asked = in_company(())
-    assert alone.accepted is None and alone.refusals[0].objection == WORSE
-    assert asked == [partner, (STAND_IN, "tip_payload")] and len(asked) == acceptance.COMPANY
-
-
-@pytest.mark.usefixtures("sizes_as_they_are")
-def test_no_company_where_one_effect_may_be_added_or_a_bound_refuses_it(monkeypatch):
-    alone, asked = in_company((STAND_IN, "viscous_friction"), most=1)
-    assert alone.accepted is None and not asked
-    monkeypatch.setattr(acceptance, "ended_at_bound", lambda *_: BOUND)
-    alone, asked = in_company((STAND_IN, "viscous_friction"), explains=0.6)
-    assert alone.refusals[0].objection == BOUND and not asked
-
-
-@pytest.mark.usefixtures("sizes_as_they_are")
 def test_what_explains_all_but_its_size_is_implausible_gives_way_to_sets_only(monkeypatch):
     """Whatever is missing acts as it does; a weaker effect by itself would stand in as well."""
     ended = lambda after, _: BOUND if after.hypothesis == STAND_IN else None  # noqa: E731

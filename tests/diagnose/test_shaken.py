@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from core.diagnose.minimum import widened
 from core.diagnose.refit import Refit, settled
-from core.diagnose.shaken import widened
 from core.diagnose.start import Begun, begin
 from core.identify.setup import make_setup
 from core.loading import load_recordings

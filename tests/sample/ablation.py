@@ -84,17 +84,11 @@ SWITCHES: Mapping[str, Sequence[Patch]] = {
     "successive halving": [("core.diagnose.ladder.in_the_race", _all_go_on)],
     "exchange": [("core.diagnose.search.best_exchange", _none)],
     "prune": [("core.diagnose.search.prune", _none)],
-    "rejection at a bound": [
-        ("core.diagnose.search.keep_implausible", _none),
-        ("core.diagnose.search.stands_in", _no),
-        ("core.diagnose.search.take_out_refuted", _no),
-    ],
     "mode refinement": [("core.diagnose.search.finer_round", _none)],
     "limits of idealised laws": [
         ("core.diagnose.search.missed_by_laws", _nothing_missed),
         ("core.diagnose.start.missed_by_laws", _nothing_missed),
     ],
-    "resolution of bending shapes": [("core.diagnose.diagnose.within_resolution", _no)],
     "floor re-estimation": [("core.diagnose.diagnose.search_with_new_floors", _plain_search)],
     "forward reordering": [("core.diagnose.diagnose.final_ladder", _state)],
     "final polish": [("core.diagnose.search.precise", _data_and_fit)],
