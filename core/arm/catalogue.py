@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -185,6 +185,12 @@ class ArmCatalogue:
     ) -> None:
         scale = value or typical
         self._add(name, value, unit, title, write, (0.0, 100.0 * scale), scale)
+
+
+@lru_cache(maxsize=64)
+def arm_parameters(arm: Arm) -> Mapping[str, Parameter]:
+    """All parameters of an arm by name, each with its unit."""
+    return ArmCatalogue(arm).parameters
 
 
 _GREEK = {"epsilon": r"\varepsilon", "tau": r"\tau", "lambda": r"\lambda"}

@@ -80,8 +80,7 @@ class Backlash(Effect):
             SHARES[1] * sizes.travel, lower=SMALLEST * sizes.travel,
             upper=LARGEST * sizes.travel, grid=np.outer(sizes.travel, SHARES),
         )  # fmt: skip
-        own = [s.hub_inertia for s in arm.segments]
-        return gaps + hub_parameters(arm, neutral=own, least=LEAST, secondary=True)
+        return gaps + hub_parameters(arm, least=LEAST, secondary=True)
 
     def elements(self, arm: Arm, p: np.ndarray, values: Values) -> tuple[Element, ...]:
         found = []

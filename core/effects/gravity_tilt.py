@@ -33,10 +33,7 @@ class GravityTilt(Effect):
     acts_at = "base"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        def make(i: int) -> EffectParameter:
-            own = arm.gravity[i]
-            low, high = own - LARGEST, own + LARGEST
-            title = f"gravity component {i + 1}"
-            return arm_parameter(f"g{i + 1}", own, START, "m/s²", title, low, high)
-
-        return make(0), make(1)
+        return tuple(
+            arm_parameter(arm, f"g{i + 1}", START, own - LARGEST, own + LARGEST)
+            for i, own in enumerate(arm.gravity)
+        )

@@ -48,6 +48,5 @@ class JointElasticity(Effect):
             arm, "c", "compliance of joint {}", lambda j: j.compliance_unit, grid[:, 2],
             lower=SMALLEST / sizes.peak_torque, upper=LARGEST / sizes.peak_torque, grid=grid,
         )  # fmt: skip
-        own = [s.hub_inertia for s in arm.segments]
-        motors = hub_parameters(arm, neutral=own, least=LEAST, secondary=True)
+        motors = hub_parameters(arm, least=LEAST, secondary=True)
         return twists + motors + rotor_parameters(arm, secondary=True)

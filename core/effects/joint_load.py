@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import sympy as sp
 
 from core.arm.arm import Arm
+from core.arm.catalogue import arm_parameters
 from core.arm.joints import joint
 from core.effects.effect import EffectParameter
-from core.effects.per_joint import sized
 
 SHARE = 0.05
 """Of what the joint moves: a plausible rotor and gear to begin with."""
@@ -35,41 +35,30 @@ def joint_load(arm: Arm, k: int) -> float:
 
 
 def hub_parameters(
-    arm: Arm, *, neutral: Sequence[float], least: float = 0.0, secondary: bool = False
+    arm: Arm, *, least: float = 0.0, secondary: bool = False
 ) -> tuple[EffectParameter, ...]:
     """The hub inertia Jh of every joint, at least `least` times what the joint moves."""
-    title = "rotor and gear inertia of joint {}"
-    return tuple(
-        _inertia(arm, k, "h", title, neutral[k], SHARE, least, secondary) for k in range(arm.joints)
-    )
+    return tuple(_inertia(arm, k, f"Jh{k + 1}", SHARE, least, secondary) for k in range(arm.joints))
 
 
 def rotor_parameters(arm: Arm, *, secondary: bool = False) -> tuple[EffectParameter, ...]:
     """The inertia Jr of a rotor without a gear, of every joint whose motor is carried along."""
-    title = "rotor inertia of joint {}, without a gear"
     return tuple(
-        replace(_inertia(arm, k, "r", title, s.rotor_inertia, LEAST, 0.0, secondary), separate=True)
-        for k, s in enumerate(arm.segments)
+        replace(_inertia(arm, k, f"Jr{k + 1}", LEAST, 0.0, secondary), separate=True)
+        for k in range(arm.joints)
         if arm.carries_motor(k)
     )
 
 
 def _inertia(
-    arm: Arm, k: int, letter: str, title: str, own: float, share: float, least: float,
-    secondary: bool,
-) -> EffectParameter:  # fmt: skip
+    arm: Arm, k: int, name: str, share: float, least: float, secondary: bool
+) -> EffectParameter:
     """J of joint k (from 0), that begins at a `share` of what the joint moves, or above its own."""
-    load = joint_load(arm, k)
-    return sized(
-        f"J{letter}{k + 1}",
-        max(1.2 * own, share * load),
-        joint(arm.segments[k].joint).inertia_unit,
-        title.format(k + 1),
-        lower=least * load,
-        upper=10.0 * max(own, load),
-        neutral=own,
-        secondary=secondary,
-    )
+    load, own = joint_load(arm, k), arm_parameters(arm)[name]
+    start = max(1.2 * own.value, share * load)
+    most = 10.0 * max(own.value, load)
+    parameter = replace(own, value=start, lower=least * load, upper=most, scale=start)
+    return EffectParameter(parameter, neutral=own.value, secondary=secondary)
 
 
 def with_twisting_joints(

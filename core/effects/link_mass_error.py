@@ -31,7 +31,6 @@ class LinkMassError(Effect):
         def make(k: int) -> EffectParameter:
             own = arm.segments[k].mass
             low, high = (1.0 - BELIEVED) * own, (1.0 + BELIEVED) * own
-            title = f"mass of segment {k + 1}"
-            return arm_parameter(f"m{k + 1}", own, START * own, "kg", title, low, high)
+            return arm_parameter(arm, f"m{k + 1}", START * own, low, high)
 
         return tuple(make(k) for k in range(arm.joints))

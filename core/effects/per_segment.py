@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from core.arm.arm import Arm
-from core.arm.catalogue import symbol
+from core.arm.catalogue import arm_parameters
 from core.effects.effect import EffectParameter, Rig
-from core.parameters import Parameter
 
 CLAMPED = 1.8751**2
 """First eigenvalue of a clamped uniform beam, squared: omega = CLAMPED sqrt(EI / (m l^3))."""
@@ -36,13 +36,9 @@ def clamped_frequency(arm: Arm, k: int) -> float:
     return float(CLAMPED * np.sqrt(s.bending_stiffness / (s.mass * s.length**3)))
 
 
-def arm_parameter(
-    name: str, own: float, step: float, unit: str, title: str, lower: float, upper: float
-) -> EffectParameter:
-    """A parameter of the arm: neutral at the arm's own value.
-
-    It begins one `step` beside it. The name is the one in core.arm.catalogue, which writes it.
-    """
-    sign = symbol(name)
-    parameter = Parameter(name, own + step, unit, lower, upper, sign, title, scale=abs(step))
-    return EffectParameter(parameter, neutral=own)
+def arm_parameter(arm: Arm, name: str, step: float, lower: float, upper: float) -> EffectParameter:
+    """A parameter of the arm by its name in core.arm.catalogue: neutral at the arm's own value, it
+    begins one `step` beside it."""
+    own = arm_parameters(arm)[name]
+    found = replace(own, value=own.value + step, lower=lower, upper=upper, scale=abs(step))
+    return EffectParameter(found, neutral=own.value)

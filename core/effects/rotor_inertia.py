@@ -29,5 +29,4 @@ class RotorInertia(Effect):
     acts_at = "joints"
 
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
-        hubs = hub_parameters(arm, neutral=[s.hub_inertia for s in arm.segments])
-        return hubs + rotor_parameters(arm)
+        return hub_parameters(arm) + rotor_parameters(arm)

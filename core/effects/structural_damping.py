@@ -37,7 +37,6 @@ class StructuralDamping(Effect):
         def make(k: int) -> EffectParameter:
             own = arm.segments[k].damping_time
             step = 2.0 * RATIO / clamped_frequency(arm, k)
-            title = f"damping time of segment {k + 1}"
-            return arm_parameter(f"tau{k + 1}", own, step, "s", title, 0.0, own + LARGEST * step)
+            return arm_parameter(arm, f"tau{k + 1}", step, 0.0, own + LARGEST * step)
 
         return each_bending(arm, make)

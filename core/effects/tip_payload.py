@@ -38,8 +38,7 @@ class TipPayload(Effect):
     def parameters(self, arm: Arm, drive: Drive, sizes: Sizes) -> tuple[EffectParameter, ...]:
         def make(k: int) -> EffectParameter:
             s = arm.segments[k]
-            title = f"mass at the tip of {k + 1}"
             most = s.tip_mass + LARGEST * s.mass
-            return arm_parameter(f"mt{k + 1}", s.tip_mass, SHARE * s.mass, "kg", title, 0.0, most)
+            return arm_parameter(arm, f"mt{k + 1}", SHARE * s.mass, 0.0, most)
 
         return tuple(make(k) for k in free_ends(arm))
