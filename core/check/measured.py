@@ -16,6 +16,7 @@ FEWEST = 50
 ON_LATTICE = 0.1
 """Of a step, the rms distance from whole numbers of steps."""
 FEWEST_LEVELS = 3
+"""Levels between which a step shows."""
 
 
 @dataclass(frozen=True)
@@ -134,6 +135,7 @@ def lattice_step(x: np.ndarray) -> float:
 SHARE_AT_LIMIT = 0.01
 """Of the samples; recordings of real rigs have 0.2 % at their largest value."""
 FEWEST_AT_LIMIT = 8
+"""Samples at a limit that are no chance."""
 NEAR_LIMIT = 0.02
 """Of the range: a smooth turning point has more samples just below its top than at it."""
 FAST = 0.25

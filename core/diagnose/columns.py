@@ -191,7 +191,7 @@ def _rms(blocks: Sequence[np.ndarray]) -> float:
 
 
 FAR_OFF = 1e7
-"""In floors: a trial that moves an output this far has come apart."""
+"""In noise floors: a trial that moves an output this far has come apart."""
 
 
 def nearer_to_neutral(

@@ -244,8 +244,8 @@ def _fewest(data: Data, model: Model) -> int:
 
 
 CLOSE = 0.6
-"""In floors, rms: what few steps may miss in the search. `Anchor` takes it off and leaves about a
-tenth of it (measured with friction, elastic joints, lag and damping)."""
+"""In noise floors, rms: what few steps may miss in the search. `Anchor` takes it off and leaves
+about a tenth of it (measured with friction, elastic joints, lag and damping)."""
 
 ANCHORED = 2.4
 """The same where the anchor is of the same arm. What is compared is simulated with twice as many
@@ -258,6 +258,7 @@ is no relevant part of the noise. With three times as much a further shape, near
 its steps all that it explained."""
 
 MOST_STEPS = 64
+"""Per sample: beyond it a simulation takes minutes."""
 
 
 def enough_steps(

@@ -22,6 +22,7 @@ PARALLEL = 0.95
 are said to be confusable."""
 
 MOST_MEMBERS = 3
+"""Effects of one group that a reader is shown."""
 
 
 def confused_with(

@@ -46,7 +46,7 @@ TIE = 10.0
 """Difference of BIC below which two refits tie; above, the evidence is called very strong."""
 
 ALL = 0.02
-"""Share of the error above the floor below which nothing is left to explain."""
+"""Share of the error above the noise floor below which nothing is left to explain."""
 
 
 @dataclass(frozen=True)

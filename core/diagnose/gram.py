@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 NOTHING = 1e-20
-"""In floors squared: a column that moves no output."""
+"""In noise floors squared: a column that moves no output."""
 
 RANK = 1e-10
 """Relative eigenvalue below which a direction of the nuisance is not there."""

@@ -53,7 +53,8 @@ REFITTED = 5
 """Candidates of a round that are refitted fully: the best by score and by expected reduction."""
 
 WORTH = 1e-3
-"""Expected reduction per sample, in floors squared, below which no refit is worth its time."""
+"""Expected reduction per sample, in noise floors squared, below which no refit is worth its
+time."""
 
 
 OnProgress = Callable[[str], bool]

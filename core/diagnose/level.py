@@ -20,8 +20,9 @@ from core.sensors import Sensor
 AUTO = "auto"
 
 BELOW = 0.5
-"""In floors, rms, over the worst channel: what the linear model may miss. Its error then adds an
-eighth to the noise's standard deviation, and moves no estimate by more than its own deviation."""
+"""In noise floors, rms, over the worst channel: what the linear model may miss. Its error then adds
+an eighth to the noise's standard deviation, and moves no estimate by more than its own
+deviation."""
 
 
 MOST_SAMPLES = 30_000

@@ -31,6 +31,7 @@ CYCLES = 4.0
 """The lowest band holds at least so many cycles of the longest recording: fewer tell nothing."""
 
 WORST = 10
+"""Places that are listed."""
 
 FEWEST = 8
 """Samples in a cell; fewer have no rms worth a colour."""
@@ -185,6 +186,7 @@ def in_bands(seen: Regular, edges: np.ndarray, floor: float) -> Cells:
 
 
 BINS = 16
+"""Of a cloud along each axis."""
 
 FEWEST = 20
 """Samples in a cell; the mean of fewer is noise."""

@@ -30,7 +30,7 @@ from core.least_squares import (
 )
 
 SAME = 0.05
-"""In floors, rms: by less than this more steps change nothing."""
+"""In noise floors, rms: by less than this more steps change nothing."""
 
 MOST_FINE = 256
 """Steps per sample."""

@@ -23,6 +23,7 @@ SAME_START = 0.01
 """rad (m): from where the same references make the same motion, as far as a floor goes."""
 
 FEWEST_CYCLES = 2
+"""Whose difference says something of the noise."""
 
 
 @dataclass(frozen=True)

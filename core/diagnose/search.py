@@ -29,7 +29,7 @@ from core.results import DiagnosisRound, Objection, Reason
 from core.sentences import listed
 
 MOST_RETURNS = 2
-"""To the climb, after effects that it added turned out needless and made room for others."""
+"""To the climb, after effects that it added turned out needless."""
 
 
 def search(

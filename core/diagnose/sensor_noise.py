@@ -71,6 +71,7 @@ EVEN = 0.02
 """Of a step: how far distances may lie beside whole steps; files round at their last digit."""
 
 FEWEST_LEVELS = 3
+"""Levels between which a step shows."""
 
 
 def step_of(column: np.ndarray) -> float:
@@ -182,6 +183,7 @@ STEP_DOWN = 2.0**-0.5
 """Of the lowest angle: each look goes half an octave further down."""
 
 FEWEST_ORDINATES = 8
+"""Of a spectrum, whose mean says something."""
 
 QUIET = 4.0
 """Times the power of the quietest recording's high band, up to which another shows the sensor too:

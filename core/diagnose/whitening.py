@@ -28,7 +28,9 @@ LONGEST_LAG = 1000
 """Samples of a channel beyond which its noise is taken to be independent."""
 
 SMALLEST = 1e-300
+"""Of a variance: no division by zero."""
 ROUNDING = 1e-14
+"""Of a variance: less is rounding."""
 
 
 @dataclass(frozen=True)

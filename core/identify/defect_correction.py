@@ -43,6 +43,7 @@ FAR = 5.0
 """Deviations that a descent may move; what few steps miss is found anew where it ends further."""
 
 MOST_ROUNDS = 3
+"""Of corrections and descents; one or two are usual."""
 
 
 class Anchor:

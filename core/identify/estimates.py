@@ -119,6 +119,7 @@ SHOWN = 4
 
 SECTION_NAMES = ("epsilon", "d")
 STEP = 1e-6
+"""Relative, of differences for what follows from the estimates."""
 
 
 def derived_estimates(

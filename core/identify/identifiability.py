@@ -24,7 +24,7 @@ INVOLVED = 0.02
 """Share of a null direction below which a parameter has no part in it."""
 
 TOGETHER = 0.99
-"""Correlation above which two estimates are said to be told apart poorly."""
+"""Correlation above which two estimates are poorly distinguishable."""
 
 ALIKE = 0.999
 """Correlation above which neither of two is determined: each deviation is more than twenty times
@@ -32,6 +32,7 @@ what it is with the other known. Effects of one law end there, as differences le
 hundred-thousandth apart, which no rank shows."""
 
 VALLEY_POINTS = 41
+"""Of the drawn curve."""
 
 
 def relative_scales(unknowns: Unknowns, vector: np.ndarray) -> np.ndarray:

@@ -23,6 +23,7 @@ from core.progress import StoppedError
 from core.recording.thinning import first_part
 
 MOST_ITERATIONS = 60
+"""Of a descent; most end after ten."""
 TOLERANCE = 1e-14
 """Relative; the cost of noise-free data falls by twenty orders, so this is meant to be small."""
 

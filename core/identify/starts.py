@@ -18,8 +18,9 @@ from core.results import Generation
 from core.scenario.schema import IdentifySpec
 
 DIFFERENTIAL_WEIGHT = 0.8
+"""F of design section 2."""
 CROSSOVER = 0.9
-"""F and CR of design section 2."""
+"""CR of design section 2."""
 
 FAILED = 1e300
 """Cost of a vector whose simulation overflowed; finite, so that it can be ranked."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 import tomllib
 from pathlib import Path
@@ -10,28 +9,23 @@ from pathlib import Path
 import pytest
 
 import flexgui
+from tests.docs.numbers import named_numbers, rows, value_of
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = sorted((ROOT / "docs").glob("*.md"))
 LINK = re.compile(r"\]\(([^)#:]+)\)")
 FILE = re.compile(r"`((?:core|flexgui|tests|docs|scenarios)/[\w./-]+\.\w+)`")
-THRESHOLD = re.compile(r"^\| `([\w.]+)\.([A-Z_]+)` \| ([\d.]+) \|", re.MULTILINE)
 
 
-def thresholds() -> list[tuple[str, str, float]]:
-    text = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
-    return [(module, name, float(value)) for module, name, value in THRESHOLD.findall(text)]
-
-
-@pytest.mark.parametrize(("module", "name", "value"), thresholds(), ids=lambda x: str(x))
-def test_a_threshold_of_the_method_is_that_of_the_code(
-    module: str, name: str, value: float
-) -> None:
-    assert getattr(importlib.import_module(module), name) == value
-
-
-def test_the_method_lists_its_thresholds() -> None:
-    assert len(thresholds()) >= 15
+def test_every_number_that_decides_is_a_row_of_the_table_with_its_value() -> None:
+    table, numbers = rows(), named_numbers()
+    missing = [key for key in numbers if key not in table]
+    assert not missing, "python -m tests.docs.numbers adds their rows"
+    wrong = {
+        key: value for key, (value, _) in table.items() if f"{value_of(*key):g}" != f"{value:g}"
+    }
+    assert not wrong
+    assert not [key for key, (_, words) in table.items() if not words.strip()]
 
 
 @pytest.mark.parametrize("path", [*DOCS, ROOT / "README.md"], ids=lambda p: p.name)

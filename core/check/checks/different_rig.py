@@ -12,6 +12,7 @@ from core.check.finding import Check, Finding
 APART = 0.15
 """|ln| by which gains of two or more relations differ; one alone is a fault of its channel."""
 FEWEST = 2
+"""Recordings, of which one can differ."""
 
 
 class DifferentRig(Check):

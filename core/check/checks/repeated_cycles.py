@@ -20,6 +20,7 @@ MOST = 0.05
 APART = 0.5
 """Of the spread, by which a signal leaves its beginning before it can be said to return."""
 FEWEST = 2
+"""Cycles, of which one can differ."""
 
 
 class RepeatedCycles(Check):
