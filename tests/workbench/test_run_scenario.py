@@ -15,6 +15,7 @@ from core.scenario.read import parse_scenario
 from core.scenario.schema import Scenario
 from core.scenario_fits import MEAN_LABEL
 from core.workbench import run_scenario
+from flexgui.sentences.notes import notes
 
 BASE = """
 title = "small"
@@ -96,7 +97,7 @@ def test_a_variant_at_its_stated_values_is_not_fitted():
 
 
 def test_what_was_done_is_said():
-    text = " ".join(outcome().notes)
+    text = " ".join(notes(outcome()))
     assert "Compared output: ydot" in text
     assert "Model level: full equations; the linear model misses" in text
 
