@@ -16,10 +16,10 @@ import sympy as sp
 from core.arm.arm import Structure
 from core.arm.slots import gravity_slot
 from core.arm.straight import StraightArm, Terms, straight_arm
-from core.forces.element import linear_matrices
 from core.model import Model, Numbers
 from core.results import DescriptorModel
 from core.sensors import sensors
+from core.simulate.posture import posture
 
 
 def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
@@ -28,18 +28,15 @@ def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
     n, ns = model.arm.coordinates, law.states
     straight = straight_arm(Structure.of(model.arm))
     mass = _evaluated(straight, _mass, p)
-    at_rest, weight = p.copy(), _weight(model)
-    at_rest[weight] = 0.0
-    K, D = model.compiled.linear_matrices(np.zeros(n), at_rest)
-    K_extra, D_extra = linear_matrices(numbers.elements, np.zeros(n))
-    A_terms = {"1": _constant_part(K + K_extra, D + D_extra, law, n, ns)}
+    weightless, weight = p.copy(), _weight(model)
+    weightless[weight] = 0.0
+    here = posture(model, np.zeros(model.arm.joints), numbers._replace(p=weightless))
+    A_terms = {"1": here.A}
     if np.any(p[weight]):
         for name, part in _evaluated(straight, _gravity, p).items():
             if np.any(part):
                 term = A_terms.setdefault(name, np.zeros_like(A_terms["1"]))
                 term[n : 2 * n, :n] -= part
-    B = np.zeros((2 * n + ns, law.references))
-    B[n : n + model.arm.joints], B[2 * n :] = law.R, law.Fr
     outputs, C, direct = _outputs(model, numbers)
     names = model.arm.coordinate_names
     return DescriptorModel(
@@ -47,7 +44,7 @@ def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:
         E_terms=np.array([_block_mass(m, n, ns, constant=b == "1") for b, m in mass.items()]),
         A_basis=tuple(A_terms),
         A_terms=np.array(list(A_terms.values())),
-        B=B,
+        B=here.B,
         outputs=outputs,
         C=C,
         D=direct,
@@ -129,18 +126,6 @@ def _block_mass(M: np.ndarray, n: int, ns: int, constant: bool) -> np.ndarray:
         E[:n, :n] = np.eye(n)
         E[2 * n :, 2 * n :] = np.eye(ns)
     return E
-
-
-def _constant_part(K: np.ndarray, D: np.ndarray, law, n: int, ns: int) -> np.ndarray:  # type: ignore[no-untyped-def]
-    joints = len(law.P)
-    A = np.zeros((2 * n + ns, 2 * n + ns))
-    A[:n, n : 2 * n] = np.eye(n)
-    A[n : 2 * n, :n] = -K
-    A[n : 2 * n, n : 2 * n] = -D
-    rows = slice(n, n + joints)
-    A[rows] -= np.hstack([law.P, law.V, law.S])
-    A[2 * n :] = np.hstack([law.Fq, law.Fv, law.Fs])
-    return A
 
 
 def _outputs(model: Model, numbers: Numbers) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:

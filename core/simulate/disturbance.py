@@ -15,7 +15,7 @@ import numpy as np
 
 from core.sensors import sensors
 from core.simulate.posture import Posture
-from core.simulate.response import exponential
+from core.simulate.response import exponential, linear_output
 
 AGILITY = tuple((10.0 ** np.arange(-1.0, 3.0, 0.5)).tolist())
 """N m/√s (N/√s): how fast the torque may change."""
@@ -81,18 +81,13 @@ def torque_answer(
 
 def output_rows(at: Posture, channel: str) -> np.ndarray | None:
     """(nx,): how an output moves with the states; None where it has no such row."""
-    n, arm = at.model.arm.coordinates, at.model.arm
-    row = np.zeros(at.states)
-    if channel in ("z1", "z2"):
-        _, slopes = at.model.compiled.tip_place(at.q, at.numbers.p)
-        row[:n] = slopes[int(channel[1]) - 1]
-        return row
-    for sensor in sensors().values():
-        names = [c.name for c in sensor.channels(arm)]
-        stated = sensor.rows(arm, at.numbers.p, at.numbers.law) if channel in names else None
-        if stated is not None:
-            k = names.index(channel)
-            return np.concatenate([stated.Q[k], stated.V[k], stated.S[k]])
+    for kind, sensor in sensors().items():
+        names = [c.name for c in sensor.channels(at.model.arm)]
+        if channel not in names:
+            continue
+        # What is neither stated to be linear nor of the camera has no slopes.
+        if sensor.from_camera or sensor.rows(at.model.arm, at.numbers.p, at.numbers.law):
+            return linear_output(at, kind).C[names.index(channel)]
     return None
 
 
