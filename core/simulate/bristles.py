@@ -9,8 +9,7 @@ stage the force of a bristle is what it is at the stage's own speed and state,
 with D the answer of the step's matrix to a force of one. A few numbers per joint are unknown, so
 the matrix is factored once as before. The two stages are those of the L-stable, algebraically
 stable SDIRK method that ROS2 is for linear forces: second order, and no stage gains energy.
-States are shares in [-1, 1]. The functions are short because Numba counts references to arrays
-in longer ones, which took three times as long as the arithmetic.
+States are shares in [-1, 1].
 
 Of LANES arms side by side (core.lanes.wide) a lane that has its answer keeps it while others go on.
 """
@@ -169,3 +168,19 @@ def bound(bristles, states, w):  # type: ignore[no-untyped-def]
     for i in range(bristles.size):
         at = states[bristles[i]]
         put(w, at, within(get(w, at)))
+
+
+@njit(**INLINE)
+def rub(solvers, elements, W, note, M, M2, late, x, xd, out, g, w, back, kw1, work, kv, kw):  # type: ignore[no-untyped-def]
+    """Puts the bristles' forces into the rates kv of a stage and gives the rates kw of their
+    states; `work` is kept from stage to stage: columns, D, V without forces, V, F, S, and two (n,).
+    """
+    addresses, ports, states, parameters, directions, values, _, bristles, _ = elements
+    columns, D, free, speed, force, share, col, row = work
+    answer(solvers, bristles, ports, directions, W, note, M, M2, late, col, row, columns, D)
+    free_speeds(bristles, ports, directions, xd, g, kv, free)
+    solve_friction(
+        bristles, addresses, ports, states, parameters, values, D, g, x, w, back, kw1, free, speed,
+        force, share, out,
+    )  # fmt: skip
+    apply_forces(bristles, states, columns, force, share, w, g, kv, kw)

@@ -36,7 +36,7 @@ from core.lanes.algebra import (
 )
 from core.lanes.functions import INLINE
 from core.lanes.wide import any_lane, get, put, select
-from core.simulate.bristles import answer, apply_forces, bound, free_speeds, solve_friction
+from core.simulate.bristles import bound, rub
 from core.simulate.elements import (
     ELEMENTS,
     OUT_PER_PORT,
@@ -76,39 +76,47 @@ def implicit_parts(
     return tuple(np.ascontiguousarray(part) for part in parts)
 
 
+@njit(**{**INLINE, "_nrt": True})
+def parts_of(y, n, ns):  # type: ignore[no-untyped-def]
+    """[q, q', s, w] of a state or of its rates."""
+    return y[:n], y[n : 2 * n], y[2 * n : 2 * n + ns], y[2 * n + ns :]
+
+
 @njit(**INLINE)
-def drive_torque(R, P, V, S, limit, r, q, v, s, u):  # type: ignore[no-untyped-def]
+def drive_torque(law, r, now, u):  # type: ignore[no-untyped-def]
     """u (nj,) of core.drives.law.DriveLaw."""
-    multiply(u, R, r)
-    add_product(u, -1.0, P, q)
-    add_product(u, -1.0, V, v)
-    add_product(u, -1.0, S, s)
+    q, v, s, _ = now
+    multiply(u, law[0], r)
+    add_product(u, -1.0, law[1], q)
+    add_product(u, -1.0, law[2], v)
+    add_product(u, -1.0, law[3], s)
     for i in range(u.shape[0]):
-        most, torque = get(limit, i), get(u, i)
+        most, torque = get(law[8], i), get(u, i)
         put(u, i, select(torque > most, most, select(torque < -most, -most, torque)))
 
 
 @njit(**INLINE)
-def drive_rate(Fs, Fq, Fv, Fr, r, q, v, s, ds):  # type: ignore[no-untyped-def]
-    """ds (ns,), the rates of the drive's own states."""
-    multiply(ds, Fs, s)
-    add_product(ds, 1.0, Fq, q)
-    add_product(ds, 1.0, Fv, v)
-    add_product(ds, 1.0, Fr, r)
-
-
-@njit(**INLINE)
-def add_torque(f, u):  # type: ignore[no-untyped-def]
-    """f += G u: the joints are the first coordinates."""
+def see_rates(dynamics, law, p, r, now, u, M, d):  # type: ignore[no-untyped-def]
+    """M (n, n) and the right sides d = [q', f + G u, s'] without elements; the joints are the first
+    coordinates."""
+    q, v, s, _ = now
+    a, f, c, _ = d
+    copy(a, v)
+    dynamics(q, v, p, M, f)
     for i in range(u.shape[0]):
         put(f, i, get(f, i) + get(u, i))
+    multiply(c, law[4], s)
+    add_product(c, 1.0, law[5], q)
+    add_product(c, 1.0, law[6], v)
+    add_product(c, 1.0, law[7], r)
 
 
 @njit(**INLINE)
-def without_feedback(cuts, n, M, A0, B0, B, T2, whole_T, W, both, T):  # type: ignore[no-untyped-def]
+def without_feedback(cuts, M, parts, W, both, T):  # type: ignore[no-untyped-def]
     """A drive at its limit does not react: its rows of the step's matrices are the arm's own."""
-    ns = T.shape[0] // n
-    for i in range(cuts.shape[0]):
+    _, B, whole_T, T2, inverse, A0, B0 = parts
+    joints, n, ns = cuts.shape[0], rows_of(M), rows_of(inverse)
+    for i in range(joints):
         cut = get(cuts, i)
         free = (cut < 0.5) & (cut > -0.5)
         for at in range(i * n, (i + 1) * n):
@@ -116,6 +124,12 @@ def without_feedback(cuts, n, M, A0, B0, B, T2, whole_T, W, both, T):  # type: i
             put(both, at, select(free, get(B, at) + get(T2, at), get(B0, at)))
         for at in range(i * ns, (i + 1) * ns):
             put(T, at, select(free, get(whole_T, at), 0.0))
+
+
+@njit(**INLINE)
+def rows_of(A):  # type: ignore[no-untyped-def]
+    """n of a square matrix A (n n,)."""
+    return int(np.sqrt(A.shape[0]) + 0.5)
 
 
 @njit(**INLINE)
@@ -140,21 +154,23 @@ def release_drives(cuts, u, limit):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def solve_rates(solvers, W, note, B, T, elements, slopes, a, b, c, cw, kv):  # type: ignore[no-untyped-def]
-    """kv of (I - g W) k = (a, M^-1 b, c, cw), with M + A already factored in W."""
+def solve_stage(solvers, law, inverse, step, elements, ports, g, b, d, w, back, kw1, late, k):  # type: ignore[no-untyped-def]
+    """k of (I - g W) k = d, with b the mass matrix times the part of d that is q''; M + A stands
+    already factored in W. Of bristles see core.simulate.bristles.solve_friction."""
+    W, note, both, T, M, M2 = step
+    x, xd, out, slopes, work = ports
+    a, _, c, cw = d
+    kq, kv, ks, kw = k
     copy(kv, b)
-    subtract_square(solvers, kv, B, a)
+    subtract_square(solvers, kv, both, a)
     add_known(elements, a, cw, slopes, kv)
     add_product(kv, -1.0, T, c)
     substitute_square(solvers, W, note, kv)
-
-
-@njit(**INLINE)
-def solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq, kv, ks, kw):  # type: ignore[no-untyped-def]
-    """The rest of k from its kv."""
+    if elements[7].size > 0:
+        rub(solvers, elements, W, note, M, M2, late, x, xd, out, g, w, back, kw1, work, kv, kw)
     combine(kq, a, g, kv)
-    add_product(c, g, Fq, kq)
-    add_product(c, g, Fv, kv)
+    add_product(c, g, law[5], kq)
+    add_product(c, g, law[6], kv)
     multiply(ks, inverse, c)
     state_stage(elements, cw, kv, slopes, kw)
 
@@ -171,48 +187,43 @@ def _integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
     first `straight` run straight between samples, the others are held; y0 (2 n + ns + nw,); dt (1,)
     in s; `limited` says whether any drive has a limit.
     """
-    addresses, ports, states_of, values_of, _, _, tips, bristles, loads = given
+    addresses, firsts, states_of, values_of, _, _, tips, bristles, loads = given
     # The tip's directions and loads are written here, and other threads may run the same model.
     directions, values = given[4].copy(), given[5].copy()
     elements = (
-        addresses, ports, states_of, values_of, directions, values, tips, bristles, loads
+        addresses, firsts, states_of, values_of, directions, values, tips, bristles, loads
     )  # fmt: skip
-    R, P, V, S, Fs, Fq, Fv, Fr, limit = law
-    A, B, whole_T, T2, inverse, A0, B0 = parts
-    n = solvers[0]
-    joints, nw, K, Q = limit.shape[0], states_of[-1], ports[-1], bristles.size
+    n, joints, nw = solvers[0], law[8].shape[0], states_of[-1]
+    K, Q = firsts[-1], bristles.size
     nr, length = r.shape[0] // samples, y0.shape[0]
     ns = length - 2 * n - nw
     x, xd, z, J = zeros(y0, K), zeros(y0, K), zeros(y0, 2), zeros(y0, 2 * n)
     out = zeros(y0, OUT_PER_PORT * K + OUT_PER_STATE * nw)
     slopes = (zeros(y0, K), zeros(y0, nw), zeros(y0, nw), zeros(y0, nw))
-    q, v, s, w = zeros(y0, n), zeros(y0, n), zeros(y0, ns), zeros(y0, nw)
-    read(q, y0, 0)
-    read(v, y0, n)
-    read(s, y0, 2 * n)
-    read(w, y0, 2 * n + ns)
-    q2, v2, s2, w2 = zeros(y0, n), zeros(y0, n), zeros(y0, ns), zeros(y0, nw)
-    cw, kw1, kw2 = zeros(y0, nw), zeros(y0, nw), zeros(y0, nw)
-    columns, D, col, row = zeros(y0, Q * n), zeros(y0, Q * Q), zeros(y0, n), zeros(y0, n)
-    free, speed, force, share = zeros(y0, Q), zeros(y0, Q), zeros(y0, Q), zeros(y0, Q)
-    states, torques = zeros(y0, samples * length), zeros(y0, samples * joints)
-    both, T = zeros(y0, n * n), whole_T.copy()
-    combine(both, B, 1.0, T2)
+    work = (
+        zeros(y0, Q * n), zeros(y0, Q * Q), zeros(y0, Q), zeros(y0, Q), zeros(y0, Q), zeros(y0, Q),
+        zeros(y0, n), zeros(y0, n),
+    )  # fmt: skip
+    ports = (x, xd, out, slopes, work)
     M, M2, W, note = zeros(y0, n * n), zeros(y0, n * n), zeros(y0, n * n), zeros(y0, n)
-    f, a, b, c = zeros(y0, n), zeros(y0, n), zeros(y0, n), zeros(y0, ns)
-    u, cuts, f0, c0 = zeros(y0, joints), zeros(y0, joints), zeros(y0, n), zeros(y0, ns)
-    kq1, kv1, ks1 = zeros(y0, n), zeros(y0, n), zeros(y0, ns)
-    kq2, kv2, ks2 = zeros(y0, n), zeros(y0, n), zeros(y0, ns)
+    both, T = zeros(y0, n * n), parts[2].copy()
+    combine(both, parts[1], 1.0, parts[3])
+    step = (W, note, both, T, M, M2)
+    y, y2, d, d0 = y0.copy(), zeros(y0, length), zeros(y0, length), zeros(y0, length)
+    k1, k2, b = zeros(y0, length), zeros(y0, length), zeros(y0, n)
+    now, then = parts_of(y, n, ns), parts_of(y2, n, ns)
+    right, known = parts_of(d, n, ns), parts_of(d0, n, ns)
+    first, second = parts_of(k1, n, ns), parts_of(k2, n, ns)
+    f, cw = right[1], right[3]
+    u, cuts = zeros(y0, joints), zeros(y0, joints)
     r1, r2, slope = zeros(y0, nr), zeros(y0, nr), zeros(y0, nr)
+    states, torques = zeros(y0, samples * length), zeros(y0, samples * joints)
     h = get(dt, 0) / substeps
     g = GAMMA * h
     for k in range(samples):
-        write(states, k * length, q)
-        write(states, k * length + n, v)
-        write(states, k * length + 2 * n, s)
-        write(states, k * length + 2 * n + ns, w)
+        write(states, k * length, y)
         read(r2, r, k * nr)
-        drive_torque(R, P, V, S, limit, r2, q, v, s, u)
+        drive_torque(law, r2, now, u)
         write(torques, k * joints, u)
         if k == samples - 1:
             break
@@ -221,78 +232,44 @@ def _integrate(  # type: ignore[no-untyped-def]  # noqa: PLR0913
         for _ in range(substeps):
             copy(r1, r2)
             combine(r2, r1, 1.0, slope)
-            dynamics(q, v, p, M, f)
-            drive_torque(R, P, V, S, limit, r1, q, v, s, u)
-            drive_rate(Fs, Fq, Fv, Fr, r1, q, v, s, c)
-            add_torque(f, u)
+            drive_torque(law, r1, now, u)
+            see_rates(dynamics, law, p, r1, now, u, M, known)
             if limited:
-                cut_drives(cuts, u, limit)
+                cut_drives(cuts, u, law[8])
             if K > 0:
-                see(tip, elements, q, v, p, x, xd, z, J)
+                see(tip, elements, now[0], now[1], p, x, xd, z, J)
                 load(elements, u)
-            copy(f0, f)
-            copy(c0, c)
             again = True
             while again:
-                copy(f, f0)
-                copy(c, c0)
-                combine(W, M, 1.0, A)
+                copy(d, d0)
+                combine(W, M, 1.0, parts[0])
                 if limited:
-                    without_feedback(cuts, n, M, A0, B0, B, T2, whole_T, W, both, T)
+                    without_feedback(cuts, M, parts, W, both, T)
                 if K > 0:
-                    push_implicitly(elements, x, xd, w, out, f, cw, g, W, slopes)
+                    push_implicitly(elements, x, xd, now[3], out, f, cw, g, W, slopes)
                 factor_square(solvers, W, note)
-                solve_rates(solvers, W, note, both, T, elements, slopes, v, f, c, cw, kv1)
-                if Q > 0:
-                    answer(
-                        solvers, bristles, ports, directions, W, note, M, M2, False, col, row,
-                        columns, D,
-                    )  # fmt: skip
-                    free_speeds(bristles, ports, directions, xd, g, kv1, free)
-                    solve_friction(
-                        bristles, addresses, ports, states_of, values_of, values, D, g, x, w,
-                        0.0 * g, kw1, free, speed, force, share, out,
-                    )  # fmt: skip
-                    apply_forces(bristles, states_of, columns, force, share, w, g, kv1, kw1)
-                solve_rest(inverse, Fq, Fv, g, elements, slopes, v, c, cw, kq1, kv1, ks1, kw1)
-                combine(q2, q, h, kq1)
-                combine(v2, v, h, kv1)
-                combine(s2, s, h, ks1)
-                combine(w2, w, h, kw1)
-                drive_torque(R, P, V, S, limit, r2, q2, v2, s2, u)
-                again = limited and release_drives(cuts, u, limit)
-            dynamics(q2, v2, p, M2, f)
-            drive_rate(Fs, Fq, Fv, Fr, r2, q2, v2, s2, c)
-            add_torque(f, u)
+                solve_stage(
+                    solvers, law, parts[4], step, elements, ports, g, f, right, now[3], 0.0 * g,
+                    first[3], False, first,
+                )  # fmt: skip
+                combine(y2, y, h, k1)
+                drive_torque(law, r2, then, u)
+                again = limited and release_drives(cuts, u, law[8])
+            see_rates(dynamics, law, p, r2, then, u, M2, right)
             if K > 0:
-                see(tip, elements, q2, v2, p, x, xd, z, J)
+                see(tip, elements, then[0], then[1], p, x, xd, z, J)
                 load(elements, u)
-                push(elements, x, xd, w2, out, f, cw)
+                push(elements, x, xd, then[3], out, f, cw)
             solve_positive(solvers, M2, f)
-            combine(f, f, -2.0, kv1)
+            combine(d, d, -2.0, k1)
             multiply_square(solvers, b, M, f)
-            combine(a, v2, -2.0, kq1)
-            combine(c, c, -2.0, ks1)
-            combine(cw, cw, -2.0, kw1)
-            solve_rates(solvers, W, note, both, T, elements, slopes, a, b, c, cw, kv2)
+            solve_stage(
+                solvers, law, parts[4], step, elements, ports, g, b, right, then[3], 2.0 * g,
+                first[3], True, second,
+            )  # fmt: skip
+            advance(y, 1.5 * h, k1, 0.5 * h, k2)
             if Q > 0:
-                answer(
-                    solvers, bristles, ports, directions, W, note, M, M2, True, col, row,
-                    columns, D,
-                )  # fmt: skip
-                free_speeds(bristles, ports, directions, xd, g, kv2, free)
-                solve_friction(
-                    bristles, addresses, ports, states_of, values_of, values, D, g, x, w2,
-                    2.0 * g, kw1, free, speed, force, share, out,
-                )  # fmt: skip
-                apply_forces(bristles, states_of, columns, force, share, w2, g, kv2, kw2)
-            solve_rest(inverse, Fq, Fv, g, elements, slopes, a, c, cw, kq2, kv2, ks2, kw2)
-            advance(q, 1.5 * h, kq1, 0.5 * h, kq2)
-            advance(v, 1.5 * h, kv1, 0.5 * h, kv2)
-            advance(s, 1.5 * h, ks1, 0.5 * h, ks2)
-            advance(w, 1.5 * h, kw1, 0.5 * h, kw2)
-            if Q > 0:
-                bound(bristles, states_of, w)
+                bound(bristles, states_of, now[3])
     return states, torques, note
 
 
