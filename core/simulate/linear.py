@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numba import njit, types
 
-from core.arm.signatures import DYNAMICS, LINEAR, OPTIONS, cube, kernel, matrix, vector
+from core.arm.signatures import DYNAMICS, LINEAR, cube, kernel, matrix, vector
 from core.drives.law import DriveLaw
 from core.forces.element import linear_matrices
 from core.lanes.functions import INLINE
@@ -36,8 +36,8 @@ from core.trajectory import Trajectory
 
 
 @njit(**INLINE)
-def advance(F, nx, ny, m, z, t, refs, nr):  # type: ignore[no-untyped-def]
-    """One step of [x; y] from [r; x]; returns where the outputs y of sample t stand in z.
+def advance(F, nx, ny, m, z, t, refs, nr, out):  # type: ignore[no-untyped-def]
+    """One step of [x; y] from [r; x]; the outputs y of sample t go to out (N ny,).
 
     F (nx + ny, m + nx): the next state, then the outputs, from m references (nr held, 2 nr where
     they run straight between samples) and the state. z: two buffers [r; x; y] of m + nx + ny that
@@ -50,17 +50,8 @@ def advance(F, nx, ny, m, z, t, refs, nr):  # type: ignore[no-untyped-def]
     for i in range(m):
         put(z, old + i, get(refs, t * nr + i))
     apply(F, 0, nx + ny, nx + ny, z, old, m + nx, z, new + m)
-    return new + m + nx
-
-
-@njit(**OPTIONS)
-def advance_and_store(F, nx, ny, m, z, start, stop, refs, nr, out):  # type: ignore[no-untyped-def]
-    """Advances over samples start..stop-1 and writes the outputs to out (N ny,); F and z as in
-    `advance`, refs ((N + 1) nr,)."""
-    for t in range(start, stop):
-        y = advance(F, nx, ny, m, z, t, refs, nr)
-        for i in range(ny):
-            put(out, t * ny + i, get(z, y + i))
+    for i in range(ny):
+        put(out, t * ny + i, get(z, new + m + nx + i))
 
 
 @kernel(
@@ -104,18 +95,13 @@ def respond_lanes(  # type: ignore[no-untyped-def]
             for lane in range(LANES):
                 write_outputs(C[lane], D[lane], keep, n, m, unit, F[:, lane], nx + ny, nx)
                 start(x0[lane], keep, n, unit, z[m:, lane])
-        advance_and_store(F, nx, ny, m, z, t, t + 1 if varying else T, r, nr, y)
-        if not varying:
-            break
+        advance(F, nx, ny, m, z, t, r, nr, y)
 
 
 def law_lanes(laws: Sequence[DriveLaw]) -> tuple[np.ndarray, ...]:
-    """The laws of up to LANES experiments, stacked; missing lanes repeat the first."""
-    filled = list(laws) + [laws[0]] * (LANES - len(laws))
+    """The laws of up to LANES experiments, in the order of LAWS."""
     names = ("R", "P", "V", "S", "Fs", "Fq", "Fv", "Fr")
-    return tuple(
-        np.ascontiguousarray([getattr(law, name) for law in filled], dtype=float) for name in names
-    )
+    return tuple(fill_lanes([getattr(law, name) for law in laws]) for name in names)
 
 
 def with_forces(numbers: Numbers, task: Task) -> DriveLaw:
