@@ -36,7 +36,7 @@ from core.lanes.algebra import (
 )
 from core.lanes.functions import INLINE
 from core.lanes.wide import any_lane, get, put, select
-from core.simulate.bristles import bound, rub
+from core.simulate.bristles import bound, friction_rates
 from core.simulate.elements import (
     ELEMENTS,
     OUT_PER_PORT,
@@ -167,7 +167,9 @@ def solve_stage(solvers, law, inverse, step, elements, ports, g, b, d, w, back, 
     add_product(kv, -1.0, T, c)
     substitute_square(solvers, W, note, kv)
     if elements[7].size > 0:
-        rub(solvers, elements, W, note, M, M2, late, x, xd, out, g, w, back, kw1, work, kv, kw)
+        friction_rates(
+            solvers, elements, W, note, M, M2, late, x, xd, out, g, w, back, kw1, work, kv, kw
+        )
     combine(kq, a, g, kv)
     add_product(c, g, law[5], kq)
     add_product(c, g, law[6], kv)
