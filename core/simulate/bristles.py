@@ -171,9 +171,9 @@ def bound(bristles, states, w):  # type: ignore[no-untyped-def]
 
 
 @njit(**INLINE)
-def friction_rates(
+def friction_rates(  # type: ignore[no-untyped-def]
     solvers, elements, W, note, M, M2, late, x, xd, out, g, w, back, kw1, work, kv, kw
-):  # type: ignore[no-untyped-def]
+):
     """Puts the bristles' forces into the rates kv of a stage and gives the rates kw of their
     states; `work` is kept from stage to stage: columns, D, V without forces, V, F, S, and two (n,).
     """
