@@ -14,6 +14,7 @@ from core.drives.law import DriveLaw
 from core.drives.servo import FollowingServo
 from core.errors import InputError
 from core.parameters import Parameter
+from core.recording.channels import joint_of
 
 KNOWN_MOTION = "known_motion"
 """Of [drive], whatever its kind: the joints, from 1, that move as their columns theta say."""
@@ -53,7 +54,9 @@ class WithKnownMotion(Drive):
             )
 
     def parameters(self, arm: Arm) -> tuple[Parameter, ...]:
-        return tuple(p for p in self.base.parameters(arm) if not self._moved_else(p.name))
+        """Those of the joints that it drives; a drive's parameters bear their joint's number."""
+        moved = tuple(str(k) for k in self.joints)
+        return tuple(p for p in self.base.parameters(arm) if not p.name.endswith(moved))
 
     def reference_channels(self, arm: Arm) -> tuple[str, ...]:
         return tuple(self.base.reference_channels(arm)[i] for i in self._kept(arm))
@@ -63,8 +66,9 @@ class WithKnownMotion(Drive):
         return (*own, *(f"theta{k}" for k in self.joints if f"theta{k}" not in own))
 
     def _moved_else(self, name: str) -> bool:
-        """Whether a column or a parameter belongs to one of the joints: it ends in its number."""
-        return name.removesuffix("_ref").endswith(tuple(str(k) for k in self.joints))
+        """Whether a column belongs to one of the joints."""
+        joint = joint_of(name)
+        return joint is not None and joint + 1 in self.joints
 
     def _kept(self, arm: Arm) -> list[int]:
         names = self.base.reference_channels(arm)

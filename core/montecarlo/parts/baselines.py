@@ -40,6 +40,10 @@ class Contender(ABC):
     def poles(self, theta2: float) -> np.ndarray:
         """1/s, of the linear model from references to ydot."""
 
+    @abstractmethod
+    def result(self) -> Answer:
+        """What was found: stiffnesses, or the size of a black box."""
+
 
 @dataclass
 class Physical(Contender):
@@ -61,6 +65,9 @@ class Physical(Contender):
         joints = np.array([0.0, theta2])
         found = posture(self.model, joints, self.model.numbers(self.values)).poles
         return np.asarray(found[~integrators(found)])
+
+    def result(self) -> Answer:
+        return {"EI": self.rig.stiffness(dict(self.values))}
 
 
 @dataclass
@@ -84,6 +91,9 @@ class BlackBox(Contender):
     def poles(self, theta2: float) -> np.ndarray:
         values = np.linalg.eigvals(self.model.at(theta2).A).astype(complex)
         return np.asarray(np.log(np.where(values == 0.0, 1e-300, values)) / self.sample_time)
+
+    def result(self) -> Answer:
+        return {"order": self.model.order, "degree": self.model.degree}
 
 
 def references(recording: Recording) -> np.ndarray:
@@ -203,15 +213,8 @@ def _judged(rig: Rig, contender: Contender, tests: Mapping[str, Sequence[Recordi
         "pole_error": float(np.mean(errors)),
         "pole_errors": errors,
         "parameters": contender.parameters,
-        "about": _about(rig, contender),
+        "about": contender.result(),
     }
-
-
-def _about(rig: Rig, contender: Contender) -> Answer:
-    if isinstance(contender, Physical):
-        return {"EI": rig.stiffness(dict(contender.values))}
-    assert isinstance(contender, BlackBox)
-    return {"order": contender.model.order, "degree": contender.model.degree}
 
 
 def _true_poles(rig: Rig, theta2: float) -> np.ndarray:
