@@ -174,10 +174,10 @@ class Predictor:
 
     def predict_many(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:
         """Per request the outputs (M_i, k) of its experiments."""
-        found = self.trajectories(requests)
+        found = self.readings(requests)
         return [
-            [self.experiments[i].predicted(*m) for i, m in zip(which, motions, strict=True)]
-            for (_, which), motions in zip(requests, found, strict=True)
+            [self.experiments[i].processed(raw) for i, raw in zip(which, each, strict=True)]
+            for (_, which), each in zip(requests, found, strict=True)
         ]
 
     def readings(self, requests: Sequence[Request]) -> list[list[np.ndarray]]:

@@ -32,14 +32,17 @@ PROTOCOLS = [
     "model_config", "_repr_html_", "__*", "_", "CACHE_DIR", "get_suitable_cache_subpath",
     "animated", "up_direction", "cell_color", "section_color", "colors",  # viser's handles
     "_plotly_json_str", "_sanctioned_dead_writes", "_lower", "_Typing",
+    "unify", "can_convert_from",  # Numba's types
 ]  # fmt: skip
 """Names that somebody else's code looks for."""
 
 READ_BY_NAME = {
     "camera_noise", "encoder_noise", "deflection_noise", "torque_noise", "rates_noise",
-    "used_tool_first", "warm_inputs",
+    "used_tool_first", "warm_inputs", "straight_line", "validation_fit_percent", "singular_values",
+    "residual_count", "gradient_norm",
 }  # fmt: skip
-"""Settings that sensors name, a column of a table, and a task that its worker finds by its name."""
+"""Settings that sensors name, a column of a table, a task that its worker finds by its name, what
+generated modules import, and fields of results that are written as they are."""
 
 PUBLIC = {"compare_as_given", "to_control", "to_dataframe", "to_scipy"}
 """Of the library's results: for scripts and notebooks."""
