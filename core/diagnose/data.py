@@ -270,23 +270,20 @@ def enough_steps(
 ) -> int:
     """Steps per sample, from `least` on, such that twice as many move the outputs by less than
     `close` floors."""
-    steps = least
-    coarse = _errors_with(replace(data, steps=steps), effects, values)
+
+    def errors_with(steps: int) -> list[np.ndarray]:
+        h = hypothesis(replace(data, steps=steps), effects, values)
+        return h.errors(h.vector)
+
+    steps, coarse = least, errors_with(least)
     while steps < MOST_STEPS:
-        fine = _errors_with(replace(data, steps=2 * steps), effects, values)
+        fine = errors_with(2 * steps)
         apart = [a - b for a, b in zip(coarse, fine, strict=True)]
         change = float(np.sqrt(np.mean(np.concatenate([x.ravel() for x in apart]) ** 2)))
         if change < close:
             break
         steps, coarse = 2 * steps, fine
     return steps
-
-
-def _errors_with(
-    data: Data, effects: Sequence[Effect], values: Mapping[str, float]
-) -> list[np.ndarray]:
-    h = hypothesis(data, effects, values)
-    return h.errors(h.vector)
 
 
 def again(

@@ -14,7 +14,7 @@ from core.errors import InputError
 from core.identify.held import simulated_part
 from core.identify.led_motion import vague_ends
 from core.identify.prescribed import is_prescribed
-from core.identify.processing import TORQUE, Processing
+from core.identify.processing import TORQUE, Processing, delayed
 from core.identify.unknowns import GAIN, OFFSET, START
 from core.model import Model, Numbers
 from core.recording.beginning import AT_ONCE
@@ -198,17 +198,9 @@ class Prepared:
         """y (N, ...) of one channel as its logger writes it: late with the camera, and filtered."""
         delay = self.recording.camera.delay
         if delay and from_camera(name):
-            y = _delayed(y, self.task.time, delay)
+            y = delayed(y, self.task.time, delay)
         logged = self.recording.logger_filters.get(name)
         return y if logged is None else apply_logger_filter(y, self.recording.sample_time, logged)
-
-
-def _delayed(y: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
-    """y (N, ...) at time - delay, straight between samples, constant beyond the ends."""
-    at = np.interp(time - delay, time, np.arange(len(time), dtype=float))
-    below = np.minimum(at.astype(np.int64), len(time) - 2)
-    share = (at - below).reshape(-1, *[1] * (y.ndim - 1))
-    return np.asarray(y[below] + share * (y[below + 1] - y[below]))
 
 
 def _with_ends(x: np.ndarray, first: int, last: int) -> np.ndarray:
@@ -248,7 +240,7 @@ def prepare(
     kinds = [s.kind for s in outputs for _ in s.channels(arm)]
     processed = processing.apply(raw, dt, kinds)
     if model.steering is not None and kinds:
-        mask = mask & np.column_stack([_inside(processing, k, len(mask), dt) for k in kinds])
+        mask = mask & np.column_stack([processing.inside(k, len(mask), dt) for k in kinds])
     counts = mask[:: processing.decimate] & np.isfinite(processed)
     task = make_task(model, recording)
     if outputs and not counts.any():
@@ -257,25 +249,6 @@ def prepare(
             f"and [identify] filter."
         )
     return Prepared(model, recording, tuple(outputs), processing, task, processed, counts)
-
-
-def _inside(processing: Processing, kind: str, N: int, dt: float) -> np.ndarray:
-    """(N,) whether a sample is further from both ends than a filter's answer to them lasts.
-
-    What a filter must invent beyond the ends of a torque stands beside it there. A Butterworth
-    filter of order n at f answers for about twice its group delay, which is below n / (2 pi f).
-    The noise of a second difference at an end is 1 / (2 pi f dt)^1.5 times that within, where it
-    takes itself away in the sum of neighbours; it counts again once the filter has forgotten as
-    much. Without a filter the first and the last sample have no second difference.
-    """
-    filters = processing.filters(kind)
-    edges = [int(np.ceil(f.order / (np.pi * f.cutoff_hz * dt))) for f in filters]
-    if kind == TORQUE:
-        sizes = [min(2.0 * np.pi * f.cutoff_hz * dt, 1.0) ** 1.5 for f in filters]
-        edges += [f.memory(dt, size) for f, size in zip(filters, sizes, strict=True)]
-    count = max([1, *edges])
-    at = np.arange(N)
-    return np.asarray((at >= count) & (at < N - count))
 
 
 def can_measure(model: Model, recording: Recording, sensor: Sensor) -> bool:

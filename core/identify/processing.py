@@ -73,11 +73,37 @@ class Processing:
         ]
         return max(bands, default=np.inf)
 
+    def inside(self, kind: str, N: int, dt: float) -> np.ndarray:
+        """(N,) whether a sample is further from both ends than a filter's answer to them lasts.
+
+        What a filter must invent beyond the ends of a torque stands beside it there. A Butterworth
+        filter of order n at f answers for about twice its group delay, which is below n / (2 pi f).
+        The noise of a second difference at an end is 1 / (2 pi f dt)^1.5 times that within, where
+        it takes itself away in the sum of neighbours; it counts again once the filter has forgotten
+        as much. Without a filter the first and the last sample have no second difference.
+        """
+        filters = self.filters(kind)
+        edges = [int(np.ceil(f.order / (np.pi * f.cutoff_hz * dt))) for f in filters]
+        if kind == TORQUE:
+            sizes = [min(2.0 * np.pi * f.cutoff_hz * dt, 1.0) ** 1.5 for f in filters]
+            edges += [f.memory(dt, size) for f, size in zip(filters, sizes, strict=True)]
+        count = max([1, *edges])
+        at = np.arange(N)
+        return np.asarray((at >= count) & (at < N - count))
+
     @property
     def nothing(self) -> bool:
         """Whether measurement and model stay as they are."""
         filters = (self.filter, self.output_filter, self.torque_filter)
         return all(f is None for f in filters) and self.decimate == 1
+
+
+def delayed(y: np.ndarray, time: np.ndarray, delay: float) -> np.ndarray:
+    """y (N, ...) at time - delay, straight between samples, constant beyond the ends."""
+    at = np.interp(time - delay, time, np.arange(len(time), dtype=float))
+    below = np.minimum(at.astype(np.int64), len(time) - 2)
+    share = (at - below).reshape(-1, *[1] * (y.ndim - 1))
+    return np.asarray(y[below] + share * (y[below + 1] - y[below]))
 
 
 def filtered(
