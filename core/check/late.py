@@ -27,6 +27,9 @@ LAGS = (1.0, 2.0, 4.0, 7.0, 10.0, 13.0, 16.0)
 """Samples of lag at which a fit may begin: it finds what is within half a period of it."""
 GROWN = (-20.0, -8.0, -3.0, -1.0, 1.0, 3.0, 8.0, 20.0)
 """The same at the end of a recording, where the lag grows."""
+FARTHEST = 30.0
+"""Samples of lag at most: a fit that leaves the lags at which it may begin by more than half has
+lost the period that it began in, and says nothing."""
 CLOSEST = 3
 """Causes, of all that were scanned, that are fitted."""
 FINE = 1e-3
@@ -90,7 +93,7 @@ def late_channel(found: Measured, others: Sequence[Shape] = ()) -> Late | None:
         if cost < fit.cost(plain):
             found_ = fit.fitted(cause, start)
             cost = fit.cost(found_.vector, cause)
-            if cost < least:
+            if cost < least and abs(found_.vector[-1]) < FARTHEST:
                 least, best = cost, (cause, found_)
     if best is None:
         return None
@@ -285,8 +288,8 @@ class LinkFit:
 
     def _bounds(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         s, free = self.segments, len(x) - self.segments - 1
-        lower = [-STIFFEST] * s + [LIGHTEST[0]] + [-np.inf] * free
-        return np.array(lower), np.array([STIFFEST] * s + [LIGHTEST[1]] + [np.inf] * free)
+        lower = [-STIFFEST] * s + [LIGHTEST[0]] + [-FARTHEST] * free
+        return np.array(lower), np.array([STIFFEST] * s + [LIGHTEST[1]] + [FARTHEST] * free)
 
     def deviation(self, cause: Cause, end: Descended) -> float:
         """Standard deviation of the cause's size."""

@@ -73,7 +73,7 @@ def test_all_recordings_tell_together():
     rng = np.random.default_rng(9)
     columns = [(motion(s, 10.0) + 1e-5 * rng.standard_normal(len(TIME)), DT) for s in range(4)]
     found = visible_band(columns)
-    assert found is not None and 10.0 / OCTAVE < found.hz < OCTAVE * 10.0
+    assert found is not None and 10.0 / OCTAVE < found.hz < STEEP * 10.0
 
 
 @pytest.mark.parametrize(
