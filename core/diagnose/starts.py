@@ -40,8 +40,7 @@ BEST = 3
 """Starts that go on."""
 
 ROUGH_ITERATIONS = 10
-"""Of a fit that is only compared with others; what is accepted is converged afterwards. After eight
-a play was not down to a twentieth of what it left in the end."""
+"""Of a fit that is only compared with others; what is accepted is converged afterwards."""
 
 LONGER = 4
 """Times as much of each recording for the last descent, so that what begins on the whole is out of
