@@ -27,7 +27,7 @@ LAGS = (1.0, 2.0, 4.0, 7.0, 10.0, 13.0, 16.0)
 """Samples of lag at which a fit may begin: it finds what is within half a period of it."""
 GROWN = (-20.0, -8.0, -3.0, -1.0, 1.0, 3.0, 8.0, 20.0)
 """The same at the end of a recording, where the lag grows."""
-FARTHEST = 30.0
+FARTHEST = 1.5 * GROWN[-1]
 """Samples of lag at most: a fit that leaves the lags at which it may begin by more than half has
 lost the period that it began in, and says nothing."""
 CLOSEST = 3

@@ -38,8 +38,6 @@ class Refusal:
 
     weighed: Weighed
     objection: Objection
-    after: Refit
-    """The polished model with it."""
 
     @property
     def with_title(self) -> tuple[str, Objection]:
@@ -145,7 +143,7 @@ class Acceptance:
             or indistinct([one.screened], after)
             or self.gate(data, after)
         )
-        return Refusal(one, found, after) if found else None
+        return Refusal(one, found) if found else None
 
     def _adding(self, one: Weighed, data: Data, after: Refit, found: list[Weighed]) -> Round:
         """The round that adds one effect."""

@@ -1,5 +1,12 @@
 """The minimum of a model, with as many steps per sample as it needs, and out of the valleys that a
-missing effect led into."""
+missing effect led into; what idealised laws may miss there, and deviations where the encoders'
+noise shakes the arm.
+
+Where a servo leads the joints, that noise sets lightly damped links swinging, and they swing for
+the whole recording at the frequency by which a stiffness shows. A fit takes most of that up, so the
+residual does not show it: what the noise does to the estimates is drawn, with the model's own
+equations.
+"""
 
 from __future__ import annotations
 
@@ -194,8 +201,8 @@ def _variances(
     data: Data, refit: Refit, known: np.ndarray, stated: Mapping[str, float]
 ) -> np.ndarray:
     """(p,) of the unknowns `known`: of (S'S)^-1 S'e over draws e, which recordings make apart. A
-    channel's draws are at most its floor, where the
-    model has shown that its columns are less noisy than they seemed."""
+    channel's draws are at most its noise floor, where the model has shown that its columns are less
+    noisy than they seemed."""
     h = refit.hypothesis
     slopes = [S[:, :, known].reshape(-1, len(known)) for S in refit.descended.slopes]
     inverse = pseudo_inverse(np.asarray(sum(S.T @ S for S in slopes)))
