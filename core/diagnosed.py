@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from core.effects import catalogue, with_included
-from core.identify.unknowns import MARK
-from core.results import Diagnosis
-from core.scenario.read import check_scenario, document_toml
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
+from .effects import catalogue, with_included
+from .identify.unknowns import MARK
+from .results import Diagnosis
+from .scenario.read import check_scenario, document_toml
+from .scenario.schema import Scenario
+from .scenario.stated_effects import base_model
 
 NAME = "diagnosed.toml"
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
 
-from core.errors import InputError
+from .errors import InputError
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.parameters import ParameterSet
+from .parameters import ParameterSet
 
 Blocks = Sequence[np.ndarray]
 """Weighted errors (M, k) per recording."""

@@ -13,22 +13,22 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.errors import InputError
-from core.model import Model
-from core.processors import WORKERS
-from core.progress import Progress
-from core.recording.beginning import with_beginnings
-from core.recording.load import load_recording
-from core.recording.recording import Recording
-from core.recording.spec import RecordingSpec
-from core.scenario.data_folder import Folder, resolve_file
-from core.scenario.rig_spec import SensorsSpec
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import with_hidden_effects
-from core.sensors import sensors
-from core.simulate.experiment import NoiseLevels, simulate_recording
+from .arm.arm import Arm
+from .arm.joints import joint
+from .errors import InputError
+from .model import Model
+from .processors import WORKERS
+from .progress import Progress
+from .recording.beginning import with_beginnings
+from .recording.load import load_recording
+from .recording.recording import Recording
+from .recording.spec import RecordingSpec
+from .scenario.data_folder import Folder, resolve_file
+from .scenario.rig_spec import SensorsSpec
+from .scenario.schema import Scenario
+from .scenario.stated_effects import with_hidden_effects
+from .sensors import sensors
+from .simulate.experiment import NoiseLevels, simulate_recording
 
 
 def load_recordings(

@@ -9,19 +9,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.arm.arm import Arm, Structure
-from core.arm.catalogue import ArmCatalogue
-from core.arm.compiled import CompiledArm, compile_arm
-from core.drives.drive import Drive
-from core.drives.law import DriveLaw
-from core.drives.servo import FollowingServo, Steering
-from core.effects import with_included
-from core.effects.effect import Effect
-from core.effects.sizes import Sizes, typical
-from core.errors import InputError
-from core.forces.element import Element, ElementArrays, pack
-from core.parameters import Parameter
-from core.sentences import did_you_mean
+from .arm.arm import Arm, Structure
+from .arm.catalogue import ArmCatalogue
+from .arm.compiled import CompiledArm, compile_arm
+from .drives.drive import Drive
+from .drives.law import DriveLaw
+from .drives.servo import FollowingServo, Steering
+from .effects import with_included
+from .effects.effect import Effect
+from .effects.sizes import Sizes, typical
+from .errors import InputError
+from .forces.element import Element, ElementArrays, pack
+from .parameters import Parameter
+from .sentences import did_you_mean
 
 LEVELS = ("lpv", "nonlinear")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.errors import InputError
+from .errors import InputError
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from functools import cache
 from types import ModuleType
 from typing import Any, Generic, TypeVar
 
-from core.errors import InputError
-from core.sentences import did_you_mean
+from .errors import InputError
+from .sentences import did_you_mean
 
 T = TypeVar("T")
 

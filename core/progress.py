@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Protocol
 
-from core.results import Generation
+from .results import Generation
 
 
 class Progress(Protocol):

@@ -8,19 +8,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.arm.build import build_arm
-from core.errors import InputError
-from core.identify import predictor
-from core.identify.compare import compare, shared_values
-from core.identify.fit import Fitted, identify
-from core.identify.prepared import prepare
-from core.identify.setup import Setup, make_setup
-from core.identify.unknowns import Unknowns, collect_unknowns, fixed_values
-from core.progress import Progress, Silent
-from core.recording.recording import Recording
-from core.results import RecordingComparison, Variant
-from core.scenario.schema import CompareSpec, IdentifySpec, Scenario
-from core.scenario.stated_effects import (
+from .arm.build import build_arm
+from .errors import InputError
+from .identify import predictor
+from .identify.compare import compare, shared_values
+from .identify.fit import Fitted, identify
+from .identify.prepared import prepare
+from .identify.setup import Setup, make_setup
+from .identify.unknowns import Unknowns, collect_unknowns, fixed_values
+from .progress import Progress, Silent
+from .recording.recording import Recording
+from .results import RecordingComparison, Variant
+from .scenario.schema import CompareSpec, IdentifySpec, Scenario
+from .scenario.stated_effects import (
     bare_model,
     fitting,
     with_effect_parameters,

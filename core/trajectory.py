@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.compiled import CompiledArm
+from .arm.arm import Arm
+from .arm.compiled import CompiledArm
 
 MOST_KEPT = 16
 """Series along one motion: forces of some joints, for the two ends of a difference."""
@@ -52,7 +52,7 @@ class Trajectory:
 
     def tip(self) -> tuple[np.ndarray, np.ndarray]:
         """Place (N, 2) in m and velocity (N, 2) in m/s of the end effector."""
-        from core.arm.calls import tip_path
+        from .arm.calls import tip_path
 
         q, v = np.ascontiguousarray(self.q), np.ascontiguousarray(self.v)
         return tip_path(self.compiled.tip, q, v, self.p)

@@ -9,8 +9,8 @@ from typing import Annotated, Any, TypeVar, cast
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 from pydantic._internal._model_construction import ModelMetaclass
 
-from core.errors import InputError
-from core.sentences import did_you_mean, one_line, predicate
+from .errors import InputError
+from .sentences import did_you_mean, one_line, predicate
 
 M = TypeVar("M", bound=BaseModel)
 

@@ -19,17 +19,17 @@ from contextlib import suppress
 from dataclasses import asdict
 from typing import Any
 
-from core.arm.arm import Structure
-from core.arm.cache import cache_folder, sources_key
-from core.arm.compiled import compile_arm, compile_wide_arm, is_compiled
-from core.processors import WORKERS
-from core.progress import Progress
+from .arm.arm import Structure
+from .arm.cache import cache_folder, sources_key
+from .arm.compiled import compile_arm, compile_wide_arm, is_compiled
+from .processors import WORKERS
+from .progress import Progress
 
 TITLE = "Compiling for this machine, once (about half a minute)"
 
 _COMMAND = (
     "import os; getattr(os, 'nice', int)(5); "
-    "from core.simulate.{} import {} as kernel; kernel.compiled"
+    f"from {__package__}.simulate.{{}} import {{}} as kernel; kernel.compiled"
 )
 _KERNELS = (
     ("rosenbrock", "integrate"), ("pieces", "piecewise"), ("linear", "respond_lanes"),
@@ -75,7 +75,7 @@ def compile_kernels(progress: Progress) -> None:
             (cache_folder() / f"warm_{sources_key()}").touch()
 
 
-_ARMS_COMMAND = "from core.warm import main; main()"
+_ARMS_COMMAND = f"from {__name__} import main; main()"
 _begun: set[Structure] = set()
 _others: list[subprocess.Popen[str]] = []
 _lock = threading.Lock()

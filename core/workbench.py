@@ -11,22 +11,22 @@ from pathlib import Path
 
 import numpy as np
 
-from core.check.run import check_scenario
-from core.diagnose.diagnose import diagnose
-from core.diagnose.level import AUTO, choose_level
-from core.diagnose.noise_route import stated_noise
-from core.diagnose.repetition import runs_compared
-from core.diagnose.state import Options
-from core.diagnosed import diagnosed_scenario
-from core.identify import predictor
-from core.identify.compare import compare
-from core.identify.fit import Fitted
-from core.identify.setup import Setup, make_setup
-from core.loading import load_recordings
-from core.model import Model
-from core.progress import Progress, Silent
-from core.recording.recording import Recording
-from core.results import (
+from .check.run import check_scenario
+from .diagnose.diagnose import diagnose
+from .diagnose.level import AUTO, choose_level
+from .diagnose.noise_route import stated_noise
+from .diagnose.repetition import runs_compared
+from .diagnose.state import Options
+from .diagnosed import diagnosed_scenario
+from .identify import predictor
+from .identify.compare import compare
+from .identify.fit import Fitted
+from .identify.setup import Setup, make_setup
+from .loading import load_recordings
+from .model import Model
+from .progress import Progress, Silent
+from .recording.recording import Recording
+from .results import (
     Diagnosis,
     Estimate,
     Fit,
@@ -35,18 +35,18 @@ from core.results import (
     Outcome,
     RecordingComparison,
 )
-from core.scenario.data_folder import Folder
-from core.scenario.schema import IdentifySpec, Scenario
-from core.scenario.stated_effects import (
+from .scenario.data_folder import Folder
+from .scenario.schema import IdentifySpec, Scenario
+from .scenario.stated_effects import (
     base_model,
     candidate_effects,
     with_effect_parameters,
 )
-from core.scenario.stated_effects import diagnosis_wanted as diagnosis_wanted
-from core.scenario_fits import compare_all, compared_variant, fit_all, shared_by_fits
-from core.simulate.descriptor import descriptor, prepare_descriptor
-from core.simulate.equations import equations, prepare_equations
-from core.simulate.mechanism import mechanism
+from .scenario.stated_effects import diagnosis_wanted as diagnosis_wanted
+from .scenario_fits import compare_all, compared_variant, fit_all, shared_by_fits
+from .simulate.descriptor import descriptor, prepare_descriptor
+from .simulate.equations import equations, prepare_equations
+from .simulate.mechanism import mechanism
 
 AS_STATED = "the stated values"
 

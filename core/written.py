@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from core.errors import InputError
+from .errors import InputError
 
 if TYPE_CHECKING:
     from pint import UnitRegistry

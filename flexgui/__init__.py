@@ -29,33 +29,33 @@ _HOME = {
         "drives effects excitations formula presets register sensors unregister"
     ),
     "flexgui.library.shipped": "scenarios",
-    "core.arm.arm": "Arm",
-    "core.arm.segment": "Segment",
-    "core.drives.drive": "Drive",
-    "core.drives.law": "DriveLaw static_law",
-    "core.effects.effect": "Effect EffectParameter",
-    "core.errors": "InputError",
-    "core.excitation.excitation": "Excitation",
-    "core.parameters": "Parameter",
-    "core.recording.recording": "Recording",
-    "core.sensors.sensor": "Channel Sensor",
+    "flexgui.core.arm.arm": "Arm",
+    "flexgui.core.arm.segment": "Segment",
+    "flexgui.core.drives.drive": "Drive",
+    "flexgui.core.drives.law": "DriveLaw static_law",
+    "flexgui.core.effects.effect": "Effect EffectParameter",
+    "flexgui.core.errors": "InputError",
+    "flexgui.core.excitation.excitation": "Excitation",
+    "flexgui.core.parameters": "Parameter",
+    "flexgui.core.recording.recording": "Recording",
+    "flexgui.core.sensors.sensor": "Channel Sensor",
 }
 _MODULES = {name: module for module, names in _HOME.items() for name in names.split()}
 
 if TYPE_CHECKING:
-    from core.arm.arm import Arm as Arm
-    from core.arm.segment import Segment as Segment
-    from core.drives.drive import Drive as Drive
-    from core.drives.law import DriveLaw as DriveLaw
-    from core.drives.law import static_law as static_law
-    from core.effects.effect import Effect as Effect
-    from core.effects.effect import EffectParameter as EffectParameter
-    from core.errors import InputError as InputError
-    from core.excitation.excitation import Excitation as Excitation
-    from core.parameters import Parameter as Parameter
-    from core.recording.recording import Recording as Recording
-    from core.sensors.sensor import Channel as Channel
-    from core.sensors.sensor import Sensor as Sensor
+    from flexgui.core.arm.arm import Arm as Arm
+    from flexgui.core.arm.segment import Segment as Segment
+    from flexgui.core.drives.drive import Drive as Drive
+    from flexgui.core.drives.law import DriveLaw as DriveLaw
+    from flexgui.core.drives.law import static_law as static_law
+    from flexgui.core.effects.effect import Effect as Effect
+    from flexgui.core.effects.effect import EffectParameter as EffectParameter
+    from flexgui.core.errors import InputError as InputError
+    from flexgui.core.excitation.excitation import Excitation as Excitation
+    from flexgui.core.parameters import Parameter as Parameter
+    from flexgui.core.recording.recording import Recording as Recording
+    from flexgui.core.sensors.sensor import Channel as Channel
+    from flexgui.core.sensors.sensor import Sensor as Sensor
     from flexgui.library.building import project as project
     from flexgui.library.catalogues import drives as drives
     from flexgui.library.catalogues import effects as effects

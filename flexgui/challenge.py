@@ -18,7 +18,7 @@ def challenge(
     level: Annotated[str, typer.Option(help="easy: one hidden effect; hard: two.")] = "easy",
 ) -> None:
     """Write recordings with hidden effects, the truth sealed beside them."""
-    from core.study.challenge import make_challenge, write_challenge
+    from flexgui.core.study.challenge import make_challenge, write_challenge
     from flexgui.export.folder import check_writable
 
     check_writable(out.parent if out.suffix.lower() == ".zip" else out)
@@ -45,9 +45,9 @@ def hand_in(
     out: Annotated[Path | None, typer.Option(help="File to write, here by default.")] = None,
 ) -> None:
     """Seal a guess at a challenge into one file, to be graded."""
-    from core.errors import InputError
-    from core.files import replacing
-    from core.study.challenge import obfuscated_truth
+    from flexgui.core.errors import InputError
+    from flexgui.core.files import replacing
+    from flexgui.core.study.challenge import obfuscated_truth
     from flexgui.session.hand_in import HandIn, most_guesses, stated_guess
 
     obfuscated = obfuscated_truth(place)
@@ -68,7 +68,7 @@ def grade(
     out: Annotated[Path | None, typer.Option(help=f"CSV table; FOLDER/{TABLE} by default.")] = None,
 ) -> None:
     """Check sealed hand-ins and write a table: who found what, and how near the sizes are."""
-    from core.files import replacing
+    from flexgui.core.files import replacing
     from flexgui.session.hand_in import as_csv, grades
 
     rows = grades(folder)

@@ -15,10 +15,10 @@ from flexgui import __version__, challenge, study
 from flexgui.plain_words import BAD_INPUT, INTERRUPTED, plain_words, print_error
 
 if TYPE_CHECKING:
-    from core.check.finding import Finding
-    from core.progress import Progress
-    from core.recording.table import Table
-    from core.scenario.schema import Scenario
+    from flexgui.core.check.finding import Finding
+    from flexgui.core.progress import Progress
+    from flexgui.core.recording.table import Table
+    from flexgui.core.scenario.schema import Scenario
 
 
 class _Commands(TyperGroup):
@@ -249,13 +249,13 @@ def _checked(
 ) -> tuple[Sequence[Finding], list[str], int]:
     if what.suffix.lower() in ("", ".toml"):
         path, scenario = _read(what, data)
-        from core.check.run import check_scenario
+        from flexgui.core.check.run import check_scenario
 
         found = check_scenario(scenario, path.parent, data, progress)
         return found, [], len(scenario.recordings)
-    from core.check.run import check_file
-    from core.recording.read_table import read_table
-    from core.scenario.data_folder import refuse_special
+    from flexgui.core.check.run import check_file
+    from flexgui.core.recording.read_table import read_table
+    from flexgui.core.scenario.data_folder import refuse_special
 
     refuse_special(what)
     return check_file(what, progress), _contents(read_table(what)), 1
@@ -264,9 +264,9 @@ def _checked(
 def _read(given: Path, data: Path | None) -> tuple[Path, Scenario]:
     """A scenario whose names and files are there: a slip is told before what is heavy is imported
     or compiled."""
-    from core.identify.unknowns import check_names
-    from core.scenario.data_folder import outside
-    from core.scenario.read import read_scenario
+    from flexgui.core.identify.unknowns import check_names
+    from flexgui.core.scenario.data_folder import outside
+    from flexgui.core.scenario.read import read_scenario
     from flexgui.library.shipped import scenario_path
 
     path = scenario_path(given)

@@ -12,7 +12,7 @@ from typing import Any
 
 import viser
 
-from core.plugins import classes_of
+from flexgui.core.plugins import classes_of
 from flexgui.panels.in_browser import lift
 from flexgui.panels.page_layout import CONTROLS, PLOTS, PageLayout, Widths, Window
 from flexgui.panels.panel import PageContext, Panel

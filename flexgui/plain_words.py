@@ -25,7 +25,7 @@ def plain_words(raw: bool = False) -> Iterator[None]:
     program's, and its traceback goes into a file or, where it is wanted `raw`, onto the terminal.
     Warnings of libraries are for programmers; what a person has to know is in the report.
     """
-    from core.errors import InputError
+    from flexgui.core.errors import InputError
 
     try:
         with warnings.catch_warnings():
@@ -82,6 +82,6 @@ def _kept_traceback(error: Exception) -> str:
 
 def print_error(text: str) -> None:
     """One line on stderr."""
-    from core.sentences import brief
+    from flexgui.core.sentences import brief
 
     typer.echo(brief(f"flexgui: {text}"), err=True)

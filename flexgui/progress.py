@@ -12,9 +12,9 @@ from types import TracebackType
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 
-from core.progress import Progress as Listener
-from core.progress import Silent
-from core.results import Generation
+from flexgui.core.progress import Progress as Listener
+from flexgui.core.progress import Silent
+from flexgui.core.results import Generation
 
 EVERY = 10.0
 """s between plain lines: what ends sooner needs none, and an hour fills no log."""

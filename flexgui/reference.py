@@ -15,17 +15,17 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from core.arm.build import ArmSpec
-from core.arm.catalogue import ArmCatalogue
-from core.arm.presets import presets
-from core.arm.segment import Segment
-from core.drives.drive import Drive, drive_classes
-from core.effects import catalogue
-from core.effects.sizes import typical
-from core.excitation.excitation import Excitation
-from core.plugins import classes_of
-from core.recording.channels import known_kinds
-from core.recording.spec import (
+from flexgui.core.arm.build import ArmSpec
+from flexgui.core.arm.catalogue import ArmCatalogue
+from flexgui.core.arm.presets import presets
+from flexgui.core.arm.segment import Segment
+from flexgui.core.drives.drive import Drive, drive_classes
+from flexgui.core.effects import catalogue
+from flexgui.core.effects.sizes import typical
+from flexgui.core.excitation.excitation import Excitation
+from flexgui.core.plugins import classes_of
+from flexgui.core.recording.channels import known_kinds
+from flexgui.core.recording.spec import (
     CameraSpec,
     ColumnSpec,
     GapsSpec,
@@ -34,8 +34,8 @@ from core.recording.spec import (
     ResampleSpec,
     SimulateSpec,
 )
-from core.recording.velocity import ZeroPhaseLowPass
-from core.scenario.rig_spec import (
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.scenario.rig_spec import (
     EffectParameterSpec,
     LimitsSpec,
     ModelSpec,
@@ -43,9 +43,9 @@ from core.scenario.rig_spec import (
     PriorSpec,
     SensorsSpec,
 )
-from core.scenario.schema import CompareSpec, DiagnoseSpec, IdentifySpec, Scenario
-from core.sensors import sensors
-from core.sentences import first_sentence
+from flexgui.core.scenario.schema import CompareSpec, DiagnoseSpec, IdentifySpec, Scenario
+from flexgui.core.sensors import sensors
+from flexgui.core.sentences import first_sentence
 from flexgui.sentences.written import format_number
 from flexgui.views.of_recording import recording_views
 
@@ -201,7 +201,7 @@ def _outputs() -> Iterable[str]:
 def _excitations() -> Iterable[str]:
     yield "## Excitations\n"
     yield "`excitation` of `simulate`; further settings stand in its `options`.\n"
-    for kind, one in sorted(classes_of("core.excitation", Excitation).items()):
+    for kind, one in sorted(classes_of("flexgui.core.excitation", Excitation).items()):
         yield f"### `{kind}`\n"
         yield f"{_doc(one)}\n"
         yield _fields(one, {})

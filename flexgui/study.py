@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from core.processors import WORKERS
+from flexgui.core.processors import WORKERS
 from flexgui.plain_words import INTERRUPTED
 
 if TYPE_CHECKING:
-    from core.montecarlo.settings import StudySettings
-    from core.resumable.executor import Executor
-    from core.resumable.journal import Finished
+    from flexgui.core.montecarlo.settings import StudySettings
+    from flexgui.core.resumable.executor import Executor
+    from flexgui.core.resumable.journal import Finished
 
 JOURNAL = "results.jsonl"
 
@@ -41,8 +41,8 @@ def study(
     ] = None,
 ) -> None:
     """Monte Carlo study of SCENARIO: tables, figures and a page in OUT; goes on if stopped."""
-    from core.montecarlo.settings import make_settings
-    from core.scenario.read import read_scenario
+    from flexgui.core.montecarlo.settings import make_settings
+    from flexgui.core.scenario.read import read_scenario
     from flexgui.library.shipped import scenario_path
 
     settings = make_settings(read_scenario(scenario_path(scenario)), runs=runs)
@@ -56,7 +56,7 @@ def _go_on(
     settings: StudySettings, executor: Executor, out: Path, only: list[str], print_line: PrintLine
 ) -> bool:
     """Runs what is not finished yet and writes the report; False where it was stopped."""
-    from core.montecarlo.study import study
+    from flexgui.core.montecarlo.study import study
     from flexgui.export.folder import check_writable
 
     check_writable(out)
@@ -82,18 +82,18 @@ def _go_on(
 
 def _executor(cluster: str | None, workers: int) -> Executor:
     if cluster is not None:
-        from core.resumable.executor import Cluster
+        from flexgui.core.resumable.executor import Cluster
 
         return Cluster(cluster)
-    from core.resumable.executor import Processes
+    from flexgui.core.resumable.executor import Processes
 
     return Processes(workers)
 
 
 def _write(settings: StudySettings, out: Path, print_line: PrintLine) -> None:
     """The report of all that is known of the study, also of parts that were not asked for now."""
-    from core.montecarlo.summary import summarise
-    from core.resumable.journal import Journal
+    from flexgui.core.montecarlo.summary import summarise
+    from flexgui.core.resumable.journal import Journal
     from flexgui.export.study_report import REPORT, write_study
     from flexgui.sentences.study_findings import findings
 

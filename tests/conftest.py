@@ -27,10 +27,10 @@ settings.load_profile("flexgui")
 
 ARMS = """
 from dataclasses import replace
-from core.arm.compiled import compile_arm, compile_wide_arm
-from core.arm.arm import Structure
-from core.effects import catalogue
-from core.scenario.stated_effects import structures_tried
+from flexgui.core.arm.compiled import compile_arm, compile_wide_arm
+from flexgui.core.arm.arm import Structure
+from flexgui.core.effects import catalogue
+from flexgui.core.scenario.stated_effects import structures_tried
 from tests.helpers import PAPER
 softer = [replace(Structure.of(PAPER), elastic=soft) for soft in ((True, False), (False, True))]
 for structure in [*structures_tried(PAPER, list(catalogue().values())), *softer][{}::2]:
@@ -41,17 +41,20 @@ many tests need them that all processes, and the workers of each, would compile 
 time."""
 COMPILED = "from {} import {} as kernel; kernel.compiled\n"
 HALVES = (
-    COMPILED.format("core.simulate.rosenbrock", "integrate_lanes")
-    + COMPILED.format("core.simulate.rosenbrock", "integrate")
+    COMPILED.format("flexgui.core.simulate.rosenbrock", "integrate_lanes")
+    + COMPILED.format("flexgui.core.simulate.rosenbrock", "integrate")
     + ARMS.format(0),
-    COMPILED.format("core.simulate.followed", "followed")
-    + COMPILED.format("core.simulate.linear", "respond_lanes")
-    + COMPILED.format("core.simulate.pieces", "piecewise")
+    COMPILED.format("flexgui.core.simulate.followed", "followed")
+    + COMPILED.format("flexgui.core.simulate.linear", "respond_lanes")
+    + COMPILED.format("flexgui.core.simulate.pieces", "piecewise")
     + ARMS.format(1),
 )
 """What nearly every test needs compiled, once per machine: each is half of the work, and neither
 compiles what the other does."""
-MARK = "from core.progress import Silent; from core.warm import warm_up; warm_up(Silent())"
+MARK = (
+    "from flexgui.core.progress import Silent; from flexgui.core.warm import warm_up; "
+    "warm_up(Silent())"
+)
 """Finds all of it there, and says so to the next start."""
 
 
@@ -59,7 +62,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Before xdist starts its workers, which would all compile the same at the same time."""
     if hasattr(config, "workerinput") or not config.getoption("numprocesses", None):
         return
-    from core.warm import is_warm
+    from flexgui.core.warm import is_warm
 
     if not is_warm():
         halves = [subprocess.Popen([sys.executable, "-c", text], cwd=ROOT) for text in HALVES]

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.arm.arm import Arm, Structure
-from core.arm.compiled import CompiledArm, compile_arm
-from core.arm.presets import presets
-from core.arm.segment import Segment
-from core.drives.law import DriveLaw
-from core.drives.velocity_loop import VelocityLoop
-from core.lanes.wide import LANES
-from core.model import Model, Numbers
-from core.simulate import discrete
-from core.simulate.motion import Task, at_rest
+from flexgui.core.arm.arm import Arm, Structure
+from flexgui.core.arm.compiled import CompiledArm, compile_arm
+from flexgui.core.arm.presets import presets
+from flexgui.core.arm.segment import Segment
+from flexgui.core.drives.law import DriveLaw
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.lanes.wide import LANES
+from flexgui.core.model import Model, Numbers
+from flexgui.core.simulate import discrete
+from flexgui.core.simulate.motion import Task, at_rest
 
 PAPER = presets()["paper"]
 LAMBDA = (60.0, 30.0)

@@ -75,5 +75,6 @@ def test_a_method_without_a_docstring_is_seen() -> None:
 
 
 def test_a_contract_speaks_for_those_who_fulfil_it() -> None:
-    assert inherits_its_docstring("core.effects.coulomb_friction.CoulombFriction.parameters")
-    assert not inherits_its_docstring("core.effects.coulomb_friction.CoulombFriction.nothing")
+    friction = "flexgui.core.effects.coulomb_friction.CoulombFriction"
+    assert inherits_its_docstring(f"{friction}.parameters")
+    assert not inherits_its_docstring(f"{friction}.nothing")

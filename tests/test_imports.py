@@ -11,14 +11,12 @@ from pathlib import Path
 
 import pytest
 
-import core
 import flexgui
-from core.arm.cache import VARIABLE
+from flexgui.core.arm.cache import VARIABLE
 
 MODULES = sorted(
     found.name
-    for package in (core, flexgui)
-    for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    for found in pkgutil.walk_packages(flexgui.__path__, "flexgui.")
     if not found.name.endswith("__main__")
 )
 
@@ -38,12 +36,21 @@ NOT_LOADED = {
     "flexgui": ("numpy", "pydantic"),
     "flexgui.cli": ("numpy", "pydantic"),
     # A slip in a scenario is told before what computes is there.
-    "flexgui.library.project": ("core.loading", "core.simulate.many", "core.workbench"),
+    "flexgui.library.project": (
+        "flexgui.core.loading",
+        "flexgui.core.simulate.many",
+        "flexgui.core.workbench",
+    ),
     # The server listens before it loads what a page needs.
-    "flexgui.server.serve": ("flexgui.session", "core.workbench", "numba", "scipy.optimize"),
+    "flexgui.server.serve": (
+        "flexgui.session",
+        "flexgui.core.workbench",
+        "numba",
+        "scipy.optimize",
+    ),
     # The warming of the server loads these while the browser loads its own part.
     "flexgui.page": (
-        "core.workbench",
+        "flexgui.core.workbench",
         "numba",
         "sympy",
         "pandas",

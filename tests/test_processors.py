@@ -6,9 +6,9 @@ import os
 
 import pytest
 
-from core import loading, processors
-from core.identify import predictor
-from core.resumable import executor
+from flexgui.core import loading, processors
+from flexgui.core.identify import predictor
+from flexgui.core.resumable import executor
 
 
 @pytest.mark.parametrize("there", [1, 2, 16])

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from core.recent import Recent
+from flexgui.core.recent import Recent
 
 
 def squares(kept: Recent[np.ndarray]) -> tuple[list[int], Callable[[int], np.ndarray]]:

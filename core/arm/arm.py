@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from core.arm.segment import Segment
-from core.validation import Bounded, Positive, Stated
+from ..arm.segment import Segment
+from ..validation import Bounded, Positive, Stated
 
 
 class Arm(Stated):

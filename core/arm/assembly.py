@@ -18,11 +18,11 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from core.arm import shapes
-from core.arm.kinematics import Kinematics, components
-from core.arm.printing import Statements, code
-from core.arm.slots import LENGTH, MASS, TIP_MASS
-from core.arm.symbols import Symbols
+from ..arm import shapes
+from ..arm.kinematics import Kinematics, components
+from ..arm.printing import Statements, code
+from ..arm.slots import LENGTH, MASS, TIP_MASS
+from ..arm.symbols import Symbols
 
 Polynomial = dict[int, sp.Expr]
 """Power of x -> coefficient that is not zero."""

@@ -16,12 +16,12 @@ from pydantic import (
     model_validator,
 )
 
-from core.arm.arm import Arm
-from core.arm.presets import presets
-from core.arm.segment import Segment
-from core.errors import InputError
-from core.sentences import did_you_mean, one_line, predicate
-from core.validation import gathered, validated
+from ..arm.arm import Arm
+from ..arm.presets import presets
+from ..arm.segment import Segment
+from ..errors import InputError
+from ..sentences import did_you_mean, one_line, predicate
+from ..validation import gathered, validated
 
 _SECTION = ("width", "young_modulus")
 

@@ -34,7 +34,7 @@ WITHOUT = (
     "anew at each start; free some space there, or name another folder in " + VARIABLE + "."
 )
 
-log = logging.getLogger("core.cache")
+log = logging.getLogger(__name__)
 
 
 def cache_folder() -> Path:

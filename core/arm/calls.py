@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from core.arm.signatures import DYNAMICS, LINEAR, TIP, cube, kernel, matrix, vector
+from ..arm.signatures import DYNAMICS, LINEAR, TIP, cube, kernel, matrix, vector
 
 
 @kernel(types.Tuple((matrix, vector))(DYNAMICS, vector, vector, vector))

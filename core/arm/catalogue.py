@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.arm import slots
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.arm.segment import Segment
-from core.parameters import Parameter
+from ..arm import slots
+from ..arm.arm import Arm
+from ..arm.joints import joint
+from ..arm.segment import Segment
+from ..parameters import Parameter
 
 GRAVITY_BOUND = 20.0
 """m/s^2: no rig on Earth needs more in one component."""

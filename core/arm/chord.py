@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.slots import LENGTH, slot
+from ..arm.arm import Arm
+from ..arm.slots import LENGTH, slot
 
 
 def chord_matrix(arm: Arm, p: np.ndarray) -> np.ndarray:

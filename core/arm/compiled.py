@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from core.arm.arm import Structure
-from core.arm.cache import kept_module, module_file, sources_key
+from ..arm.arm import Structure
+from ..arm.cache import kept_module, module_file, sources_key
 
 _LOADING = threading.Lock()
 """A second thread must not meet a module that is still being executed."""
@@ -48,25 +48,25 @@ class CompiledArm:
         self, q: np.ndarray, v: np.ndarray, p: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """M(q) (n, n) and F(q, q') (n,) without the drive."""
-        from core.arm.calls import call_dynamics
+        from ..arm.calls import call_dynamics
 
         return call_dynamics(self.dynamics, *_floats(q, v, p))
 
     def tip_place(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """z (2,) in m and dz/dq (2, n)."""
-        from core.arm.calls import call_tip
+        from ..arm.calls import call_tip
 
         return call_tip(self.tip, *_floats(q, p))
 
     def tip_places(self, q: np.ndarray, p: np.ndarray) -> np.ndarray:
         """z (N, 2, S) in m along S motions q (N, n, S), each with its own numbers p (S, np)."""
-        from core.arm.calls import tip_places
+        from ..arm.calls import tip_places
 
         return tip_places(self.tip, *_floats(q, p))
 
     def linear_matrices(self, q: np.ndarray, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """K = -dF/dq and D = -dF/dq' (n, n) of the straight arm at the joint positions in q."""
-        from core.arm.calls import call_linear
+        from ..arm.calls import call_linear
 
         return call_linear(self.linear, *_floats(q, p))
 
@@ -93,8 +93,8 @@ def is_compiled(structure: Structure) -> bool:
 
 
 def _module_text(structure: Structure, wide: bool = False) -> str:
-    from core.arm.generate import ArmCode
-    from core.arm.kinematics import Kinematics
+    from ..arm.generate import ArmCode
+    from ..arm.kinematics import Kinematics
 
     return ArmCode(Kinematics(structure)).module(wide)
 

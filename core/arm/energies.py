@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sympy as sp
 
-from core.arm import shapes
-from core.arm.kinematics import Kinematics
-from core.arm.slots import (
+from ..arm import shapes
+from ..arm.kinematics import Kinematics
+from ..arm.slots import (
     DAMPING_TIME,
     HUB_INERTIA,
     LENGTH,

@@ -19,7 +19,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from core.lanes.wide import LANES, VECTOR, wide
+from ..lanes.wide import LANES, VECTOR, wide
 
 DOUBLE = ir.DoubleType()
 ARITHMETIC: dict[type[ast.operator], tuple[str, Callable[[float, float], float]]] = {

@@ -11,11 +11,11 @@ from functools import cached_property
 
 import sympy as sp
 
-from core.arm import shapes
-from core.arm.arm import Structure
-from core.arm.joints import joint
-from core.arm.slots import AXIS_ANGLE, LENGTH
-from core.arm.symbols import Symbols
+from ..arm import shapes
+from ..arm.arm import Structure
+from ..arm.joints import joint
+from ..arm.slots import AXIS_ANGLE, LENGTH
+from ..arm.symbols import Symbols
 
 
 @dataclass(frozen=True)

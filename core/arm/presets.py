@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from core.arm.arm import Arm
-from core.arm.segment import Segment
+from ..arm.arm import Arm
+from ..arm.segment import Segment
 
 # The arm of the paper: two revolute joints, two flexible segments of square section,
 # l1 = l2 = 0.5 m, m1 = 7.5 kg, m2 = 5 kg, d = 5 cm, Young modulus epsilon = 1 GPa, so

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from core.validation import Bounded, NonNegative, Positive, Stated
+from ..validation import Bounded, NonNegative, Positive, Stated
 
 MAX_MODES = 3
 

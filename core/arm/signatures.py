@@ -11,7 +11,7 @@ from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from core.arm.cache import keep_kernels_here
+from ..arm.cache import keep_kernels_here
 
 keep_kernels_here()  # before the first function is compiled
 

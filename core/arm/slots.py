@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.arm.arm import Arm
+from ..arm.arm import Arm
 
 LENGTH, MASS, STIFFNESS, DAMPING_TIME, TIP_MASS, TIP_INERTIA, HUB_INERTIA, AXIS_ANGLE = range(8)
 TWIST_STIFFNESS = 8

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from core.arm.printing import c_function, written_out
+from ..arm.printing import c_function, written_out
 
 MOST_WRITTEN_OUT = 12
 """Coordinates up to which that holds: the text grows with their third power (for 12 coordinates as

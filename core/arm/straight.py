@@ -12,10 +12,10 @@ from functools import cache, cached_property
 
 import sympy as sp
 
-from core.arm.arm import Structure
-from core.arm.energies import lumped_inertia
-from core.arm.kinematics import Kinematics, Place
-from core.arm.slots import LENGTH, MASS, TIP_MASS
+from ..arm.arm import Structure
+from ..arm.energies import lumped_inertia
+from ..arm.kinematics import Kinematics, Place
+from ..arm.slots import LENGTH, MASS, TIP_MASS
 
 Terms = dict[sp.Expr, sp.Matrix]
 """Basis function of the joint coordinates -> constant matrix (n, n)."""

@@ -7,8 +7,8 @@ from functools import cached_property
 
 import sympy as sp
 
-from core.arm.arm import Structure
-from core.arm.slots import PER_SEGMENT
+from ..arm.arm import Structure
+from ..arm.slots import PER_SEGMENT
 
 _LATEX_SLOTS = (
     "l", "m", "(EI)", r"\tau", r"m_{t}", r"J_{t}", r"J_{h}", r"\alpha", "k_{j}", r"J_{r}"

@@ -16,10 +16,10 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from core.check.measured import Measured, lattice_step, noise_of
-from core.model import Model
-from core.sensors import sensor
-from core.trajectory import Trajectory
+from ..check.measured import Measured, lattice_step, noise_of
+from ..model import Model
+from ..sensors import sensor
+from ..trajectory import Trajectory
 
 SMALL = 0.6
 """rad (m) by which a joint may move for one working point to do: inertias change by some per cent

@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from core.check.bending import Shape
-from core.check.causes import FREE, Cause, wrong
-from core.check.finding import Finding, Picture
-from core.check.geometry import Tip
-from core.check.lagged import CLEAR, LOOP, Relation
-from core.check.late import Late, late_channel, shape_of
-from core.check.measured import Measured
-from core.check.relations import relations
-from core.check.suspects import Suspect, late_channels, suspects
-from core.recording.channels import Role, channel_kind, role_of
-from core.written import parse_header
+from ..check.bending import Shape
+from ..check.causes import FREE, Cause, wrong
+from ..check.finding import Finding, Picture
+from ..check.geometry import Tip
+from ..check.lagged import CLEAR, LOOP, Relation
+from ..check.late import Late, late_channel, shape_of
+from ..check.measured import Measured
+from ..check.relations import relations
+from ..check.suspects import Suspect, late_channels, suspects
+from ..recording.channels import Role, channel_kind, role_of
+from ..written import parse_header
 
 MOST_POINTS = 600
 """Of a picture; a column on a screen is not wider."""

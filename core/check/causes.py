@@ -13,11 +13,11 @@ from itertools import combinations
 
 import numpy as np
 
-from core.check.geometry import Tip
-from core.check.lagged import DIRECT, LOOP
-from core.check.measured import Measured
-from core.check.relations import relations
-from core.recording.channels import Role, channel_kind, role_of
+from ..check.geometry import Tip
+from ..check.lagged import DIRECT, LOOP
+from ..check.measured import Measured
+from ..check.relations import relations
+from ..recording.channels import Role, channel_kind, role_of
 
 DEGREES, MILLI = 180.0 / np.pi, 1000.0
 FAMILIES = ("theta#", "z#", "u#", "i#", "deflection#", "dtheta#_ref", "theta#_ref", "i#_ref")

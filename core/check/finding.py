@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from core.written import parse_header
+from ..written import parse_header
 
 if TYPE_CHECKING:
-    from core.check.case import Case
+    from ..check.case import Case
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 import scipy
 
-from core.check.measured import Measured
-from core.recording.channels import Role, role_of
+from ..check.measured import Measured
+from ..recording.channels import Role, role_of
 
 POINTS = 200
 """Rows that are compared: the geometry has a handful of unknowns."""

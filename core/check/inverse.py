@@ -11,11 +11,11 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from core.check.bending import MOST, SMALL, Bending, Shape
-from core.check.lagged import CLEAR, NEWTON, SURE, WORTH, Relation, regressed
-from core.check.measured import Measured
-from core.model import Model
-from core.recording.channels import DRIVES, Role, role_of
+from ..check.bending import MOST, SMALL, Bending, Shape
+from ..check.lagged import CLEAR, NEWTON, SURE, WORTH, Relation, regressed
+from ..check.measured import Measured
+from ..model import Model
+from ..recording.channels import DRIVES, Role, role_of
 
 PART = 0.1
 """Of a torque's variance must a part have for its gain to say something."""

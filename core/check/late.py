@@ -14,11 +14,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from core.check.bending import LIGHT, Bending, Shape
-from core.check.lagged import ALIKE
-from core.check.measured import Measured, lattice_step
-from core.least_squares import GOOD_ENOUGH, Descended, Limits, descend, normal_equations
-from core.recording.channels import DRIVES, Role, is_reference, role_of
+from ..check.bending import LIGHT, Bending, Shape
+from ..check.lagged import ALIKE
+from ..check.measured import Measured, lattice_step
+from ..least_squares import GOOD_ENOUGH, Descended, Limits, descend, normal_equations
+from ..recording.channels import DRIVES, Role, is_reference, role_of
 
 STARTS = tuple(np.geomspace(0.2, 5.0, 13))
 """Times the stated stiffness at which a fit may begin: estimates from a drawing are a factor of 4

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from core.model import Model
-from core.recording.channels import channel_kind, joint_of
+from ..model import Model
+from ..recording.channels import channel_kind, joint_of
 
 FEWEST = 50
 """Samples without which no statistics of a channel are worth a sentence."""

@@ -11,16 +11,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.check.bending import Shape
-from core.check.inverse import torque_relations
-from core.check.lagged import DIRECT, LOOP, WORTH, Relation, compare, followed
-from core.check.measured import Measured
-from core.model import Model
-from core.recording.channels import Role, is_reference, role_of
-from core.sensors import sensors
-from core.simulate.many import run
-from core.simulate.motion import Task, at_rest
-from core.trajectory import Trajectory
+from ..check.bending import Shape
+from ..check.inverse import torque_relations
+from ..check.lagged import DIRECT, LOOP, WORTH, Relation, compare, followed
+from ..check.measured import Measured
+from ..model import Model
+from ..recording.channels import Role, is_reference, role_of
+from ..sensors import sensors
+from ..simulate.many import run
+from ..simulate.motion import Task, at_rest
+from ..trajectory import Trajectory
 
 SUBSTEPS = 8
 """Per sample: the loop's motion within a per cent, which no check resolves."""

@@ -8,22 +8,22 @@ from pathlib import Path
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.check.measured import Measured
-from core.errors import InputError
-from core.loading import joint_units, simulated
-from core.model import Model
-from core.plugins import discover
-from core.progress import Progress, Silent
-from core.recording.channels import from_camera
-from core.recording.clock import in_base_frame, shifted
-from core.recording.load import load_unchecked
-from core.recording.spec import RecordingSpec
-from core.scenario.data_folder import Folder, resolve_file
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.sentences import did_you_mean
+from ..check.case import Case
+from ..check.finding import Check, Finding
+from ..check.measured import Measured
+from ..errors import InputError
+from ..loading import joint_units, simulated
+from ..model import Model
+from ..plugins import discover
+from ..progress import Progress, Silent
+from ..recording.channels import from_camera
+from ..recording.clock import in_base_frame, shifted
+from ..recording.load import load_unchecked
+from ..recording.spec import RecordingSpec
+from ..scenario.data_folder import Folder, resolve_file
+from ..scenario.schema import Scenario
+from ..scenario.stated_effects import base_model
+from ..sentences import did_you_mean
 
 FIRST = ("time_unit", "sample_time")
 """Faults of the clock, mended before the others are sought: every speed depends on it."""
@@ -35,7 +35,7 @@ OF_SENSORS = ("offset_", "gain_", "start_")
 
 def checks() -> dict[str, Check]:
     """All checks by the fault that they look for."""
-    return discover("core.check.checks", Check).members
+    return discover(f"{__package__}.checks", Check).members
 
 
 def check_scenario(

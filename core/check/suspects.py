@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.check.lagged import CLEAR, LOOP, SURE, WORTH, Relation
-from core.check.late import Late
-from core.recording.channels import DRIVES, Role, is_reference, role_of
+from ..check.lagged import CLEAR, LOOP, SURE, WORTH, Relation
+from ..check.late import Late
+from ..recording.channels import DRIVES, Role, is_reference, role_of
 
 SCALE = 0.12
 """|ln factor| below which a gain is friction, a payload or a calibration (scenarios/mujoco: the

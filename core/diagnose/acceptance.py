@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from core.diagnose.data import Data, Hypothesis
-from core.diagnose.evidence import (
+from ..diagnose.data import Data, Hypothesis
+from ..diagnose.evidence import (
     RELEVANT,
     Weighed,
     acceptable,
@@ -21,15 +21,15 @@ from core.diagnose.evidence import (
     ended_at_bound,
     weigh,
 )
-from core.diagnose.minimum import converged
-from core.diagnose.refit import Refit, refit_with, robust_covariance
-from core.diagnose.screen import Screen, Screened
-from core.diagnose.sets import FoundSet, best_set
-from core.diagnose.shape_refinement import refine_shape
-from core.diagnose.verdict import within_noise
-from core.effects.effect import Effect
-from core.effects.sizes import typical
-from core.results import Objection, Reason
+from ..diagnose.minimum import converged
+from ..diagnose.refit import Refit, refit_with, robust_covariance
+from ..diagnose.screen import Screen, Screened
+from ..diagnose.sets import FoundSet, best_set
+from ..diagnose.shape_refinement import refine_shape
+from ..diagnose.verdict import within_noise
+from ..effects.effect import Effect
+from ..effects.sizes import typical
+from ..results import Objection, Reason
 
 
 @dataclass(frozen=True)

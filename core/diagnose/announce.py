@@ -5,12 +5,12 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 
-from core.arm.arm import Arm, Structure
-from core.arm.compiled import is_compiled
-from core.diagnose.columns import Trial, must_compile
-from core.effects.effect import Effect
-from core.progress import Progress
-from core.sentences import listed
+from ..arm.arm import Arm, Structure
+from ..arm.compiled import is_compiled
+from ..diagnose.columns import Trial, must_compile
+from ..effects.effect import Effect
+from ..progress import Progress
+from ..sentences import listed
 
 ASIDE = "("
 """Begins what is said in a lower voice; no effect's title holds it."""

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from core.arm.arm import Arm, Structure
-from core.arm.compiled import is_compiled
-from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.effects.effect import Effect, EffectParameter
-from core.identify.defect_correction import with_steps
-from core.identify.unknowns import Unknown
+from ..arm.arm import Arm, Structure
+from ..arm.compiled import is_compiled
+from ..diagnose.data import Data, Hypothesis, hypothesis
+from ..effects.effect import Effect, EffectParameter
+from ..identify.defect_correction import with_steps
+from ..identify.unknowns import Unknown
 
 SLOPE_SHARE = 0.1
 """Of a plausible size: small enough to be a slope, large enough to stand above rounding."""

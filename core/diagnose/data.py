@@ -9,19 +9,19 @@ from functools import cached_property
 
 import numpy as np
 
-from core.arm.arm import Structure
-from core.diagnose.floor import Floor
-from core.effects import with_included
-from core.effects.effect import Effect, Rig
-from core.effects.sizes import Sizes, typical
-from core.identify.defect_correction import Anchor
-from core.identify.held import steps_needed
-from core.identify.predictor import KnownMotions, Motion, Predictor, coarser
-from core.identify.prepared import Prepared, make_task
-from core.identify.residuals import Residuals
-from core.identify.unknowns import Unknown, Unknowns
-from core.least_squares import Limits, limits_of
-from core.model import Model
+from ..arm.arm import Structure
+from ..diagnose.floor import Floor
+from ..effects import with_included
+from ..effects.effect import Effect, Rig
+from ..effects.sizes import Sizes, typical
+from ..identify.defect_correction import Anchor
+from ..identify.held import steps_needed
+from ..identify.predictor import KnownMotions, Motion, Predictor, coarser
+from ..identify.prepared import Prepared, make_task
+from ..identify.residuals import Residuals
+from ..identify.unknowns import Unknown, Unknowns
+from ..least_squares import Limits, limits_of
+from ..model import Model
 
 
 class NeededSteps:

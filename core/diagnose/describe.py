@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.diagnose.acceptance import Round
-from core.diagnose.data import Data, names_of
-from core.diagnose.evidence import RELEVANT, TIE, Weighed, acceptable
-from core.diagnose.refit import Refit
-from core.diagnose.screen import Screen, Screened
-from core.diagnose.steps import estimates
-from core.identify.identifiability import TOGETHER, correlation_of
-from core.least_squares import normal_equations, pseudo_inverse
-from core.results import Estimate, RankedEffect
+from ..diagnose.acceptance import Round
+from ..diagnose.data import Data, names_of
+from ..diagnose.evidence import RELEVANT, TIE, Weighed, acceptable
+from ..diagnose.refit import Refit
+from ..diagnose.screen import Screen, Screened
+from ..diagnose.steps import estimates
+from ..identify.identifiability import TOGETHER, correlation_of
+from ..least_squares import normal_equations, pseudo_inverse
+from ..results import Estimate, RankedEffect
 
 PARALLEL = 0.95
 """|cos| of the smallest principal angle between projected directions from which on two effects

@@ -6,25 +6,25 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from core.diagnose.announce import fit_title
-from core.diagnose.facts import compared, final_parameters, origins
-from core.diagnose.final_ladder import final_ladder
-from core.diagnose.ladder import not_applicable
-from core.diagnose.new_floors import search_with_new_floors
-from core.diagnose.search import settle
-from core.diagnose.start import Begun, begin
-from core.diagnose.state import Options, RankingCallback, begun_state, settings
-from core.diagnose.verdict import remains
-from core.effects import catalogue, with_included
-from core.errors import InputError
-from core.identify.predictor import quick_handover
-from core.identify.setup import Setup
-from core.progress import Progress, Silent
-from core.recording.recording import Recording
-from core.results import MISSING, NOTHING, UNLISTED, Diagnosis, Remains
-from core.scenario.schema import IdentifySpec
-from core.scenario.stated_effects import structures_tried
-from core.warm import compile_beforehand
+from ..diagnose.announce import fit_title
+from ..diagnose.facts import compared, final_parameters, origins
+from ..diagnose.final_ladder import final_ladder
+from ..diagnose.ladder import not_applicable
+from ..diagnose.new_floors import search_with_new_floors
+from ..diagnose.search import settle
+from ..diagnose.start import Begun, begin
+from ..diagnose.state import Options, RankingCallback, begun_state, settings
+from ..diagnose.verdict import remains
+from ..effects import catalogue, with_included
+from ..errors import InputError
+from ..identify.predictor import quick_handover
+from ..identify.setup import Setup
+from ..progress import Progress, Silent
+from ..recording.recording import Recording
+from ..results import MISSING, NOTHING, UNLISTED, Diagnosis, Remains
+from ..scenario.schema import IdentifySpec
+from ..scenario.stated_effects import structures_tried
+from ..warm import compile_beforehand
 
 
 @quick_handover()

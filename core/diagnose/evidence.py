@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from core.diagnose.data import Data
-from core.diagnose.refit import Refit
-from core.diagnose.screen import Screened
-from core.effects.sizes import typical
-from core.least_squares import GOOD_ENOUGH, SEEN, normal_equations, pseudo_inverse
-from core.parameters import Parameter
-from core.results import ABOVE, Objection, Reason
+from ..diagnose.data import Data
+from ..diagnose.refit import Refit
+from ..diagnose.screen import Screened
+from ..effects.sizes import typical
+from ..least_squares import GOOD_ENOUGH, SEEN, normal_equations, pseudo_inverse
+from ..parameters import Parameter
+from ..results import ABOVE, Objection, Reason
 
 SURE = 0.01
 """Family-wise error of the significance test, over all candidates of a round."""

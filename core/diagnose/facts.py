@@ -6,19 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis
-from core.diagnose.missing_torque import missing_torque
-from core.diagnose.refit import Refit, robust_covariance
-from core.diagnose.start import Begun
-from core.diagnose.steps import estimates
-from core.identify import identifiability
-from core.identify.compare import compare
-from core.identify.estimates import derived_estimates
-from core.identify.predictor import on_all_cores
-from core.identify.prepared import Prepared
-from core.least_squares import SEEN, whole
-from core.results import Estimate, RecordingComparison
-from core.results.comparison import DIAGNOSIS_FIT
+from ..diagnose.data import Data, Hypothesis
+from ..diagnose.missing_torque import missing_torque
+from ..diagnose.refit import Refit, robust_covariance
+from ..diagnose.start import Begun
+from ..diagnose.steps import estimates
+from ..identify import identifiability
+from ..identify.compare import compare
+from ..identify.estimates import derived_estimates
+from ..identify.predictor import on_all_cores
+from ..identify.prepared import Prepared
+from ..least_squares import SEEN, whole
+from ..results import Estimate, RecordingComparison
+from ..results.comparison import DIAGNOSIS_FIT
 
 
 def final_parameters(refit: Refit) -> tuple[Estimate, ...]:

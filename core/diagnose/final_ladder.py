@@ -13,21 +13,21 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from core.diagnose.acceptance import Round
-from core.diagnose.data import Data, hypothesis
-from core.diagnose.describe import ranking_of
-from core.diagnose.evidence import weigh
-from core.diagnose.minimum import converged
-from core.diagnose.refit import Refit, fit, whitened
-from core.diagnose.screen import Screen, Screened
-from core.diagnose.search import look
-from core.diagnose.start import Begun
-from core.diagnose.starts import ROUGH_ITERATIONS
-from core.diagnose.state import Options, State, given_step, step_of
-from core.diagnose.whitening import Whitener, fit_whitener, whitened_rows
-from core.effects.effect import Effect
-from core.progress import Progress
-from core.results import DiagnosisRound
+from ..diagnose.acceptance import Round
+from ..diagnose.data import Data, hypothesis
+from ..diagnose.describe import ranking_of
+from ..diagnose.evidence import weigh
+from ..diagnose.minimum import converged
+from ..diagnose.refit import Refit, fit, whitened
+from ..diagnose.screen import Screen, Screened
+from ..diagnose.search import look
+from ..diagnose.start import Begun
+from ..diagnose.starts import ROUGH_ITERATIONS
+from ..diagnose.state import Options, State, given_step, step_of
+from ..diagnose.whitening import Whitener, fit_whitener, whitened_rows
+from ..effects.effect import Effect
+from ..progress import Progress
+from ..results import DiagnosisRound
 
 
 def final_ladder(

@@ -11,16 +11,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from core.diagnose.acceptance import Gate, Round
-from core.diagnose.data import Data, hypothesis, sharing_motions
-from core.diagnose.evidence import RELEVANT, TIE, weigh
-from core.diagnose.minimum import converged, precise
-from core.diagnose.refit import Refit, whitened
-from core.diagnose.screen import Screen, screen
-from core.diagnose.starts import nominal_values
-from core.diagnose.whitening import Whitener, fit_whitener, whitened_rows
-from core.effects.effect import Effect
-from core.least_squares import cost_of
+from ..diagnose.acceptance import Gate, Round
+from ..diagnose.data import Data, hypothesis, sharing_motions
+from ..diagnose.evidence import RELEVANT, TIE, weigh
+from ..diagnose.minimum import converged, precise
+from ..diagnose.refit import Refit, whitened
+from ..diagnose.screen import Screen, screen
+from ..diagnose.starts import nominal_values
+from ..diagnose.whitening import Whitener, fit_whitener, whitened_rows
+from ..effects.effect import Effect
+from ..least_squares import cost_of
 
 
 def finer_round(

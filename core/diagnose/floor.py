@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.diagnose.noise_route import noise_in_outputs
-from core.diagnose.repetition import repeated, scatter
-from core.diagnose.sensor_noise import ESTIMATED
-from core.diagnose.verdict import channel_rms
-from core.identify.predictor import Motion
-from core.identify.prepared import Prepared
+from ..diagnose.noise_route import noise_in_outputs
+from ..diagnose.repetition import repeated, scatter
+from ..diagnose.sensor_noise import ESTIMATED
+from ..diagnose.verdict import channel_rms
+from ..identify.predictor import Motion
+from ..identify.prepared import Prepared
 
 REPETITION = "repetition"
 

@@ -13,15 +13,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.acceptance import (
+from ..diagnose.acceptance import (
     WHOLE,
     Acceptance,
     Gate,
     Round,
 )
-from core.diagnose.columns import nearer_to_neutral
-from core.diagnose.data import Data, Hypothesis, sharing_motions
-from core.diagnose.evidence import (
+from ..diagnose.columns import nearer_to_neutral
+from ..diagnose.data import Data, Hypothesis, sharing_motions
+from ..diagnose.evidence import (
     CLOSE,
     Weighed,
     acceptable,
@@ -29,7 +29,7 @@ from core.diagnose.evidence import (
     ranked,
     weigh,
 )
-from core.diagnose.refit import (
+from ..diagnose.refit import (
     LOOK,
     ROUGH_ITERATIONS,
     Known,
@@ -40,14 +40,14 @@ from core.diagnose.refit import (
     fit,
     whitened,
 )
-from core.diagnose.screen import Screen, Screened, screen
-from core.diagnose.sets import FoundSet
-from core.diagnose.verdict import within_noise
-from core.diagnose.whitening import Whitener
-from core.effects import catalogue
-from core.effects.effect import Effect, Rig
-from core.identify import predictor
-from core.least_squares import promised
+from ..diagnose.screen import Screen, Screened, screen
+from ..diagnose.sets import FoundSet
+from ..diagnose.verdict import within_noise
+from ..diagnose.whitening import Whitener
+from ..effects import catalogue
+from ..effects.effect import Effect, Rig
+from ..identify import predictor
+from ..least_squares import promised
 
 REFITTED = 5
 """Candidates of a round that are refitted fully: the best by score and by expected reduction."""

@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from core.diagnose.floor import channel_floors
-from core.diagnose.start import full_equations, outputs_of
-from core.identify.predictor import Predictor
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.identify.unknowns import Unknowns
-from core.model import Model
-from core.recording.recording import Recording
-from core.results import LevelChoice
-from core.sensors import Sensor
+from ..diagnose.floor import channel_floors
+from ..diagnose.start import full_equations, outputs_of
+from ..identify.predictor import Predictor
+from ..identify.prepared import prepare
+from ..identify.processing import Processing
+from ..identify.unknowns import Unknowns
+from ..model import Model
+from ..recording.recording import Recording
+from ..results import LevelChoice
+from ..sensors import Sensor
 
 AUTO = "auto"
 

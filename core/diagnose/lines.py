@@ -15,10 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.diagnose.data import Hypothesis
-from core.diagnose.repetition import FEWEST_CYCLES, inputs_of, period
-from core.identify.prepared import Prepared
-from core.simulate.posture import posture, vibration_modes
+from ..diagnose.data import Hypothesis
+from ..diagnose.repetition import FEWEST_CYCLES, inputs_of, period
+from ..identify.prepared import Prepared
+from ..simulate.posture import posture, vibration_modes
 
 CHANCE = 1e-4
 """That white noise shows a spectral line as high: below it, it is one."""

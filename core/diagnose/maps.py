@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.diagnose.sensor_noise import noise_of
-from core.results import (
+from ..diagnose.sensor_noise import noise_of
+from ..results import (
     ChannelComparison,
     ErrorMap,
     ErrorMaps,

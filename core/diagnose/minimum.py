@@ -15,22 +15,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis, again, hypothesis
-from core.diagnose.evidence import RELEVANT
-from core.diagnose.noise_route import noise_drawn
-from core.diagnose.refit import Refit, fit, settled, whitened
-from core.diagnose.starts import from_nominal_values
-from core.diagnose.verdict import channel_rms
-from core.diagnose.whitening import Whitener
-from core.identify.defect_correction import (
+from ..diagnose.data import Data, Hypothesis, again, hypothesis
+from ..diagnose.evidence import RELEVANT
+from ..diagnose.noise_route import noise_drawn
+from ..diagnose.refit import Refit, fit, settled, whitened
+from ..diagnose.starts import from_nominal_values
+from ..diagnose.verdict import channel_rms
+from ..diagnose.whitening import Whitener
+from ..identify.defect_correction import (
     Anchor,
     corrected_minimum,
     errors_with,
     errors_with_each,
     extrapolated,
 )
-from core.identify.held import steps_needed
-from core.least_squares import (
+from ..identify.held import steps_needed
+from ..least_squares import (
     MOST_ITERATIONS,
     cost_of,
     pseudo_inverse,

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arm.joints import joint
-from core.diagnose.data import Hypothesis
-from core.identify.prepared import Prepared
-from core.results import MissingTorque, RecordingComparison
-from core.simulate.disturbance import Behind, torque_answer, torque_behind
-from core.simulate.posture import Posture, posture
+from ..arm.joints import joint
+from ..diagnose.data import Hypothesis
+from ..identify.prepared import Prepared
+from ..results import MissingTorque, RecordingComparison
+from ..simulate.disturbance import Behind, torque_answer, torque_behind
+from ..simulate.posture import Posture, posture
 
 MOST_ROWS = 20_000
 """Longer recordings would take seconds each."""

@@ -22,15 +22,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.diagnose.data import ANCHORED, NeededSteps, enough_steps, hypothesis
-from core.diagnose.floor import Floor, channel_floors
-from core.diagnose.minimum import converged
-from core.diagnose.search import prune, search, trust_laws
-from core.diagnose.sensor_noise import ESTIMATED
-from core.diagnose.state import Options, RankingCallback, State
-from core.diagnose.verdict import channel_rms, within_noise
-from core.diagnose.whitening import whitened_rows
-from core.progress import Progress
+from ..diagnose.data import ANCHORED, NeededSteps, enough_steps, hypothesis
+from ..diagnose.floor import Floor, channel_floors
+from ..diagnose.minimum import converged
+from ..diagnose.search import prune, search, trust_laws
+from ..diagnose.sensor_noise import ESTIMATED
+from ..diagnose.state import Options, RankingCallback, State
+from ..diagnose.verdict import channel_rms, within_noise
+from ..diagnose.whitening import whitened_rows
+from ..progress import Progress
 
 LOWER = 1.25
 """Times a new floor, that the old one must be for anything to be weighed anew, or the other way

@@ -14,21 +14,21 @@ from itertools import product
 
 import numpy as np
 
-from core.diagnose.acceptance import Round
-from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.identify.predictor import on_all_cores
-from core.identify.prepared import prepare
-from core.identify.unknowns import Unknown
-from core.least_squares import normal_equations, pseudo_inverse
-from core.model import Model
-from core.progress import Progress
-from core.recording.channels import channel_kind
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.results import PlannedExperiment, RankedEffect
-from core.simulate.experiment import NO_NOISE, make_task, read_sensors, start_joints
-from core.simulate.motion import Task
-from core.trajectory import Trajectory
+from ..diagnose.acceptance import Round
+from ..diagnose.data import Data, Hypothesis, hypothesis
+from ..identify.predictor import on_all_cores
+from ..identify.prepared import prepare
+from ..identify.unknowns import Unknown
+from ..least_squares import normal_equations, pseudo_inverse
+from ..model import Model
+from ..progress import Progress
+from ..recording.channels import channel_kind
+from ..recording.recording import Recording
+from ..recording.spec import SimulateSpec
+from ..results import PlannedExperiment, RankedEffect
+from ..simulate.experiment import NO_NOISE, make_task, read_sensors, start_joints
+from ..simulate.motion import Task
+from ..trajectory import Trajectory
 
 NAME = "planned"
 

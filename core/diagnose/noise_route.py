@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.diagnose.route import Route
-from core.diagnose.sensor_noise import (
+from ..diagnose.route import Route
+from ..diagnose.sensor_noise import (
     ESTIMATED,
     NORMAL_MAD,
     STATED,
@@ -29,14 +29,14 @@ from core.diagnose.sensor_noise import (
     quietest,
     with_colour,
 )
-from core.identify.predictor import Motion
-from core.identify.prepared import Prepared
-from core.identify.setup import Setup
-from core.recording.beginning import FEWEST_PER_COLUMN, LAGS
-from core.recording.recording import Recording
-from core.recording.visible_band import visible_band
-from core.scenario.schema import Scenario
-from core.sensors import sensors
+from ..identify.predictor import Motion
+from ..identify.prepared import Prepared
+from ..identify.setup import Setup
+from ..recording.beginning import FEWEST_PER_COLUMN, LAGS
+from ..recording.recording import Recording
+from ..recording.visible_band import visible_band
+from ..scenario.schema import Scenario
+from ..sensors import sensors
 
 NARROW = 0.25 * np.pi
 """rad per sample: a logger that lets less through leaves nothing but the motion's own band."""

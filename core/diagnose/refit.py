@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis, again, hypothesis
-from core.diagnose.starts import ROUGH_ITERATIONS, starts
-from core.diagnose.whitening import Whitener
-from core.effects.effect import Effect
-from core.identify.uncertainty import NOTHING, covariance
-from core.least_squares import (
+from ..diagnose.data import Data, Hypothesis, again, hypothesis
+from ..diagnose.starts import ROUGH_ITERATIONS, starts
+from ..diagnose.whitening import Whitener
+from ..effects.effect import Effect
+from ..identify.uncertainty import NOTHING, covariance
+from ..least_squares import (
     FIRST_DAMPING,
     Descended,
     cost_of,

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.identify.fit import Fitted
-from core.identify.prepared import Prepared, start_joints
-from core.identify.repeatability import repeatability
-from core.results import Estimate, Repeated
+from ..identify.fit import Fitted
+from ..identify.prepared import Prepared, start_joints
+from ..identify.repeatability import repeatability
+from ..results import Estimate, Repeated
 
 ALIKE = 1e-3
 """Mean square difference of two cycles' inputs, over twice their variance: three per cent of the

@@ -18,19 +18,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.diagnose.columns import Column
-from core.diagnose.data import Data, hypothesis, names_of
-from core.diagnose.evidence import RELEVANT, TIE
-from core.diagnose.gram import gram
-from core.diagnose.refit import Refit, fit, refit_with, settled, whitened
-from core.diagnose.screen import Screen
-from core.diagnose.shape_refinement import best_shape, own_shape
-from core.diagnose.starts import ROUGH_ITERATIONS
-from core.diagnose.verdict import within_noise
-from core.diagnose.whitening import fit_whitener, whitened_rows
-from core.effects import effect
-from core.effects.effect import Effect
-from core.identify import predictor
+from ..diagnose.columns import Column
+from ..diagnose.data import Data, hypothesis, names_of
+from ..diagnose.evidence import RELEVANT, TIE
+from ..diagnose.gram import gram
+from ..diagnose.refit import Refit, fit, refit_with, settled, whitened
+from ..diagnose.screen import Screen
+from ..diagnose.shape_refinement import best_shape, own_shape
+from ..diagnose.starts import ROUGH_ITERATIONS
+from ..diagnose.verdict import within_noise
+from ..diagnose.whitening import fit_whitener, whitened_rows
+from ..effects import effect
+from ..effects.effect import Effect
+from ..identify import predictor
 
 Stopped = Callable[[], bool]
 

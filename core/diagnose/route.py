@@ -12,19 +12,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.diagnose.sensor_noise import ColumnNoise, is_command, quieter
-from core.identify.held import points_led
-from core.identify.predictor import motion_of
-from core.identify.prepared import Prepared, make_task, measured_outputs
-from core.identify.processing import TORQUE
-from core.identify.unknowns import START
-from core.model import Numbers
-from core.recording.channels import DRIVES, Role, role_of
-from core.recording.recording import Recording, apply_logger_filter
-from core.recording.velocity import ZeroPhaseLowPass
-from core.sensors import Sensor, sensor, sensors
-from core.trajectory import Trajectory
+from ..arm.arm import Arm
+from ..diagnose.sensor_noise import ColumnNoise, is_command, quieter
+from ..identify.held import points_led
+from ..identify.predictor import motion_of
+from ..identify.prepared import Prepared, make_task, measured_outputs
+from ..identify.processing import TORQUE
+from ..identify.unknowns import START
+from ..model import Numbers
+from ..recording.channels import DRIVES, Role, role_of
+from ..recording.recording import Recording, apply_logger_filter
+from ..recording.velocity import ZeroPhaseLowPass
+from ..sensors import Sensor, sensor, sensors
+from ..trajectory import Trajectory
 
 ENCODER = "encoder"
 

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from core.diagnose.columns import Column, Trial, Zeros, must_compile, simulated, trials
-from core.diagnose.data import Data, Hypothesis
-from core.diagnose.gram import NOTHING, Gram, explain, gram
-from core.diagnose.shape_refinement import best_shape, own_shape
-from core.diagnose.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
-from core.effects.effect import Effect
-from core.identify import predictor
-from core.least_squares import whole
+from ..diagnose.columns import Column, Trial, Zeros, must_compile, simulated, trials
+from ..diagnose.data import Data, Hypothesis
+from ..diagnose.gram import NOTHING, Gram, explain, gram
+from ..diagnose.shape_refinement import best_shape, own_shape
+from ..diagnose.whitening import Whitener, fit_whitener, no_whitening, whitened_rows
+from ..effects.effect import Effect
+from ..identify import predictor
+from ..least_squares import whole
 
 
 @dataclass(frozen=True)

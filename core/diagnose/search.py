@@ -7,26 +7,26 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from core.diagnose.acceptance import Gate, Round
-from core.diagnose.announce import Steps, round_title
-from core.diagnose.columns import trials
-from core.diagnose.data import Data, sharing_motions
-from core.diagnose.describe import ranking_of
-from core.diagnose.evidence import RELEVANT
-from core.diagnose.finer import finer_round
-from core.diagnose.ladder import REFITTED, applicable, one_round
-from core.diagnose.minimum import converged, missed_by_laws, precise, widened
-from core.diagnose.next_experiment import deciding
-from core.diagnose.refit import Refit
-from core.diagnose.revision import best_exchange, without_needless
-from core.diagnose.screen import Screen, screen
-from core.diagnose.state import Options, RankingCallback, State, ToCome, step_of
-from core.diagnose.verdict import remains, within_noise
-from core.effects.effect import Effect
-from core.least_squares import cost_of
-from core.progress import Progress
-from core.results import DiagnosisRound, Objection, Reason
-from core.sentences import listed
+from ..diagnose.acceptance import Gate, Round
+from ..diagnose.announce import Steps, round_title
+from ..diagnose.columns import trials
+from ..diagnose.data import Data, sharing_motions
+from ..diagnose.describe import ranking_of
+from ..diagnose.evidence import RELEVANT
+from ..diagnose.finer import finer_round
+from ..diagnose.ladder import REFITTED, applicable, one_round
+from ..diagnose.minimum import converged, missed_by_laws, precise, widened
+from ..diagnose.next_experiment import deciding
+from ..diagnose.refit import Refit
+from ..diagnose.revision import best_exchange, without_needless
+from ..diagnose.screen import Screen, screen
+from ..diagnose.state import Options, RankingCallback, State, ToCome, step_of
+from ..diagnose.verdict import remains, within_noise
+from ..effects.effect import Effect
+from ..least_squares import cost_of
+from ..progress import Progress
+from ..results import DiagnosisRound, Objection, Reason
+from ..sentences import listed
 
 MOST_RETURNS = 2
 """To the climb, after effects that it added turned out needless."""

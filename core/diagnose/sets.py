@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.diagnose.gram import explain
-from core.diagnose.screen import Screen, Screened
+from ..diagnose.gram import explain
+from ..diagnose.screen import Screen, Screened
 
 MOST_TOGETHER = 4
 """Effects of one set: linear predictions of more say little before a refit."""

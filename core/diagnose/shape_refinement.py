@@ -18,18 +18,18 @@ from functools import cache, cached_property
 import numpy as np
 import sympy as sp
 
-from core.diagnose.columns import Column
-from core.diagnose.data import Data, Hypothesis, again, hypothesis
-from core.diagnose.gram import Explained, explain
-from core.diagnose.missing_torque import SLOW, Pushed, pushed
-from core.diagnose.refit import Refit, fit
-from core.diagnose.starts import ROUGH_ITERATIONS
-from core.effects.effect import Effect, EffectParameter
-from core.forces.element import Element
-from core.forces.law import ForceLaw
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.model import Model
+from ..diagnose.columns import Column
+from ..diagnose.data import Data, Hypothesis, again, hypothesis
+from ..diagnose.gram import Explained, explain
+from ..diagnose.missing_torque import SLOW, Pushed, pushed
+from ..diagnose.refit import Refit, fit
+from ..diagnose.starts import ROUGH_ITERATIONS
+from ..effects.effect import Effect, EffectParameter
+from ..forces.element import Element
+from ..forces.law import ForceLaw
+from ..identify.prepared import prepare
+from ..identify.processing import Processing
+from ..model import Model
 
 Shape = tuple[tuple[str, float], ...]
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from core.diagnose.data import (
+from ..diagnose.data import (
     ANCHORED,
     MOST_STEPS,
     Data,
@@ -17,18 +17,18 @@ from core.diagnose.data import (
     enough_steps,
     hypothesis,
 )
-from core.diagnose.floor import Floor, channel_floors
-from core.diagnose.minimum import converged, missed_by_laws
-from core.diagnose.refit import Refit, fit
-from core.diagnose.steps import Validated, validated
-from core.effects.effect import Effect
-from core.effects.sizes import sizes_of, typical
-from core.errors import InputError
-from core.identify.held import points_led
-from core.identify.prepared import Prepared, can_measure, prepare
-from core.identify.processing import Processing
-from core.identify.setup import primary_sensors
-from core.identify.unknowns import (
+from ..diagnose.floor import Floor, channel_floors
+from ..diagnose.minimum import converged, missed_by_laws
+from ..diagnose.refit import Refit, fit
+from ..diagnose.steps import Validated, validated
+from ..effects.effect import Effect
+from ..effects.sizes import sizes_of, typical
+from ..errors import InputError
+from ..identify.held import points_led
+from ..identify.prepared import Prepared, can_measure, prepare
+from ..identify.processing import Processing
+from ..identify.setup import primary_sensors
+from ..identify.unknowns import (
     START,
     Unknown,
     Unknowns,
@@ -36,11 +36,11 @@ from core.identify.unknowns import (
     fixed_values,
     starts_unknown,
 )
-from core.least_squares import MOST_ITERATIONS
-from core.model import Model
-from core.recording.recording import Recording
-from core.scenario.schema import IdentifySpec
-from core.sensors import Sensor
+from ..least_squares import MOST_ITERATIONS
+from ..model import Model
+from ..recording.recording import Recording
+from ..scenario.schema import IdentifySpec
+from ..sensors import Sensor
 
 START_BOUND = 0.05
 """rad (m): how far an encoder's first sample may be from the truth."""

@@ -20,12 +20,12 @@ from typing import TypeVar
 
 import numpy as np
 
-from core.arm.arm import Structure
-from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
-from core.effects.effect import Effect
-from core.identify.refinement import FEWEST, SHARES, beginnings
-from core.lanes.wide import LANES
-from core.least_squares import cost_of, descend, normal_equations, pseudo_inverse, whole
+from ..arm.arm import Structure
+from ..diagnose.data import Data, Hypothesis, hypothesis, names_of
+from ..effects.effect import Effect
+from ..identify.refinement import FEWEST, SHARES, beginnings
+from ..lanes.wide import LANES
+from ..least_squares import cost_of, descend, normal_equations, pseudo_inverse, whole
 
 T = TypeVar("T")
 

@@ -6,16 +6,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from core.diagnose.data import Data, names_of
-from core.diagnose.refit import Refit
-from core.diagnose.screen import Screen
-from core.diagnose.start import Begun
-from core.diagnose.steps import Validated, ladder_step, validated
-from core.effects import with_included
-from core.effects.effect import Effect
-from core.identify.setup import Setup
-from core.results import DiagnosisRound, LadderStep, RankedEffect
-from core.sentences import listed
+from ..diagnose.data import Data, names_of
+from ..diagnose.refit import Refit
+from ..diagnose.screen import Screen
+from ..diagnose.start import Begun
+from ..diagnose.steps import Validated, ladder_step, validated
+from ..effects import with_included
+from ..effects.effect import Effect
+from ..identify.setup import Setup
+from ..results import DiagnosisRound, LadderStep, RankedEffect
+from ..sentences import listed
 
 FIDELITY = 0.001
 """Share of a channel's spread that no model is asked to explain where nothing else is stated."""

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.data import Data, Hypothesis, hypothesis, names_of
-from core.diagnose.refit import Refit
-from core.diagnose.verdict import channel_rms
-from core.identify.identifiability import analyse, identified
-from core.identify.prepared import Prepared
-from core.identify.unknowns import Unknown
-from core.least_squares import SEEN, descend, whole
-from core.model import Model
-from core.results import ChannelError, Estimate, LadderStep
+from ..diagnose.data import Data, Hypothesis, hypothesis, names_of
+from ..diagnose.refit import Refit
+from ..diagnose.verdict import channel_rms
+from ..identify.identifiability import analyse, identified
+from ..identify.prepared import Prepared
+from ..identify.unknowns import Unknown
+from ..least_squares import SEEN, descend, whole
+from ..model import Model
+from ..results import ChannelError, Estimate, LadderStep
 
 VALIDATION_ITERATIONS = 4
 """Zeros and starts of a recording enter almost linearly."""

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from core.results import ABOVE, ABOVE_IN_ONE, Remains
+from ..results import ABOVE, ABOVE_IN_ONE, Remains
 
 if TYPE_CHECKING:
-    from core.diagnose.data import Data, Hypothesis
-    from core.identify.prepared import Prepared
+    from ..diagnose.data import Data, Hypothesis
+    from ..identify.prepared import Prepared
 
 
 def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
@@ -22,7 +22,7 @@ def within_noise(data: Data, errors: Sequence[np.ndarray]) -> bool:
     Where a servo leads the joints, the encoders' noise shakes the links, and a sharper limit than
     that of the verdict would find what imitates it: links that are damped follow noise less.
     """
-    from core.least_squares import cost_of
+    from ..least_squares import cost_of
 
     share = ABOVE**2 if data.rig.servo else 1.0
     each = _by_channel(data.experiments, errors)
@@ -52,7 +52,7 @@ def channel_rms(experiments: Sequence[Prepared], errors: Sequence[np.ndarray]) -
 
 def remains(data: Data, errors: Sequence[np.ndarray], fitted: Hypothesis | None = None) -> Remains:
     """From weighted errors (M, k) per recording, and the model that left them."""
-    from core.diagnose.lines import unexplained_line
+    from ..diagnose.lines import unexplained_line
 
     squares = _by_channel(data.experiments, errors)
     by_channel = {name: float(np.sqrt(np.mean(x))) for name, x in squares.items()}

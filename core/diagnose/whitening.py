@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy
 
-from core.identify.prepared import Prepared
+from ..identify.prepared import Prepared
 
 HIGHEST_ORDER = 6
 """Sensor noise coloured by a filter or a vibration needs two to four."""

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from core.drives.drive import Drive, drive_classes
-from core.drives.known_joints import (
+from ..drives.drive import Drive, drive_classes
+from ..drives.known_joints import (
     KNOWN_MOTION,
     KNOWN_TORQUE,
     with_known_motion,
     with_known_torque,
 )
-from core.errors import InputError
-from core.sentences import did_you_mean
-from core.validation import validated
+from ..errors import InputError
+from ..sentences import did_you_mean
+from ..validation import validated
 
 
 def build_drive(kind: str, options: Mapping[str, Any]) -> Drive:

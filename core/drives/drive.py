@@ -7,15 +7,15 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.drives.law import DriveLaw
-from core.drives.servo import FollowingServo
-from core.errors import InputError
-from core.parameters import Parameter
-from core.plugins import classes_of
-from core.recording.recording import Recording
-from core.validation import Stated
+from ..arm.arm import Arm
+from ..arm.joints import joint
+from ..drives.law import DriveLaw
+from ..drives.servo import FollowingServo
+from ..errors import InputError
+from ..parameters import Parameter
+from ..plugins import classes_of
+from ..recording.recording import Recording
+from ..validation import Stated
 
 
 class DriveSlider(NamedTuple):
@@ -138,4 +138,4 @@ def stated_or(name: str, stated: Sequence[float], values: Mapping[str, float]) -
 
 def drive_classes() -> Mapping[str, type[Drive]]:
     """All drives by their kind."""
-    return classes_of("core.drives", Drive)
+    return classes_of(__package__, Drive)

@@ -7,9 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.drives.law import DriveLaw, static_law
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..drives.law import DriveLaw, static_law
 
 
 class Held(Drive):

@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive, joints_there, stated_joints
-from core.drives.law import DriveLaw
-from core.drives.servo import FollowingServo
-from core.errors import InputError
-from core.parameters import Parameter
-from core.recording.channels import joint_of
+from ..arm.arm import Arm
+from ..drives.drive import Drive, joints_there, stated_joints
+from ..drives.law import DriveLaw
+from ..drives.servo import FollowingServo
+from ..errors import InputError
+from ..parameters import Parameter
+from ..recording.channels import joint_of
 
 KNOWN_MOTION = "known_motion"
 """Of [drive], whatever its kind: the joints, from 1, that move as their columns theta say."""

@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 import scipy
 
-from core.arm.arm import Arm
-from core.drives.law import DriveLaw, static_law
-from core.errors import InputError
-from core.recording.beginning import begins_at_rest
-from core.recording.recording import Recording
-from core.recording.velocity import ZeroPhaseLowPass, central_difference
+from ..arm.arm import Arm
+from ..drives.law import DriveLaw, static_law
+from ..errors import InputError
+from ..recording.beginning import begins_at_rest
+from ..recording.recording import Recording
+from ..recording.velocity import ZeroPhaseLowPass, central_difference
 
 if TYPE_CHECKING:
-    from core.drives.drive import Drive
+    from ..drives.drive import Drive
 
 DEFAULT_HZ = 60.0
 """Reproduces the inverse-dynamics torque within a few per cent; 5 Hz would swallow it."""

@@ -8,12 +8,12 @@ from typing import ClassVar
 import numpy as np
 from pydantic import BaseModel, ConfigDict
 
-from core.arm.arm import Arm
-from core.arm.chord import chord_matrix
-from core.drives.drive import Drive, per_joint, stated_or, torque_constants
-from core.drives.law import DriveLaw
-from core.parameters import Parameter
-from core.validation import Bounded, Positive
+from ..arm.arm import Arm
+from ..arm.chord import chord_matrix
+from ..drives.drive import Drive, per_joint, stated_or, torque_constants
+from ..drives.law import DriveLaw
+from ..parameters import Parameter
+from ..validation import Bounded, Positive
 
 
 class GaugeFilter(BaseModel):

@@ -7,11 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive, per_joint, stated_or, torque_constants
-from core.drives.law import DriveLaw, static_law
-from core.parameters import Parameter
-from core.validation import Positive
+from ..arm.arm import Arm
+from ..drives.drive import Drive, per_joint, stated_or, torque_constants
+from ..drives.law import DriveLaw, static_law
+from ..parameters import Parameter
+from ..validation import Positive
 
 
 class Torque(Drive):

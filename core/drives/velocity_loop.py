@@ -7,12 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.drives.drive import Drive, DriveSlider, gain_parameter, per_joint, stated_or
-from core.drives.law import DriveLaw, static_law
-from core.parameters import Parameter
-from core.validation import NonNegative, Positive
+from ..arm.arm import Arm
+from ..arm.joints import joint
+from ..drives.drive import Drive, DriveSlider, gain_parameter, per_joint, stated_or
+from ..drives.law import DriveLaw, static_law
+from ..parameters import Parameter
+from ..validation import NonNegative, Positive
 
 
 class VelocityLoop(Drive):

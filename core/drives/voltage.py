@@ -7,11 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive, per_joint, stated_or
-from core.drives.law import DriveLaw, static_law
-from core.parameters import Parameter
-from core.validation import Positive
+from ..arm.arm import Arm
+from ..drives.drive import Drive, per_joint, stated_or
+from ..drives.law import DriveLaw, static_law
+from ..parameters import Parameter
+from ..validation import Positive
 
 WITHIN = 10.0
 """Times and shares of a stated constant within which it is estimated, as for torque constants."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from core.effects.effect import Effect, EffectParameter, Rig
-from core.plugins import discover
+from ..effects.effect import Effect, EffectParameter, Rig
+from ..plugins import discover
 
 __all__ = ["Effect", "EffectParameter", "Rig", "catalogue", "effect", "with_included"]
 

@@ -3,13 +3,13 @@
 import numpy as np
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import sized
-from core.effects.sizes import Sizes
-from core.forces.element import Element
-from core.forces.law import ForceLaw
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Values
+from ..effects.per_joint import sized
+from ..effects.sizes import Sizes
+from ..forces.element import Element
+from ..forces.law import ForceLaw
 
 SHARE = 0.1
 """Of the typical torque, through the whole reach at the typical tip speed: a size to begin with."""

@@ -3,15 +3,15 @@
 import numpy as np
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.arm.slots import TWIST_STIFFNESS, slot
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.joint_load import LEAST, hub_parameters, joint_load, with_twisting_joints
-from core.effects.per_joint import each_joint
-from core.effects.sizes import Sizes
-from core.forces.element import Element
-from core.forces.law import V, X, joint_law
+from ..arm.arm import Arm
+from ..arm.slots import TWIST_STIFFNESS, slot
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Values
+from ..effects.joint_load import LEAST, hub_parameters, joint_load, with_twisting_joints
+from ..effects.per_joint import each_joint
+from ..effects.sizes import Sizes
+from ..forces.element import Element
+from ..forces.law import V, X, joint_law
 
 _B, _K = sp.Symbol("b_l", positive=True), sp.Symbol("k_j", positive=True)
 _T, _E = sp.Symbol("t_c", positive=True), sp.Symbol("x_e", positive=True)

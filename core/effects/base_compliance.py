@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Rig, Values
-from core.effects.sizes import Sizes
-from core.parameters import Parameter
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Rig, Values
+from ..effects.sizes import Sizes
+from ..parameters import Parameter
 
 START_HZ = 15.0
 """The arm as a dead mass on its base: a table that one sees shake."""

@@ -11,12 +11,12 @@ from dataclasses import replace
 
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.effects.effect import Values
-from core.effects.per_joint import joint_direction
-from core.forces.element import Element
-from core.forces.law import ForceLaw, V, W, joint_law
+from ..arm.arm import Arm
+from ..arm.joints import joint
+from ..effects.effect import Values
+from ..effects.per_joint import joint_direction
+from ..forces.element import Element
+from ..forces.law import ForceLaw, V, W, joint_law
 
 _RIGID = {"rad": 1e-6, "m": 1e-6}
 """rad and m over which surfaces that are called rigid break away: a tenth of what an encoder

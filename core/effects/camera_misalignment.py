@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.camera_delay import no_camera
-from core.effects.effect import Effect, EffectParameter, Rig, Values
-from core.effects.per_joint import sized
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.camera_delay import no_camera
+from ..effects.effect import Effect, EffectParameter, Rig, Values
+from ..effects.per_joint import sized
+from ..effects.sizes import Sizes
 
 START, LARGEST = 0.01, 0.5
 """rad, and share of the scale."""

@@ -3,13 +3,13 @@
 import numpy as np
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.bristle import IDEALISED, bristle_law, bristles
-from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint
-from core.effects.sizes import Sizes
-from core.forces.element import Element
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.bristle import IDEALISED, bristle_law, bristles
+from ..effects.effect import Effect, EffectParameter, Values
+from ..effects.per_joint import each_joint
+from ..effects.sizes import Sizes
+from ..forces.element import Element
 
 _FC = sp.Symbol("f_c", nonnegative=True)
 LAW = bristle_law(_FC, (_FC,))

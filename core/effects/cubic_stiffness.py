@@ -3,15 +3,15 @@
 import numpy as np
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.arm.chord import deflection_rows
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Rig, Values
-from core.effects.per_joint import sized
-from core.effects.per_segment import bending, each_bending, unbent
-from core.effects.sizes import Sizes
-from core.forces.element import Element
-from core.forces.law import X, joint_law
+from ..arm.arm import Arm
+from ..arm.chord import deflection_rows
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Rig, Values
+from ..effects.per_joint import sized
+from ..effects.per_segment import bending, each_bending, unbent
+from ..effects.sizes import Sizes
+from ..forces.element import Element
+from ..forces.law import X, joint_law
 
 _K3 = sp.Symbol("k_3", nonnegative=True)
 LAW = joint_law(-_K3 * X**3, (_K3,))

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Rig
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Rig
+from ..effects.sizes import Sizes
 
 SHARE = 0.1
 """Of the stated gain: torque constants on data sheets are good to a tenth."""

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.drives.law import DriveLaw
-from core.effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
-from core.effects.per_joint import sized
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..drives.law import DriveLaw
+from ..effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
+from ..effects.per_joint import sized
+from ..effects.sizes import Sizes
 
 GRID = (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 3e-2)
 """s: from a current loop to a slow hydraulic valve."""

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.drives.law import DriveLaw
-from core.effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
-from core.effects.per_joint import each_joint
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..drives.law import DriveLaw
+from ..effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
+from ..effects.per_joint import each_joint
+from ..effects.sizes import Sizes
 
 SHARES = (0.95, 0.8, 0.6, 0.4, 0.25)
 """Of the largest torque that the unlimited model asks for."""

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.slots import arm_vector
-from core.drives.drive import Drive
-from core.drives.law import DriveLaw
-from core.effects.sizes import Sizes
-from core.forces.element import Element
-from core.parameters import Parameter
-from core.sensors import sensors
+from ..arm.arm import Arm
+from ..arm.slots import arm_vector
+from ..drives.drive import Drive
+from ..drives.law import DriveLaw
+from ..effects.sizes import Sizes
+from ..forces.element import Element
+from ..parameters import Parameter
+from ..sensors import sensors
 
 Values = Mapping[str, float]
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.slots import arm_vector
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Rig, Values
-from core.effects.per_joint import each_joint
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..arm.slots import arm_vector
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Rig, Values
+from ..effects.per_joint import each_joint
+from ..effects.sizes import Sizes
 
 START, LARGEST = 0.01, 0.5
 """rad (m on a slide)"""

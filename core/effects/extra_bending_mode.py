@@ -1,11 +1,11 @@
 """One more bending shape per segment."""
 
-from core.arm.arm import Arm
-from core.arm.segment import MAX_MODES
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Rig, Values
-from core.effects.per_segment import unbent
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..arm.segment import MAX_MODES
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Rig, Values
+from ..effects.per_segment import unbent
+from ..effects.sizes import Sizes
 
 
 class ExtraBendingMode(Effect):

@@ -20,9 +20,9 @@ from typing import Any
 
 import sympy as sp
 
-from core.effects.real_functions import FUNCTIONS
-from core.errors import InputError
-from core.sentences import did_you_mean, one_line, quoted
+from ..effects.real_functions import FUNCTIONS
+from ..errors import InputError
+from ..sentences import did_you_mean, one_line, quoted
 
 WHERE = "[[model.own]] formula"
 LONGEST_TEXT = 500

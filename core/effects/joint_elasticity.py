@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.joint_load import LEAST, hub_parameters, rotor_parameters, with_twisting_joints
-from core.effects.per_joint import each_joint
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Values
+from ..effects.joint_load import LEAST, hub_parameters, rotor_parameters, with_twisting_joints
+from ..effects.per_joint import each_joint
+from ..effects.sizes import Sizes
 
 TWISTS = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2)
 """rad (m): by how much the joint twists at the largest torque."""

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.arm.catalogue import arm_parameters
-from core.arm.joints import joint
-from core.effects.effect import EffectParameter
+from ..arm.arm import Arm
+from ..arm.catalogue import arm_parameters
+from ..arm.joints import joint
+from ..effects.effect import EffectParameter
 
 SHARE = 0.05
 """Of what the joint moves: a plausible rotor and gear to begin with."""

@@ -1,9 +1,9 @@
 """Motions too large for a linear model."""
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Rig
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Rig
+from ..effects.sizes import Sizes
 
 
 class LargeMotion(Effect):

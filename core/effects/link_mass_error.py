@@ -1,10 +1,10 @@
 """Segments that are heavier or lighter than stated."""
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter
-from core.effects.per_segment import arm_parameter
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter
+from ..effects.per_segment import arm_parameter
+from ..effects.sizes import Sizes
 
 START = 0.1
 BELIEVED = 0.3

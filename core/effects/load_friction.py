@@ -3,14 +3,14 @@
 import numpy as np
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.bristle import IDEALISED, bristle_force, way
-from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, joint_direction
-from core.effects.sizes import Sizes
-from core.forces.element import Element
-from core.forces.law import W
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.bristle import IDEALISED, bristle_force, way
+from ..effects.effect import Effect, EffectParameter, Values
+from ..effects.per_joint import each_joint, joint_direction
+from ..effects.sizes import Sizes
+from ..forces.element import Element
+from ..forces.law import W
 
 _LD, _LB = sp.Symbol("l_d", nonnegative=True), sp.Symbol("l_b", nonnegative=True)
 _U = sp.Symbol("u", real=True)

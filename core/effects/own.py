@@ -11,20 +11,20 @@ from itertools import combinations
 import numpy as np
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.arm.chord import deflection_rows
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.formula import FUNCTIONS, LONGEST_NAME, parse_formula
-from core.effects.per_joint import joint_direction
-from core.effects.per_segment import bending
-from core.effects.sizes import Sizes
-from core.errors import InputError
-from core.forces.compiled import compile_law
-from core.forces.element import Element
-from core.forces.law import ForceLaw
-from core.parameters import Parameter
-from core.sentences import did_you_mean
+from ..arm.arm import Arm
+from ..arm.chord import deflection_rows
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Values
+from ..effects.formula import FUNCTIONS, LONGEST_NAME, parse_formula
+from ..effects.per_joint import joint_direction
+from ..effects.per_segment import bending
+from ..effects.sizes import Sizes
+from ..errors import InputError
+from ..forces.compiled import compile_law
+from ..forces.element import Element
+from ..forces.law import ForceLaw
+from ..parameters import Parameter
+from ..sentences import did_you_mean
 
 MOST_PARAMETERS = 6
 """A formula with more cannot be identified from one residual."""

@@ -12,11 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
-from core.effects.sizes import typical
-from core.recording.channels import channel_number
-from core.sensors import sensors
+from ..arm.arm import Arm
+from ..effects.effect import Effect, EffectParameter, Rig, Values, torque_is_replayed
+from ..effects.sizes import typical
+from ..recording.channels import channel_number
+from ..sensors import sensors
 
 TORQUE = "torque"
 

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.catalogue import symbol as symbol_of
-from core.arm.joints import joint
-from core.arm.joints.joint import Joint
-from core.effects.effect import EffectParameter, Values
-from core.forces.element import Element
-from core.parameters import Parameter
+from ..arm.arm import Arm
+from ..arm.catalogue import symbol as symbol_of
+from ..arm.joints import joint
+from ..arm.joints.joint import Joint
+from ..effects.effect import EffectParameter, Values
+from ..forces.element import Element
+from ..parameters import Parameter
 
 if TYPE_CHECKING:
-    from core.forces.law import ForceLaw
+    from ..forces.law import ForceLaw
 
 
 def joint_direction(arm: Arm, k: int) -> np.ndarray:

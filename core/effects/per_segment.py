@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.catalogue import arm_parameters
-from core.effects.effect import EffectParameter, Rig
+from ..arm.arm import Arm
+from ..arm.catalogue import arm_parameters
+from ..effects.effect import EffectParameter, Rig
 
 CLAMPED = 1.8751**2
 """First eigenvalue of a clamped uniform beam, squared: omega = CLAMPED sqrt(EI / (m l^3))."""

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.drives.drive import Drive
-from core.effects.bristle import WAY
-from core.effects.effect import Effect, EffectParameter
-from core.effects.per_joint import each_joint
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..arm.joints import joint
+from ..drives.drive import Drive
+from ..effects.bristle import WAY
+from ..effects.effect import Effect, EffectParameter
+from ..effects.per_joint import each_joint
+from ..effects.sizes import Sizes
 
 SHARES = (0.003, 0.01, 0.03, 0.1, 0.3)
 """Of the joint's travel: breakaway displacements to try."""

@@ -1,10 +1,10 @@
 """The motor's rotor and the gear, seen from the joint."""
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter
-from core.effects.joint_load import hub_parameters, rotor_parameters
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter
+from ..effects.joint_load import hub_parameters, rotor_parameters
+from ..effects.sizes import Sizes
 
 
 class RotorInertia(Effect):

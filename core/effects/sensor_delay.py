@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Rig, Values
-from core.effects.per_channel import (
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Rig, Values
+from ..effects.per_channel import (
     columns_of,
     compared_in,
     each_channel,
     nothing_to_see,
 )
-from core.effects.per_joint import sized
-from core.effects.sizes import Sizes
+from ..effects.per_joint import sized
+from ..effects.sizes import Sizes
 
 START, LONGEST = 3.0, 100.0
 """In sample times: a value that waits for a bus is some samples old."""

@@ -3,12 +3,12 @@
 import numpy as np
 import scipy
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Rig, Values
-from core.effects.per_joint import sized
-from core.effects.sizes import Sizes
-from core.sensors import sensors
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Rig, Values
+from ..effects.per_joint import sized
+from ..effects.sizes import Sizes
+from ..sensors import sensors
 
 START, LONGEST = 5.0, 200.0
 """In sample times."""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.chord import deflection_rows
-from core.trajectory import Trajectory
+from ..arm.arm import Arm
+from ..arm.chord import deflection_rows
+from ..trajectory import Trajectory
 
 FLOOR = 1e-12
 """Keeps a size positive where nothing moves."""

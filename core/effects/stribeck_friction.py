@@ -3,15 +3,15 @@
 import numpy as np
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.drives.drive import Drive
-from core.effects.bristle import IDEALISED, bristle_law, bristles
-from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint
-from core.effects.sizes import Sizes
-from core.forces.element import Element
-from core.forces.law import V
+from ..arm.arm import Arm
+from ..arm.joints import joint
+from ..drives.drive import Drive
+from ..effects.bristle import IDEALISED, bristle_law, bristles
+from ..effects.effect import Effect, EffectParameter, Values
+from ..effects.per_joint import each_joint
+from ..effects.sizes import Sizes
+from ..forces.element import Element
+from ..forces.law import V
 
 _FB, _VS = sp.Symbol("f_b", nonnegative=True), sp.Symbol("v_s", positive=True)
 LAW = bristle_law(_FB * sp.exp(-((V / _VS) ** 2)), (_FB, _VS))

@@ -1,10 +1,10 @@
 """Damping in the material of the segments."""
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Rig
-from core.effects.per_segment import arm_parameter, clamped_frequency, each_bending, unbent
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Rig
+from ..effects.per_segment import arm_parameter, clamped_frequency, each_bending, unbent
+from ..effects.sizes import Sizes
 
 RATIO = 0.02
 """Damping ratio of the clamped segment at the start: that of a bolted or a plastic beam."""

@@ -1,10 +1,10 @@
 """A mass at the tip."""
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter
-from core.effects.per_segment import arm_parameter
-from core.effects.sizes import Sizes
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter
+from ..effects.per_segment import arm_parameter
+from ..effects.sizes import Sizes
 
 SHARE = 0.1
 """Of the segment's mass: a payload to begin with."""

@@ -3,13 +3,13 @@
 import numpy as np
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, joint_elements
-from core.effects.sizes import Sizes
-from core.forces.element import Element
-from core.forces.law import joint_law
+from ..arm.arm import Arm
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Values
+from ..effects.per_joint import each_joint, joint_elements
+from ..effects.sizes import Sizes
+from ..forces.element import Element
+from ..forces.law import joint_law
 
 _TO = sp.Symbol("t_o", real=True)
 LAW = joint_law(_TO, (_TO,))

@@ -3,14 +3,14 @@
 import numpy as np
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import each_joint, joint_elements, sized
-from core.effects.sizes import Sizes
-from core.forces.element import Element
-from core.forces.law import X, joint_law
+from ..arm.arm import Arm
+from ..arm.joints import joint
+from ..drives.drive import Drive
+from ..effects.effect import Effect, EffectParameter, Values
+from ..effects.per_joint import each_joint, joint_elements, sized
+from ..effects.sizes import Sizes
+from ..forces.element import Element
+from ..forces.law import X, joint_law
 
 _RA, _RB = sp.Symbol("r_a", real=True), sp.Symbol("r_b", real=True)
 _NR = sp.Symbol("n_r", positive=True)

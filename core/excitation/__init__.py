@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from core.errors import InputError
-from core.excitation.excitation import Excitation
-from core.plugins import classes_of
-from core.sentences import did_you_mean
-from core.validation import validated
+from ..errors import InputError
+from ..excitation.excitation import Excitation
+from ..plugins import classes_of
+from ..sentences import did_you_mean
+from ..validation import validated
 
 
 def build_excitation(kind: str, options: Mapping[str, Any]) -> Excitation:

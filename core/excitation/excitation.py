@@ -8,8 +8,8 @@ import numpy as np
 import scipy
 from pydantic import Field
 
-from core.errors import InputError
-from core.validation import Positive, Stated
+from ..errors import InputError
+from ..validation import Positive, Stated
 
 
 class Excitation(Stated):

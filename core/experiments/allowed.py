@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.errors import InputError
-from core.scenario.rig_spec import LimitsSpec
-from core.trajectory import Trajectory
+from ..errors import InputError
+from ..scenario.rig_spec import LimitsSpec
+from ..trajectory import Trajectory
 
 
 @dataclass(frozen=True)

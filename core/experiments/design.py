@@ -13,24 +13,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.diagnose.data import Hypothesis
-from core.diagnose.evidence import TIE
-from core.diagnose.next_experiment import NAME, Known, on_data, score_on, shared_normal_matrix
-from core.diagnose.refit import Refit, refit_with
-from core.diagnose.screen import screen
-from core.diagnose.start import Begun
-from core.effects import catalogue
-from core.errors import InputError
-from core.experiments.allowed import Allowed, allowed
-from core.experiments.fitted import FittedModel
-from core.experiments.information import Information, expected
-from core.experiments.trial import Trial, strongest, trials
-from core.identify.predictor import on_all_cores
-from core.model import Model
-from core.progress import Progress
-from core.results import Estimate
-from core.scenario.rig_spec import LimitsSpec
-from core.sentences import did_you_mean
+from ..diagnose.data import Hypothesis
+from ..diagnose.evidence import TIE
+from ..diagnose.next_experiment import NAME, Known, on_data, score_on, shared_normal_matrix
+from ..diagnose.refit import Refit, refit_with
+from ..diagnose.screen import screen
+from ..diagnose.start import Begun
+from ..effects import catalogue
+from ..errors import InputError
+from ..experiments.allowed import Allowed, allowed
+from ..experiments.fitted import FittedModel
+from ..experiments.information import Information, expected
+from ..experiments.trial import Trial, strongest, trials
+from ..identify.predictor import on_all_cores
+from ..model import Model
+from ..progress import Progress
+from ..results import Estimate
+from ..scenario.rig_spec import LimitsSpec
+from ..sentences import did_you_mean
 
 SECONDS = 60.0
 """s that a person has, where nothing else is said: some runs between two coffees."""

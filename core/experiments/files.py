@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from core.experiments.design import Candidate, Design
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.scenario.schema import Scenario
-from core.simulate.experiment import NO_NOISE, read_sensors
+from ..experiments.design import Candidate, Design
+from ..recording.recording import Recording
+from ..recording.spec import SimulateSpec
+from ..scenario.schema import Scenario
+from ..simulate.experiment import NO_NOISE, read_sensors
 
 Document = dict[str, Any]
 

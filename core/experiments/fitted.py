@@ -9,18 +9,18 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from core.diagnose.data import Data, Hypothesis
-from core.diagnose.facts import final_parameters
-from core.diagnose.next_experiment import data_of, expected_recording
-from core.diagnose.refit import settled
-from core.diagnose.start import Begun
-from core.experiments.information import Information, information
-from core.experiments.trial import Trial, played, played_to
-from core.identify.estimates import derived_estimates
-from core.identify.prepared import make_task
-from core.identify.uncertainty import Colour, colour
-from core.results import Estimate
-from core.trajectory import Trajectory
+from ..diagnose.data import Data, Hypothesis
+from ..diagnose.facts import final_parameters
+from ..diagnose.next_experiment import data_of, expected_recording
+from ..diagnose.refit import settled
+from ..diagnose.start import Begun
+from ..experiments.information import Information, information
+from ..experiments.trial import Trial, played, played_to
+from ..identify.estimates import derived_estimates
+from ..identify.prepared import make_task
+from ..identify.uncertainty import Colour, colour
+from ..results import Estimate
+from ..trajectory import Trajectory
 
 TRUSTED = 6
 """Recordings that tell how far the model can be trusted to say what a reference does."""

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.diagnose.data import Hypothesis
-from core.identify.defect_correction import with_steps
-from core.identify.uncertainty import Colour, scatter
-from core.least_squares import SEEN, pseudo_inverse
+from ..diagnose.data import Hypothesis
+from ..identify.defect_correction import with_steps
+from ..identify.uncertainty import Colour, scatter
+from ..least_squares import SEEN, pseudo_inverse
 
 
 @dataclass(frozen=True)

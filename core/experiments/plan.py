@@ -6,22 +6,22 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from core.diagnose.diagnose import begin_on
-from core.diagnose.level import AUTO
-from core.diagnose.minimum import precise
-from core.diagnose.noise_route import stated_noise
-from core.diagnose.start import Begun
-from core.diagnose.state import Options
-from core.experiments.design import Design, Wish, design
-from core.identify.setup import make_setup
-from core.loading import load_recordings
-from core.progress import Progress, Silent
-from core.recording.recording import Recording
-from core.scenario.data_folder import Folder
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model, with_effect_parameters
-from core.scenario_fits import fit_all
-from core.workbench import ended_at, settled_level
+from ..diagnose.diagnose import begin_on
+from ..diagnose.level import AUTO
+from ..diagnose.minimum import precise
+from ..diagnose.noise_route import stated_noise
+from ..diagnose.start import Begun
+from ..diagnose.state import Options
+from ..experiments.design import Design, Wish, design
+from ..identify.setup import make_setup
+from ..loading import load_recordings
+from ..progress import Progress, Silent
+from ..recording.recording import Recording
+from ..scenario.data_folder import Folder
+from ..scenario.schema import Scenario
+from ..scenario.stated_effects import base_model, with_effect_parameters
+from ..scenario_fits import fit_all
+from ..workbench import ended_at, settled_level
 
 
 def plan(

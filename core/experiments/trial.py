@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from core.diagnose.data import Hypothesis
-from core.experiments.allowed import Allowed
-from core.model import Model
-from core.recording.spec import SimulateSpec
-from core.simulate.experiment import make_task
-from core.simulate.many import run
-from core.simulate.motion import Task
-from core.trajectory import Trajectory
+from ..diagnose.data import Hypothesis
+from ..experiments.allowed import Allowed
+from ..model import Model
+from ..recording.spec import SimulateSpec
+from ..simulate.experiment import make_task
+from ..simulate.many import run
+from ..simulate.motion import Task
+from ..trajectory import Trajectory
 
 FORMS: tuple[tuple[str, Mapping[str, Any]], ...] = (
     ("levels held for 0.02 s", {"excitation": "prbs_balanced", "hold": 0.02}),

@@ -12,10 +12,10 @@ import numba
 import numpy as np
 import sympy as sp
 
-from core.arm.cache import kept_module, sources_key
-from core.forces.generate import module_text, wide_module_text
-from core.forces.law import ForceLaw
-from core.forces.passing import PassingLaw, wide
+from ..arm.cache import kept_module, sources_key
+from ..forces.generate import module_text, wide_module_text
+from ..forces.law import ForceLaw
+from ..forces.passing import PassingLaw, wide
 
 _LOADING = threading.Lock()
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from core.forces.law import ForceLaw
+    from ..forces.law import ForceLaw
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def _starts(counts: Sequence[int]) -> np.ndarray:
 
 def pack(elements: Sequence[Element], n: int) -> ElementArrays:
     """The arrays of some elements on an arm with n coordinates."""
-    from core.forces.compiled import compile_law
+    from ..forces.compiled import compile_law
 
     elements = sorted(elements, key=lambda one: one.law.bristle)
     laws = [e.law for e in elements]
@@ -99,7 +99,7 @@ def linear_matrices(elements: Sequence[Element], q: np.ndarray) -> tuple[np.ndar
     By central differences of the compiled laws, which are smooth where a linear model is asked
     for. Ports at the tip add nothing: their forces are of second order there.
     """
-    from core.forces.compiled import compile_law
+    from ..forces.compiled import compile_law
 
     n = len(q)
     K, D = np.zeros((n, n)), np.zeros((n, n))

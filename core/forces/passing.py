@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
-from core.forces.generate import module_text, plain_text, wide_module_text
-from core.forces.law import ForceLaw
+from ..forces.generate import module_text, plain_text, wide_module_text
+from ..forces.law import ForceLaw
 
 _COMPILING = threading.Lock()
 

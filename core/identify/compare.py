@@ -6,19 +6,19 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from core.arm.chord import deflection_rows
-from core.arm.joints import joint
-from core.errors import InputError
-from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, prepare
-from core.identify.processing import TORQUE, Processing
-from core.identify.unknowns import Unknown, Unknowns
-from core.model import Model
-from core.recording.channels import Role, role_of
-from core.recording.recording import Recording
-from core.results import ChannelComparison, JointMotion, MissingTorque, RecordingComparison
-from core.sensors import Sensor, sensors
-from core.trajectory import Trajectory
+from ..arm.chord import deflection_rows
+from ..arm.joints import joint
+from ..errors import InputError
+from ..identify.predictor import Predictor
+from ..identify.prepared import Prepared, prepare
+from ..identify.processing import TORQUE, Processing
+from ..identify.unknowns import Unknown, Unknowns
+from ..model import Model
+from ..recording.channels import Role, role_of
+from ..recording.recording import Recording
+from ..results import ChannelComparison, JointMotion, MissingTorque, RecordingComparison
+from ..sensors import Sensor, sensors
+from ..trajectory import Trajectory
 
 
 def visible_outputs(model: Model, recording: Recording, fitted: Sequence[Sensor]) -> list[Sensor]:

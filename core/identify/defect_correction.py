@@ -17,12 +17,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.identify.predictor import coarser, on_all_cores
-from core.least_squares import Descended, Limits, descend, normal_equations, pseudo_inverse, whole
+from ..arm.arm import Arm
+from ..identify.predictor import coarser, on_all_cores
+from ..least_squares import Descended, Limits, descend, normal_equations, pseudo_inverse, whole
 
 if TYPE_CHECKING:
-    from core.identify.residuals import Residuals
+    from ..identify.residuals import Residuals
 
 MOST_DOUBLINGS = 2
 """Of the steps: friction has edges, with which they would go on for ever."""

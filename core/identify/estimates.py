@@ -7,16 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arm.catalogue import symbol
-from core.arm.slots import STIFFNESS, slot
-from core.identify import identifiability
-from core.identify.identifiability import INVOLVED, relative_scales
-from core.identify.refinement import Refined
-from core.identify.residuals import Residuals
-from core.identify.uncertainty import covariance
-from core.identify.unknowns import Unknowns
-from core.model import Model
-from core.results import Estimate, Fit, Generation
+from ..arm.catalogue import symbol
+from ..arm.slots import STIFFNESS, slot
+from ..identify import identifiability
+from ..identify.identifiability import INVOLVED, relative_scales
+from ..identify.refinement import Refined
+from ..identify.residuals import Residuals
+from ..identify.uncertainty import covariance
+from ..identify.unknowns import Unknowns
+from ..model import Model
+from ..results import Estimate, Fit, Generation
 
 UNSEEN = 1e-12
 """Of the outputs' sum of squares: a cost that no measurement shows. A valley's direction is

@@ -8,18 +8,18 @@ from typing import TypeVar
 
 import numpy as np
 
-from core.identify.defect_correction import corrected_minimum
-from core.identify.estimates import Found, describe
-from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared
-from core.identify.refinement import SEARCHED, Refined, first_of, grown, in_units_of, refined
-from core.identify.residuals import Residuals, channel_weights
-from core.identify.starts import evolves, refine_from_all, search, several_starts
-from core.identify.unknowns import Unknowns
-from core.least_squares import limits_of
-from core.progress import Progress, StoppedError, heeding
-from core.results import Fit
-from core.scenario.schema import IdentifySpec
+from ..identify.defect_correction import corrected_minimum
+from ..identify.estimates import Found, describe
+from ..identify.predictor import Predictor
+from ..identify.prepared import Prepared
+from ..identify.refinement import SEARCHED, Refined, first_of, grown, in_units_of, refined
+from ..identify.residuals import Residuals, channel_weights
+from ..identify.starts import evolves, refine_from_all, search, several_starts
+from ..identify.unknowns import Unknowns
+from ..least_squares import limits_of
+from ..progress import Progress, StoppedError, heeding
+from ..results import Fit
+from ..scenario.schema import IdentifySpec
 
 T = TypeVar("T")
 

@@ -14,20 +14,20 @@ import numpy as np
 import scipy
 from numba import njit, types
 
-from core.arm.arm import Structure
-from core.arm.signatures import OPTIONS, kernel, vector
-from core.drives.servo import averaged
-from core.effects.effect import Effect
-from core.forces.compiled import compile_law
-from core.forces.element import Element
-from core.identify.led_motion import finer_by
-from core.identify.prescribed import is_prescribed
-from core.model import Model, Numbers
-from core.recent import Recent
-from core.simulate.elements import call_element
-from core.simulate.many import law_arrays
-from core.simulate.motion import Task
-from core.trajectory import Trajectory
+from ..arm.arm import Structure
+from ..arm.signatures import OPTIONS, kernel, vector
+from ..drives.servo import averaged
+from ..effects.effect import Effect
+from ..forces.compiled import compile_law
+from ..forces.element import Element
+from ..identify.led_motion import finer_by
+from ..identify.prescribed import is_prescribed
+from ..model import Model, Numbers
+from ..recent import Recent
+from ..simulate.elements import call_element
+from ..simulate.many import law_arrays
+from ..simulate.motion import Task
+from ..trajectory import Trajectory
 
 FINER = 4
 """Points per sample at which forces are evaluated: where a speed turns round within a sample."""

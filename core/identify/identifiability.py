@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from core.identify.unknowns import Unknowns
-from core.results import Identifiability, Valley
+from ..identify.unknowns import Unknowns
+from ..results import Identifiability, Valley
 
 RANK_TOLERANCE = 1e-6
 """Of the largest singular value. Central differences leave about 1e-8 where there is nothing;

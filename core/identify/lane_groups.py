@@ -18,15 +18,15 @@ from typing import TypeVar
 
 import numpy as np
 
-from core.identify import predictor
-from core.identify.prepared import Prepared
-from core.lanes.wide import LANES
-from core.model import Model
-from core.progress import heeded, heeding, look
-from core.simulate.followed import followed
-from core.simulate.linear import interleave
-from core.simulate.pieces import STORE, Pieces, cut, pieces, piecewise
-from core.simulate.postures import Nodes
+from ..identify import predictor
+from ..identify.prepared import Prepared
+from ..lanes.wide import LANES
+from ..model import Model
+from ..progress import heeded, heeding, look
+from ..simulate.followed import followed
+from ..simulate.linear import interleave
+from ..simulate.pieces import STORE, Pieces, cut, pieces, piecewise
+from ..simulate.postures import Nodes
 
 T = TypeVar("T")
 _NOTHING = np.zeros(0)

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.drives.law import DriveLaw
-from core.identify.lane_groups import Group, Lanes
-from core.identify.prepared import Prepared
-from core.identify.unknowns import GAIN, OFFSET, START, Unknowns
-from core.lanes.wide import LANES
-from core.model import Model, Numbers
-from core.simulate.linear import with_forces
-from core.simulate.motion import full_start
+from ..drives.law import DriveLaw
+from ..identify.lane_groups import Group, Lanes
+from ..identify.prepared import Prepared
+from ..identify.unknowns import GAIN, OFFSET, START, Unknowns
+from ..lanes.wide import LANES
+from ..model import Model, Numbers
+from ..simulate.linear import with_forces
+from ..simulate.motion import full_start
 
 LAW_NAMES = ("R", "P", "V", "S", "Fs", "Fq", "Fv", "Fr")
 

@@ -17,14 +17,14 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from core.arm.arm import Structure
-from core.arm.signatures import DYNAMICS, kernel, matrix, vector
-from core.arm.slots import weighing
-from core.drives.servo import FollowingServo
-from core.lanes.algebra import factor_positive, substitute_positive
-from core.model import Model, Numbers
-from core.recent import Recent
-from core.simulate.motion import Task
+from ..arm.arm import Structure
+from ..arm.signatures import DYNAMICS, kernel, matrix, vector
+from ..arm.slots import weighing
+from ..drives.servo import FollowingServo
+from ..lanes.algebra import factor_positive, substitute_positive
+from ..model import Model, Numbers
+from ..recent import Recent
+from ..simulate.motion import Task
 
 SWING = 0.5
 """rad that the arm's fastest vibration may swing on from one point of the finer grid to the next: a

@@ -14,9 +14,9 @@ from math import comb
 
 import numpy as np
 
-from core.arm.compiled import CompiledArm
-from core.effects.effect import Effect
-from core.identify.lane_groups import (
+from ..arm.compiled import CompiledArm
+from ..effects.effect import Effect
+from ..identify.lane_groups import (
     FollowedGroup,
     Group,
     Lanes,
@@ -26,13 +26,13 @@ from core.identify.lane_groups import (
     point_group,
     share,
 )
-from core.identify.lane_numbers import LaneNumbers, output_rows
-from core.identify.prepared import Prepared
-from core.identify.processing import TORQUE
-from core.identify.unknowns import GAIN, OFFSET, Unknowns
-from core.lanes.wide import LANES
-from core.simulate.linear import respond
-from core.simulate.postures import interpolation, joints_that_matter, midpoints
+from ..identify.lane_numbers import LaneNumbers, output_rows
+from ..identify.prepared import Prepared
+from ..identify.processing import TORQUE
+from ..identify.unknowns import GAIN, OFFSET, Unknowns
+from ..lanes.wide import LANES
+from ..simulate.linear import respond
+from ..simulate.postures import interpolation, joints_that_matter, midpoints
 
 POSTURE_TOLERANCE = 1e-6
 """Of a channel's rms: what following the posture may change an output by. A thousandth of the

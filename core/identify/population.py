@@ -14,14 +14,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from core.identify import linear_outputs, predictor
-from core.identify.lane_groups import Lanes, PointGroup, share
-from core.identify.linear_outputs import LinearOutputs
-from core.identify.prepared import Prepared
-from core.identify.unknowns import GAIN, OFFSET, Unknowns
-from core.lanes.wide import LANES
-from core.simulate.linear import interleave
-from core.simulate.pieces import COMPARE, WEIGH
+from ..identify import linear_outputs, predictor
+from ..identify.lane_groups import Lanes, PointGroup, share
+from ..identify.linear_outputs import LinearOutputs
+from ..identify.prepared import Prepared
+from ..identify.unknowns import GAIN, OFFSET, Unknowns
+from ..lanes.wide import LANES
+from ..simulate.linear import interleave
+from ..simulate.pieces import COMPARE, WEIGH
 
 _NO_OUTPUTS = np.zeros((1, 0))
 

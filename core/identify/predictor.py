@@ -13,19 +13,19 @@ from typing import TypeVar
 
 import numpy as np
 
-from core.identify import held
-from core.identify.prepared import Prepared
-from core.identify.prescribed import given_motion, is_given, is_prescribed, prescribed_job
-from core.identify.processing import TORQUE
-from core.identify.unknowns import Unknowns
-from core.model import Model, Numbers
-from core.processors import WORKERS
-from core.recording.recording import Recording
-from core.simulate.linear import respond
-from core.simulate.many import Job, run_many
-from core.simulate.motion import Task
-from core.simulate.nonlinear import LEAST_GAIN, MOST_SUBSTEPS, run_many_extrapolated, simulate_many
-from core.trajectory import Trajectory
+from ..identify import held
+from ..identify.prepared import Prepared
+from ..identify.prescribed import given_motion, is_given, is_prescribed, prescribed_job
+from ..identify.processing import TORQUE
+from ..identify.unknowns import Unknowns
+from ..model import Model, Numbers
+from ..processors import WORKERS
+from ..recording.recording import Recording
+from ..simulate.linear import respond
+from ..simulate.many import Job, run_many
+from ..simulate.motion import Task
+from ..simulate.nonlinear import LEAST_GAIN, MOST_SUBSTEPS, run_many_extrapolated, simulate_many
+from ..trajectory import Trajectory
 
 One = TypeVar("One")
 Found = TypeVar("Found")

@@ -8,21 +8,21 @@ from functools import cached_property
 
 import numpy as np
 
-from core.drives.law import DriveLaw
-from core.drives.servo import Recorded, rates_along
-from core.errors import InputError
-from core.identify.held import simulated_part
-from core.identify.led_motion import vague_ends
-from core.identify.prescribed import is_prescribed
-from core.identify.processing import TORQUE, Processing, delayed
-from core.identify.unknowns import GAIN, OFFSET, START
-from core.model import Model, Numbers
-from core.recording.beginning import AT_ONCE
-from core.recording.channels import from_camera
-from core.recording.recording import Recording, apply_logger_filter
-from core.sensors import Sensor
-from core.simulate.motion import Task, at_rest
-from core.trajectory import Trajectory
+from ..drives.law import DriveLaw
+from ..drives.servo import Recorded, rates_along
+from ..errors import InputError
+from ..identify.held import simulated_part
+from ..identify.led_motion import vague_ends
+from ..identify.prescribed import is_prescribed
+from ..identify.processing import TORQUE, Processing, delayed
+from ..identify.unknowns import GAIN, OFFSET, START
+from ..model import Model, Numbers
+from ..recording.beginning import AT_ONCE
+from ..recording.channels import from_camera
+from ..recording.recording import Recording, apply_logger_filter
+from ..sensors import Sensor
+from ..simulate.motion import Task, at_rest
+from ..trajectory import Trajectory
 
 
 @dataclass(frozen=True)

@@ -25,17 +25,17 @@ import numpy as np
 import scipy
 from numba import types
 
-from core.arm.signatures import DYNAMICS, TIP, kernel, matrix, vector
-from core.arm.slots import HUB_INERTIA, slot
-from core.drives.law import static_law
-from core.drives.servo import acceleration, bend
-from core.identify.led_motion import Led, joint_motion
-from core.lanes.algebra import factor_positive, substitute_positive
-from core.model import Model, Numbers
-from core.simulate.elements import ELEMENTS, push, see
-from core.simulate.many import Job
-from core.simulate.motion import Task
-from core.trajectory import Trajectory
+from ..arm.signatures import DYNAMICS, TIP, kernel, matrix, vector
+from ..arm.slots import HUB_INERTIA, slot
+from ..drives.law import static_law
+from ..drives.servo import acceleration, bend
+from ..identify.led_motion import Led, joint_motion
+from ..lanes.algebra import factor_positive, substitute_positive
+from ..model import Model, Numbers
+from ..simulate.elements import ELEMENTS, push, see
+from ..simulate.many import Job
+from ..simulate.motion import Task
+from ..trajectory import Trajectory
 
 HEAVY = 1e6
 """Times the arm's inertia at a joint: what the joints are given while the rest is simulated, so

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit, types
 
-from core.arm.signatures import OPTIONS, kernel, matrix
-from core.recording.velocity import ZeroPhaseLowPass
+from ..arm.signatures import OPTIONS, kernel, matrix
+from ..recording.velocity import ZeroPhaseLowPass
 
 TORQUE = "torque"
 

@@ -14,13 +14,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from core.errors import InputError
-from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, prepare
-from core.identify.residuals import Residuals
-from core.least_squares import Descended, Limits, cost_of, descend, limits_of
-from core.progress import StoppedError
-from core.recording.thinning import first_part
+from ..errors import InputError
+from ..identify.predictor import Predictor
+from ..identify.prepared import Prepared, prepare
+from ..identify.residuals import Residuals
+from ..least_squares import Descended, Limits, cost_of, descend, limits_of
+from ..progress import StoppedError
+from ..recording.thinning import first_part
 
 MOST_ITERATIONS = 60
 """Of a descent; most end after ten."""

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import scipy
 
-from core.results import Disagreement, Estimate, Repeated
+from ..results import Disagreement, Estimate, Repeated
 
 FEWEST = 3
 """Runs: of two that differ nobody knows which one is the odd one."""

@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
-from core.identify import linear_outputs
-from core.identify.defect_correction import Anchor
-from core.identify.linear_outputs import LinearOutputs
-from core.identify.population import PopulationCost, applicable
-from core.identify.predictor import Predictor, Request
-from core.identify.prepared import Prepared
-from core.identify.unknowns import Unknowns, untouched
+from ..identify import linear_outputs
+from ..identify.defect_correction import Anchor
+from ..identify.linear_outputs import LinearOutputs
+from ..identify.population import PopulationCost, applicable
+from ..identify.predictor import Predictor, Request
+from ..identify.prepared import Prepared
+from ..identify.unknowns import Unknowns, untouched
 
 STEP = 1e-4
 """Relative step of central differences: truncation about 1e-8, rounding about 1e-10."""

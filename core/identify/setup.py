@@ -7,19 +7,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.drives.servo import DEFAULT_HZ, FollowingServo
-from core.errors import InputError
-from core.identify.led_motion import sampled_seldom
-from core.identify.prepared import start_joints
-from core.identify.processing import TORQUE, Processing
-from core.identify.unknowns import first_states, starts_unknown
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.velocity import ZeroPhaseLowPass
-from core.recording.visible_band import visible_band
-from core.scenario.schema import IdentifySpec
-from core.sensors import Sensor, sensor, sensors
-from core.simulate.motion import at_rest
+from ..drives.servo import DEFAULT_HZ, FollowingServo
+from ..errors import InputError
+from ..identify.led_motion import sampled_seldom
+from ..identify.prepared import start_joints
+from ..identify.processing import TORQUE, Processing
+from ..identify.unknowns import first_states, starts_unknown
+from ..model import Model
+from ..recording.recording import Recording
+from ..recording.velocity import ZeroPhaseLowPass
+from ..recording.visible_band import visible_band
+from ..scenario.schema import IdentifySpec
+from ..sensors import Sensor, sensor, sensors
+from ..simulate.motion import at_rest
 
 ENCODER = "encoder"
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from core.identify.estimates import first_estimate
-from core.identify.population import PopulationCost
-from core.identify.refinement import Refined, refine
-from core.identify.residuals import Residuals
-from core.least_squares import limits_of
-from core.progress import Progress, StoppedError
-from core.results import Generation
-from core.scenario.schema import IdentifySpec
+from ..identify.estimates import first_estimate
+from ..identify.population import PopulationCost
+from ..identify.refinement import Refined, refine
+from ..identify.residuals import Residuals
+from ..least_squares import limits_of
+from ..progress import Progress, StoppedError
+from ..results import Generation
+from ..scenario.schema import IdentifySpec
 
 DIFFERENTIAL_WEIGHT = 0.8
 """F of design section 2."""

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from core.errors import InputError
-from core.least_squares import pseudo_inverse
+from ..errors import InputError
+from ..least_squares import pseudo_inverse
 
 QUIET_LAGS = 5
 """Correlations in a row that must be small before the window is cut (Politis' K_n)."""

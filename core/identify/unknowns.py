@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.errors import InputError
-from core.model import Model
-from core.parameters import Parameter, ParameterSet
-from core.recording.recording import Recording
-from core.scenario.schema import IdentifySpec, Scenario
-from core.scenario.stated_effects import base_model, candidate_effects, with_effect_parameters
-from core.sensors import sensors
-from core.sentences import did_you_mean
+from ..errors import InputError
+from ..model import Model
+from ..parameters import Parameter, ParameterSet
+from ..recording.recording import Recording
+from ..scenario.schema import IdentifySpec, Scenario
+from ..scenario.stated_effects import base_model, candidate_effects, with_effect_parameters
+from ..sensors import sensors
+from ..sentences import did_you_mean
 
 OFFSET, GAIN, START = "offset_", "gain_", "start_"
 

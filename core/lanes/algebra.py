@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from core.lanes.functions import INLINE
-from core.lanes.wide import absolute, get, maximum, put
+from ..lanes.functions import INLINE
+from ..lanes.wide import absolute, get, maximum, put
 
 
 @njit(**{**INLINE, "_nrt": True})

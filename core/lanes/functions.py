@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from core.lanes.wide import (
+from ..lanes.wide import (
     LANES,
     absolute,
     floor,
@@ -27,7 +27,7 @@ from core.lanes.wide import (
     spread,
     with_lane,
 )
-from core.lanes.wide import sqrt as wide_sqrt
+from ..lanes.wide import sqrt as wide_sqrt
 
 INLINE: dict[str, Any] = {
     "forceinline": True,

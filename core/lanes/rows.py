@@ -12,8 +12,8 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from core.lanes.functions import INLINE
-from core.lanes.wide import VECTOR, row_pointer, spread_in, wide
+from ..lanes.functions import INLINE
+from ..lanes.wide import VECTOR, row_pointer, spread_in, wide
 
 _ZERO = ir.Constant(VECTOR, None)
 _FUSE = ("contract",)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from core.montecarlo.printed import (
+from ..montecarlo.printed import (
     WORKING_POINTS,
     Numbers,
     caption_deviation,
@@ -18,8 +18,8 @@ from core.montecarlo.printed import (
     printed,
     stiffness,
 )
-from core.montecarlo.settings import StudySettings
-from core.resumable.journal import Record
+from ..montecarlo.settings import StudySettings
+from ..resumable.journal import Record
 
 LOCAL_MEAN, GLOCAL = "local mean", "glocal"
 

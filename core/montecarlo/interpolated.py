@@ -21,7 +21,7 @@ from itertools import product
 
 import numpy as np
 
-from core.errors import InputError
+from ..errors import InputError
 
 DEGREES = (1, 2, 3, 4, 5, 6)
 """Degrees in cos(theta2) that are tried."""

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from core.least_squares import pseudo_inverse
-from core.montecarlo.estimates import EstimateTable
-from core.montecarlo.settings import StudySettings
-from core.resumable.journal import Record
+from ..least_squares import pseudo_inverse
+from ..montecarlo.estimates import EstimateTable
+from ..montecarlo.settings import StudySettings
+from ..resumable.journal import Record
 
 RANK = 1e-9
 """Relative eigenvalue of the information below which nothing is known of a direction."""

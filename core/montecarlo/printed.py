@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.scenario.read import check_scenario
-from core.scenario.schema import Scenario
+from ..scenario.read import check_scenario
+from ..scenario.schema import Scenario
 
 WORKING_POINTS = tuple(k * math.pi / 8.0 for k in range(1, 8))
 """rad"""

@@ -8,19 +8,19 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from core.arm.slots import STIFFNESS, slot
-from core.errors import InputError
-from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, prepare
-from core.identify.processing import Processing
-from core.identify.unknowns import Unknowns
-from core.model import Model
-from core.montecarlo.settings import PRIOR, StudySettings, settings_of
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.scenario.stated_effects import base_model
-from core.sensors import sensor
-from core.simulate.experiment import simulate_recording
+from ..arm.slots import STIFFNESS, slot
+from ..errors import InputError
+from ..identify.predictor import Predictor
+from ..identify.prepared import Prepared, prepare
+from ..identify.processing import Processing
+from ..identify.unknowns import Unknowns
+from ..model import Model
+from ..montecarlo.settings import PRIOR, StudySettings, settings_of
+from ..recording.recording import Recording
+from ..recording.spec import SimulateSpec
+from ..scenario.stated_effects import base_model
+from ..sensors import sensor
+from ..simulate.experiment import simulate_recording
 
 REMEMBERED = 128
 """Recordings kept; one of 3 s takes a third of a megabyte."""

@@ -8,10 +8,10 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from core.errors import InputError
-from core.recording.spec import RecordingSpec, Settings, SimulateSpec, Whole
-from core.scenario.schema import IdentifySpec, Scenario
-from core.sentences import validation_sentence
+from ..errors import InputError
+from ..recording.spec import RecordingSpec, Settings, SimulateSpec, Whole
+from ..scenario.schema import IdentifySpec, Scenario
+from ..sentences import validation_sentence
 
 Count = Annotated[Whole, Field(ge=1, le=100_000)]
 Ratio = Annotated[float, Field(allow_inf_nan=False, ge=-100.0, le=300.0)] | None

@@ -11,14 +11,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
-from core.errors import InputError
-from core.identify.predictor import single_threaded
-from core.montecarlo.rig import Rig, rig_of
-from core.montecarlo.settings import StudySettings
-from core.plugins import discover
-from core.resumable.executor import Executor, Processes, Stop, never
-from core.resumable.journal import Finished, Journal, go_on
-from core.sentences import did_you_mean
+from ..errors import InputError
+from ..identify.predictor import single_threaded
+from ..montecarlo.rig import Rig, rig_of
+from ..montecarlo.settings import StudySettings
+from ..plugins import discover
+from ..resumable.executor import Executor, Processes, Stop, never
+from ..resumable.journal import Finished, Journal, go_on
+from ..sentences import did_you_mean
 
 
 def study_cases(settings: StudySettings, only: Collection[str] = ()) -> list[Case]:
@@ -45,7 +45,7 @@ def study(
     return go_on(cases, order, answer_text, executor or Processes(), journal, stop)
 
 
-FOLDER = "core.montecarlo.parts"
+FOLDER = f"{__package__}.parts"
 
 
 def parts() -> dict[str, Part]:

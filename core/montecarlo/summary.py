@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from core.montecarlo.estimates import EstimateTable, ValleyPrior, estimate_tables, valley_prior
-from core.montecarlo.planning import Planning, planning
-from core.montecarlo.rig import Rig
-from core.montecarlo.settings import StudySettings
-from core.montecarlo.study import study_cases
-from core.resumable.journal import Record
+from ..montecarlo.estimates import EstimateTable, ValleyPrior, estimate_tables, valley_prior
+from ..montecarlo.planning import Planning, planning
+from ..montecarlo.rig import Rig
+from ..montecarlo.settings import StudySettings
+from ..montecarlo.study import study_cases
+from ..resumable.journal import Record
 
 
 @dataclass(frozen=True)

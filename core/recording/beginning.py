@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.recording.recording import Recording
+from ..recording.recording import Recording
 
 AT_ONCE = 8
 """Samples over which it is seen whether a motion begins at rest."""

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.errors import InputError
-from core.recording.recording import CameraPose
-from core.recording.table import Table
+from ..errors import InputError
+from ..recording.recording import CameraPose
+from ..recording.table import Table
 
 MIN_SAMPLES = 10
 """Fewer rows than this cannot tell a motion from a mistake in the file."""

@@ -6,10 +6,10 @@ import csv
 import re
 from typing import NamedTuple
 
-from core.errors import InputError
-from core.recording.channels import is_channel
-from core.recording.table import check_distinct, is_number
-from core.written import is_unit, parse_header
+from ..errors import InputError
+from ..recording.channels import is_channel
+from ..recording.table import check_distinct, is_number
+from ..written import is_unit, parse_header
 
 DELIMITERS = ",;\t"
 COMMA_DECIMALS = ";\t"

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.errors import InputError
-from core.recording.channels import channel_kind
-from core.recording.clock import (
+from ..errors import InputError
+from ..recording.channels import channel_kind
+from ..recording.clock import (
     MIN_SAMPLES,
     bridged,
     check_rising,
@@ -20,14 +20,14 @@ from core.recording.clock import (
     longest_complete,
     shifted,
 )
-from core.recording.read_table import read_table
-from core.recording.recording import CameraPose, Recording
-from core.recording.resampling import INPUTS, Even, at_rate, even_table
-from core.recording.sources import Source, check_named, check_numbers, find_sources, nearest, unused
-from core.recording.spec import GapsSpec, RecordingSpec
-from core.recording.table import Table, Watching
-from core.sentences import brief
-from core.validation import LARGEST
+from ..recording.read_table import read_table
+from ..recording.recording import CameraPose, Recording
+from ..recording.resampling import INPUTS, Even, at_rate, even_table
+from ..recording.sources import Source, check_named, check_numbers, find_sources, nearest, unused
+from ..recording.spec import GapsSpec, RecordingSpec
+from ..recording.table import Table, Watching
+from ..sentences import brief
+from ..validation import LARGEST
 
 
 def load_recording(

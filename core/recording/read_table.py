@@ -5,10 +5,10 @@ from __future__ import annotations
 import importlib.util
 from pathlib import Path
 
-from core.errors import InputError
-from core.plugins import discover
-from core.recording.table import Reading, Table, TableReader, Watching, damaged
-from core.sentences import few
+from ..errors import InputError
+from ..plugins import discover
+from ..recording.table import Reading, Table, TableReader, Watching, damaged
+from ..sentences import few
 
 START = 4096
 """Bytes that tell what a file is: every signature stands there, and some lines of text."""
@@ -21,7 +21,7 @@ def readers() -> dict[str, TableReader]:
 
 
 def _all() -> list[TableReader]:
-    return list(discover("core.recording.readers", TableReader).members.values())
+    return list(discover(f"{__package__}.readers", TableReader).members.values())
 
 
 def read_table(path: Path, progress: Watching | None = None) -> Table:

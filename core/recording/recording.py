@@ -9,8 +9,8 @@ from functools import cache
 import numpy as np
 import scipy
 
-from core.errors import InputError
-from core.recording.channels import Role, is_reference, role_of
+from ..errors import InputError
+from ..recording.channels import Role, is_reference, role_of
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,13 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from core.errors import InputError
-from core.recording.channels import channel_kind
-from core.recording.clock import MIN_SAMPLES
-from core.recording.recording import Recording
-from core.recording.spec import ResampleSpec
-from core.recording.table import MOST_CELLS, MOST_ROWS, Table
-from core.recording.thinning import sentence, thinned
+from ..errors import InputError
+from ..recording.channels import channel_kind
+from ..recording.clock import MIN_SAMPLES
+from ..recording.recording import Recording
+from ..recording.spec import ResampleSpec
+from ..recording.table import MOST_CELLS, MOST_ROWS, Table
+from ..recording.thinning import sentence, thinned
 
 GAP = 1.75
 """Times a channel's usual step, beyond which a row is missing; jitter hardly reaches that."""

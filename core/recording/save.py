@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from core.errors import InputError
-from core.files import replacing
-from core.recording.channels import channel_kind
-from core.recording.recording import Recording
-from core.written import factor_to_si
+from ..errors import InputError
+from ..files import replacing
+from ..recording.channels import channel_kind
+from ..recording.recording import Recording
+from ..written import factor_to_si
 
 if TYPE_CHECKING:
     from pandas import DataFrame

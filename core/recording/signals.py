@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from core.errors import InputError
-from core.recording.channels import channel_kind, is_channel, is_reference
-from core.recording.clock import JITTER
-from core.recording.table import Listed, Reading, Table
-from core.sentences import few
-from core.written import factor_to_si, parse_header
+from ..errors import InputError
+from ..recording.channels import channel_kind, is_channel, is_reference
+from ..recording.clock import JITTER
+from ..recording.table import Listed, Reading, Table
+from ..sentences import few
+from ..written import factor_to_si, parse_header
 
 TIME_NAMES = ("t", "time", "timestamp", "stamp", "times", "timestamps")
 """How loggers call the time column, in lower case."""

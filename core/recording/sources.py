@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from core.errors import InputError
-from core.recording.channels import channel_kind, is_channel
-from core.recording.spec import RecordingSpec
-from core.recording.table import Table, is_number, number
-from core.sentences import did_you_mean, few
-from core.written import factor_to_si, is_unit, parse_header
+from ..errors import InputError
+from ..recording.channels import channel_kind, is_channel
+from ..recording.spec import RecordingSpec
+from ..recording.table import Table, is_number, number
+from ..sentences import did_you_mean, few
+from ..written import factor_to_si, is_unit, parse_header
 
 
 class Source(NamedTuple):

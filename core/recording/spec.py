@@ -6,11 +6,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 
-from core import validation
-from core.recording.channels import channel_names, is_channel
-from core.recording.recording import CameraPose, LoggerFilter
-from core.sentences import did_you_mean
-from core.validation import Bounded
+from .. import validation
+from ..recording.channels import channel_names, is_channel
+from ..recording.recording import CameraPose, LoggerFilter
+from ..sentences import did_you_mean
+from ..validation import Bounded
 
 # Strict: a number in quotes or `true` where a number belongs is a slip, not a number.
 Real = Annotated[Bounded, Field(strict=True)]

@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from core.errors import InputError
+from ..errors import InputError
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from functools import cache
 import numpy as np
 import scipy
 
-from core.recording.recording import Recording
+from ..recording.recording import Recording
 
 STOP_DB = 80.0
 """dB by which the low-pass takes down what would be folded: below 13 bit of what is measured."""

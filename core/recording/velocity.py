@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 from pydantic import BaseModel, ConfigDict, Field
 
-from core.errors import InputError
+from ..errors import InputError
 
 SHORTEST_DIFFERENCE = 2
 """Samples that a difference needs."""

@@ -1,6 +1,6 @@
 """Frozen records of what was found; written as JSON and CSV, never pickled."""
 
-from core.results.comparison import (
+from ..results.comparison import (
     ChannelComparison,
     ErrorMap,
     ErrorMaps,
@@ -11,7 +11,7 @@ from core.results.comparison import (
     Variant,
     WorstCell,
 )
-from core.results.diagnosis import (
+from ..results.diagnosis import (
     ABOVE,
     ABOVE_IN_ONE,
     MISSING,
@@ -28,8 +28,8 @@ from core.results.diagnosis import (
     Reason,
     Remains,
 )
-from core.results.identification import Estimate, Fit, Generation, Identifiability, Valley
-from core.results.outcome import (
+from ..results.identification import Estimate, Fit, Generation, Identifiability, Valley
+from ..results.outcome import (
     DescriptorModel,
     Disagreement,
     Equation,

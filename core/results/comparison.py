@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.results.identification import Estimate
+from ..results.identification import Estimate
 
 DIAGNOSIS_FIT = "the diagnosis, starts free"
 """Label of its fit; an identification holds the starts on the encoders' first samples."""

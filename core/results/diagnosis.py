@@ -8,8 +8,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from core.results.comparison import RecordingComparison
-from core.results.identification import Estimate
+from ..results.comparison import RecordingComparison
+from ..results.identification import Estimate
 
 MISSING, NOTHING, UNLISTED = "missing", "nothing_missing", "unlisted"
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from core.results.comparison import RecordingComparison, Variant
-from core.results.diagnosis import Diagnosis
-from core.results.identification import Estimate, Fit
+from ..results.comparison import RecordingComparison, Variant
+from ..results.diagnosis import Diagnosis
+from ..results.identification import Estimate, Fit
 
 
 @dataclass(frozen=True)

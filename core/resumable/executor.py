@@ -16,8 +16,8 @@ from multiprocessing.process import BaseProcess
 from queue import Empty, Queue
 from typing import Any
 
-from core.errors import InputError
-from core.processors import WORKERS
+from ..errors import InputError
+from ..processors import WORKERS
 
 Work = Callable[[str], str]
 """Order in, answer out: one line of JSON with `key`. Other processes find it by the names of its

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TextIO, TypeVar
 
-from core.errors import InputError
-from core.resumable.executor import Executor, Stop, Work, never
+from ..errors import InputError
+from ..resumable.executor import Executor, Stop, Work, never
 
 Record = dict[str, Any]
 """Plain values; `key` says of which case."""

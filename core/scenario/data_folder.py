@@ -9,10 +9,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from core.errors import InputError
-from core.recording.read_table import folder_sentence
-from core.scenario.schema import Scenario
-from core.sentences import listed, one_line, quoted
+from ..errors import InputError
+from ..recording.read_table import folder_sentence
+from ..scenario.schema import Scenario
+from ..sentences import listed, one_line, quoted
 
 VARIABLE = "FLEXGUI_DATA"
 OPTION = "--data"

@@ -11,12 +11,12 @@ from typing import Any
 import tomli_w
 from pydantic import ValidationError
 
-from core.arm.build import build_arm
-from core.errors import InputError
-from core.files import replacing
-from core.scenario.data_folder import refuse_special
-from core.scenario.schema import Scenario
-from core.sentences import one_line, validation_sentence
+from ..arm.build import build_arm
+from ..errors import InputError
+from ..files import replacing
+from ..scenario.data_folder import refuse_special
+from ..scenario.schema import Scenario
+from ..sentences import one_line, validation_sentence
 
 LONGEST = 500_000
 """Characters: a scenario with as many recordings as it may have, everything said of each."""

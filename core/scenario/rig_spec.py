@@ -13,9 +13,9 @@ from pydantic import (
     model_validator,
 )
 
-from core.recording.spec import Interval, NonNegative, Positive, Real, Settings, Switch, Words
-from core.sensors import sensors
-from core.validation import gathered
+from ..recording.spec import Interval, NonNegative, Positive, Real, Settings, Switch, Words
+from ..sensors import sensors
+from ..validation import gathered
 
 MOST_OWN = 20
 """Formulas of a scenario; each is derived and compiled, which takes a second at its first use."""

@@ -13,10 +13,10 @@ from pydantic import (
     model_validator,
 )
 
-from core.arm.build import ArmSpec
-from core.recording.channels import channel_names, is_channel
-from core.recording.load import file_stem
-from core.recording.spec import (
+from ..arm.build import ArmSpec
+from ..recording.channels import channel_names, is_channel
+from ..recording.load import file_stem
+from ..recording.spec import (
     Channel,
     Interval,
     NonNegative,
@@ -28,10 +28,10 @@ from core.recording.spec import (
     Whole,
     Words,
 )
-from core.recording.velocity import ZeroPhaseLowPass
-from core.scenario.rig_spec import DriveSpec, LimitsSpec, ModelSpec, Prior, SensorsSpec
-from core.sensors import sensors
-from core.sentences import did_you_mean, listed, quoted
+from ..recording.velocity import ZeroPhaseLowPass
+from ..scenario.rig_spec import DriveSpec, LimitsSpec, ModelSpec, Prior, SensorsSpec
+from ..sensors import sensors
+from ..sentences import did_you_mean, listed, quoted
 
 MOST_RECORDINGS = 500
 """Of a scenario: the longest campaigns of a rig have a tenth of that."""

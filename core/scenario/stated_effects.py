@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arm.arm import Arm, Structure
-from core.arm.build import build_arm
-from core.drives import build_drive
-from core.effects import catalogue, effect, with_included
-from core.effects.effect import Effect, EffectParameter
-from core.effects.sizes import typical
-from core.errors import InputError
-from core.model import LEVELS, Model
-from core.scenario.rig_spec import EffectParameterSpec, EffectSpec, ModelSpec, OwnSpec
-from core.scenario.schema import DiagnoseSpec, IdentifySpec, Scenario
-from core.sentences import did_you_mean, quoted
+from ..arm.arm import Arm, Structure
+from ..arm.build import build_arm
+from ..drives import build_drive
+from ..effects import catalogue, effect, with_included
+from ..effects.effect import Effect, EffectParameter
+from ..effects.sizes import typical
+from ..errors import InputError
+from ..model import LEVELS, Model
+from ..scenario.rig_spec import EffectParameterSpec, EffectSpec, ModelSpec, OwnSpec
+from ..scenario.schema import DiagnoseSpec, IdentifySpec, Scenario
+from ..sentences import did_you_mean, quoted
 
 
 def base_model(scenario: Scenario) -> Model:
@@ -173,7 +173,7 @@ def fitting(model: Model, spec: ModelSpec) -> ModelSpec:
 
 
 def _own(bare: Model, spec: OwnSpec, number: int) -> Stated:
-    from core.effects.own import own_effect, own_parameter
+    from ..effects.own import own_effect, own_parameter
 
     where = f"[[model.own]] {number}"
     kind = spec.id or f"own_{number}"

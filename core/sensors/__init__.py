@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from core.plugins import discover
-from core.sensors.sensor import Sensor
+from ..plugins import discover
+from ..sensors.sensor import Sensor
 
 
 def sensor(kind: str) -> Sensor:

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.drives.law import DriveLaw
-from core.recording.recording import Recording
-from core.sensors.sensor import Channel, OutputRows, Sensor, rows_of
+from ..arm.arm import Arm
+from ..drives.law import DriveLaw
+from ..recording.recording import Recording
+from ..sensors.sensor import Channel, OutputRows, Sensor, rows_of
 
 if TYPE_CHECKING:
-    from core.arm.compiled import CompiledArm
-    from core.trajectory import Trajectory
+    from ..arm.compiled import CompiledArm
+    from ..trajectory import Trajectory
 
 
 class Camera(Sensor):

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.chord import chord_matrix
-from core.drives.law import DriveLaw
-from core.sensors.sensor import Channel, OutputRows, Sensor, rows_of
-from core.trajectory import Trajectory
+from ..arm.arm import Arm
+from ..arm.chord import chord_matrix
+from ..drives.law import DriveLaw
+from ..sensors.sensor import Channel, OutputRows, Sensor, rows_of
+from ..trajectory import Trajectory
 
 
 class LinkDeflection(Sensor):

@@ -4,12 +4,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.drives.law import DriveLaw
-from core.recording.channels import ChannelKind
-from core.sensors.sensor import Channel, OutputRows, Sensor, rows_of
-from core.trajectory import Trajectory
+from ..arm.arm import Arm
+from ..arm.joints import joint
+from ..drives.law import DriveLaw
+from ..recording.channels import ChannelKind
+from ..sensors.sensor import Channel, OutputRows, Sensor, rows_of
+from ..trajectory import Trajectory
 
 
 def link_rows(arm: Arm) -> np.ndarray:

@@ -12,16 +12,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.chord import chord_matrix, slope_matrix
-from core.arm.compiled import CompiledArm
-from core.arm.slots import LENGTH, arm_vector, slot
-from core.drives.law import DriveLaw
-from core.errors import InputError
-from core.recording.recording import Recording
-from core.recording.velocity import central_difference
-from core.sensors.sensor import Channel, OutputRows, Sensor, rows_of
-from core.trajectory import Trajectory
+from ..arm.arm import Arm
+from ..arm.chord import chord_matrix, slope_matrix
+from ..arm.compiled import CompiledArm
+from ..arm.slots import LENGTH, arm_vector, slot
+from ..drives.law import DriveLaw
+from ..errors import InputError
+from ..recording.recording import Recording
+from ..recording.velocity import central_difference
+from ..sensors.sensor import Channel, OutputRows, Sensor, rows_of
+from ..trajectory import Trajectory
 
 SINGULAR_MARGIN = 0.05
 """rad: closer than this to theta2 = 0 or pi the rigid arm's angles are not defined well enough."""

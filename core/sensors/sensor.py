@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.drives.law import DriveLaw
-from core.recording.channels import ChannelKind, add_channels
-from core.recording.recording import Recording
+from ..arm.arm import Arm
+from ..drives.law import DriveLaw
+from ..recording.channels import ChannelKind, add_channels
+from ..recording.recording import Recording
 
 if TYPE_CHECKING:
-    from core.arm.compiled import CompiledArm
-    from core.trajectory import Trajectory
+    from ..arm.compiled import CompiledArm
+    from ..trajectory import Trajectory
 
 
 class Channel(NamedTuple):

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.arm.shapes import exponent
-from core.arm.signatures import kernel, matrix, vector
-from core.arm.slots import (
+from ..arm.arm import Arm
+from ..arm.joints import joint
+from ..arm.shapes import exponent
+from ..arm.signatures import kernel, matrix, vector
+from ..arm.slots import (
     AXIS_ANGLE,
     DAMPING_TIME,
     HUB_INERTIA,
@@ -31,9 +31,9 @@ from core.arm.slots import (
     gravity_slot,
     slot,
 )
-from core.model import Model, Numbers
-from core.simulate.motion import Task, full_start
-from core.simulate.response import exponential
+from ..model import Model, Numbers
+from ..simulate.motion import Task, full_start
+from ..simulate.response import exponential
 
 EXTRA = 1
 """Modes added to each segment that bends; a second one moved the estimate by 1 to 6 %."""

@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from core.lanes.algebra import (
+from ..lanes.algebra import (
     copy,
     dot,
     multiply_square,
@@ -28,9 +28,9 @@ from core.lanes.algebra import (
     substitute_square,
     write,
 )
-from core.lanes.functions import INLINE
-from core.lanes.wide import absolute, any_lane, get, maximum, minimum, put, select
-from core.simulate.elements import add_along, call_element
+from ..lanes.functions import INLINE
+from ..lanes.wide import absolute, any_lane, get, maximum, minimum, put, select
+from ..simulate.elements import add_along, call_element
 
 MISS = 1e-11
 """rad/s or m/s: of a stage's speed. Bristles turn it into 1e-9 of their force."""

@@ -13,13 +13,13 @@ from functools import cache
 import numpy as np
 import sympy as sp
 
-from core.arm.arm import Structure
-from core.arm.slots import gravity_slot
-from core.arm.straight import StraightArm, Terms, straight_arm
-from core.model import Model, Numbers
-from core.results import DescriptorModel
-from core.sensors import sensors
-from core.simulate.posture import posture
+from ..arm.arm import Structure
+from ..arm.slots import gravity_slot
+from ..arm.straight import StraightArm, Terms, straight_arm
+from ..model import Model, Numbers
+from ..results import DescriptorModel
+from ..sensors import sensors
+from ..simulate.posture import posture
 
 
 def descriptor(model: Model, numbers: Numbers) -> DescriptorModel:

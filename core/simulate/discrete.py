@@ -14,11 +14,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, types
 
-from core.arm.signatures import OPTIONS, cube
-from core.lanes.algebra import factor_positive
-from core.lanes.functions import INLINE
-from core.lanes.rows import apply
-from core.lanes.wide import LANES, absolute, get, lane, maximum, put
+from ..arm.signatures import OPTIONS, cube
+from ..lanes.algebra import factor_positive
+from ..lanes.functions import INLINE
+from ..lanes.rows import apply
+from ..lanes.wide import LANES, absolute, get, lane, maximum, put
 
 LAWS = types.Tuple((cube,) * 8)
 """R, P, V, S, Fs, Fq, Fv, Fr of core.drives.law.DriveLaw; the systems come first."""

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.sensors import sensors
-from core.simulate.posture import Posture
-from core.simulate.response import exponential, linear_output
+from ..sensors import sensors
+from ..simulate.posture import Posture
+from ..simulate.response import exponential, linear_output
 
 AGILITY = tuple((10.0 ** np.arange(-1.0, 3.0, 0.5)).tolist())
 """N m/√s (N/√s): how fast the torque may change."""

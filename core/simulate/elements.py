@@ -21,10 +21,10 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from core.arm.signatures import matrix, vector
-from core.lanes.algebra import dot
-from core.lanes.functions import INLINE
-from core.lanes.wide import absolute, any_lane, get, put, row_pointer
+from ..arm.signatures import matrix, vector
+from ..lanes.algebra import dot
+from ..lanes.functions import INLINE
+from ..lanes.wide import absolute, any_lane, get, put, row_pointer
 
 OUT_PER_PORT = 3
 OUT_PER_STATE = 4

@@ -6,11 +6,11 @@ from functools import cache
 
 import sympy as sp
 
-from core.arm import shapes
-from core.arm.arm import Structure
-from core.arm.energies import bending, dissipation, springs, stiffness_matrix
-from core.arm.kinematics import Kinematics, Phasor, components
-from core.arm.slots import (
+from ..arm import shapes
+from ..arm.arm import Structure
+from ..arm.energies import bending, dissipation, springs, stiffness_matrix
+from ..arm.kinematics import Kinematics, Phasor, components
+from ..arm.slots import (
     AXIS_ANGLE,
     DAMPING_TIME,
     HUB_INERTIA,
@@ -21,11 +21,11 @@ from core.arm.slots import (
     TIP_MASS,
     slot,
 )
-from core.arm.straight import straight_arm
-from core.model import Model
-from core.results import Equation
-from core.sensors.rigid_rates import rigid_angle_matrix
-from core.sentences import first_sentence
+from ..arm.straight import straight_arm
+from ..model import Model
+from ..results import Equation
+from ..sensors.rigid_rates import rigid_angle_matrix
+from ..sentences import first_sentence
 
 LARGEST_MATRIX = 6
 """Coordinates up to which the terms of M are shown; larger ones fill pages."""

@@ -7,18 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.errors import InputError
-from core.excitation import build_excitation
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.sensors import sensors
-from core.sensors.rigid_rates import SINGULAR_MARGIN
-from core.sensors.sensor import Sensor
-from core.simulate.linear import respond
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate_within
-from core.trajectory import Trajectory
+from ..errors import InputError
+from ..excitation import build_excitation
+from ..model import Model
+from ..recording.recording import Recording
+from ..recording.spec import SimulateSpec
+from ..sensors import sensors
+from ..sensors.rigid_rates import SINGULAR_MARGIN
+from ..sensors.sensor import Sensor
+from ..simulate.linear import respond
+from ..simulate.motion import Task, at_rest
+from ..simulate.nonlinear import simulate_within
+from ..trajectory import Trajectory
 
 
 @dataclass(frozen=True)

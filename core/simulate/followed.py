@@ -15,11 +15,11 @@ from __future__ import annotations
 import numpy as np
 from numba import int64, njit, types
 
-from core.arm.signatures import OPTIONS, cube, dynamics_at, kernel, linear_at, matrix, vector
-from core.lanes.functions import INLINE
-from core.lanes.rows import dot1, dot4, dot8, dot12, put_rows
-from core.lanes.wide import LANES
-from core.simulate.discrete import (
+from ..arm.signatures import OPTIONS, cube, dynamics_at, kernel, linear_at, matrix, vector
+from ..lanes.functions import INLINE
+from ..lanes.rows import dot1, dot4, dot8, dot12, put_rows
+from ..lanes.wide import LANES
+from ..simulate.discrete import (
     LAWS,
     aligned,
     discretised,

@@ -14,14 +14,14 @@ from dataclasses import replace
 import numpy as np
 from numba import njit, types
 
-from core.arm.signatures import DYNAMICS, LINEAR, cube, kernel, matrix, vector
-from core.drives.law import DriveLaw
-from core.forces.element import linear_matrices
-from core.lanes.functions import INLINE
-from core.lanes.rows import apply
-from core.lanes.wide import LANES, get, put
-from core.model import Model, Numbers
-from core.simulate.discrete import (
+from ..arm.signatures import DYNAMICS, LINEAR, cube, kernel, matrix, vector
+from ..drives.law import DriveLaw
+from ..forces.element import linear_matrices
+from ..lanes.functions import INLINE
+from ..lanes.rows import apply
+from ..lanes.wide import LANES, get, put
+from ..model import Model, Numbers
+from ..simulate.discrete import (
     LAWS,
     aligned,
     discretised,
@@ -31,8 +31,8 @@ from core.simulate.discrete import (
     write_outputs,
     write_step,
 )
-from core.simulate.motion import Task, full_start
-from core.trajectory import Trajectory
+from ..simulate.motion import Task, full_start
+from ..trajectory import Trajectory
 
 
 @njit(**INLINE)

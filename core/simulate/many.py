@@ -8,17 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arm.arm import Structure
-from core.arm.compiled import compile_wide_arm
-from core.drives.law import DriveLaw
-from core.forces.compiled import compile_wide_law
-from core.forces.element import ElementArrays
-from core.lanes.wide import LANES
-from core.model import Model, Numbers
-from core.progress import heed, heeded
-from core.simulate.motion import Task, full_start, stretches
-from core.simulate.rosenbrock import implicit_parts, integrate, integrate_lanes
-from core.trajectory import Trajectory
+from ..arm.arm import Structure
+from ..arm.compiled import compile_wide_arm
+from ..drives.law import DriveLaw
+from ..forces.compiled import compile_wide_law
+from ..forces.element import ElementArrays
+from ..lanes.wide import LANES
+from ..model import Model, Numbers
+from ..progress import heed, heeded
+from ..simulate.motion import Task, full_start, stretches
+from ..simulate.rosenbrock import implicit_parts, integrate, integrate_lanes
+from ..trajectory import Trajectory
 
 WEAK_PIVOT = 1e-7
 """Share of a diagonal entry that must be left when the equations of a step are solved without

@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import scipy
 
-from core.arm import slots
-from core.effects.effect import Effect
-from core.forces.compiled import compile_law
-from core.forces.element import Element, linear_matrices
-from core.forces.law import V
-from core.model import Model, Numbers
-from core.results.outcome import Link, Mechanism, PresentEffect
-from core.simulate.posture import posture
+from ..arm import slots
+from ..effects.effect import Effect
+from ..forces.compiled import compile_law
+from ..forces.element import Element, linear_matrices
+from ..forces.law import V
+from ..model import Model, Numbers
+from ..results.outcome import Link, Mechanism, PresentEffect
+from ..simulate.posture import posture
 
 FREQUENCIES = 3
 BENT_ELBOW = np.pi / 2

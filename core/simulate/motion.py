@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.model import Numbers
-from core.progress import look
+from ..model import Numbers
+from ..progress import look
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.model import Model, Numbers
-from core.progress import heed, heeded
-from core.simulate.beam import bending, left_out
-from core.simulate.many import Job, finished, passes, run, run_many
-from core.simulate.motion import Task
-from core.trajectory import Trajectory
+from ..model import Model, Numbers
+from ..progress import heed, heeded
+from ..simulate.beam import bending, left_out
+from ..simulate.many import Job, finished, passes, run, run_many
+from ..simulate.motion import Task
+from ..trajectory import Trajectory
 
 FEWEST_SUBSTEPS = 1
 MOST_SUBSTEPS = 512

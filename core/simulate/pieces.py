@@ -17,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 from numba import int64, njit, types
 
-from core.arm.signatures import OPTIONS, cube, dynamics_at, kernel, linear_at, matrix, vector
-from core.lanes.algebra import copy, write
-from core.lanes.rows import apply, compare
-from core.lanes.wide import LANES, get, put
-from core.simulate.discrete import (
+from ..arm.signatures import OPTIONS, cube, dynamics_at, kernel, linear_at, matrix, vector
+from ..lanes.algebra import copy, write
+from ..lanes.rows import apply, compare
+from ..lanes.wide import LANES, get, put
+from ..simulate.discrete import (
     aligned,
     discretised,
     place,

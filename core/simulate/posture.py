@@ -9,11 +9,11 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 import scipy
 
-from core.arm.chord import chord_matrix
-from core.arm.slots import LENGTH, slot
-from core.forces.element import linear_matrices
-from core.model import Model, Numbers
-from core.simulate.motion import at_rest
+from ..arm.chord import chord_matrix
+from ..arm.slots import LENGTH, slot
+from ..forces.element import linear_matrices
+from ..model import Model, Numbers
+from ..simulate.motion import at_rest
 
 T = TypeVar("T")
 

@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.polynomial import chebyshev
 
-from core.model import Model, Numbers
+from ..model import Model, Numbers
 
 SAME = 1e-12
 """Relative change of the model's matrices below which a joint's position does not matter."""

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arm.joints import joint
-from core.model import Model
-from core.recording.channels import channel_kind, joint_of
-from core.sensors import sensor
-from core.simulate.posture import OSCILLATES, Posture, integrators
+from ..arm.joints import joint
+from ..model import Model
+from ..recording.channels import channel_kind, joint_of
+from ..sensors import sensor
+from ..simulate.posture import OSCILLATES, Posture, integrators
 
 STEP_SAMPLES = 257
 """One more than a power of two: they are made by doubling."""

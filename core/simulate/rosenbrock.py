@@ -18,8 +18,8 @@ from __future__ import annotations
 import numpy as np
 from numba import int64, njit, types
 
-from core.arm.signatures import DYNAMICS, TIP, Kernel, filling, matrix, vector
-from core.lanes.algebra import (
+from ..arm.signatures import DYNAMICS, TIP, Kernel, filling, matrix, vector
+from ..lanes.algebra import (
     add_product,
     advance,
     combine,
@@ -34,10 +34,10 @@ from core.lanes.algebra import (
     write,
     zeros,
 )
-from core.lanes.functions import INLINE
-from core.lanes.wide import any_lane, get, put, select
-from core.simulate.bristles import bound, friction_rates
-from core.simulate.elements import (
+from ..lanes.functions import INLINE
+from ..lanes.wide import any_lane, get, put, select
+from ..simulate.bristles import bound, friction_rates
+from ..simulate.elements import (
     ELEMENTS,
     OUT_PER_PORT,
     OUT_PER_STATE,

@@ -21,20 +21,20 @@ from typing import Any
 
 import numpy as np
 
-from core.drives.velocity_loop import VelocityLoop
-from core.effects import effect, with_included
-from core.errors import InputError
-from core.files import replacing
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.save import save_recording
-from core.recording.spec import SimulateSpec
-from core.scenario.read import scenario_toml
-from core.scenario.schema import Scenario
-from core.sentences import did_you_mean
-from core.study.detectability import UnreachableError
-from core.study.hidden import Hidden, added, candidates, hidden, known_before
-from core.study.rig import (
+from ..drives.velocity_loop import VelocityLoop
+from ..effects import effect, with_included
+from ..errors import InputError
+from ..files import replacing
+from ..model import Model
+from ..recording.recording import Recording
+from ..recording.save import save_recording
+from ..recording.spec import SimulateSpec
+from ..scenario.read import scenario_toml
+from ..scenario.schema import Scenario
+from ..sentences import did_you_mean
+from ..study.detectability import UnreachableError
+from ..study.hidden import Hidden, added, candidates, hidden, known_before
+from ..study.rig import (
     CHANNELS,
     GAINS,
     STDS,

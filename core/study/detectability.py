@@ -11,17 +11,17 @@ from functools import cached_property
 
 import numpy as np
 
-from core.diagnose.start import nuisance_of
-from core.effects.sizes import sizes_of
-from core.identify.predictor import Predictor
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.identify.residuals import Residuals
-from core.identify.unknowns import Unknown, Unknowns
-from core.model import Model
-from core.recording.recording import Recording
-from core.sensors import sensor
-from core.study.rig import IDENTIFY, KINDS, STDS, STEPS, Experiment, readings, recording, roughly
+from ..diagnose.start import nuisance_of
+from ..effects.sizes import sizes_of
+from ..identify.predictor import Predictor
+from ..identify.prepared import prepare
+from ..identify.processing import Processing
+from ..identify.residuals import Residuals
+from ..identify.unknowns import Unknown, Unknowns
+from ..model import Model
+from ..recording.recording import Recording
+from ..sensors import sensor
+from ..study.rig import IDENTIFY, KINDS, STDS, STEPS, Experiment, readings, recording, roughly
 
 RANK = 1e-10
 """Relative singular value below which a direction of the nuisance is not there."""

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.effects import catalogue, effect, with_included
-from core.effects.effect import Effect, EffectParameter
-from core.effects.sizes import Sizes, typical
-from core.model import Model
-from core.study.detectability import Detectability, crossing
-from core.study.rig import Experiment, bare_model, seen_by
+from ..effects import catalogue, effect, with_included
+from ..effects.effect import Effect, EffectParameter
+from ..effects.sizes import Sizes, typical
+from ..model import Model
+from ..study.detectability import Detectability, crossing
+from ..study.rig import Experiment, bare_model, seen_by
 
 SPLIT = (0.5, 1.5)
 """Each joint's or segment's share of the common size."""

@@ -9,20 +9,20 @@ from functools import cache
 import numpy as np
 import scipy
 
-from core.arm.presets import presets
-from core.drives.velocity_loop import VelocityLoop
-from core.effects.effect import Rig
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.scenario.schema import IdentifySpec
-from core.sensors import sensor
-from core.simulate.experiment import make_task
-from core.simulate.linear import respond
-from core.simulate.many import run
-from core.simulate.motion import Task
-from core.simulate.nonlinear import simulate_within
-from core.trajectory import Trajectory
+from ..arm.presets import presets
+from ..drives.velocity_loop import VelocityLoop
+from ..effects.effect import Rig
+from ..model import Model
+from ..recording.recording import Recording
+from ..recording.spec import SimulateSpec
+from ..scenario.schema import IdentifySpec
+from ..sensors import sensor
+from ..simulate.experiment import make_task
+from ..simulate.linear import respond
+from ..simulate.many import run
+from ..simulate.motion import Task
+from ..simulate.nonlinear import simulate_within
+from ..trajectory import Trajectory
 
 GAINS = (60.0, 30.0)
 """N m s/rad, design section 2."""

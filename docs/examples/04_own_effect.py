@@ -7,8 +7,8 @@ weigh it against the effects that FlexGUI knows.
 import sympy as sp
 
 import flexgui as fg
-from core.effects.per_joint import each_joint, joint_elements
-from core.forces.law import V, joint_law
+from flexgui.core.effects.per_joint import each_joint, joint_elements
+from flexgui.core.forces.law import V, joint_law
 
 _C = sp.Symbol("c", nonnegative=True)
 LAW = joint_law(-_C * V * sp.sqrt(V**2 + sp.Rational(1, 10**6)), (_C,))

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from rich.console import Console
 
-from core.plugins import modules_of
 from flexgui.bench.row import FULL, QUICK, Row, table
+from flexgui.core.plugins import modules_of
 
 
 def measure(quick: bool) -> list[Row]:

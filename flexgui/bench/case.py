@@ -9,21 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
-from core.arm.build import ArmSpec, build_arm
-from core.arm.presets import presets
-from core.drives import build_drive
-from core.identify.population import PopulationCost
-from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, prepare
-from core.identify.processing import Processing
-from core.identify.residuals import Residuals, channel_weights
-from core.identify.unknowns import collect_unknowns
-from core.model import Model
-from core.recording.save import save_recording
-from core.recording.spec import SimulateSpec
-from core.scenario.schema import IdentifySpec
-from core.sensors import sensor
-from core.simulate.experiment import NoiseLevels, simulate_recording
+from flexgui.core.arm.build import ArmSpec, build_arm
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives import build_drive
+from flexgui.core.identify.population import PopulationCost
+from flexgui.core.identify.predictor import Predictor
+from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.residuals import Residuals, channel_weights
+from flexgui.core.identify.unknowns import collect_unknowns
+from flexgui.core.model import Model
+from flexgui.core.recording.save import save_recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.schema import IdentifySpec
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import NoiseLevels, simulate_recording
 
 GAINS = [60.0, 30.0]
 NAMES = ("epsilon", "d")

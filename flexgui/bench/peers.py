@@ -16,13 +16,13 @@ import numpy as np
 import scipy
 import sympy as sp
 
-from core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
-from core.arm.kinematics import Kinematics, components
-from core.arm.slots import LENGTH, MASS
-from core.identify.prepared import Prepared
-from core.model import Model
-from core.simulate.motion import Task
 from flexgui.bench.case import NAMES, Case
+from flexgui.core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
+from flexgui.core.arm.kinematics import Kinematics, components
+from flexgui.core.arm.slots import LENGTH, MASS
+from flexgui.core.identify.prepared import Prepared
+from flexgui.core.model import Model
+from flexgui.core.simulate.motion import Task
 
 ABSOLUTE = 1e-3
 """Absolute over relative tolerance: the bending is a thousandth of its rates."""

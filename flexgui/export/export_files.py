@@ -11,13 +11,13 @@ import pandas as pd
 import pyarrow as pa
 from pyarrow import csv
 
-from core.diagnosed import NAME as DIAGNOSED
-from core.diagnosed import diagnosed_toml
-from core.errors import InputError
-from core.progress import Progress
-from core.results import Outcome
-from core.scenario.data_folder import resolve_file
-from core.scenario.schema import Scenario
+from flexgui.core.diagnosed import NAME as DIAGNOSED
+from flexgui.core.diagnosed import diagnosed_toml
+from flexgui.core.errors import InputError
+from flexgui.core.progress import Progress
+from flexgui.core.results import Outcome
+from flexgui.core.scenario.data_folder import resolve_file
+from flexgui.core.scenario.schema import Scenario
 from flexgui.export.folder import INDEX, check_writable, dumps, swap_in, work_folder
 from flexgui.export.formats import model_formats
 from flexgui.export.report import report_html
@@ -112,8 +112,8 @@ def export_scenario(
 
     `print_line` gets which files lie outside the scenario's folder and the data folder.
     """
-    from core.scenario.data_folder import outside
-    from core.scenario.read import read_scenario
+    from flexgui.core.scenario.data_folder import outside
+    from flexgui.core.scenario.read import read_scenario
 
     if data is not None and not data.is_dir():
         raise InputError(f"--data {data} is no folder; name the one that holds the recordings.")
@@ -123,12 +123,12 @@ def export_scenario(
     if far := outside(scenario, path.parent, data):
         print_line(far)
 
-    from core.scenario.stated_effects import arms_to_come
-    from core.warm import warm_up
+    from flexgui.core.scenario.stated_effects import arms_to_come
+    from flexgui.core.warm import warm_up
 
     warm_up(progress, arms_to_come(scenario))
 
-    from core.workbench import run_scenario
+    from flexgui.core.workbench import run_scenario
 
     outcome = run_scenario(scenario, folder=path.parent, data_folder=data, progress=progress)
 

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 
 INDEX = "result.json"
 """Written last; its key `files` lists all files of an export."""

@@ -10,8 +10,8 @@ import textwrap
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 
-from core.results import Outcome, PresentEffect
 from flexgui import __version__
+from flexgui.core.results import Outcome, PresentEffect
 from flexgui.sentences.written import format_number
 
 WIDTH = 92

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from core.errors import InputError
-from core.experiments.design import MOST, Candidate, Design, Wish
-from core.experiments.files import Names, expected, references, with_planned
-from core.experiments.plan import plan
-from core.loading import joint_units
-from core.progress import Progress
-from core.recording.save import save_recording
-from core.scenario.data_folder import resolve_file
-from core.scenario.read import check_scenario, document_toml, read_scenario
-from core.scenario.schema import Scenario
+from flexgui.core.errors import InputError
+from flexgui.core.experiments.design import MOST, Candidate, Design, Wish
+from flexgui.core.experiments.files import Names, expected, references, with_planned
+from flexgui.core.experiments.plan import plan
+from flexgui.core.loading import joint_units
+from flexgui.core.progress import Progress
+from flexgui.core.recording.save import save_recording
+from flexgui.core.scenario.data_folder import resolve_file
+from flexgui.core.scenario.read import check_scenario, document_toml, read_scenario
+from flexgui.core.scenario.schema import Scenario
 from flexgui.export.export_files import seen_from
 from flexgui.export.folder import check_writable, dumps, work_folder
 from flexgui.sentences.experiments import plan_paragraphs

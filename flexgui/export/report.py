@@ -11,9 +11,9 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from core.diagnose.maps import error_maps
-from core.results import Outcome, RecordingComparison
 from flexgui import __version__
+from flexgui.core.diagnose.maps import error_maps
+from flexgui.core.results import Outcome, RecordingComparison
 from flexgui.export.report_motion import Motion
 from flexgui.export.report_plot import Plot, packed_plotly, plot
 from flexgui.export.report_sections import diagnosis_block, glance

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from core.diagnosed import diagnosed_scenario
-from core.errors import InputError
-from core.identify.unknowns import GAIN, MARK, OFFSET
-from core.recording.recording import Recording
-from core.results import Outcome
-from core.scenario.data_folder import Folder
-from core.scenario.schema import Scenario
+from flexgui.core.diagnosed import diagnosed_scenario
+from flexgui.core.errors import InputError
+from flexgui.core.identify.unknowns import GAIN, MARK, OFFSET
+from flexgui.core.recording.recording import Recording
+from flexgui.core.results import Outcome
+from flexgui.core.scenario.data_folder import Folder
+from flexgui.core.scenario.schema import Scenario
 
 if TYPE_CHECKING:
     from flexgui.stage.recorded import Playback

@@ -12,10 +12,10 @@ from datetime import UTC, datetime
 import numpy as np
 from markupsafe import Markup
 
-from core.diagnose.maps import error_maps
-from core.effects import catalogue
-from core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
 from flexgui import __version__
+from flexgui.core.diagnose.maps import error_maps
+from flexgui.core.effects import catalogue
+from flexgui.core.results import Diagnosis, DiagnosisRound, Outcome, PlannedExperiment
 from flexgui.export.report_plot import Plot, plot
 from flexgui.sentences.experiments import experiment_title
 from flexgui.sentences.ranked import in_order, round_sentence

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from core.diagnose.maps import error_maps
-from core.results import (
+from flexgui.core.diagnose.maps import error_maps
+from flexgui.core.results import (
     Diagnosis,
     DiagnosisRound,
     Estimate,

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from core.errors import InputError
-from core.montecarlo.estimates import agreements, comparable, explained, pooled
-from core.montecarlo.summary import LEVELS, Summary
-from core.scenario.read import scenario_toml
 from flexgui import __version__
+from flexgui.core.errors import InputError
+from flexgui.core.montecarlo.estimates import agreements, comparable, explained, pooled
+from flexgui.core.montecarlo.summary import LEVELS, Summary
+from flexgui.core.scenario.read import scenario_toml
 from flexgui.export.folder import dumps, swap_in, work_folder
 from flexgui.export.report import environment
 from flexgui.export.report_plot import Plot, packed_plotly, plot

@@ -9,8 +9,8 @@ from typing import Any
 
 import pandas as pd
 
-from core.diagnose.maps import error_maps
-from core.results import ChannelComparison, Estimate, Outcome, RecordingComparison
+from flexgui.core.diagnose.maps import error_maps
+from flexgui.core.results import ChannelComparison, Estimate, Outcome, RecordingComparison
 from flexgui.views.fit_table import bar_label
 from flexgui.views.headline import (
     belongs_to,

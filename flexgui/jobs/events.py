@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from core.results import Generation
+    from flexgui.core.results import Generation
 
 
 @dataclass(frozen=True)

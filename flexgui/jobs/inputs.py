@@ -14,7 +14,7 @@ from contextlib import suppress
 from functools import cache, partial
 from typing import Any
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.jobs.events import Advanced, Ended, Event, Failed, Finished, WorkerLost
 from flexgui.jobs.pool import JobPool
 from flexgui.jobs.settings import TOO_LARGE, PoolSettings

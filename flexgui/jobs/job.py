@@ -27,7 +27,7 @@ from flexgui.jobs.events import (
 from flexgui.jobs.task import Task
 
 if TYPE_CHECKING:
-    from core.results import Generation
+    from flexgui.core.results import Generation
     from flexgui.jobs.pool import JobPool
 
 

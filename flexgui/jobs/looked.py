@@ -7,9 +7,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from core.parameters import Parameter
-from core.progress import Progress
-from core.results import Diagnosis, LadderStep, Outcome, RankedEffect
+from flexgui.core.parameters import Parameter
+from flexgui.core.progress import Progress
+from flexgui.core.results import Diagnosis, LadderStep, Outcome, RankedEffect
 from flexgui.views.over_speed import OverSpeed
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from types import TracebackType
 from typing import Generic, Protocol, TypeVar
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.jobs.dispatcher import Address, Dispatcher
 from flexgui.jobs.events import Ended, Event, Failed, Stopped
 from flexgui.jobs.job import Job

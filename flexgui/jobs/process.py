@@ -11,7 +11,7 @@ import time
 from multiprocessing.connection import wait
 from typing import Any
 
-from core.resumable.executor import one_thread_each
+from flexgui.core.resumable.executor import one_thread_each
 from flexgui.jobs.settings import PoolSettings
 from flexgui.jobs.task import Alive, Order
 from flexgui.jobs.worker import work

@@ -6,8 +6,8 @@ import threading
 from collections import Counter, deque
 from collections.abc import Iterator, Sequence
 
-from core.errors import InputError
-from core.resumable.executor import CALM, Answers, Executor, Stop, Work, give_again, never
+from flexgui.core.errors import InputError
+from flexgui.core.resumable.executor import CALM, Answers, Executor, Stop, Work, give_again, never
 from flexgui.jobs.events import Failed, Stopped, WorkerLost
 from flexgui.jobs.job import Job, State
 from flexgui.jobs.pool import JobPool

@@ -17,15 +17,15 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from core.errors import InputError
-from core.sentences import brief
+from flexgui.core.errors import InputError
+from flexgui.core.sentences import brief
 from flexgui.jobs.dispatcher import Mailbox
 from flexgui.jobs.events import Advanced, NewGeneration, Partial, Stage
 from flexgui.jobs.settings import TOO_LARGE, PoolSettings, limit_memory, limit_time
 from flexgui.jobs.task import Alive, Answer, Begin, Crashed, Done, Order, Ready, Refused, Task
 
 if TYPE_CHECKING:
-    from core.results import Generation
+    from flexgui.core.results import Generation
 
 
 class Reporter:
@@ -236,8 +236,8 @@ generations = 1
 
 def warm_up() -> None:
     """One tiny identification: a non-linear simulation, linear responses, a refinement."""
-    from core.scenario.read import parse_scenario
-    from core.workbench import run_scenario
+    from flexgui.core.scenario.read import parse_scenario
+    from flexgui.core.workbench import run_scenario
 
     run_scenario(parse_scenario(TINY, "warm-up"))
 

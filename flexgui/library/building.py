@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.errors import InputError
-from core.recording.recording import Recording
-from core.recording.save import save_recording
-from core.scenario.read import check_scenario
+from flexgui.core.arm.arm import Arm
+from flexgui.core.drives.drive import Drive
+from flexgui.core.errors import InputError
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.save import save_recording
+from flexgui.core.scenario.read import check_scenario
 from flexgui.library.catalogues import OneEffect, model_with
 from flexgui.library.project import SOURCE, Project
 

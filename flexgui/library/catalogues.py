@@ -6,23 +6,23 @@ import inspect
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
-from core.arm.presets import presets as arm_presets
-from core.drives.drive import Drive
-from core.effects.effect import Effect
-from core.errors import InputError
-from core.excitation.excitation import Excitation
-from core.plugins import classes_of
-from core.plugins import register as add_plugin
-from core.plugins import unregister as remove_plugin
-from core.sensors.sensor import Sensor
-from core.sentences import did_you_mean, first_sentence
+from flexgui.core.arm.presets import presets as arm_presets
+from flexgui.core.drives.drive import Drive
+from flexgui.core.effects.effect import Effect
+from flexgui.core.errors import InputError
+from flexgui.core.excitation.excitation import Excitation
+from flexgui.core.plugins import classes_of
+from flexgui.core.plugins import register as add_plugin
+from flexgui.core.plugins import unregister as remove_plugin
+from flexgui.core.sensors.sensor import Sensor
+from flexgui.core.sentences import did_you_mean, first_sentence
 from flexgui.views.html import html_table
 from flexgui.views.table import Column, Row, Table
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from core.arm.arm import Arm
+    from flexgui.core.arm.arm import Arm
 
 T = TypeVar("T")
 OneEffect: TypeAlias = str | type[Effect] | Effect | Mapping[str, Any]
@@ -87,8 +87,8 @@ class Catalogue(Mapping[str, type[T]], Generic[T]):
         return str(html_table(Table((Column("Id"), Column("Class"), Column("What")), rows)))
 
 
-EFFECTS, DRIVES, SENSORS = "core.effects", "core.drives", "core.sensors"
-EXCITATIONS = "core.excitation"
+EFFECTS, DRIVES, SENSORS = "flexgui.core.effects", "flexgui.core.drives", "flexgui.core.sensors"
+EXCITATIONS = "flexgui.core.excitation"
 
 effects: Catalogue[Effect] = Catalogue(EFFECTS, Effect)
 drives: Catalogue[Drive] = Catalogue(DRIVES, Drive)

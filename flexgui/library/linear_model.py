@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from core.errors import InputError
-from core.model import Model
-from core.sentences import did_you_mean
-from core.simulate.posture import Mode, Posture, posture, vibration_modes
-from core.simulate.response import (
+from flexgui.core.errors import InputError
+from flexgui.core.model import Model
+from flexgui.core.sentences import did_you_mean
+from flexgui.core.simulate.posture import Mode, Posture, posture, vibration_modes
+from flexgui.core.simulate.response import (
     FrequencyResponse,
     LinearOutput,
     StepResponse,

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from core.experiments.design import Design, Deviation
-from core.experiments.files import references
-from core.recording.recording import Recording
+from flexgui.core.experiments.design import Design, Deviation
+from flexgui.core.experiments.files import references
+from flexgui.core.recording.recording import Recording
 from flexgui.export.plan_files import SCENARIO, seen_by, write_plan
 from flexgui.sentences.experiments import plan_paragraphs
 

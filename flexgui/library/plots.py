@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from core.errors import InputError
-from core.sentences import did_you_mean
+from flexgui.core.errors import InputError
+from flexgui.core.sentences import did_you_mean
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 
-from core.arm.arm import Structure
-from core.progress import Progress
-from core.results import Generation
+from flexgui.core.arm.arm import Structure
+from flexgui.core.progress import Progress
+from flexgui.core.results import Generation
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class CallbackProgress:
 def at_work(callback: Callback | None, arms: Iterable[Structure] = ()) -> Iterator[Progress]:
     """What a computation reports to: the callback, or stderr. What the first one on a machine has
     to compile is part of it; `arms` that will be needed later are compiled beside it."""
-    from core.warm import warm_up
+    from flexgui.core.warm import warm_up
     from flexgui.progress import shown_progress
 
     shown = shown_progress() if callback is None else nullcontext(CallbackProgress(callback))

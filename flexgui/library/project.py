@@ -8,13 +8,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.scenario.read import check_scenario, read_scenario, scenario_toml, write_scenario
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import arms_to_come, base_model, with_hidden_effects
-from core.validation import validated
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.read import check_scenario, read_scenario, scenario_toml, write_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import arms_to_come, base_model, with_hidden_effects
+from flexgui.core.validation import validated
 from flexgui.library.catalogues import OneEffect, model_with
 from flexgui.library.linear_model import LinearModel, linear_model
 from flexgui.library.progress_callback import Callback, at_work
@@ -24,7 +24,7 @@ from flexgui.views.html import html_table
 from flexgui.views.table import Column, Row, Table
 
 if TYPE_CHECKING:
-    from core.results import Outcome
+    from flexgui.core.results import Outcome
     from flexgui.library.plan import Plan
 
 
@@ -68,7 +68,7 @@ class Project:
             InputError: Where a file is missing or wrong; it names file, column and row.
         """
         with at_work(progress) as heard:
-            from core.loading import load_recordings
+            from flexgui.core.loading import load_recordings
 
             heard.stage("Reading the recordings", len(self.scenario.recordings))
             return tuple(load_recordings(self.scenario, self.model, self.folder, self.data, heard))
@@ -144,8 +144,8 @@ class Project:
         if hidden is not None:
             model = with_hidden_effects(model, hidden, name)
         with at_work(None):
-            from core.loading import joint_units, noise_levels
-            from core.simulate.experiment import NO_NOISE, simulate_recording
+            from flexgui.core.loading import joint_units, noise_levels
+            from flexgui.core.simulate.experiment import NO_NOISE, simulate_recording
 
             levels = noise_levels(self.scenario.sensors) if noise else NO_NOISE
             made = simulate_recording(model, spec, name, role, levels)
@@ -212,8 +212,8 @@ class Project:
             InputError: Where the scenario, a recording or an option is wrong.
         """
         with at_work(progress) as heard:
-            from core.experiments.design import Wish
-            from core.experiments.plan import plan
+            from flexgui.core.experiments.design import Wish
+            from flexgui.core.experiments.plan import plan
             from flexgui.library.plan import Plan
 
             wish = Wish(seconds, tuple(parameters), tuple(between), self.scenario.limits)
@@ -236,7 +236,7 @@ class Project:
             InputError: Where a parameter is not known or a recording is wrong.
         """
         with at_work(progress) as heard:
-            from core.workbench import compare_at
+            from flexgui.core.workbench import compare_at
 
             places = {"folder": self.folder, "data_folder": self.data}
             return Comparison(compare_at(self.scenario, values or {}, **places, progress=heard))
@@ -304,7 +304,7 @@ class Project:
 
     def _run(self, progress: Callback | None) -> Outcome:
         with at_work(progress, arms_to_come(self.scenario)) as heard:
-            from core.workbench import run_scenario
+            from flexgui.core.workbench import run_scenario
 
             return run_scenario(
                 self.scenario, folder=self.folder, data_folder=self.data, progress=heard

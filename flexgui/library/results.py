@@ -10,12 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from core.diagnosed import diagnosed_scenario
-from core.errors import InputError
-from core.recording.recording import Recording
-from core.recording.save import recording_frame
-from core.results import ErrorMaps, Estimate, LadderStep, Outcome, RankedEffect, RecordingComparison
-from core.sentences import did_you_mean
+from flexgui.core.diagnosed import diagnosed_scenario
+from flexgui.core.errors import InputError
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.save import recording_frame
+from flexgui.core.results import (
+    ErrorMaps,
+    Estimate,
+    LadderStep,
+    Outcome,
+    RankedEffect,
+    RecordingComparison,
+)
+from flexgui.core.sentences import did_you_mean
 from flexgui.library.plots import chosen, from_dict
 from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.verdict import all_paragraphs
@@ -79,7 +86,7 @@ class Comparison:
     @cached_property
     def maps(self) -> ErrorMaps:
         """Where the model fails: errors by time, by frequency, and over the motion."""
-        from core.diagnose.maps import error_maps
+        from flexgui.core.diagnose.maps import error_maps
 
         floors = believable_floors(self.recordings) if self.floors is None else self.floors
         return error_maps(self.recordings, floors)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
-from core.errors import InputError
-from core.sentences import did_you_mean
+from flexgui.core.errors import InputError
+from flexgui.core.sentences import did_you_mean
 
 ENDING = ".toml"
 NO_SCENARIO = ("truth",)

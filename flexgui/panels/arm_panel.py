@@ -9,10 +9,10 @@ from typing import Any, ClassVar, cast
 import numpy as np
 from markupsafe import Markup
 
-from core.arm.arm import Arm
-from core.arm.build import build_arm
-from core.drives.drive import Drive, DriveSlider, drive_classes
-from core.results import DescriptorModel
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.build import build_arm
+from flexgui.core.drives.drive import Drive, DriveSlider, drive_classes
+from flexgui.core.results import DescriptorModel
 from flexgui.panels import widgets
 from flexgui.panels.page_layout import THEMES
 from flexgui.panels.panel import PageContext, Panel

@@ -7,7 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from core.diagnose.announce import aside
+from flexgui.core.diagnose.announce import aside
 from flexgui.panels import widgets
 from flexgui.panels.candidates import story
 from flexgui.panels.panel import PageContext

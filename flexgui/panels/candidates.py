@@ -9,11 +9,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from core.effects import catalogue
-from core.effects.own import states, targets
-from core.errors import InputError
-from core.results import ABOVE, NOTHING, RankedEffect
-from core.scenario.stated_effects import base_model
+from flexgui.core.effects import catalogue
+from flexgui.core.effects.own import states, targets
+from flexgui.core.errors import InputError
+from flexgui.core.results import ABOVE, NOTHING, RankedEffect
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs.looked import Looked
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext

@@ -6,9 +6,9 @@ from typing import Any
 
 from markupsafe import Markup
 
-from core.effects import catalogue
-from core.errors import InputError
-from core.study.challenge import LEVELS
+from flexgui.core.effects import catalogue
+from flexgui.core.errors import InputError
+from flexgui.core.study.challenge import LEVELS
 from flexgui.panels import widgets
 from flexgui.panels.in_browser import let_typing_arrive
 from flexgui.panels.panel import PageContext

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from core.results import ChannelComparison, RecordingComparison
+from flexgui.core.results import ChannelComparison, RecordingComparison
 from flexgui.panels import widgets
 from flexgui.panels.failing_panel import Failing
 from flexgui.panels.panel import Panel

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
-from core.arm.build import build_arm
-from core.excitation.excitation import Excitation
-from core.plugins import classes_of
-from core.scenario.schema import Scenario
+from flexgui.core.arm.build import build_arm
+from flexgui.core.excitation.excitation import Excitation
+from flexgui.core.plugins import classes_of
+from flexgui.core.scenario.schema import Scenario
 from flexgui.panels import widgets
 from flexgui.panels.columns_panel import ColumnChoice
 from flexgui.panels.one_recording import FindingList, OneRecording, wording_of
@@ -94,7 +94,7 @@ class DataPanel(Panel):
         self._field("To θ2 [deg]", "last", 5.0, 175.0, 0.5, math.pi / 180.0)
         self._field("Points", "count", 1, 15, 1)
         self._field("Length [s]", "seconds", 0.2, 30.0, 0.1)
-        kinds = tuple(classes_of("core.excitation", Excitation))
+        kinds = tuple(classes_of("flexgui.core.excitation", Excitation))
         widgets.choice(
             context, "Excitation", kinds, lambda: self._wanted.excitation,
             lambda v: self._want(excitation=v), "Of the velocity references.",

@@ -7,9 +7,9 @@ from typing import Any, ClassVar
 
 from markupsafe import Markup
 
-from core.effects import catalogue
-from core.results import MISSING, Estimate
-from core.scenario.stated_effects import base_model
+from flexgui.core.effects import catalogue
+from flexgui.core.results import MISSING, Estimate
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs.looked import Looked, refitted_only
 from flexgui.panels import widgets
 from flexgui.panels.at_work import AtWork, Busy

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.export.folder import zipped
 from flexgui.export.formats import model_formats
 from flexgui.export.model_format import ModelFormat

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from core.results import ErrorMaps, MissingTorque, RecordingComparison, WorstCell
+from flexgui.core.results import ErrorMaps, MissingTorque, RecordingComparison, WorstCell
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext
 from flexgui.panels.plot_panel import Plot

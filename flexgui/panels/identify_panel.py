@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 
 from markupsafe import Markup
 
-from core.errors import InputError
-from core.parameters import Parameter
-from core.results import Outcome, Repeated
-from core.scenario.stated_effects import base_model
-from core.sensors import sensors
+from flexgui.core.errors import InputError
+from flexgui.core.parameters import Parameter
+from flexgui.core.results import Outcome, Repeated
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.sensors import sensors
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext, Panel
 from flexgui.panels.plot_panel import Plot

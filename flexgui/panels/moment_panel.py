@@ -6,8 +6,8 @@ axes what the effect has explained.
 
 from __future__ import annotations
 
-from core.effects import catalogue
-from core.results import MissingTorque
+from flexgui.core.effects import catalogue
+from flexgui.core.results import MissingTorque
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import inviting
 from flexgui.panels.panel import PageContext

@@ -8,8 +8,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from core.check.finding import Finding
-from core.recording.spec import RecordingSpec
+from flexgui.core.check.finding import Finding
+from flexgui.core.recording.spec import RecordingSpec
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext
 from flexgui.panels.widgets import Words, joined, paragraph

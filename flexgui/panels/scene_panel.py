@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from core.arm.arm import Arm
+from flexgui.core.arm.arm import Arm
 from flexgui.panels.in_browser import help_hands
 from flexgui.panels.page_layout import Widths, Window, aspect, covered
 from flexgui.panels.panel import PageContext

@@ -9,10 +9,10 @@ from typing import Any, ClassVar
 
 from markupsafe import Markup
 
-from core.errors import InputError
-from core.montecarlo.study import Part, parts, study_cases
-from core.scenario.schema import Scenario
-from core.sentences import listed
+from flexgui.core.errors import InputError
+from flexgui.core.montecarlo.study import Part, parts, study_cases
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.sentences import listed
 from flexgui.panels import widgets
 from flexgui.panels.panel import PageContext, Panel
 from flexgui.panels.plot_panel import Plot

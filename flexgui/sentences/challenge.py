@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from core.effects import effect
-from core.effects.sizes import typical
-from core.parameters import Parameter
-from core.study.challenge import TRUTH_FILE, obfuscated_truth, opened
-from core.study.rig import bare_model
+from flexgui.core.effects import effect
+from flexgui.core.effects.sizes import typical
+from flexgui.core.parameters import Parameter
+from flexgui.core.study.challenge import TRUTH_FILE, obfuscated_truth, opened
+from flexgui.core.study.rig import bare_model
 
 
 def revealed(place: Path) -> str:

@@ -6,15 +6,15 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from core.recording.channels import channel_kind
-from core.recording.spec import SimulateSpec
-from core.results import PlannedExperiment
-from core.sentences import listed
+from flexgui.core.recording.channels import channel_kind
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.results import PlannedExperiment
+from flexgui.core.sentences import listed
 from flexgui.sentences.figures import VERY_STRONG
 from flexgui.sentences.written import format_number, quantity
 
 if TYPE_CHECKING:
-    from core.experiments.design import Candidate, Design, Deviation
+    from flexgui.core.experiments.design import Candidate, Design, Deviation
 
 LITTLE = 0.95
 """Share of the deviation before from which on an experiment is not worth its time for it."""
@@ -47,7 +47,7 @@ def experiment_sentence(one: PlannedExperiment) -> str:
 
 def plan_paragraphs(design: Design) -> tuple[str, ...]:
     """One paragraph each: what to play, what it tells, what it decides."""
-    from core.experiments.trial import KEPT
+    from flexgui.core.experiments.trial import KEPT
 
     count = len(design.chosen)
     if not count:

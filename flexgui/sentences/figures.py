@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from core.results import (
+from flexgui.core.results import (
     ABOVE,
     ChannelError,
     Estimate,
@@ -14,7 +14,7 @@ from core.results import (
     RankedEffect,
     Remains,
 )
-from core.sentences import listed
+from flexgui.core.sentences import listed
 from flexgui.sentences.written import channel_symbol, estimate_text, format_number, quantity
 
 VERY_STRONG, STRONG, POSITIVE = 10.0, 6.0, 2.0

@@ -7,10 +7,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from core.identify.identifiability import ALIKE, INVOLVED, TOGETHER, identified
-from core.identify.unknowns import MARK, START
-from core.results import Fit, Valley
-from core.sentences import listed
+from flexgui.core.identify.identifiability import ALIKE, INVOLVED, TOGETHER, identified
+from flexgui.core.identify.unknowns import MARK, START
+from flexgui.core.results import Fit, Valley
+from flexgui.core.sentences import listed
 from flexgui.sentences.written import SUPERSCRIPTS
 
 LARGEST_DENOMINATOR = 6

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from core.results import LevelChoice, Outcome, Repeated
+from flexgui.core.results import LevelChoice, Outcome, Repeated
 from flexgui.sentences.written import format_number
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from core.effects import catalogue
-from core.results import (
+from flexgui.core.effects import catalogue
+from flexgui.core.results import (
     DiagnosisRound,
     Estimate,
     LadderStep,
@@ -14,7 +14,7 @@ from core.results import (
     RankedEffect,
     Reason,
 )
-from core.sentences import listed
+from flexgui.core.sentences import listed
 from flexgui.sentences.experiments import experiment_sentence
 from flexgui.sentences.figures import evidence, percent, times
 from flexgui.sentences.written import estimate_text, format_number, quantity

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from core.sentences import listed
+from flexgui.core.sentences import listed
 from flexgui.sentences.written import format_number
 
 if TYPE_CHECKING:
-    from core.montecarlo.summary import BaselineRow
+    from flexgui.core.montecarlo.summary import BaselineRow
 
 GLOCAL, NONLINEAR = "glocal", "non-linear output error"
 KINDS = {

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from core.montecarlo import printed
-from core.montecarlo.estimates import (
+from flexgui.core.montecarlo import printed
+from flexgui.core.montecarlo.estimates import (
     WITHIN,
     EstimateTable,
     ValleyPrior,
@@ -20,10 +20,10 @@ from core.montecarlo.estimates import (
     least_scatter,
     pooled,
 )
-from core.montecarlo.planning import Planning
-from core.montecarlo.printed import Numbers
-from core.montecarlo.summary import LEVELS, BiasSource, Summary, Validation
-from core.sentences import listed
+from flexgui.core.montecarlo.planning import Planning
+from flexgui.core.montecarlo.printed import Numbers
+from flexgui.core.montecarlo.summary import LEVELS, BiasSource, Summary, Validation
+from flexgui.core.sentences import listed
 from flexgui.sentences.study_baselines import about_baselines, plus, snr
 from flexgui.sentences.written import format_number
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
-from core.effects import catalogue, with_included
-from core.results import (
+from flexgui.core.effects import catalogue, with_included
+from flexgui.core.results import (
     ABOVE_IN_ONE,
     MISSING,
     NOTHING,
@@ -15,7 +15,7 @@ from core.results import (
     Estimate,
     RankedEffect,
 )
-from core.sentences import first_sentence, listed
+from flexgui.core.sentences import first_sentence, listed
 from flexgui.sentences.figures import (
     COMPLETE,
     FLOOR_IS,

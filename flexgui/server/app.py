@@ -17,7 +17,7 @@ from typing import Any, Generic, TypeVar
 
 import viser
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.panels.in_browser import lift
 from flexgui.places import without_places
 from flexgui.server.access import AccessHandler

@@ -8,8 +8,8 @@ import shutil
 from dataclasses import replace
 from pathlib import Path
 
-from core.errors import InputError
-from core.scenario.data_folder import Within
+from flexgui.core.errors import InputError
+from flexgui.core.scenario.data_folder import Within
 from flexgui.session import Session, Topic
 
 

@@ -12,7 +12,7 @@ from collections import OrderedDict, deque
 from collections.abc import Callable, Iterable
 from urllib.parse import urlsplit
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.server.limits import Limits
 
 LETTERS = "ABCDEFGHJKMNPQRSTUVWXYZ23456789"

@@ -14,7 +14,7 @@ from typing import Any
 import viser
 from viser import _messages
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.places import without_places
 
 REMEMBERED = 500

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.server.access import CODE, TEACHER
 from flexgui.server.entry import Word, checked_code, lan_address, new_code, origin_of
 

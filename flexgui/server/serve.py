@@ -188,8 +188,8 @@ def _session_maker(
     """The scenario is read before anything is opened, so that its errors end the command."""
     if scenario is None:
         return _demo_session
-    from core.scenario.data_folder import outside
-    from core.scenario.read import read_scenario
+    from flexgui.core.scenario.data_folder import outside
+    from flexgui.core.scenario.read import read_scenario
     from flexgui.session import Session
     from flexgui.session.uploads import fetch_files
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.server.limits import Limits
 
 

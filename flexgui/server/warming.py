@@ -9,8 +9,8 @@ import threading
 
 import viser
 
-from core.errors import InputError
-from core.results import Generation
+from flexgui.core.errors import InputError
+from flexgui.core.results import Generation
 from flexgui.jobs import JobPool
 from flexgui.panels.in_browser import BUILDING, show_progress
 from flexgui.server.options import PrintLine
@@ -94,7 +94,7 @@ class Warming:
             self._pool.start()
 
     def _compile(self) -> None:
-        from core.warm import compile_kernels, is_warm
+        from flexgui.core.warm import compile_kernels, is_warm
 
         if is_warm():
             return

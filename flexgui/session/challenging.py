@@ -9,8 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from core.errors import InputError
-from core.scenario.read import parse_scenario
+from flexgui.core.errors import InputError
+from flexgui.core.scenario.read import parse_scenario
 from flexgui.jobs import Event, Finished, Task
 from flexgui.jobs.tasks.direct import hide
 from flexgui.session.board import Entry, plain_name
@@ -78,7 +78,7 @@ class Challenge:
     @property
     def count(self) -> int:
         """How many effects are hidden at this level."""
-        from core.study.challenge import LEVELS
+        from flexgui.core.study.challenge import LEVELS
 
         return LEVELS[self.level][0] if self.level in LEVELS else 1
 
@@ -205,7 +205,7 @@ class Challenging(Uploading, ABC):
 
     def reveal(self, services: Services) -> bool:
         """Reads the truth, after a guess; a tool that was not asked yet is asked now."""
-        from core.study.challenge import opened
+        from flexgui.core.study.challenge import opened
         from flexgui.sentences.challenge import truth_in_words
 
         known = self.challenge

@@ -7,11 +7,11 @@ from abc import ABC
 from pathlib import Path
 from typing import Any
 
-from core.check.finding import Finding, mended_columns
-from core.errors import InputError
-from core.results import MissingTorque
-from core.scenario.read import scenario_toml
-from core.scenario.schema import Scenario
+from flexgui.core.check.finding import Finding, mended_columns
+from flexgui.core.errors import InputError
+from flexgui.core.results import MissingTorque
+from flexgui.core.scenario.read import scenario_toml
+from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Failed, Finished, Job, WorkerLost
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.looked import Demonstration

@@ -6,8 +6,8 @@ from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
-from core.scenario.read import parse_scenario
-from core.scenario.schema import Scenario
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.schema import Scenario
 from flexgui.library.shipped import scenario_path, scenarios
 
 DEMO = "demo"

@@ -7,11 +7,11 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from core.errors import InputError
-from core.results import Outcome, RecordingComparison
-from core.scenario.read import scenario_toml
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
+from flexgui.core.errors import InputError
+from flexgui.core.results import Outcome, RecordingComparison
+from flexgui.core.scenario.read import scenario_toml
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs import Event, Finished, Partial, Stopped, Task
 from flexgui.jobs.events import Ended
 from flexgui.jobs.looked import Looked

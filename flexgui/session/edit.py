@@ -9,12 +9,12 @@ from typing import Any
 
 import msgspec
 
-from core.arm.build import build_arm
-from core.model import Model
-from core.recent import Recent
-from core.scenario.read import check_scenario, scenario_toml
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
+from flexgui.core.arm.build import build_arm
+from flexgui.core.model import Model
+from flexgui.core.recent import Recent
+from flexgui.core.scenario.read import check_scenario, scenario_toml
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
 
 Document = dict[str, Any]
 Edit = Callable[[Document], None]

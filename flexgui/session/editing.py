@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from core.arm.build import build_arm
-from core.errors import InputError
-from core.scenario.schema import Scenario
+from flexgui.core.arm.build import build_arm
+from flexgui.core.errors import InputError
+from flexgui.core.scenario.schema import Scenario
 from flexgui.session.demo import demo_scenario
 from flexgui.session.edit import Edit, edited, model_of, noise_of_simulations
 from flexgui.session.latest import TURNS, LatestWins

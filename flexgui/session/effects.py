@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from core.effects import catalogue, effect
-from core.errors import InputError
-from core.results import RankedEffect
-from core.scenario.schema import Scenario
+from flexgui.core.effects import catalogue, effect
+from flexgui.core.errors import InputError
+from flexgui.core.results import RankedEffect
+from flexgui.core.scenario.schema import Scenario
 from flexgui.session.edit import Document, Edit
 from flexgui.session.look import Look, ladder_steps
 
@@ -133,7 +133,7 @@ def own_ranked(before: Look, after: Look) -> RankedEffect | None:
     """The own effect with which `after` differs, as a row of the list of `before`."""
     if before.found is None or after.found is None or after.added is None or not before.ranking:
         return None
-    from core.diagnose.evidence import RELEVANT  # late: it loads all of a diagnosis
+    from flexgui.core.diagnose.evidence import RELEVANT  # late: it loads all of a diagnosis
 
     given, grown = (step.cost_per_sample for step in ladder_steps((before, after)))
     drop = max(given - grown, 0.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.results import ErrorMaps, RecordingComparison
+from flexgui.core.results import ErrorMaps, RecordingComparison
 from flexgui.views.error_map import ErrorNow, error_now
 from flexgui.views.of_recording.view import believable_floors
 
@@ -41,7 +41,7 @@ def where_it_fails(
     comparisons: tuple[RecordingComparison, ...], stated: Mapping[str, float] | None
 ) -> WhereItFails:
     """Maps, their board, and the error along the time."""
-    from core.diagnose.maps import error_maps
+    from flexgui.core.diagnose.maps import error_maps
 
     floors = believable_floors(comparisons) if stated is None else stated
     maps = error_maps(comparisons, floors)

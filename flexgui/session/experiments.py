@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from core.recording.channels import is_reference
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
+from flexgui.core.recording.channels import is_reference
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.session.edit import Document, Edit
 
 

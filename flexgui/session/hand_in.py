@@ -10,10 +10,10 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from core.effects import catalogue
-from core.errors import InputError
-from core.sentences import did_you_mean
-from core.study.challenge import LEVELS, obfuscate, opened
+from flexgui.core.effects import catalogue
+from flexgui.core.errors import InputError
+from flexgui.core.sentences import did_you_mean
+from flexgui.core.study.challenge import LEVELS, obfuscate, opened
 from flexgui.sentences.challenge import truth_in_words
 from flexgui.session.board import plain_name
 from flexgui.session.judging import NONE_GUESSED, Guess, judged

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from core.effects import catalogue, effect, with_included
-from core.effects.sizes import typical
-from core.errors import InputError
-from core.parameters import Parameter
-from core.written import factor_to_si
+from flexgui.core.effects import catalogue, effect, with_included
+from flexgui.core.effects.sizes import typical
+from flexgui.core.errors import InputError
+from flexgui.core.parameters import Parameter
+from flexgui.core.written import factor_to_si
 from flexgui.sentences.written import format_number, shown_unit
 
 NONE_GUESSED = "nothing"
@@ -129,7 +129,7 @@ def asked_sizes(kind: str) -> tuple[AskedSize, ...]:
 
 
 def _parameters(kinds: Sequence[str]) -> dict[str, tuple[Parameter, ...]]:
-    from core.study.rig import bare_model, seen_by
+    from flexgui.core.study.rig import bare_model, seen_by
 
     model = bare_model().with_effects([effect(kind) for kind in kinds], {})
     return {

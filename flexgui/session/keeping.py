@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from core.errors import InputError
-from core.files import replacing
-from core.results import Outcome
-from core.scenario.schema import Scenario
+from flexgui.core.errors import InputError
+from flexgui.core.files import replacing
+from flexgui.core.results import Outcome
+from flexgui.core.scenario.schema import Scenario
 from flexgui.places import (
     FRESH,
     OWNER,

@@ -7,14 +7,14 @@ from functools import cache, lru_cache
 
 import numpy as np
 
-from core.arm.arm import Arm, Structure
-from core.arm.compiled import compile_arm
-from core.model import Model, Numbers
-from core.recent import Recent
-from core.results import DescriptorModel, Equation
-from core.scenario.schema import Scenario
-from core.simulate.posture import Mode, Posture, once, posture, vibration_modes
-from core.simulate.response import (
+from flexgui.core.arm.arm import Arm, Structure
+from flexgui.core.arm.compiled import compile_arm
+from flexgui.core.model import Model, Numbers
+from flexgui.core.recent import Recent
+from flexgui.core.results import DescriptorModel, Equation
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.simulate.posture import Mode, Posture, once, posture, vibration_modes
+from flexgui.core.simulate.response import (
     FrequencyResponse,
     StepResponse,
     frequency_response,
@@ -40,7 +40,7 @@ class Prepared:
     @once
     def descriptor(self) -> DescriptorModel:
         """Only for who reads its matrices: a moving slider does not wait for it."""
-        from core.simulate.descriptor import descriptor
+        from flexgui.core.simulate.descriptor import descriptor
 
         return descriptor(self.model, self.model.numbers())
 
@@ -123,7 +123,7 @@ def _live_model(known: Prepared, live: Live) -> LiveModel:
 
 def _equations(model: Model, before: Prepared | None) -> tuple[Equation, ...]:
     """They are slow to derive, and depend on the structure and the rigid arm's lengths only."""
-    from core.simulate.equations import equations
+    from flexgui.core.simulate.equations import equations
 
     if before is not None and _structure(before.model) == _structure(model):
         return before.equations

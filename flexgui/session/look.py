@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.results import (
+from flexgui.core.results import (
     MISSING,
     ChannelError,
     Diagnosis,
@@ -20,7 +20,7 @@ from core.results import (
     RankedEffect,
     RecordingComparison,
 )
-from core.scenario.schema import Scenario
+from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.looked import Looked
 from flexgui.sentences.figures import fell, times
 from flexgui.sentences.verdict import verdict_paragraphs

@@ -9,11 +9,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from core.errors import InputError
-from core.recording.recording import Recording
-from core.results import Outcome
-from core.scenario.data_folder import Within
-from core.scenario.schema import Scenario
+from flexgui.core.errors import InputError
+from flexgui.core.recording.recording import Recording
+from flexgui.core.results import Outcome
+from flexgui.core.scenario.data_folder import Within
+from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
 from flexgui.jobs.tasks.direct import play

@@ -11,9 +11,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-import core.results
-from core.errors import InputError
-from core.scenario.schema import Scenario
+from flexgui.core import results
+from flexgui.core.errors import InputError
+from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.looked import Looked
 from flexgui.session.challenging import Challenge, Revealed
 from flexgui.session.edit import text_of
@@ -31,7 +31,7 @@ T = TypeVar("T")
 _RECORDS: dict[str, type] = {
     each.__name__: each
     for each in (
-        *(getattr(core.results, name) for name in core.results.__all__),
+        *(getattr(results, name) for name in results.__all__),
         OverSpeed, Looked, Look, Challenge, Revealed, Guess, Judged, Judgement,
     )
     if isinstance(each, type)
@@ -163,6 +163,6 @@ def known(record: Callable[..., T], fields: Mapping[str, Any]) -> T:
 
 
 def _scenario(text: str) -> Scenario:
-    from core.scenario.read import parse_scenario
+    from flexgui.core.scenario.read import parse_scenario
 
     return parse_scenario(text, "What was kept")

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from core.arm.arm import Arm
-from core.arm.build import build_arm
-from core.arm.presets import presets
-from core.scenario.schema import Scenario
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.build import build_arm
+from flexgui.core.arm.presets import presets
+from flexgui.core.scenario.schema import Scenario
 from flexgui.session.edit import Document, Edit, thawed
 
 Options = Mapping[str, Any]

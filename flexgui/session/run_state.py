@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from core.identify.unknowns import GAIN, OFFSET, START
-from core.model import Model
-from core.parameters import Parameter
-from core.results import Generation
-from core.scenario.schema import Scenario
+from flexgui.core.identify.unknowns import GAIN, OFFSET, START
+from flexgui.core.model import Model
+from flexgui.core.parameters import Parameter
+from flexgui.core.results import Generation
+from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import (
     Advanced,
     Event,

@@ -9,10 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from core.errors import InputError
-from core.results import MISSING, Estimate, LinearModel, Outcome, RecordingComparison
-from core.scenario.read import scenario_toml
-from core.scenario.schema import Scenario
+from flexgui.core.errors import InputError
+from flexgui.core.results import MISSING, Estimate, LinearModel, Outcome, RecordingComparison
+from flexgui.core.scenario.read import scenario_toml
+from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Job, Stopped, Task
 from flexgui.jobs.events import Ended
 from flexgui.jobs.tasks.direct import export, identify, plan_next
@@ -317,7 +317,7 @@ class Comparing(Running, ABC):
     @property
     def linear_model(self) -> LinearModel | None:
         """What the linear model costs, where the first model of the way was identified with it."""
-        from core.workbench import linear_model
+        from flexgui.core.workbench import linear_model
 
         first = next(iter(self.shown_looks), None)
         if first is None or first.diagnosis is None or first.outcome is None:

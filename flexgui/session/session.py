@@ -5,9 +5,9 @@ from __future__ import annotations
 import shutil
 from typing import final
 
-from core.errors import InputError
-from core.scenario.read import read_scenario
-from core.scenario.schema import Scenario
+from flexgui.core.errors import InputError
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.inputs import leave
 from flexgui.places import is_kept
 from flexgui.session.demo import EMBEDDED, scenario_choices

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 
-from core.sentences import brief
+from flexgui.core.sentences import brief
 
 STAGES = ("Arm", "Data", "Identify", "Compare", "Diagnose", "Export", "Study")
 """The stages of the work, in order."""

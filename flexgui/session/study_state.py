@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
-from core.errors import InputError
-from core.montecarlo.settings import StudySettings, make_settings
-from core.resumable.journal import Record
-from core.scenario.schema import Scenario
+from flexgui.core.errors import InputError
+from flexgui.core.montecarlo.settings import StudySettings, make_settings
+from flexgui.core.resumable.journal import Record
+from flexgui.core.scenario.schema import Scenario
 from flexgui.export.report_plot import Plot
 from flexgui.sentences.study_baselines import snr
 from flexgui.views.html import html_table
@@ -21,7 +21,7 @@ from flexgui.views.study_estimates import parameter_table, stiffness_table
 from flexgui.views.table import Table
 
 if TYPE_CHECKING:
-    from core.montecarlo.summary import Summary
+    from flexgui.core.montecarlo.summary import Summary
 
 IDLE, RUNNING, STOPPING = "idle", "running", "stopping"
 STOPPED, DONE, FAILED = "stopped", "done", "failed"
@@ -96,15 +96,15 @@ class StudyChoice:
 
 def whole() -> StudyChoice:
     """All that the paper has, and all that goes beyond it."""
-    from core.montecarlo.study import parts
+    from flexgui.core.montecarlo.study import parts
 
     return StudyChoice(PAPER, tuple(parts()))
 
 
 def asked(scenario: Scenario, choice: StudyChoice) -> StudySettings:
     """InputError, one sentence, where there is no such study."""
-    from core.montecarlo.rig import Rig
-    from core.montecarlo.study import study_cases
+    from flexgui.core.montecarlo.rig import Rig
+    from flexgui.core.montecarlo.study import study_cases
 
     if not choice.parts:
         raise InputError("No part of the study is chosen; choose Estimates at least.")

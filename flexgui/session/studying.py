@@ -13,12 +13,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from core.errors import InputError
-from core.montecarlo.settings import StudySettings
-from core.resumable.executor import Executor, Here
-from core.resumable.journal import Finished as FinishedCase
-from core.resumable.journal import Journal, Record
-from core.scenario.schema import Scenario
+from flexgui.core.errors import InputError
+from flexgui.core.montecarlo.settings import StudySettings
+from flexgui.core.resumable.executor import Executor, Here
+from flexgui.core.resumable.journal import Finished as FinishedCase
+from flexgui.core.resumable.journal import Journal, Record
+from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs import Event, Finished, Task
 from flexgui.jobs.queue_executor import QueueExecutor
 from flexgui.jobs.tasks.direct import JOURNAL, study_report
@@ -42,7 +42,7 @@ from flexgui.session.study_state import (
 )
 
 if TYPE_CHECKING:
-    from core.montecarlo.study import Case
+    from flexgui.core.montecarlo.study import Case
 
 CALM = 1.0
 """s between two drawings of the results."""
@@ -190,7 +190,7 @@ class Studying(Challenging, ABC):
 
     def _draw_study(self, run: StudyRun) -> None:
         """On a thread of its own, and not too often; the newest results win."""
-        from core.montecarlo.summary import summarise
+        from flexgui.core.montecarlo.summary import summarise
 
         records = run.records
         if run is not self._study_run or not records:
@@ -230,7 +230,7 @@ class StudyRun:
         folder: Path,
         on_change: Callable[[StudyRun], object],
     ) -> None:
-        from core.montecarlo.study import study_cases
+        from flexgui.core.montecarlo.study import study_cases
 
         self.settings, self.folder, self.phase, self.sentence = settings, folder, RUNNING, ""
         self.done = self.before = 0
@@ -292,7 +292,7 @@ class StudyRun:
         self._on_change(self)
 
     def _go_through(self) -> None:
-        from core.montecarlo.study import study
+        from flexgui.core.montecarlo.study import study
 
         if self._after is not None:
             self._after.wait()

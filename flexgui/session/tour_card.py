@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from core.results import NOTHING
+from flexgui.core.results import NOTHING
 from flexgui.session.demo import is_of_tour
 from flexgui.session.look import Look, in_vain, last_change
 from flexgui.session.session import Session

@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from core.arm.presets import presets
-from core.errors import InputError
-from core.model import Model
-from core.recording.spec import RecordingSpec
-from core.scenario.data_folder import check_plain
-from core.scenario.read import LONGEST, parse_scenario
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
+from flexgui.core.arm.presets import presets
+from flexgui.core.errors import InputError
+from flexgui.core.model import Model
+from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.scenario.data_folder import check_plain
+from flexgui.core.scenario.read import LONGEST, parse_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs.inputs import Errands, Steps
 from flexgui.jobs.task import Task
 from flexgui.jobs.tasks.glance import Glance, glance

@@ -12,14 +12,14 @@ import zlib
 from filecmp import cmp
 from pathlib import Path, PureWindowsPath
 
-from core.errors import InputError
-from core.files import replacing
-from core.progress import Progress
-from core.recording.spec import RecordingSpec
-from core.results import Diagnosis
-from core.scenario.data_folder import Within, is_device, resolve_file
-from core.scenario.read import scenario_toml
-from core.scenario.schema import Scenario
+from flexgui.core.errors import InputError
+from flexgui.core.files import replacing
+from flexgui.core.progress import Progress
+from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.results import Diagnosis
+from flexgui.core.scenario.data_folder import Within, is_device, resolve_file
+from flexgui.core.scenario.read import scenario_toml
+from flexgui.core.scenario.schema import Scenario
 from flexgui.export.folder import zipped
 
 LONGEST = 80
@@ -167,7 +167,7 @@ def scenario_file(scenario: Scenario, folder: Path) -> tuple[str, bytes]:
 
 def diagnosed_file(scenario: Scenario, found: Diagnosis, folder: Path) -> tuple[str, bytes]:
     """The same of the scenario with what a diagnosis found."""
-    from core.diagnosed import diagnosed_toml
+    from flexgui.core.diagnosed import diagnosed_toml
 
     name = safe_name(scenario.title).replace(" ", "_") or "scenario"
     return bundled(f"{name}_diagnosed", diagnosed_toml(scenario, found), scenario, folder)

@@ -6,11 +6,17 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from core.arm.arm import Arm
-from core.errors import InputError
-from core.recording.channels import channel_kind, channel_names, is_channel, is_reference, joint_of
-from core.recording.spec import RecordingSpec
-from core.written import parse_header
+from flexgui.core.arm.arm import Arm
+from flexgui.core.errors import InputError
+from flexgui.core.recording.channels import (
+    channel_kind,
+    channel_names,
+    is_channel,
+    is_reference,
+    joint_of,
+)
+from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.written import parse_header
 from flexgui.jobs.tasks.glance import Glance
 from flexgui.jobs.tasks.rows import SPLIT, Rows, settings
 from flexgui.views.names import channel_symbol
@@ -55,7 +61,7 @@ class Waiting:
     glance: Glance | None = None
     """What a first look into the file has found; None before it."""
     gaps: str = ""
-    """What happens to empty cells and missing rows, as `core.recording.spec.GapsSpec.how` says;
+    """What happens to empty cells and missing rows, as `GapsSpec.how` says;
     empty: as `flexgui.jobs.tasks.rows.settings` proposes."""
     clock: str = "interpolate"
     """How uneven rows are made even, as in `resample` of a scenario."""
@@ -215,7 +221,7 @@ def wanted_channels(arm: Arm, references: Iterable[str]) -> tuple[str, ...]:
 
 
 def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[str, ...]) -> Waiting:
-    from core.loading import joint_units
+    from flexgui.core.loading import joint_units
 
     encoders = tuple(f"theta{k + 1}" for k in range(arm.joints))
     # Where torques are recorded the encoders are enough; of a rig in loops the camera says most.

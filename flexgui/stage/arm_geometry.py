@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.arm.segment import Segment
-from core.arm.slots import AXIS_ANGLE, LENGTH, slot
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.joints import joint
+from flexgui.core.arm.segment import Segment
+from flexgui.core.arm.slots import AXIS_ANGLE, LENGTH, slot
 
 STATIONS = 21
 """Cross-sections of a bending beam; a curve of them looks smooth."""
@@ -69,7 +69,7 @@ class Shape:
     """Tables of one segment's assumed modes at its stations."""
 
     def __init__(self, modes: int, length: float) -> None:
-        from core.arm import shapes
+        from flexgui.core.arm import shapes
 
         self.x = np.linspace(0.0, length, STATIONS)
         # Midpoints between the stations too, for Simpson's rule.

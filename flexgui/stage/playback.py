@@ -10,8 +10,8 @@ import numpy as np
 import rich
 import viser
 
-from core.arm.arm import Arm
-from core.trajectory import Trajectory
+from flexgui.core.arm.arm import Arm
+from flexgui.core.trajectory import Trajectory
 from flexgui.stage.scene import Stage
 
 FRAMES_PER_SECOND = 30.0

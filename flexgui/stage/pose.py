@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from core.arm.arm import Arm
+from flexgui.core.arm.arm import Arm
 from flexgui.stage.arm_geometry import ArmGeometry, Section, beam_vertices, visible_section
 from flexgui.views.names import channel_symbol
 

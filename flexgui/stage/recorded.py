@@ -16,19 +16,19 @@ from pathlib import Path
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.chord import chord_matrix
-from core.arm.compiled import CompiledArm
-from core.arm.slots import gravity_slot
-from core.identify.unknowns import GAIN, OFFSET
-from core.model import Model, Numbers
-from core.progress import Progress, Silent
-from core.recording.recording import Recording
-from core.results import Outcome
-from core.scenario.data_folder import Folder
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.trajectory import Trajectory
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.chord import chord_matrix
+from flexgui.core.arm.compiled import CompiledArm
+from flexgui.core.arm.slots import gravity_slot
+from flexgui.core.identify.unknowns import GAIN, OFFSET
+from flexgui.core.model import Model, Numbers
+from flexgui.core.progress import Progress, Silent
+from flexgui.core.recording.recording import Recording
+from flexgui.core.results import Outcome
+from flexgui.core.scenario.data_folder import Folder
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.trajectory import Trajectory
 from flexgui.stage.arm_geometry import ArmGeometry
 
 SHARE = 0.09
@@ -110,7 +110,7 @@ def read_one(
     progress: Progress | None = None,
 ) -> Recording:
     """One recording of the scenario, read from the folders or simulated."""
-    from core.loading import load_recordings
+    from flexgui.core.loading import load_recordings
 
     chosen = tuple(spec for spec in scenario.recordings if spec.name == name)
     alone = scenario.model_copy(update={"recordings": chosen})
@@ -124,10 +124,10 @@ def playback(scenario: Scenario, outcome: Outcome | None, recording: Recording) 
 
 def played(scenario: Scenario, values: Mapping[str, float], recording: Recording) -> Playback:
     """The model with parameters at `values`, the others as stated."""
-    from core.identify.prepared import make_task
-    from core.identify.setup import make_setup
-    from core.simulate.linear import respond
-    from core.simulate.nonlinear import simulate
+    from flexgui.core.identify.prepared import make_task
+    from flexgui.core.identify.setup import make_setup
+    from flexgui.core.simulate.linear import respond
+    from flexgui.core.simulate.nonlinear import simulate
 
     # Only recordings to estimate from decide which outputs there are, and so the servo.
     chosen = [replace(recording, role="estimate")]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from viser import FrameHandle, SceneNodeHandle
 
-from core.arm.arm import Arm
+from flexgui.core.arm.arm import Arm
 from flexgui.stage.arm_nodes import GHOST, MODEL, ArmNodes, CameraNodes, MarkNodes, PathNodes
 from flexgui.stage.paint import HOME, ROOT, Owner, Rgb, View, add_floor, light, view_of
 from flexgui.stage.pose import LIFT, Body, Pose

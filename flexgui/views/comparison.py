@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from core.results import ChannelComparison, RecordingComparison
+from flexgui.core.results import ChannelComparison, RecordingComparison
 from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import POINTS, Figure, axis, frame, short, trace

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import plotly.graph_objects as go
 
-from core.results import Fit, Generation
+from flexgui.core.results import Fit, Generation
 from flexgui.sentences.written import format_number, shown_unit, with_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, ax, dots, figure, line, styled

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from markupsafe import Markup
 
-from core.parameters import Parameter
+from flexgui.core.parameters import Parameter
 from flexgui.sentences.written import ShownUnit, format_number, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, frame, short, trace

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from core.simulate.posture import Mode, integrators
-from core.simulate.response import FrequencyResponse, Port, StepResponse
+from flexgui.core.simulate.posture import Mode, integrators
+from flexgui.core.simulate.response import FrequencyResponse, Port, StepResponse
 from flexgui.sentences.written import ShownUnit, format_number, shown_unit, split_name
 from flexgui.views import colours
 from flexgui.views.layout import Figure, dots, small_axis, small_figure

@@ -10,8 +10,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from core.recording.channels import Role, role_of
-from core.results import ChannelComparison, ErrorMap, RecordingComparison, WorstCell
+from flexgui.core.recording.channels import Role, role_of
+from flexgui.core.results import ChannelComparison, ErrorMap, RecordingComparison, WorstCell
 from flexgui.sentences.written import format_number, quantity
 from flexgui.views import colours
 from flexgui.views.layout import styled

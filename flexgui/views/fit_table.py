@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import plotly.graph_objects as go
 
-from core.results import ChannelComparison, Outcome, RecordingComparison
+from flexgui.core.results import ChannelComparison, Outcome, RecordingComparison
 from flexgui.sentences.written import format_number, quantity
 from flexgui.views.colours import channel_colour, channel_edge
 from flexgui.views.layout import Figure, ax, figure, styled

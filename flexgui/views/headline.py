@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from core.effects import catalogue
-from core.identify.unknowns import MARK
-from core.results import (
+from flexgui.core.effects import catalogue
+from flexgui.core.identify.unknowns import MARK
+from flexgui.core.results import (
     MISSING,
     NOTHING,
     UNLISTED,
@@ -15,7 +15,7 @@ from core.results import (
     Outcome,
     RecordingComparison,
 )
-from core.sentences import listed
+from flexgui.core.sentences import listed
 from flexgui.sentences.figures import fell
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.views.pooled import derived_names, overall_estimates

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 from latex2mathml.converter import convert_to_element
 from markupsafe import Markup, escape
 
-from core.results import Equation
+from flexgui.core.results import Equation
 from flexgui.views.table import Column, MatrixView, Row, Table
 
 

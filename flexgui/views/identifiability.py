@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from core.results import Estimate, Fit, Valley
+from flexgui.core.results import Estimate, Fit, Valley
 from flexgui.sentences.identifiability import invariant
 from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.views import colours

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from core.results import Diagnosis, LadderStep
+from flexgui.core.results import Diagnosis, LadderStep
 from flexgui.sentences.figures import LEFT_BY_ALL, unseen_rms
 from flexgui.sentences.written import estimate_text, format_number, quantity
 from flexgui.views import colours

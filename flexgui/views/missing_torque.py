@@ -10,7 +10,7 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from core.results import ErrorOver, MissingTorque
+from flexgui.core.results import ErrorOver, MissingTorque
 from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import POINTS, Figure, axis, frame, short, styled, title, trace

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from core.results import MissingTorque
+from flexgui.core.results import MissingTorque
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, frame, short
 from flexgui.views.missing_torque import missing_cloud

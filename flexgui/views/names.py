@@ -8,9 +8,9 @@ from functools import lru_cache
 
 from markupsafe import Markup, escape
 
-from core.identify.unknowns import START
-from core.recording.channels import channel_kind, is_channel
-from core.results import Estimate
+from flexgui.core.identify.unknowns import START
+from flexgui.core.recording.channels import channel_kind, is_channel
+from flexgui.core.results import Estimate
 from flexgui.sentences import written
 from flexgui.sentences.written import DOT, SUBSCRIPTS, SUPERSCRIPTS, split_name
 

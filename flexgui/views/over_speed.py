@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.effects.effect import Effect, Values
-from core.effects.per_joint import joint_direction
-from core.forces.element import Element
+from flexgui.core.arm.arm import Arm
+from flexgui.core.effects.effect import Effect, Values
+from flexgui.core.effects.per_joint import joint_direction
+from flexgui.core.forces.element import Element
 
 POINTS = 401
 """Of a line; odd, so that it has one at rest."""
@@ -68,7 +68,7 @@ def _at(e: Element, arm: Arm, k: int) -> bool:
 
 def _torque(e: Element, x: np.ndarray, v: np.ndarray) -> np.ndarray:
     """(N,); a bristle that slides is bent all the way to one side."""
-    from core.forces.compiled import compile_law
+    from flexgui.core.forces.compiled import compile_law
 
     compiled, values = compile_law(e.law), np.array(e.values, dtype=float)
     w = np.sign(v)[:, None] if e.law.bristle else np.zeros((len(v), 0))

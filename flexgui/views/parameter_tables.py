@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from markupsafe import Markup
 
-from core.montecarlo.printed import GLOCAL, LABELS, MEAN, SNR_20, SNR_NONE, WORKING_POINTS
-from core.results import Estimate, Fit, Outcome, Repeated
+from flexgui.core.montecarlo.printed import GLOCAL, LABELS, MEAN, SNR_20, SNR_NONE, WORKING_POINTS
+from flexgui.core.results import Estimate, Fit, Outcome, Repeated
 from flexgui.sentences.written import ShownUnit, estimate_text, format_number, shown_unit, with_unit
 from flexgui.views.headline import (
     BIASED,

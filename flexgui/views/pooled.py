@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.recording.channels import Role, role_of
-from core.results import ChannelComparison, Estimate, Fit, RecordingComparison
+from flexgui.core.recording.channels import Role, role_of
+from flexgui.core.results import ChannelComparison, Estimate, Fit, RecordingComparison
 
 ESTIMATE, VALIDATE = "estimate", "validate"
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from core.check.finding import Finding
-from core.recording.channels import channel_kind, is_channel, joint_of
-from core.recording.recording import Recording
+from flexgui.core.check.finding import Finding
+from flexgui.core.recording.channels import channel_kind, is_channel, joint_of
+from flexgui.core.recording.recording import Recording
 from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.views import colours
 from flexgui.views.layout import Figure, axis, frame, short, trace

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import plotly.graph_objects as go
 from markupsafe import Markup
 
-from core.results import RankedEffect
+from flexgui.core.results import RankedEffect
 from flexgui.sentences.ranked import ORDER, nesting, tie, worth_listing
 from flexgui.sentences.written import estimate_text, format_number
 from flexgui.views import colours

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from core.montecarlo.estimates import (
+from flexgui.core.montecarlo.estimates import (
     EstimateRow,
     EstimateTable,
     Spread,
@@ -21,7 +21,7 @@ from core.montecarlo.estimates import (
     least_scatter,
     pooled,
 )
-from core.montecarlo.printed import stiffness
+from flexgui.core.montecarlo.printed import stiffness
 from flexgui.sentences.study_baselines import snr
 from flexgui.sentences.written import format_number
 from flexgui.views import colours

@@ -10,10 +10,10 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from core.montecarlo.estimates import EstimateTable, comparable, implied_bias
-from core.montecarlo.planning import Candidate, Planning
-from core.montecarlo.printed import FITS, LOCALS
-from core.montecarlo.summary import LEVELS, BaselineRow, BiasSource, Validation
+from flexgui.core.montecarlo.estimates import EstimateTable, comparable, implied_bias
+from flexgui.core.montecarlo.planning import Candidate, Planning
+from flexgui.core.montecarlo.printed import FITS, LOCALS
+from flexgui.core.montecarlo.summary import LEVELS, BaselineRow, BiasSource, Validation
 from flexgui.sentences.study_baselines import conclusions, result_words, snr
 from flexgui.sentences.written import format_number
 from flexgui.views import colours

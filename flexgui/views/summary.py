@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from markupsafe import Markup, escape
 
-from core.identify.unknowns import START
-from core.results import Estimate, Fit, Outcome, RecordingComparison
-from core.results.comparison import DIAGNOSIS_FIT
-from core.sentences import listed
+from flexgui.core.identify.unknowns import START
+from flexgui.core.results import Estimate, Fit, Outcome, RecordingComparison
+from flexgui.core.results.comparison import DIAGNOSIS_FIT
+from flexgui.core.sentences import listed
 from flexgui.sentences.figures import times
 from flexgui.sentences.identifiability import invariant
 from flexgui.sentences.written import quantity, split_name

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from core.results import DescriptorModel
+from flexgui.core.results import DescriptorModel
 from flexgui.sentences.written import format_number
 
 

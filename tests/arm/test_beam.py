@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from core.arm.arm import Arm
-from core.arm.segment import Segment
-from core.arm.shapes import exponent
-from core.arm.slots import arm_vector
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.segment import Segment
+from flexgui.core.arm.shapes import exponent
+from flexgui.core.arm.slots import arm_vector
 from tests.helpers import compiled
 
 BETA_L = (1.8751040687, 4.6940911330)

@@ -13,18 +13,18 @@ from pathlib import Path
 
 import pytest
 
-from core.arm import cache
-from core.arm.arm import Structure
-from core.arm.compiled import _name as name_of
-from core.arm.compiled import compile_wide_arm
+from flexgui.core.arm import cache
+from flexgui.core.arm.arm import Structure
+from flexgui.core.arm.compiled import _name as name_of
+from flexgui.core.arm.compiled import compile_wide_arm
 from tests.helpers import PAPER
 
 WORK = """
 import numpy as np
-from core.arm.arm import Arm
-from core.arm.compiled import compile_arm
-from core.arm.segment import Segment
-from core.arm.arm import Structure
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.compiled import compile_arm
+from flexgui.core.arm.segment import Segment
+from flexgui.core.arm.arm import Structure
 link = Segment(length=0.5, mass=2.0, modes=0)
 arm = compile_arm(Structure.of(Arm(segments=(link,), name="link")))
 p = np.linspace(1.0, 2.0, 60)
@@ -147,11 +147,10 @@ def test_a_second_checkout_compiles_nothing_again(tmp_path: Path) -> None:
     environment = {**os.environ, cache.VARIABLE: str(cached)}
     kept = []
     for place in ("first", "second"):
-        shutil.copytree(
-            cache.PACKAGE, tmp_path / place / "core", ignore=shutil.ignore_patterns("__pycache__")
-        )
+        copy, without = tmp_path / place / "physics", shutil.ignore_patterns("__pycache__")
+        shutil.copytree(cache.PACKAGE, copy, ignore=without)
         subprocess.run(
-            [sys.executable, "-c", "import core.arm.calls"],
+            [sys.executable, "-c", "import physics.arm.calls"],
             cwd=tmp_path / place, env=environment | {"PYTHONPATH": "."}, check=True,
         )  # fmt: skip
         kept.append({p: p.stat().st_mtime_ns for p in cached.rglob("*.nb?")})

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.arm.arm import Structure
-from core.arm.catalogue import ArmCatalogue
-from core.arm.slots import STIFFNESS, arm_vector, slot
-from core.arm.symbols import Symbols
+from flexgui.core.arm.arm import Structure
+from flexgui.core.arm.catalogue import ArmCatalogue
+from flexgui.core.arm.slots import STIFFNESS, arm_vector, slot
+from flexgui.core.arm.symbols import Symbols
 from tests.helpers import ARMS, EVERY_ARM, PAPER, loaded
 
 ROUNDING = 1e-14

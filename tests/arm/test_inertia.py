@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from core.arm.arm import Arm, Structure
-from core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
-from core.arm.kinematics import Kinematics, components
-from core.arm.segment import Segment
-from core.arm.slots import arm_vector, weighing
-from core.arm.straight import StraightArm
+from flexgui.core.arm.arm import Arm, Structure
+from flexgui.core.arm.energies import damping_matrix, lumped_inertia, stiffness_matrix
+from flexgui.core.arm.kinematics import Kinematics, components
+from flexgui.core.arm.segment import Segment
+from flexgui.core.arm.slots import arm_vector, weighing
+from flexgui.core.arm.straight import StraightArm
 from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, jacobian, loaded, random_state, straight
 
 ROUNDING = 1e-12

@@ -9,10 +9,10 @@ import pytest
 from numba import njit
 from numba.core.errors import NumbaError
 
-from core.arm.instructions import straight_line
-from core.lanes import functions
-from core.lanes.functions import absolute, maximum
-from core.lanes.wide import LANES
+from flexgui.core.arm.instructions import straight_line
+from flexgui.core.lanes import functions
+from flexgui.core.lanes.functions import absolute, maximum
+from flexgui.core.lanes.wide import LANES
 
 COLUMNS = 3
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from core.arm.joints import joint
-from core.arm.joints.joint import Joint
-from core.errors import InputError
-from core.plugins import classes_of
+from flexgui.core.arm.joints import joint
+from flexgui.core.arm.joints.joint import Joint
+from flexgui.core.errors import InputError
+from flexgui.core.plugins import classes_of
 
-KINDS = sorted(classes_of("core.arm.joints", Joint))
+KINDS = sorted(classes_of("flexgui.core.arm.joints", Joint))
 
 
 @pytest.mark.parametrize("kind", KINDS)

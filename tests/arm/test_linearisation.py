@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.arm.slots import arm_vector
+from flexgui.core.arm.slots import arm_vector
 from tests.helpers import ARMS, EVERY_ARM, compiled, jacobian, loaded, random_state, straight
 
 DIFFERENCES = 1e-8

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from core.arm.arm import Structure
-from core.arm.kinematics import Kinematics, components
-from core.arm.slots import LENGTH, MASS, TIP_MASS, arm_vector
+from flexgui.core.arm.arm import Structure
+from flexgui.core.arm.kinematics import Kinematics, components
+from flexgui.core.arm.slots import LENGTH, MASS, TIP_MASS, arm_vector
 from tests.helpers import ARMS, EVERY_ARM, compiled, jacobian, loaded, random_state
 
 BALANCE = 1e-8

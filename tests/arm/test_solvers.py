@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from numba import njit
 
-from core.arm.arm import Structure
-from core.arm.cache import kept_module, module_file, sources_key
-from core.arm.compiled import _name as name_of
-from core.arm.compiled import compile_wide_arm
-from core.arm.generate import module_head
-from core.arm.solvers import MOST_WRITTEN_OUT, solver_functions
-from core.lanes.wide import LANES
+from flexgui.core.arm.arm import Structure
+from flexgui.core.arm.cache import kept_module, module_file, sources_key
+from flexgui.core.arm.compiled import _name as name_of
+from flexgui.core.arm.compiled import compile_wide_arm
+from flexgui.core.arm.generate import module_head
+from flexgui.core.arm.solvers import MOST_WRITTEN_OUT, solver_functions
+from flexgui.core.lanes.wide import LANES
 from tests.helpers import chain
 
 ROUNDING = 1e-12

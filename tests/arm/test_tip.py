@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.arm.slots import arm_vector
-from core.errors import InputError
-from core.sensors.rigid_rates import rigid_angle_matrix, rigid_angles, rigid_rates
+from flexgui.core.arm.slots import arm_vector
+from flexgui.core.errors import InputError
+from flexgui.core.sensors.rigid_rates import rigid_angle_matrix, rigid_angles, rigid_rates
 from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, jacobian, random_state
 
 ROUNDING = 1e-12

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from core.check.measured import Measured
+from flexgui.core.check.measured import Measured
 
 Rng = np.random.Generator
 

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from core.check.case import Case
-from core.check.finding import Finding
-from core.check.measured import Measured
-from core.check.run import check_case, measured_recordings, with_clock
-from core.scenario.read import read_scenario
+from flexgui.core.check.case import Case
+from flexgui.core.check.finding import Finding
+from flexgui.core.check.measured import Measured
+from flexgui.core.check.run import check_case, measured_recordings, with_clock
+from flexgui.core.scenario.read import read_scenario
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
 

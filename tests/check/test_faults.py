@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.check.case import Case
-from core.check.checks.wrong_columns import SENTENCES
-from core.check.finding import Finding
-from core.check.measured import Measured
-from core.check.run import check_all, checks
+from flexgui.core.check.case import Case
+from flexgui.core.check.checks.wrong_columns import SENTENCES
+from flexgui.core.check.finding import Finding
+from flexgui.core.check.measured import Measured
+from flexgui.core.check.run import check_all, checks
 from tests.check.faults import FAULTS, Seeded
 from tests.check.rigs import SCENARIOS, Rig, independent, real, rig, simulated
 from tests.marks import long_except

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.check.case import Case
-from core.check.checks.starts_moving import StartsMoving
-from core.check.measured import Measured
+from flexgui.core.check.case import Case
+from flexgui.core.check.checks.starts_moving import StartsMoving
+from flexgui.core.check.measured import Measured
 from tests.check.test_faults import SIZE
 
 STEP, COUNT, HOLD = 1e-3, 400, 20

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from scipy.signal import butter, cont2discrete, dlsim, sosfiltfilt
 
-from core.check.bending import Shape, _low_passed, _second_order
-from core.check.case import Case
-from core.check.checks.dead import Dead
-from core.check.checks.drive_saturated import DriveSaturated
-from core.check.checks.weak_excitation import quiet_noise
-from core.check.inverse import loops
-from core.check.late import late_channel, shape_of
-from core.check.measured import Measured
-from core.check.run import with_clock
+from flexgui.core.check.bending import Shape, _low_passed, _second_order
+from flexgui.core.check.case import Case
+from flexgui.core.check.checks.dead import Dead
+from flexgui.core.check.checks.drive_saturated import DriveSaturated
+from flexgui.core.check.checks.weak_excitation import quiet_noise
+from flexgui.core.check.inverse import loops
+from flexgui.core.check.late import late_channel, shape_of
+from flexgui.core.check.measured import Measured
+from flexgui.core.check.run import with_clock
 from tests.check.test_faults import SIZE
 from tests.studies.checked_rigs import checked_rig
 from tests.studies.plain_matrix_rigs import drawn

@@ -9,11 +9,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from core.check.finding import Finding
-from core.check.measured import Measured
-from core.check.run import check_all, check_scenario
-from core.scenario.read import parse_scenario
-from core.scenario.stated_effects import base_model
+from flexgui.core.check.finding import Finding
+from flexgui.core.check.measured import Measured
+from flexgui.core.check.run import check_all, check_scenario
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.stated_effects import base_model
 from tests.check.rigs import SCENARIOS, Rig, rig
 
 PLACES = ("theta1", "theta2", "dtheta1_ref", "dtheta2_ref")

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from typer.testing import CliRunner, Result
 
-from core.recording.spec import SimulateSpec
-from core.simulate.experiment import simulate_recording
 from flexgui.cli import app
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.simulate.experiment import simulate_recording
 from tests.helpers import PAPER, looped
 
 FILE = "th1.csv"

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from core.scenario.read import parse_scenario
 from flexgui.cli import app
+from flexgui.core.scenario.read import parse_scenario
 from tests.cli.helpers import COLUMNS, FILE, SCENARIO, TEXT, csv, table
 from tests.recording.lab_formats import FORMATS
 

@@ -141,7 +141,7 @@ def test_a_file_in_the_way_of_a_challenge_is_told_before_the_work(
     def begun(*given: object) -> None:
         raise AssertionError("the work has begun")
 
-    monkeypatch.setattr("core.study.challenge.make_challenge", begun)
+    monkeypatch.setattr("flexgui.core.study.challenge.make_challenge", begun)
     (tmp_path / "taken").touch()
     refused(command("challenge", "--seed", "1", "--out", "taken"), "taken", "is a file")
     refused(command("challenge", "--seed", "1", "--out", "taken/x.zip"), "taken", "is a file")
@@ -181,7 +181,7 @@ def failing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):  # type: ignore[no
 
         (tmp_path / SCENARIO).write_text(TEXT)
         (tmp_path / FILE).write_text(csv(table()))
-        monkeypatch.setattr("core.workbench.run_scenario", fail)
+        monkeypatch.setattr("flexgui.core.workbench.run_scenario", fail)
         monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
 
     return arrange

@@ -8,18 +8,18 @@ from functools import cache
 
 import numpy as np
 
-from core.diagnose.floor import Floor, channel_floors
-from core.diagnose.sensor_noise import coloured
-from core.identify.predictor import Predictor
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.identify.unknowns import Unknowns
-from core.model import Model
-from core.recording.recording import LoggerFilter, Recording
-from core.recording.spec import SimulateSpec
-from core.recording.velocity import ZeroPhaseLowPass
-from core.sensors import sensor
-from core.simulate.experiment import simulate_recording
+from flexgui.core.diagnose.floor import Floor, channel_floors
+from flexgui.core.diagnose.sensor_noise import coloured
+from flexgui.core.identify.predictor import Predictor
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.unknowns import Unknowns
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import LoggerFilter, Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import simulate_recording
 from tests.helpers import PAPER, looped
 
 BARE = looped(PAPER)
@@ -66,7 +66,7 @@ def clean(dt: float, seconds: float, excitation: str, seed: int) -> Recording:
 
 def noisy(case: Case, recording: Recording, rng: np.random.Generator) -> Recording:
     """With noise of the case on camera and encoders; rounded to its step."""
-    from core.recording.recording import apply_logger_filter
+    from flexgui.core.recording.recording import apply_logger_filter
 
     channels, logged = dict(recording.channels), {}
     for name in ("z1", "z2", "theta1", "theta2"):

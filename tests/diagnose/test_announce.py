@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from core.arm.arm import Structure
-from core.arm.compiled import compile_arm
-from core.diagnose.announce import Steps, aside, fit_title, round_title
-from core.diagnose.columns import Trial
-from core.effects import catalogue, effect
-from core.progress import Silent
+from flexgui.core.arm.arm import Structure
+from flexgui.core.arm.compiled import compile_arm
+from flexgui.core.diagnose.announce import Steps, aside, fit_title, round_title
+from flexgui.core.diagnose.columns import Trial
+from flexgui.core.effects import catalogue, effect
+from flexgui.core.progress import Silent
 from tests.helpers import PAPER
 
 TWISTED = {"c1": 1e-5, "c2": 0.0, "Jh1": 0.05, "Jh2": 0.0}
@@ -80,7 +80,7 @@ def test_only_effects_that_change_the_arm_are_said_to_be_compiled() -> None:
 @pytest.mark.usefixtures("nothing_compiled")
 def test_the_note_goes_once_it_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     heard, compiled = Heard(), False
-    monkeypatch.setattr("core.diagnose.announce.is_compiled", lambda _: compiled)
+    monkeypatch.setattr("flexgui.core.diagnose.announce.is_compiled", lambda _: compiled)
     told = Steps(heard, PAPER, planned("base_compliance"))
     told("Slow sensor")
     compiled = True

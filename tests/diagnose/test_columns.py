@@ -7,20 +7,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.arm.arm import Arm, Segment
-from core.diagnose import columns
-from core.diagnose.columns import SMALLEST_SHARE, WITHIN, Column, Trial, Zeros, simulated, trials
-from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.drives.velocity_loop import VelocityLoop
-from core.effects import effect
-from core.effects.sizes import typical
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.model import Model
-from core.recording.recording import Recording
-from core.sensors import sensor
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate_fixed
+from flexgui.core.arm.arm import Arm, Segment
+from flexgui.core.diagnose import columns
+from flexgui.core.diagnose.columns import (
+    SMALLEST_SHARE,
+    WITHIN,
+    Column,
+    Trial,
+    Zeros,
+    simulated,
+    trials,
+)
+from flexgui.core.diagnose.data import Data, Hypothesis, hypothesis
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.effects import effect
+from flexgui.core.effects.sizes import typical
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import simulate_fixed
 
 ARM = Arm(segments=(Segment(length=0.4, mass=2.0, EI=120.0, hub_inertia=0.02, modes=1),))
 DRIVE = VelocityLoop(gains=(900.0,))

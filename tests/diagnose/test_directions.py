@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.arm.arm import Arm, Segment
-from core.diagnose.data import Data, hypothesis
-from core.diagnose.start import steps_for_directions
-from core.drives.velocity_loop import VelocityLoop
-from core.effects.sizes import typical
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.identify.unknowns import Unknown
-from core.model import Model
-from core.parameters import Parameter
-from core.recording.recording import Recording
-from core.sensors import sensor
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate_fixed
+from flexgui.core.arm.arm import Arm, Segment
+from flexgui.core.diagnose.data import Data, hypothesis
+from flexgui.core.diagnose.start import steps_for_directions
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.effects.sizes import typical
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.unknowns import Unknown
+from flexgui.core.model import Model
+from flexgui.core.parameters import Parameter
+from flexgui.core.recording.recording import Recording
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import simulate_fixed
 
 STEP, SAMPLES = 5e-3, 200
 SWINGS = {"at half the sampling rate": 3300.0, "slowly": 3.3}

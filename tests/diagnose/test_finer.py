@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from core.results import Diagnosis
-from core.scenario.read import parse_scenario
-from core.workbench import run_scenario
+from flexgui.core.results import Diagnosis
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.workbench import run_scenario
 
 MODE = "extra_bending_mode"
 TRUE_EI = 520.8333

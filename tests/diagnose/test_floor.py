@@ -7,27 +7,27 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.arm.arm import Arm
-from core.arm.presets import presets
-from core.arm.segment import Segment
-from core.diagnose.floor import Floor
-from core.diagnose.route import Route
-from core.diagnose.sensor_noise import ColumnNoise, is_command, noise_of, quieter, quietest
-from core.drives.servo import FollowingServo
-from core.drives.torque import Torque
-from core.effects import effect
-from core.identify.predictor import motion_of
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.model import Model
-from core.recording.beginning import begins_at_rest
-from core.recording.recording import LoggerFilter, Recording
-from core.recording.spec import SimulateSpec
-from core.recording.velocity import ZeroPhaseLowPass
-from core.sensors import sensor
-from core.simulate.experiment import simulate_recording
-from core.simulate.motion import at_rest
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.presets import presets
+from flexgui.core.arm.segment import Segment
+from flexgui.core.diagnose.floor import Floor
+from flexgui.core.diagnose.route import Route
+from flexgui.core.diagnose.sensor_noise import ColumnNoise, is_command, noise_of, quieter, quietest
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.effects import effect
+from flexgui.core.identify.predictor import motion_of
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.model import Model
+from flexgui.core.recording.beginning import begins_at_rest
+from flexgui.core.recording.recording import LoggerFilter, Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import simulate_recording
+from flexgui.core.simulate.motion import at_rest
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.diagnose import floors
 from tests.diagnose.floors import Case, found_and_true
 from tests.helpers import task_from

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.diagnose import route
-from core.diagnose.diagnose import begin_on
-from core.diagnose.floor import WITHIN
-from core.diagnose.new_floors import LOWER
-from core.diagnose.noise_route import noise_in_outputs
-from core.diagnose.state import Options
-from core.identify.setup import make_setup
-from core.loading import load_recordings
-from core.progress import Silent
-from core.scenario.read import read_scenario
-from core.scenario.stated_effects import base_model, with_effect_parameters
+from flexgui.core.diagnose import route
+from flexgui.core.diagnose.diagnose import begin_on
+from flexgui.core.diagnose.floor import WITHIN
+from flexgui.core.diagnose.new_floors import LOWER
+from flexgui.core.diagnose.noise_route import noise_in_outputs
+from flexgui.core.diagnose.state import Options
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
 from tests.sample.cases import TORQUE
 from tests.sample.torque_rigs import written
 

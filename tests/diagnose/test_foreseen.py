@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from core.diagnose.noise_route import _counted, unforeseen
-from core.diagnose.sensor_noise import ESTIMATED, STATED, ColumnNoise, common_step
-from core.recording.recording import Recording
+from flexgui.core.diagnose.noise_route import _counted, unforeseen
+from flexgui.core.diagnose.sensor_noise import ESTIMATED, STATED, ColumnNoise, common_step
+from flexgui.core.recording.recording import Recording
 
 STEP, SAMPLES, RECORDINGS = 2e-3, 600, 4
 COUNT = 2.4e-5

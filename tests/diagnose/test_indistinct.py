@@ -9,12 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.diagnose.acceptance import indistinct
-from core.diagnose.data import hypothesis
-from core.diagnose.minimum import converged
-from core.diagnose.refit import Refit, robust_covariance
-from core.effects import effect
-from core.results import Objection, Reason
+from flexgui.core.diagnose.acceptance import indistinct
+from flexgui.core.diagnose.data import hypothesis
+from flexgui.core.diagnose.minimum import converged
+from flexgui.core.diagnose.refit import Refit, robust_covariance
+from flexgui.core.effects import effect
+from flexgui.core.results import Objection, Reason
 from tests.diagnose.test_stated import bare
 
 

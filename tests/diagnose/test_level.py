@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.diagnose.start import _check_counted
-from core.errors import InputError
-from core.recording.recording import Recording
-from core.results import Outcome
-from core.scenario.schema import Scenario
-from core.workbench import run_scenario
+from flexgui.core.diagnose.start import _check_counted
+from flexgui.core.errors import InputError
+from flexgui.core.recording.recording import Recording
+from flexgui.core.results import Outcome
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.workbench import run_scenario
 from flexgui.sentences.notes import notes
 from tests.marks import long_except
 

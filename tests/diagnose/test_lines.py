@@ -10,20 +10,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.lines import SHARE, line_of, unexplained_line
-from core.diagnose.verdict import remains
-from core.effects import effect
-from core.effects.sizes import typical
-from core.identify.prepared import Prepared, prepare
-from core.identify.processing import Processing
-from core.model import Model
-from core.recording.spec import SimulateSpec
-from core.recording.velocity import ZeroPhaseLowPass
-from core.results import ABOVE
-from core.sensors import sensor
-from core.simulate.experiment import simulate_recording
-from core.simulate.posture import posture, vibration_modes
+from flexgui.core.diagnose.data import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.lines import SHARE, line_of, unexplained_line
+from flexgui.core.diagnose.verdict import remains
+from flexgui.core.effects import effect
+from flexgui.core.effects.sizes import typical
+from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.model import Model
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.results import ABOVE
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import simulate_recording
+from flexgui.core.simulate.posture import posture, vibration_modes
 from tests.helpers import PAPER, looped, with_modes
 
 BARE = looped(PAPER)

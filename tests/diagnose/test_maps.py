@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.diagnose.maps import bands, error_maps, noise_floors, worst_cells
-from core.results import ChannelComparison, ErrorMaps, JointMotion, RecordingComparison
+from flexgui.core.diagnose.maps import bands, error_maps, noise_floors, worst_cells
+from flexgui.core.results import ChannelComparison, ErrorMaps, JointMotion, RecordingComparison
 
 DT, SECONDS = 1e-3, 3.0
 NOISE = 3e-5

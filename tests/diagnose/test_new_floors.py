@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from core.diagnose.data import hypothesis
-from core.diagnose.final_ladder import final_ladder
-from core.diagnose.floor import WITHIN, Floor
-from core.diagnose.minimum import converged
-from core.diagnose.new_floors import (
+from flexgui.core.diagnose.data import hypothesis
+from flexgui.core.diagnose.final_ladder import final_ladder
+from flexgui.core.diagnose.floor import WITHIN, Floor
+from flexgui.core.diagnose.minimum import converged
+from flexgui.core.diagnose.new_floors import (
     LOWER,
     higher_floors,
     lower_floors,
@@ -19,15 +19,15 @@ from core.diagnose.new_floors import (
     search_with_new_floors,
     surely_above,
 )
-from core.diagnose.start import Begun, begin
-from core.diagnose.state import Options, State, given_step
-from core.diagnose.verdict import remains, within_noise
-from core.effects import effect
-from core.identify.setup import make_setup
-from core.loading import load_recordings
-from core.progress import Silent
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model, with_effect_parameters
+from flexgui.core.diagnose.start import Begun, begin
+from flexgui.core.diagnose.state import Options, State, given_step
+from flexgui.core.diagnose.verdict import remains, within_noise
+from flexgui.core.effects import effect
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
 from tests.diagnose.test_stated import bare
 
 HIDDEN = 60.0

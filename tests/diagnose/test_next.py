@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.evidence import TIE
-from core.diagnose.next_experiment import (
+from flexgui.core.diagnose.data import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.evidence import TIE
+from flexgui.core.diagnose.next_experiment import (
     NAME,
     _left,
     expected_score,
@@ -22,17 +22,17 @@ from core.diagnose.next_experiment import (
     possible,
     shared_normal_matrix,
 )
-from core.diagnose.refit import fit
-from core.diagnose.start import begin
-from core.effects import effect
-from core.identify.prepared import prepare
-from core.identify.setup import make_setup
-from core.least_squares import cost_of, descend
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.scenario.schema import IdentifySpec
-from core.simulate.experiment import NoiseLevels, simulate_recording
+from flexgui.core.diagnose.refit import fit
+from flexgui.core.diagnose.start import begin
+from flexgui.core.effects import effect
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.least_squares import cost_of, descend
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.schema import IdentifySpec
+from flexgui.core.simulate.experiment import NoiseLevels, simulate_recording
 from tests.helpers import PAPER, looped
 
 CAMERA, ENCODER = 3e-5, 1e-5

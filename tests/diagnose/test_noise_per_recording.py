@@ -10,10 +10,10 @@ import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.diagnose.sensor_noise import coloured, noise_ratios
-from core.results import Diagnosis
-from core.scenario.schema import Scenario
-from core.workbench import run_scenario
+from flexgui.core.diagnose.sensor_noise import coloured, noise_ratios
+from flexgui.core.results import Diagnosis
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.workbench import run_scenario
 
 N = 8000
 KNOWN = 0.12

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.diagnose.gram import explain, gram
-from core.diagnose.lines import line_of
-from core.diagnose.sensor_noise import noise_of
-from core.diagnose.whitening import no_whitening
-from core.least_squares import Limits, descend
+from flexgui.core.diagnose.gram import explain, gram
+from flexgui.core.diagnose.lines import line_of
+from flexgui.core.diagnose.sensor_noise import noise_of
+from flexgui.core.diagnose.whitening import no_whitening
+from flexgui.core.least_squares import Limits, descend
 
 ROUNDING = 1e-8
 """Relative: small dense problems, solved two ways."""

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from core.diagnose.evidence import merit
-from core.diagnose.ladder import in_the_race
+from flexgui.core.diagnose.evidence import merit
+from flexgui.core.diagnose.ladder import in_the_race
 
 COUNT = 1000
 BASE = SimpleNamespace(cost=101.0 * COUNT, hypothesis=SimpleNamespace(unknowns=range(5)))

@@ -8,10 +8,10 @@ from typing import Any, cast
 
 import pytest
 
-from core.diagnose import ladder
-from core.diagnose.evidence import Weighed, ranked
-from core.diagnose.ladder import finer_model
-from core.effects import effect
+from flexgui.core.diagnose import ladder
+from flexgui.core.diagnose.evidence import Weighed, ranked
+from flexgui.core.diagnose.ladder import finer_model
+from flexgui.core.effects import effect
 
 SHAPE = "extra_bending_mode"
 

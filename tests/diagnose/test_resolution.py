@@ -10,20 +10,20 @@ from typing import cast
 
 import pytest
 
-from core.diagnose.data import UNKNOWN, enough_steps, hypothesis
-from core.diagnose.diagnose import begin_on
-from core.diagnose.ladder import REFITTED, promising
-from core.diagnose.screen import Screen, Screened
-from core.diagnose.start import Begun
-from core.diagnose.state import Options
-from core.effects import catalogue, effect
-from core.identify.setup import make_setup
-from core.loading import load_recordings
-from core.progress import Silent
-from core.scenario.read import parse_scenario
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.workbench import run_scenario
+from flexgui.core.diagnose.data import UNKNOWN, enough_steps, hypothesis
+from flexgui.core.diagnose.diagnose import begin_on
+from flexgui.core.diagnose.ladder import REFITTED, promising
+from flexgui.core.diagnose.screen import Screen, Screened
+from flexgui.core.diagnose.start import Begun
+from flexgui.core.diagnose.state import Options
+from flexgui.core.effects import catalogue, effect
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.workbench import run_scenario
 
 MODE = "extra_bending_mode"
 

@@ -8,13 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from core.diagnose.data import Data, again, hypothesis
-from core.diagnose.minimum import _off_bounds, anchored, converged, precise
-from core.diagnose.revision import _simpler, best_exchange
-from core.diagnose.screen import screen
-from core.effects import effect
-from core.identify.defect_correction import errors_with
-from core.least_squares import cost_of
+from flexgui.core.diagnose.data import Data, again, hypothesis
+from flexgui.core.diagnose.minimum import _off_bounds, anchored, converged, precise
+from flexgui.core.diagnose.revision import _simpler, best_exchange
+from flexgui.core.diagnose.screen import screen
+from flexgui.core.effects import effect
+from flexgui.core.identify.defect_correction import errors_with
+from flexgui.core.least_squares import cost_of
 from tests.diagnose.test_stated import TRUE, bare
 
 NEVER = lambda: False  # noqa: E731

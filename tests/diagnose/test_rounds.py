@@ -13,17 +13,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.diagnose import ladder
-from core.diagnose.columns import Trial
-from core.diagnose.ladder import applicable, ended
-from core.diagnose.refit import Refit
-from core.diagnose.screen import Screen, in_rounds, screen
-from core.diagnose.start import Begun, begin
-from core.effects import catalogue, effect
-from core.identify.setup import make_setup
-from core.loading import load_recordings
-from core.progress import Silent
-from core.scenario.stated_effects import base_model
+from flexgui.core.diagnose import ladder
+from flexgui.core.diagnose.columns import Trial
+from flexgui.core.diagnose.ladder import applicable, ended
+from flexgui.core.diagnose.refit import Refit
+from flexgui.core.diagnose.screen import Screen, in_rounds, screen
+from flexgui.core.diagnose.start import Begun, begin
+from flexgui.core.effects import catalogue, effect
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.stated_effects import base_model
 from tests.diagnose.test_run import scenario
 
 KINDS = sorted(catalogue())[:6]

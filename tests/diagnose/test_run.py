@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.diagnose.noise_route import stated_noise
-from core.identify.setup import make_setup
-from core.loading import load_recordings
-from core.model import Model
-from core.progress import Silent
-from core.recording.recording import Recording
-from core.results import Diagnosis, Outcome
-from core.scenario.read import parse_scenario
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.workbench import run_scenario
+from flexgui.core.diagnose.noise_route import stated_noise
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.loading import load_recordings
+from flexgui.core.model import Model
+from flexgui.core.progress import Silent
+from flexgui.core.recording.recording import Recording
+from flexgui.core.results import Diagnosis, Outcome
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.workbench import run_scenario
 from flexgui.sentences.written import estimate_text
 from flexgui.views.summary import summary
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
-from core.diagnose.final_ladder import final_ladder
-from core.diagnose.refit import Refit
-from core.diagnose.state import Options, State, begun_state
-from core.effects import effect
-from core.progress import Silent
+from flexgui.core.diagnose.final_ladder import final_ladder
+from flexgui.core.diagnose.refit import Refit
+from flexgui.core.diagnose.state import Options, State, begun_state
+from flexgui.core.effects import effect
+from flexgui.core.progress import Silent
 from tests.diagnose.test_stated import bare
 
 WORSE = 2.0

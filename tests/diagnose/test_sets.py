@@ -9,16 +9,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from core.diagnose import acceptance
-from core.diagnose.acceptance import Acceptance, Round
-from core.diagnose.columns import Column
-from core.diagnose.evidence import BAR, Weighed, acceptable
-from core.diagnose.screen import Screen, _scored
-from core.diagnose.sets import FoundSet, best_set
-from core.effects import effect
-from core.effects.effect import Effect
-from core.least_squares import Limits, descend
-from core.results import Objection, Reason
+from flexgui.core.diagnose import acceptance
+from flexgui.core.diagnose.acceptance import Acceptance, Round
+from flexgui.core.diagnose.columns import Column
+from flexgui.core.diagnose.evidence import BAR, Weighed, acceptable
+from flexgui.core.diagnose.screen import Screen, _scored
+from flexgui.core.diagnose.sets import FoundSet, best_set
+from flexgui.core.effects import effect
+from flexgui.core.effects.effect import Effect
+from flexgui.core.least_squares import Limits, descend
+from flexgui.core.results import Objection, Reason
 
 SAMPLES = 2000
 NOISE = 1.0

@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.diagnose.minimum import widened
-from core.diagnose.refit import Refit, settled
-from core.diagnose.start import Begun, begin
-from core.identify.setup import make_setup
-from core.loading import load_recordings
-from core.progress import Silent
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
+from flexgui.core.diagnose.minimum import widened
+from flexgui.core.diagnose.refit import Refit, settled
+from flexgui.core.diagnose.start import Begun, begin
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
 
 NOISE = 1e-5
 """rad, of both encoders."""

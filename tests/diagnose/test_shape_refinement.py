@@ -8,20 +8,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.diagnose.data import Data, hypothesis
-from core.diagnose.missing_torque import SLOW, Pushed
-from core.diagnose.refit import Refit, fit
-from core.diagnose.shape_refinement import Sized, best_shapes, refine_shape
-from core.diagnose.start import begin
-from core.effects import effect
-from core.effects.sizes import Sizes, typical
-from core.effects.torque_ripple import every_order
-from core.identify.setup import make_setup
-from core.loading import load_recordings
-from core.progress import Silent
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.study.rig import bare_model
+from flexgui.core.diagnose.data import Data, hypothesis
+from flexgui.core.diagnose.missing_torque import SLOW, Pushed
+from flexgui.core.diagnose.refit import Refit, fit
+from flexgui.core.diagnose.shape_refinement import Sized, best_shapes, refine_shape
+from flexgui.core.diagnose.start import begin
+from flexgui.core.effects import effect
+from flexgui.core.effects.sizes import Sizes, typical
+from flexgui.core.effects.torque_ripple import every_order
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.study.rig import bare_model
 from tests.marks import long_except
 
 SAMPLES, DT = 2000, 1e-3

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.diagnose.columns import Column
-from core.diagnose.gram import gram
-from core.diagnose.shape_refinement import best_shape, own_shape
-from core.diagnose.whitening import no_whitening
-from core.effects import effect
+from flexgui.core.diagnose.columns import Column
+from flexgui.core.diagnose.gram import gram
+from flexgui.core.diagnose.shape_refinement import best_shape, own_shape
+from flexgui.core.diagnose.whitening import no_whitening
+from flexgui.core.effects import effect
 
 SAMPLES = 400
 ORDERS = (3.0, 5.0, 8.0)

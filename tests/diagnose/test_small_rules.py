@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.diagnose import level
-from core.diagnose.repetition import Group, Stretch, scatter
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.sensors import sensor
+from flexgui.core.diagnose import level
+from flexgui.core.diagnose.repetition import Group, Stretch, scatter
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.sensors import sensor
 from tests.diagnose import floors
 
 

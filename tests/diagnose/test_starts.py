@@ -10,11 +10,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from core.arm.arm import Arm
-from core.arm.segment import Segment
-from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.refit import fit
-from core.diagnose.starts import (
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.segment import Segment
+from flexgui.core.diagnose.data import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.refit import fit
+from flexgui.core.diagnose.starts import (
     CLOSER,
     Horizon,
     Values,
@@ -25,20 +25,20 @@ from core.diagnose.starts import (
     grid_sizes,
     starts,
 )
-from core.drives.velocity_loop import VelocityLoop
-from core.effects import effect
-from core.effects.base_compliance import compliance
-from core.effects.sizes import typical
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.identify.unknowns import Unknown
-from core.least_squares import cost_of
-from core.model import Model
-from core.parameters import Parameter
-from core.recording.recording import Recording
-from core.sensors import sensor
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate_fixed
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.effects import effect
+from flexgui.core.effects.base_compliance import compliance
+from flexgui.core.effects.sizes import typical
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.unknowns import Unknown
+from flexgui.core.least_squares import cost_of
+from flexgui.core.model import Model
+from flexgui.core.parameters import Parameter
+from flexgui.core.recording.recording import Recording
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import simulate_fixed
 
 ARM = Arm(
     segments=(

@@ -11,16 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.diagnose.data import hypothesis
-from core.diagnose.refit import fit, settled
-from core.diagnose.revision import without_needless
-from core.diagnose.start import Begun, begin
-from core.effects import effect
-from core.identify.setup import make_setup
-from core.loading import load_recordings
-from core.progress import Silent
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model, with_effect_parameters
+from flexgui.core.diagnose.data import hypothesis
+from flexgui.core.diagnose.refit import fit, settled
+from flexgui.core.diagnose.revision import without_needless
+from flexgui.core.diagnose.start import Begun, begin
+from flexgui.core.effects import effect
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
 
 TRUE = 6.0
 """N m s/rad, viscous friction of joint 1; joint 2 has half of it."""

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.diagnose.columns import trials
-from core.diagnose.data import Data, hypothesis
-from core.effects import effect
-from core.effects.sizes import typical
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.recording.spec import SimulateSpec
-from core.sensors import sensor
-from core.simulate.experiment import simulate_recording
+from flexgui.core.diagnose.columns import trials
+from flexgui.core.diagnose.data import Data, hypothesis
+from flexgui.core.effects import effect
+from flexgui.core.effects.sizes import typical
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import simulate_recording
 from tests.helpers import PAPER, looped
 
 BARE = looped(PAPER)

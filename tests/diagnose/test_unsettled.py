@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from core.diagnose import acceptance, ladder
-from core.diagnose.data import Data, Hypothesis
-from core.diagnose.refit import Refit
-from core.effects import effect
-from core.results import Reason
+from flexgui.core.diagnose import acceptance, ladder
+from flexgui.core.diagnose.data import Data, Hypothesis
+from flexgui.core.diagnose.refit import Refit
+from flexgui.core.effects import effect
+from flexgui.core.results import Reason
 from tests.diagnose.test_stated import bare
 
 converged = acceptance.converged

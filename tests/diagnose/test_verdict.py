@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.diagnose.verdict import within_noise
-from core.results import ABOVE, ABOVE_IN_ONE
+from flexgui.core.diagnose.verdict import within_noise
+from flexgui.core.results import ABOVE, ABOVE_IN_ONE
 
 SAMPLES = 1000
 

@@ -8,8 +8,8 @@ import pytest
 import scipy
 from scipy.stats import chi2, kstest
 
-from core.diagnose.whitening import LEFT, fit_whitener, thinned
-from core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.diagnose.whitening import LEFT, fit_whitener, thinned
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from tests.marks import long_except
 
 N = 20_000

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import flexgui as fg
-from core.results import Diagnosis, Estimate, LadderStep
-from core.study.challenge import TRUTH_FILE, make_challenge, opened
+from flexgui.core.results import Diagnosis, Estimate, LadderStep
+from flexgui.core.study.challenge import TRUTH_FILE, make_challenge, opened
 from flexgui.sentences.challenge import truth_in_words
 from flexgui.sentences.identifiability import identifiability_sentences
 from flexgui.sentences.written import format_number

@@ -37,7 +37,7 @@ def named_numbers() -> dict[tuple[str, str], str]:
 
 def value_of(module: str, name: str) -> float:
     """As the code has it."""
-    return float(getattr(importlib.import_module(module), name))
+    return float(getattr(importlib.import_module(f"flexgui.{module}"), name))
 
 
 def _of_module(tree: ast.Module) -> Iterator[tuple[str, str]]:

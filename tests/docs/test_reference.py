@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from core.drives.drive import drive_classes
-from core.effects import catalogue
-from core.sensors import sensors
+from flexgui.core.drives.drive import drive_classes
+from flexgui.core.effects import catalogue
+from flexgui.core.sensors import sensors
 from flexgui.reference import FILE, reference_text
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from core.scenario.read import read_scenario
+from flexgui.core.scenario.read import read_scenario
 from tests.docs.answers import FILE, SCENARIOS, SHEETS, digest, text
 
 SHEET_FILES = sorted(FILE.parent.glob("[0-9]_*.md"))

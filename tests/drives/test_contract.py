@@ -7,13 +7,13 @@ import inspect
 import numpy as np
 import pytest
 
-import core.drives
-from core.arm.slots import arm_vector
-from core.drives import build_drive
-from core.drives.drive import Drive, drive_classes
-from core.errors import InputError
-from core.plugins import modules_of
-from core.recording.recording import Recording
+from flexgui.core import drives
+from flexgui.core.arm.slots import arm_vector
+from flexgui.core.drives import build_drive
+from flexgui.core.drives.drive import Drive, drive_classes
+from flexgui.core.errors import InputError
+from flexgui.core.plugins import modules_of
+from flexgui.core.recording.recording import Recording
 from tests.helpers import ARMS, PAPER
 
 OPTIONS = {
@@ -44,12 +44,12 @@ def built(kind: str) -> Drive:
 def test_every_drive_of_the_folder_is_found_and_has_settings_here() -> None:
     written = {
         thing.kind
-        for module in modules_of("core.drives")
+        for module in modules_of("flexgui.core.drives")
         for thing in vars(module).values()
         if inspect.isclass(thing) and issubclass(thing, Drive) and thing.kind
     }
     assert written == set(KINDS) == set(OPTIONS)
-    assert core.drives.__doc__
+    assert drives.__doc__
 
 
 @pytest.mark.parametrize("kind", KINDS)

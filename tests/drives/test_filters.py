@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import lsim
 
-from core.arm.chord import chord_matrix
-from core.drives import build_drive
-from core.model import Model
-from core.recording.spec import SimulateSpec
-from core.simulate.experiment import make_task
-from core.simulate.nonlinear import simulate_fixed
+from flexgui.core.arm.chord import chord_matrix
+from flexgui.core.drives import build_drive
+from flexgui.core.model import Model
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.nonlinear import simulate_fixed
 from tests.helpers import PAPER
 
 AGREEMENT = 1e-4

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.drives import build_drive
-from core.drives.servo import DEFAULT_HZ, FollowingServo
-from core.drives.torque import Torque
-from core.errors import InputError
-from core.model import Model
-from core.recording.beginning import begins_at_rest
-from core.recording.spec import SimulateSpec
-from core.simulate.experiment import make_task, simulate_recording
-from core.simulate.motion import Task
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.drives import build_drive
+from flexgui.core.drives.servo import DEFAULT_HZ, FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.errors import InputError
+from flexgui.core.model import Model
+from flexgui.core.recording.beginning import begins_at_rest
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.simulate.experiment import make_task, simulate_recording
+from flexgui.core.simulate.motion import Task
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.helpers import PAPER, loaded, looped
 
 IDLE = 0.05

@@ -15,9 +15,9 @@ import numpy as np
 import sympy as sp
 from pint import UnitRegistry
 
-from core.arm.arm import Arm
-from core.arm.joints import joint
-from core.forces.element import Element
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.joints import joint
+from flexgui.core.forces.element import Element
 
 UNITS = UnitRegistry()
 BASES = ("[length]", "[mass]", "[time]")

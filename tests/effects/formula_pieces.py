@@ -10,8 +10,8 @@ import pytest
 import sympy as sp
 from hypothesis import strategies as st
 
-from core.effects import formula
-from core.effects.formula import (
+from flexgui.core.effects import formula
+from flexgui.core.effects.formula import (
     DEEPEST,
     FUNCTIONS,
     LONGEST_TEXT,
@@ -19,7 +19,7 @@ from core.effects.formula import (
     NESTED_POWERS,
     parse_formula,
 )
-from core.errors import InputError
+from flexgui.core.errors import InputError
 
 NAMES = {n: sp.Symbol(n, real=True) for n in ("theta1", "dtheta1", "delta2", "fc", "vs", "k")}
 Point = Mapping[str, float]

@@ -9,20 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.effects import Effect, EffectParameter, Rig, catalogue, effect
-from core.effects.sizes import Sizes, sizes_of
-from core.identify.refinement import refine
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.sensors import sensors
-from core.simulate.experiment import NoiseLevels, make_task, simulate_recording
-from core.simulate.linear import respond
-from core.simulate.many import run
-from core.simulate.motion import Task
-from core.simulate.nonlinear import simulate_within
-from core.trajectory import Trajectory
+from flexgui.core.arm.arm import Arm
+from flexgui.core.effects import Effect, EffectParameter, Rig, catalogue, effect
+from flexgui.core.effects.sizes import Sizes, sizes_of
+from flexgui.core.identify.refinement import refine
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.sensors import sensors
+from flexgui.core.simulate.experiment import NoiseLevels, make_task, simulate_recording
+from flexgui.core.simulate.linear import respond
+from flexgui.core.simulate.many import run
+from flexgui.core.simulate.motion import Task
+from flexgui.core.simulate.nonlinear import simulate_within
+from flexgui.core.trajectory import Trajectory
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import residuals_of, with_channels
 

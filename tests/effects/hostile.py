@@ -15,7 +15,7 @@ from itertools import cycle
 import pytest
 import sympy as sp
 
-from core.effects.formula import (
+from flexgui.core.effects.formula import (
     DEEPEST,
     FUNCTIONS,
     MOST_NODES,

@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.arm.presets import presets
-from core.drives.servo import FollowingServo
-from core.drives.torque import Torque
-from core.effects import Rig, effect
-from core.effects.sizes import typical
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.model import Model
-from core.recording.spec import SimulateSpec
-from core.sensors import sensor
-from core.simulate.experiment import simulate_recording
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.effects import Rig, effect
+from flexgui.core.effects.sizes import typical
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.model import Model
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import simulate_recording
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.effects.helpers import experiment
 from tests.effects.test_sensor_effects import DT, SPLINE, T, sensed, swinging
 from tests.helpers import PAPER, looped

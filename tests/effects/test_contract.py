@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from pint import UnitRegistry
 
-from core.arm.presets import presets
-from core.drives.servo import FollowingServo
-from core.drives.torque import Torque
-from core.drives.velocity_loop import VelocityLoop
-from core.effects import Rig, catalogue, effect
-from core.effects.sizes import typical
-from core.model import Model
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.effects import Rig, catalogue, effect
+from flexgui.core.effects.sizes import typical
+from flexgui.core.model import Model
 from tests.effects.helpers import (
     KINDS,
     base_for,

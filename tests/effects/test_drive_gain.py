@@ -5,23 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.arm.slots import arm_vector
-from core.drives import build_drive
-from core.drives.servo import FollowingServo
-from core.drives.torque import Torque
-from core.drives.velocity_loop import VelocityLoop
-from core.effects import Rig, effect
-from core.effects.sizes import typical
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.identify.refinement import refine
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.scenario.schema import IdentifySpec
-from core.sensors import sensor
-from core.simulate.experiment import simulate_recording
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.arm.slots import arm_vector
+from flexgui.core.drives import build_drive
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.effects import Rig, effect
+from flexgui.core.effects.sizes import typical
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.refinement import refine
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.schema import IdentifySpec
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import simulate_recording
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.drives.test_contract import OPTIONS
 from tests.effects.helpers import experiment
 from tests.helpers import PAPER, looped

@@ -11,7 +11,7 @@ import sympy as sp
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from core.effects.formula import (
+from flexgui.core.effects.formula import (
     DEEPEST,
     FUNCTIONS,
     LARGEST,
@@ -21,7 +21,7 @@ from core.effects.formula import (
     SMALLEST,
     parse_formula,
 )
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from tests.effects.formula_pieces import (
     LAST_DIGITS,
     NAMES,

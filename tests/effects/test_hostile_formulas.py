@@ -11,11 +11,11 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.effects import formula
-from core.effects.formula import (
+from flexgui.core.effects import formula
+from flexgui.core.effects.formula import (
     parse_formula,
 )
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from tests.effects.formula_pieces import NAMES, SLOWEST, sentence
 from tests.effects.hostile import HOSTILE, guarded, hostile
 

@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
-from core.arm.segment import Segment
-from core.arm.slots import HUB_INERTIA, TWIST_STIFFNESS, arm_vector, slot
-from core.drives import build_drive
-from core.drives.law import DriveLaw
-from core.effects import effect
-from core.effects.backlash import CONTACT_RATE
-from core.effects.drive_lag import lagged
-from core.effects.joint_load import LEAST, joint_load
-from core.effects.torque_ripple import LAW as RIPPLE
-from core.forces.compiled import compile_law
-from core.model import Model
-from core.simulate.equations import equations
-from core.simulate.many import run
-from core.simulate.nonlinear import difference, simulate_fixed, simulate_within
+from flexgui.core.arm.segment import Segment
+from flexgui.core.arm.slots import HUB_INERTIA, TWIST_STIFFNESS, arm_vector, slot
+from flexgui.core.drives import build_drive
+from flexgui.core.drives.law import DriveLaw
+from flexgui.core.effects import effect
+from flexgui.core.effects.backlash import CONTACT_RATE
+from flexgui.core.effects.drive_lag import lagged
+from flexgui.core.effects.joint_load import LEAST, joint_load
+from flexgui.core.effects.torque_ripple import LAW as RIPPLE
+from flexgui.core.forces.compiled import compile_law
+from flexgui.core.model import Model
+from flexgui.core.simulate.equations import equations
+from flexgui.core.simulate.many import run
+from flexgui.core.simulate.nonlinear import difference, simulate_fixed, simulate_within
 from tests.drives.test_contract import OPTIONS
 from tests.effects.helpers import experiment, moved, with_effect
 from tests.helpers import ARMS, PAPER, looped, task_from

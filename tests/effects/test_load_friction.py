@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from core.arm.presets import presets
-from core.drives.torque import Torque
-from core.drives.velocity_loop import VelocityLoop
-from core.effects import effect
-from core.effects.load_friction import LAW
-from core.forces.compiled import compile_law
-from core.model import Model
-from core.simulate.many import run
-from core.simulate.nonlinear import difference, simulate_within
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives.torque import Torque
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.effects import effect
+from flexgui.core.effects.load_friction import LAW
+from flexgui.core.forces.compiled import compile_law
+from flexgui.core.model import Model
+from flexgui.core.simulate.many import run
+from flexgui.core.simulate.nonlinear import difference, simulate_within
 from tests.effects.helpers import experiment, with_effect
 from tests.helpers import PAPER, looped, task_from
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.effects import effect
-from core.effects.own import OwnEffect, own_effect, own_parameter, states, targets
-from core.errors import InputError
-from core.forces.compiled import compile_law
-from core.forces.element import linear_matrices
-from core.loading import load_recordings
-from core.model import Model
-from core.progress import Silent
-from core.recording.spec import SimulateSpec
-from core.scenario.read import parse_scenario
-from core.scenario.stated_effects import base_model
-from core.simulate.experiment import make_task
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.effects import effect
+from flexgui.core.effects.own import OwnEffect, own_effect, own_parameter, states, targets
+from flexgui.core.errors import InputError
+from flexgui.core.forces.compiled import compile_law
+from flexgui.core.forces.element import linear_matrices
+from flexgui.core.loading import load_recordings
+from flexgui.core.model import Model
+from flexgui.core.progress import Silent
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.helpers import PAPER, chain, jacobian, looped
 
 SAME = 1e-12

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from core.effects import effect
-from core.forces.compiled import compile_law
-from core.forces.element import Element
-from core.model import Model
-from core.simulate.linear import respond
-from core.simulate.nonlinear import simulate_fixed
+from flexgui.core.effects import effect
+from flexgui.core.forces.compiled import compile_law
+from flexgui.core.forces.element import Element
+from flexgui.core.model import Model
+from flexgui.core.simulate.linear import respond
+from flexgui.core.simulate.nonlinear import simulate_fixed
 from tests.effects.dimensions import consistent
 from tests.effects.helpers import (
     KINDS,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.effects import effect
+from flexgui.core.effects import effect
 from tests.effects.helpers import KINDS, primary, recover
 
 INTERVAL = 3.0

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.arm.chord import deflection_rows
-from core.effects import effect, with_included
-from core.effects.effect import Rig
-from core.forces.compiled import compile_law
-from core.recording.spec import SimulateSpec
-from core.simulate.experiment import make_task
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.arm.chord import deflection_rows
+from flexgui.core.effects import effect, with_included
+from flexgui.core.effects.effect import Rig
+from flexgui.core.forces.compiled import compile_law
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.helpers import PAPER, looped, with_modes
 
 NOTHING = np.zeros(0)

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from core.effects import effect
-from core.effects.effect import Rig
-from core.effects.sizes import typical
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.recording.spec import SimulateSpec
-from core.sensors import sensor
-from core.simulate.experiment import simulate_recording
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.effects import effect
+from flexgui.core.effects.effect import Rig
+from flexgui.core.effects.sizes import typical
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import simulate_recording
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.helpers import PAPER, chain, looped
 
 DT = 1e-3

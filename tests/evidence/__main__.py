@@ -7,7 +7,7 @@ import os
 import sys
 from pathlib import Path
 
-from core.files import replacing
+from flexgui.core.files import replacing
 from tests.evidence.frame import JOURNAL, PAGE, PICTURES, page, parts, pictures, run
 
 

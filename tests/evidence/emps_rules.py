@@ -16,16 +16,16 @@ import numpy as np
 import pandas as pd
 from scipy.signal import butter, sosfiltfilt
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.drives.law import DriveLaw
-from core.parameters import Parameter
-from core.results import Outcome
-from core.scenario.read import check_scenario, read_scenario
-from core.scenario.stated_effects import base_model
-from core.simulate.motion import Task, at_rest
-from core.study.rig import exactly
-from core.workbench import run_scenario
+from flexgui.core.arm.arm import Arm
+from flexgui.core.drives.drive import Drive
+from flexgui.core.drives.law import DriveLaw
+from flexgui.core.parameters import Parameter
+from flexgui.core.results import Outcome
+from flexgui.core.scenario.read import check_scenario, read_scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.study.rig import exactly
+from flexgui.core.workbench import run_scenario
 
 ESTIMATED, JUDGED = "emps.csv", "emps_pulses.csv"
 SCENARIO = Path(__file__).resolve().parents[2] / "scenarios" / "emps.toml"

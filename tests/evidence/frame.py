@@ -31,8 +31,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from core.plugins import modules_of
-from core.resumable.journal import Journal
+from flexgui.core.plugins import modules_of
+from flexgui.core.resumable.journal import Journal
 from tests.studies.study_run import kept, run_all
 
 PACKAGE = f"{__package__}.parts"

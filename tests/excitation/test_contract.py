@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.excitation import build_excitation
-from core.excitation.excitation import Excitation
-from core.plugins import classes_of
+from flexgui.core.errors import InputError
+from flexgui.core.excitation import build_excitation
+from flexgui.core.excitation.excitation import Excitation
+from flexgui.core.plugins import classes_of
 
-KINDS = sorted(classes_of("core.excitation", Excitation))
+KINDS = sorted(classes_of("flexgui.core.excitation", Excitation))
 DT = 1e-3
 SAMPLES = 30_000
 
@@ -27,7 +27,7 @@ def signal(kind: str, seed: int = 1, samples: int = SAMPLES, **options: object) 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_excitation_says_what_it_is(kind: str) -> None:
-    assert classes_of("core.excitation", Excitation)[kind].__doc__
+    assert classes_of("flexgui.core.excitation", Excitation)[kind].__doc__
 
 
 @pytest.mark.parametrize("kind", KINDS)

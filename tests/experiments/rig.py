@@ -7,16 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from core.experiments.design import Candidate, Design, Wish, design
-from core.experiments.plan import fitted
-from core.loading import load_recordings
-from core.progress import Silent
-from core.recording.recording import Recording
-from core.scenario.read import parse_scenario
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.sensors import sensor
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.experiments.design import Candidate, Design, Wish, design
+from flexgui.core.experiments.plan import fitted
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.recording.recording import Recording
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.nonlinear import simulate_within
 
 NOISE = {"z": 3e-5, "encoder": 1e-5, "deflection": 2e-5}
 """m and rad"""

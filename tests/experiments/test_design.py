@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.diagnose.evidence import TIE
-from core.diagnose.facts import final_parameters
-from core.diagnose.refit import settled
-from core.errors import InputError
-from core.experiments.allowed import Allowed
-from core.experiments.design import Wish, design
-from core.experiments.fitted import FittedModel
-from core.experiments.plan import fitted
-from core.experiments.trial import KEPT
-from core.loading import load_recordings
-from core.progress import Silent
-from core.scenario.rig_spec import LimitsSpec
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.diagnose.evidence import TIE
+from flexgui.core.diagnose.facts import final_parameters
+from flexgui.core.diagnose.refit import settled
+from flexgui.core.errors import InputError
+from flexgui.core.experiments.allowed import Allowed
+from flexgui.core.experiments.design import Wish, design
+from flexgui.core.experiments.fitted import FittedModel
+from flexgui.core.experiments.plan import fitted
+from flexgui.core.experiments.trial import KEPT
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.rig_spec import LimitsSpec
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.sentences.experiments import plan_paragraphs
 from tests.experiments.rig import LOOP, TORQUE, planned, recorded, recordings, scenario
 from tests.marks import long_except

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.experiments.files import Names
-from core.loading import load_recordings
-from core.progress import Silent
-from core.recording.load import load_recording
-from core.recording.recording import Recording
-from core.recording.save import save_recording
-from core.recording.spec import RecordingSpec
-from core.scenario.read import read_scenario, scenario_toml
-from core.scenario.stated_effects import base_model
+from flexgui.core.experiments.files import Names
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.recording.load import load_recording
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.save import save_recording
+from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.scenario.read import read_scenario, scenario_toml
+from flexgui.core.scenario.stated_effects import base_model
 from tests.cli.helpers import said
 from tests.experiments.rig import planned, recorded, scenario
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.loading import as_played
-from core.recording.recording import Recording
+from flexgui.core.errors import InputError
+from flexgui.core.loading import as_played
+from flexgui.core.recording.recording import Recording
 
 DT = 0.002
 rng = np.random.default_rng(1)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from core.drives import build_drive
-from core.drives.torque import Torque
-from core.model import Model
+from flexgui.core.drives import build_drive
+from flexgui.core.drives.torque import Torque
+from flexgui.core.model import Model
 from tests.helpers import ARMS, loaded, looped
 
 GRAVITY = (1.5, -9.81)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.model import Model
-from core.results import Outcome
-from core.simulate.descriptor import descriptor
-from core.simulate.mechanism import mechanism
+from flexgui.core.model import Model
+from flexgui.core.results import Outcome
+from flexgui.core.simulate.descriptor import descriptor
+from flexgui.core.simulate.mechanism import mechanism
 
 
 def outcome_of(model: Model, title: str = "A test") -> Outcome:

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.model import Model
-from core.results import Outcome
-from core.simulate.linear import respond
-from core.simulate.motion import Task
-from core.simulate.postures import midpoints
+from flexgui.core.model import Model
+from flexgui.core.results import Outcome
+from flexgui.core.simulate.linear import respond
+from flexgui.core.simulate.motion import Task
+from flexgui.core.simulate.postures import midpoints
 from flexgui.export.formats.c_code import FOLDER, CCode, c_sources
 from flexgui.export.formats.fmu import compiler
 from flexgui.export.model_format import in_c, scheduled

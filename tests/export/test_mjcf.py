@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from core.arm.chord import chord_matrix
-from core.effects import effect
-from core.model import Model
-from core.recording.spec import SimulateSpec
-from core.results import Outcome
-from core.simulate.experiment import make_task
-from core.simulate.nonlinear import simulate
-from core.simulate.posture import Posture, posture
+from flexgui.core.arm.chord import chord_matrix
+from flexgui.core.effects import effect
+from flexgui.core.model import Model
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.results import Outcome
+from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.nonlinear import simulate
+from flexgui.core.simulate.posture import Posture, posture
 from flexgui.export.formats.mjcf import Mjcf, chain_frequencies
 from tests.export.arms import GRAVITY, MODELS
 from tests.export.helpers import outcome_of

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.effects import effect
-from core.simulate.posture import posture
+from flexgui.core.effects import effect
+from flexgui.core.simulate.posture import posture
 from flexgui.export.formats.python_control import ControlScript, script
 from tests.export.arms import MODELS
 from tests.export.helpers import outcome_of

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.results import (
+from flexgui.core.results import (
     ChannelComparison,
     DescriptorModel,
     Equation,

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.identify.repeatability import repeatability
-from core.results import Estimate, Outcome
-from core.scenario.stated_effects import base_model
+from flexgui.core.identify.repeatability import repeatability
+from flexgui.core.results import Estimate, Outcome
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.export.report import report_html
 from flexgui.export.result import result
 from flexgui.export.tables import tables

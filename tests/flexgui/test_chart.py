@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.simulate.posture import Posture
-from core.simulate.response import frequency_response as gains_of
-from core.simulate.response import step_response
+from flexgui.core.simulate.posture import Posture
+from flexgui.core.simulate.response import frequency_response as gains_of
+from flexgui.core.simulate.response import step_response
 from flexgui.views import colours
 from flexgui.views.chart import NO_LINE, Chart, chart
 from flexgui.views.dynamics import DOTS, frequency_response, noisy_step, step

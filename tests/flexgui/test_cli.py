@@ -10,11 +10,11 @@ from types import ModuleType
 import pytest
 from typer.testing import CliRunner, Result
 
-from core.errors import InputError
-from core.progress import Progress, Silent
-from core.results import Outcome
 from flexgui import __version__
 from flexgui.cli import app
+from flexgui.core.errors import InputError
+from flexgui.core.progress import Progress, Silent
+from flexgui.core.results import Outcome
 from tests.cli.helpers import FILE, TEXT, csv, table
 
 HEAVY = ("numpy", "numba", "sympy", "scipy", "pandas", "plotly", "viser")
@@ -35,7 +35,7 @@ def scenario(tmp_path: Path) -> Path:
 def workbench(monkeypatch: pytest.MonkeyPatch, glocal: Outcome) -> list[object]:
     """A workbench that notes what it is given and answers at once; or raises what it holds."""
     calls: list[object] = []
-    reader, bench = ModuleType("core.scenario.read"), ModuleType("core.workbench")
+    reader, bench = ModuleType("flexgui.core.scenario.read"), ModuleType("flexgui.core.workbench")
 
     def run_scenario(
         given: object, *, folder: Path, data_folder: Path | None, progress: Progress
@@ -49,13 +49,13 @@ def workbench(monkeypatch: pytest.MonkeyPatch, glocal: Outcome) -> list[object]:
     reader.read_scenario = lambda path: path.name
     bench.run_scenario = run_scenario
     # A text for a scenario has no recordings that could lie anywhere.
-    monkeypatch.setattr("core.scenario.data_folder.outside", lambda *given: "")
-    monkeypatch.setattr("core.identify.unknowns.check_names", lambda given: None)
-    monkeypatch.setattr("core.scenario.stated_effects.arms_to_come", lambda given: ())
+    monkeypatch.setattr("flexgui.core.scenario.data_folder.outside", lambda *given: "")
+    monkeypatch.setattr("flexgui.core.identify.unknowns.check_names", lambda given: None)
+    monkeypatch.setattr("flexgui.core.scenario.stated_effects.arms_to_come", lambda given: ())
     # The motion in 3-D would be simulated by the workbench that is not there.
     monkeypatch.setattr("flexgui.export.report_motion.report_motion", lambda *given: None)
-    monkeypatch.setitem(sys.modules, "core.scenario.read", reader)
-    monkeypatch.setitem(sys.modules, "core.workbench", bench)
+    monkeypatch.setitem(sys.modules, "flexgui.core.scenario.read", reader)
+    monkeypatch.setitem(sys.modules, "flexgui.core.workbench", bench)
     return calls
 
 
@@ -117,7 +117,8 @@ def test_a_slip_is_told_before_what_computes_is_imported(tmp_path: Path) -> None
     code = (
         "import sys; from flexgui.cli import run\n"
         f"assert {{run(each) for each in {tried!r}}} == {{2}}\n"
-        "heavy = ('core.loading', 'core.simulate.many', 'core.check.run', 'plotly', 'pandas')\n"
+        "core = [f'flexgui.core.{name}' for name in ('loading', 'simulate.many', 'check.run')]\n"
+        "heavy = (*core, 'plotly', 'pandas')\n"
         "print([name for name in heavy if name in sys.modules])"
     )
     done = subprocess.run(

@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from core.diagnose.maps import error_maps
-from core.results import (
+from flexgui.core.diagnose.maps import error_maps
+from flexgui.core.results import (
     ChannelError,
     Diagnosis,
     DiagnosisRound,
@@ -24,7 +24,7 @@ from core.results import (
     PlannedExperiment,
     RankedEffect,
 )
-from core.results.comparison import DIAGNOSIS_FIT
+from flexgui.core.results.comparison import DIAGNOSIS_FIT
 from flexgui.export.export_files import export_outcome
 from flexgui.views.error_map import cell_labels, error_map, place, row_labels, worst_table
 from flexgui.views.ladder import ladder, ladder_table, sizes_table, step_labels

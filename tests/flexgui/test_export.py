@@ -12,8 +12,8 @@ import pandas as pd
 import pytest
 from scipy.io import loadmat
 
-from core.errors import InputError
-from core.results import Outcome
+from flexgui.core.errors import InputError
+from flexgui.core.results import Outcome
 from flexgui.export import export_files
 from flexgui.export.export_files import export_outcome
 from flexgui.export.folder import check_writable, dumps, swap_in

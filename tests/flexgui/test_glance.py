@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from plotly.offline import get_plotlyjs
 
-from core.results import Outcome
+from flexgui.core.results import Outcome
 from flexgui.export.report import report_html
 from flexgui.export.report_sections import digest, glance
 from flexgui.views.summary import DOUBTFUL, doubt

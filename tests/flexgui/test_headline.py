@@ -9,7 +9,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from core.results import Estimate, LinearModel, Outcome, RecordingComparison
+from flexgui.core.results import Estimate, LinearModel, Outcome, RecordingComparison
 from flexgui.export.export_files import export_outcome
 from flexgui.export.report import FIRST_FIT
 from flexgui.panels.identify_panel import found_parameters

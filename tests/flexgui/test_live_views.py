@@ -11,11 +11,11 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from core.drives.torque import Torque
-from core.model import Model
-from core.simulate.posture import Posture, posture, vibration_modes
-from core.simulate.response import frequency_response as gains_of
-from core.simulate.response import step_response
+from flexgui.core.drives.torque import Torque
+from flexgui.core.model import Model
+from flexgui.core.simulate.posture import Posture, posture, vibration_modes
+from flexgui.core.simulate.response import frequency_response as gains_of
+from flexgui.core.simulate.response import step_response
 from flexgui.views.dynamics import (
     NEGLIGIBLE,
     frequency_response,

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from core.results import LadderStep, MissingTorque
+from flexgui.core.results import LadderStep, MissingTorque
 from flexgui.panels.diagnose_panel import DiagnosePanel
 from flexgui.panels.moment_panel import Moment
 from flexgui.session.state import Cursor

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from markupsafe import Markup
 
-from core.results import Outcome
-from core.scenario.read import parse_scenario
-from core.workbench import run_scenario
+from flexgui.core.results import Outcome
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.workbench import run_scenario
 from flexgui.export.report import report_html
 from flexgui.export.report_motion import report_motion
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.results import Estimate
+from flexgui.core.results import Estimate
 from flexgui.export.export_files import _rounded
 from flexgui.sentences.written import estimate_text, format_number, format_value, shown_unit
 from flexgui.views.names import channel_symbol, output_title, plain_symbol, typeset

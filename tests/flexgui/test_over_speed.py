@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.effects import catalogue, effect, with_included
+from flexgui.core.effects import catalogue, effect, with_included
 from flexgui.views.over_speed import OverSpeed, over_speed
 from tests.effects.helpers import KINDS
 from tests.helpers import PAPER, looped

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from core.progress import Progress, Silent
-from core.results import Generation
+from flexgui.core.progress import Progress, Silent
+from flexgui.core.results import Generation
 from flexgui.progress import PlainProgress, TerminalProgress
 
 GENERATION = Generation(3, 1.25, 2.0, 3.0, np.zeros(2))

@@ -11,7 +11,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from core.results import (
+from flexgui.core.results import (
     MISSING,
     NOTHING,
     UNLISTED,

@@ -11,7 +11,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from core.results import Outcome
+from flexgui.core.results import Outcome
 from flexgui.views import colours
 from flexgui.views.comparison import comparison
 from flexgui.views.convergence import convergence

@@ -9,13 +9,13 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from core.effects.bristle import bristle_law
-from core.forces.element import Element, pack
-from core.forces.law import ForceLaw, V, W, X
-from core.model import Model
-from core.simulate.many import flat, law_arrays, run
-from core.simulate.nonlinear import simulate_within
-from core.simulate.rosenbrock import implicit_parts, integrate
+from flexgui.core.effects.bristle import bristle_law
+from flexgui.core.forces.element import Element, pack
+from flexgui.core.forces.law import ForceLaw, V, W, X
+from flexgui.core.model import Model
+from flexgui.core.simulate.many import flat, law_arrays, run
+from flexgui.core.simulate.nonlinear import simulate_within
+from flexgui.core.simulate.rosenbrock import implicit_parts, integrate
 from tests.forces.test_motion import AGAINST_SCIPY, DAMPER, _rate, at, excited, forced
 from tests.helpers import ARMS, PAPER, looped, task_from
 from tests.marks import long_except

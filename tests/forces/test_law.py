@@ -8,10 +8,10 @@ import sympy as sp
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from core.arm.cache import cache_folder
-from core.forces.compiled import compile_law
-from core.forces.generate import module_text
-from core.forces.law import ForceLaw, V, W, X, joint_law
+from flexgui.core.arm.cache import cache_folder
+from flexgui.core.forces.compiled import compile_law
+from flexgui.core.forces.generate import module_text
+from flexgui.core.forces.law import ForceLaw, V, W, X, joint_law
 
 ROUNDING = 1e-12
 """Relative to the terms of the sum; printing must not change a number."""

@@ -9,14 +9,14 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from core.arm.arm import Arm
-from core.effects.effect import Effect, EffectParameter
-from core.forces.compiled import compile_law
-from core.forces.element import Element, linear_matrices, pack
-from core.forces.law import ForceLaw, V, W, X, joint_law
-from core.model import Model
-from core.simulate.many import run
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.arm.arm import Arm
+from flexgui.core.effects.effect import Effect, EffectParameter
+from flexgui.core.forces.compiled import compile_law
+from flexgui.core.forces.element import Element, linear_matrices, pack
+from flexgui.core.forces.law import ForceLaw, V, W, X, joint_law
+from flexgui.core.model import Model
+from flexgui.core.simulate.many import run
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.helpers import ARMS, PAPER, looped, task_from, torque_of
 
 A, B = sp.symbols("a b", positive=True)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from core.arm.cache import VARIABLE
-from core.effects.own import own_effect, own_parameter
-from core.forces.compiled import CompiledLaw, compile_law, compile_wide_law
-from core.forces.generate import module_text
-from core.forces.law import V, X, joint_law
-from core.forces.passing import PassingLaw
+from flexgui.core.arm.cache import VARIABLE
+from flexgui.core.effects.own import own_effect, own_parameter
+from flexgui.core.forces.compiled import CompiledLaw, compile_law, compile_wide_law
+from flexgui.core.forces.generate import module_text
+from flexgui.core.forces.law import V, X, joint_law
+from flexgui.core.forces.passing import PassingLaw
 from tests.helpers import PAPER
 
 ROUNDING = 1e-12

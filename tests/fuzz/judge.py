@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from core.errors import InputError
 from flexgui import cli
+from flexgui.core.errors import InputError
 from flexgui.plain_words import BAD_INPUT, print_error
 from tests.fuzz.cases import Case
 

@@ -9,18 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from core.identify.fit import Fitted, identify
-from core.identify.predictor import Predictor
-from core.identify.prepared import prepare
-from core.identify.residuals import Residuals, channel_weights
-from core.identify.setup import make_setup
-from core.identify.unknowns import collect_unknowns, fixed_values
-from core.model import Model
-from core.progress import Progress, Silent
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.scenario.schema import IdentifySpec
-from core.simulate.experiment import NO_NOISE, NoiseLevels, simulate_recording
+from flexgui.core.identify.fit import Fitted, identify
+from flexgui.core.identify.predictor import Predictor
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.residuals import Residuals, channel_weights
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.identify.unknowns import collect_unknowns, fixed_values
+from flexgui.core.model import Model
+from flexgui.core.progress import Progress, Silent
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.schema import IdentifySpec
+from flexgui.core.simulate.experiment import NO_NOISE, NoiseLevels, simulate_recording
 from tests.helpers import PAPER, looped
 
 LPV = looped(PAPER, level="lpv")

@@ -8,21 +8,21 @@ from functools import cache
 import numpy as np
 import pytest
 
-from core.drives.drive import Drive
-from core.drives.servo import FollowingServo, averaged, rates, slopes
-from core.drives.torque import Torque
-from core.drives.voltage import Voltage
-from core.effects import effect
-from core.identify.led_motion import VAGUE, vague_ends
-from core.identify.predictor import motion_of
-from core.identify.prepared import Prepared, prepare
-from core.identify.processing import Processing
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.velocity import ZeroPhaseLowPass
-from core.sensors import sensor
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.drives.drive import Drive
+from flexgui.core.drives.servo import FollowingServo, averaged, rates, slopes
+from flexgui.core.drives.torque import Torque
+from flexgui.core.drives.voltage import Voltage
+from flexgui.core.effects import effect
+from flexgui.core.identify.led_motion import VAGUE, vague_ends
+from flexgui.core.identify.predictor import motion_of
+from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.identify.test_switching_torque import LINK, rms
 
 STEP, SAMPLES, HOLD = 4e-3, 500, 2

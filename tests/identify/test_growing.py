@@ -5,23 +5,23 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.arm.arm import Arm
-from core.arm.segment import Segment
-from core.drives.servo import FollowingServo
-from core.drives.torque import Torque
-from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, prepare
-from core.identify.processing import Processing
-from core.identify.refinement import beginnings, grown, refine
-from core.identify.residuals import Residuals
-from core.identify.unknowns import Unknown, Unknowns
-from core.model import Model
-from core.parameters import Parameter
-from core.recording.recording import Recording
-from core.recording.velocity import ZeroPhaseLowPass
-from core.sensors import sensor
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.segment import Segment
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.identify.predictor import Predictor
+from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.refinement import beginnings, grown, refine
+from flexgui.core.identify.residuals import Residuals
+from flexgui.core.identify.unknowns import Unknown, Unknowns
+from flexgui.core.model import Model
+from flexgui.core.parameters import Parameter
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import simulate_within
 
 SEGMENTS = (
     Segment(length=0.6, mass=4.0, EI=300.0, hub_inertia=0.15, modes=1),

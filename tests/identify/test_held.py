@@ -7,21 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.arm.presets import presets
-from core.drives.servo import FollowingServo
-from core.drives.torque import Torque
-from core.effects import effect
-from core.identify import held
-from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, prepare
-from core.identify.processing import Processing
-from core.identify.unknowns import Unknowns
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.velocity import ZeroPhaseLowPass
-from core.sensors import sensor
-from core.simulate.many import Job, run_many
-from core.trajectory import Trajectory
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.effects import effect
+from flexgui.core.identify import held
+from flexgui.core.identify.predictor import Predictor
+from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.unknowns import Unknowns
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.many import Job, run_many
+from flexgui.core.trajectory import Trajectory
 
 SLIDE = presets()["single_axis"]
 BENCH = presets()["two_stage_bench"]

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from core.arm.presets import presets
-from core.identify.fit import Fitted
-from core.identify.identifiability import (
+from flexgui.core.arm.presets import presets
+from flexgui.core.identify.fit import Fitted
+from flexgui.core.identify.identifiability import (
     analyse,
     determined,
     identified,
@@ -17,8 +17,8 @@ from core.identify.identifiability import (
     valley,
     wide,
 )
-from core.identify.unknowns import Unknown, Unknowns
-from core.parameters import Parameter
+from flexgui.core.identify.unknowns import Unknown, Unknowns
+from flexgui.core.parameters import Parameter
 from flexgui.sentences.identifiability import STARTS_FREE, identifiability_sentences
 from tests.helpers import looped
 from tests.identify.helpers import BOX, LPV, clean, fit, noisy, simulated

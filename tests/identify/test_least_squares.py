@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from core.least_squares import Descended, Limits, descend, promised
+from flexgui.core.least_squares import Descended, Limits, descend, promised
 
 LIMITS = Limits(np.full(2, -9.0), np.full(2, 9.0), np.ones(2))
 SAMPLES = 500

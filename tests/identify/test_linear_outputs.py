@@ -10,15 +10,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.effects import catalogue
-from core.identify.linear_outputs import POSTURE_TOLERANCE, LinearOutputs, applicable
-from core.identify.residuals import Residuals
-from core.lanes.wide import LANES
-from core.recording.recording import CameraPose, LoggerFilter, Recording
-from core.recording.spec import SimulateSpec
-from core.recording.velocity import ZeroPhaseLowPass
-from core.simulate.experiment import simulate_recording
-from core.simulate.postures import interpolation
+from flexgui.core.effects import catalogue
+from flexgui.core.identify.linear_outputs import POSTURE_TOLERANCE, LinearOutputs, applicable
+from flexgui.core.identify.residuals import Residuals
+from flexgui.core.lanes.wide import LANES
+from flexgui.core.recording.recording import CameraPose, LoggerFilter, Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.simulate.experiment import simulate_recording
+from flexgui.core.simulate.postures import interpolation
 from tests.helpers import ARMS, PAPER, loaded, looped, with_modes
 from tests.identify.helpers import LPV, residuals_of, simulated
 

@@ -7,28 +7,28 @@ import time
 import numpy as np
 import pytest
 
-from core.arm.build import ArmSpec, build_arm
-from core.drives import build_drive
-from core.identify import fit
-from core.identify.defect_correction import corrected_minimum
-from core.identify.fit import Fitted, identify
-from core.identify.predictor import Predictor
-from core.identify.prepared import Prepared, prepare
-from core.identify.processing import Processing
-from core.identify.residuals import Residuals, channel_weights
-from core.identify.uncertainty import FEW_LAGS, cross_covariances
-from core.identify.unknowns import Unknowns, collect_unknowns
-from core.least_squares import limits_of
-from core.model import Model
-from core.progress import Progress, Silent, StoppedError, heeding
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.results import Generation
-from core.scenario.schema import IdentifySpec
-from core.sensors import sensor
-from core.simulate import motion
-from core.simulate.experiment import NoiseLevels, simulate_recording
-from core.simulate.many import Job, run, run_many
+from flexgui.core.arm.build import ArmSpec, build_arm
+from flexgui.core.drives import build_drive
+from flexgui.core.identify import fit
+from flexgui.core.identify.defect_correction import corrected_minimum
+from flexgui.core.identify.fit import Fitted, identify
+from flexgui.core.identify.predictor import Predictor
+from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.residuals import Residuals, channel_weights
+from flexgui.core.identify.uncertainty import FEW_LAGS, cross_covariances
+from flexgui.core.identify.unknowns import Unknowns, collect_unknowns
+from flexgui.core.least_squares import limits_of
+from flexgui.core.model import Model
+from flexgui.core.progress import Progress, Silent, StoppedError, heeding
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.results import Generation
+from flexgui.core.scenario.schema import IdentifySpec
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate import motion
+from flexgui.core.simulate.experiment import NoiseLevels, simulate_recording
+from flexgui.core.simulate.many import Job, run, run_many
 
 TRUTH = 1e9 * 0.05**4 / 12.0
 SPEC = IdentifySpec(parameters=("EI1", "EI2"), start={"EI1": 1.3 * TRUTH, "EI2": 0.7 * TRUTH})

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.identify.compare import compare
-from core.identify.processing import Processing
-from core.identify.setup import PREFERENCE, make_setup
-from core.recording.recording import LoggerFilter, Recording
-from core.recording.velocity import ZeroPhaseLowPass
-from core.scenario.schema import IdentifySpec
-from core.sensors import sensor
-from core.simulate.experiment import NoiseLevels
+from flexgui.core.errors import InputError
+from flexgui.core.identify.compare import compare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.setup import PREFERENCE, make_setup
+from flexgui.core.recording.recording import LoggerFilter, Recording
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.scenario.schema import IdentifySpec
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import NoiseLevels
 from tests.helpers import PAPER, looped, with_modes
 from tests.identify.helpers import (
     EI,

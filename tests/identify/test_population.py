@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.identify import lane_groups
-from core.identify.population import PopulationCost
-from core.identify.predictor import single_threaded
-from core.identify.residuals import Residuals
-from core.recording.recording import CameraPose, LoggerFilter, Recording
-from core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.identify import lane_groups
+from flexgui.core.identify.population import PopulationCost
+from flexgui.core.identify.predictor import single_threaded
+from flexgui.core.identify.residuals import Residuals
+from flexgui.core.recording.recording import CameraPose, LoggerFilter, Recording
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
 from tests.helpers import PAPER, looped, with_modes
 from tests.identify.helpers import LPV, POINTS, noisy, residuals_of, simulated
 

@@ -10,12 +10,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.identify.predictor import HANDOVER, Predictor, quick_handover
-from core.identify.prepared import prepare
-from core.identify.processing import Processing
-from core.identify.residuals import Residuals
-from core.recording.velocity import ZeroPhaseLowPass
-from core.simulate.motion import Task
+from flexgui.core.identify.predictor import HANDOVER, Predictor, quick_handover
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.residuals import Residuals
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.simulate.motion import Task
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import POINTS, residuals_of, simulated
 

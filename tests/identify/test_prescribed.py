@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from core.arm.presets import presets
-from core.drives.servo import FollowingServo
-from core.drives.torque import Torque
-from core.effects import effect
-from core.identify.led_motion import finer_by, joint_motion
-from core.identify.predictor import Predictor, job_of, run_smooth
-from core.identify.prepared import Prepared, prepare
-from core.identify.prescribed import is_prescribed
-from core.identify.processing import Processing
-from core.identify.unknowns import Unknowns
-from core.model import Model
-from core.recording.recording import Recording
-from core.sensors import sensor
-from core.simulate.many import run_many
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.effects import effect
+from flexgui.core.identify.led_motion import finer_by, joint_motion
+from flexgui.core.identify.predictor import Predictor, job_of, run_smooth
+from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.prescribed import is_prescribed
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.unknowns import Unknowns
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.many import run_many
 
 BENCH = presets()["two_stage_bench"]
 INERTIA = (0.35, 0.0095)

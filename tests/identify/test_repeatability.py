@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.identify.repeatability import FEWEST, repeatability
-from core.results import Estimate
+from flexgui.core.identify.repeatability import FEWEST, repeatability
+from flexgui.core.results import Estimate
 
 SETS = 400
 """Sets of runs: a share of 0.93 is known to 0.01."""

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.identify.starts import FAILED, evolve, first_population
-from core.progress import Silent, StoppedError
-from core.results import Generation
+from flexgui.core.identify.starts import FAILED, evolve, first_population
+from flexgui.core.progress import Silent, StoppedError
+from flexgui.core.results import Generation
 from tests.identify.helpers import EI, LPV, PAIR, clean, estimate, fit
 
 SHORT = {"population": 12, "generations": 15, "seed": 3}

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.arm.presets import presets
-from core.drives.torque import Torque
-from core.identify.compare import compare
-from core.identify.processing import Processing
-from core.identify.setup import make_setup
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.velocity import ZeroPhaseLowPass
-from core.results import MissingTorque
-from core.scenario.schema import IdentifySpec
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives.torque import Torque
+from flexgui.core.identify.compare import compare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.results import MissingTorque
+from flexgui.core.scenario.schema import IdentifySpec
 from tests.helpers import looped
 from tests.identify.helpers import estimate, fit, simulated, with_channels
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.identify.residuals import channel_weights
-from core.scenario.rig_spec import PriorSpec
+from flexgui.core.errors import InputError
+from flexgui.core.identify.residuals import channel_weights
+from flexgui.core.scenario.rig_spec import PriorSpec
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import (
     EI,

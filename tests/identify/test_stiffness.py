@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from core.identify.fit import Fitted
+from flexgui.core.identify.fit import Fitted
 from flexgui.sentences.identifiability import identifiability_sentences, invariant
 from tests.helpers import PAPER, looped
 from tests.identify.helpers import EI, LPV, PAIR, clean, estimate, fit, noisy, simulated

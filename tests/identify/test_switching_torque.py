@@ -7,21 +7,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.arm.arm import Arm
-from core.arm.segment import Segment
-from core.diagnose.floor import channel_floors
-from core.drives.servo import FollowingServo
-from core.drives.torque import Torque
-from core.identify.led_motion import finer_by, sampled_seldom
-from core.identify.predictor import motion_of
-from core.identify.prepared import Prepared, prepare
-from core.identify.processing import Processing
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.velocity import ZeroPhaseLowPass
-from core.sensors import sensor
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.segment import Segment
+from flexgui.core.diagnose.floor import channel_floors
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.identify.led_motion import finer_by, sampled_seldom
+from flexgui.core.identify.predictor import motion_of
+from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import simulate_within
 
 LINK = Arm(segments=(Segment(length=0.46, mass=3.5, EI=545.0, hub_inertia=0.04, modes=1),))
 STEP, SAMPLES, HOLD = 2e-3, 500, 5

@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.arm.presets import presets
-from core.drives.servo import FollowingServo, held
-from core.drives.torque import Torque
-from core.identify.predictor import motion_of
-from core.identify.prepared import Prepared, prepare
-from core.identify.processing import Processing
-from core.model import Model
-from core.recording.beginning import begins_at_rest
-from core.recording.recording import Recording
-from core.recording.velocity import ZeroPhaseLowPass
-from core.sensors import sensor
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives.servo import FollowingServo, held
+from flexgui.core.drives.torque import Torque
+from flexgui.core.identify.predictor import motion_of
+from flexgui.core.identify.prepared import Prepared, prepare
+from flexgui.core.identify.processing import Processing
+from flexgui.core.model import Model
+from flexgui.core.recording.beginning import begins_at_rest
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import simulate_within
 
 BENCH = presets()["two_stage_bench"]
 INERTIA = (0.35, 0.0095)

@@ -10,8 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from core.identify.uncertainty import QUIET_LAGS, bandwidth, covariance, cross_covariances, flat_top
-from core.least_squares import SEEN, pseudo_inverse
+from flexgui.core.identify.uncertainty import (
+    QUIET_LAGS,
+    bandwidth,
+    covariance,
+    cross_covariances,
+    flat_top,
+)
+from flexgui.core.least_squares import SEEN, pseudo_inverse
 from tests.identify.helpers import EI, LPV, clean, fit, with_channels
 
 AGREES = 0.25

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from core.errors import InputError
-from core.identify.processing import filtered
-from core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.errors import InputError
+from flexgui.core.identify.processing import filtered
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
 
 DT = 2e-3
 ROUNDING = 1e-12

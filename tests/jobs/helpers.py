@@ -12,9 +12,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from core.errors import InputError
-from core.progress import Progress
-from core.results import Generation
+from flexgui.core.errors import InputError
+from flexgui.core.progress import Progress
+from flexgui.core.results import Generation
 from flexgui.jobs import Event, PoolSettings, Task, inputs, worker
 
 E = TypeVar("E", bound=Event)

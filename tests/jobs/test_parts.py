@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.results import Generation
+from flexgui.core.results import Generation
 from flexgui.jobs.dispatcher import Address, Dispatcher, Mailbox
 from flexgui.jobs.events import Advanced, Event, NewGeneration, Queued, Stage, Started
 from flexgui.jobs.job import Pace

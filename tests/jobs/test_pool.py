@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.jobs import (
     Advanced,
     Event,

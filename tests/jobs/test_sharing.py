@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.jobs import (
     Finished,
     JobPool,

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.progress import Silent
-from core.results import Outcome
+from flexgui.core.progress import Silent
+from flexgui.core.results import Outcome
 from flexgui.jobs import Failed, Finished, NewGeneration, Stopped, Task
 from flexgui.jobs.tasks.direct import export, identify
 from tests.jobs.helpers import PATIENCE, Listener

@@ -18,8 +18,8 @@ import pytest
 from scipy.optimize import linear_sum_assignment
 
 import flexgui as fg
-from core.scenario.read import read_scenario
-from core.workbench import run_scenario
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.workbench import run_scenario
 
 ROOT = Path(__file__).resolve().parents[2]
 IMPORT_SECONDS = 0.3
@@ -126,7 +126,7 @@ def test_the_command_line_lists_what_ships_and_prints_the_reference(
 TAKES_A_NAME = {
     "export": ("flexgui.export.export_files.export_scenario", ["--out"], ()),
     "plan": ("flexgui.export.plan_files.plan_scenario", ["--out"], ()),
-    "check": ("core.check.run.check_scenario", [], ()),
+    "check": ("flexgui.core.check.run.check_scenario", [], ()),
     "study": ("flexgui.study._go_on", ["--out"], True),
     "serve": ("flexgui.server.serve.serve", [], None),
 }

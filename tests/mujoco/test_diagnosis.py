@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from core.results import Diagnosis, LadderStep
-from core.scenario.read import read_scenario
-from core.scenario.schema import Scenario
-from core.workbench import run_scenario
+from flexgui.core.results import Diagnosis, LadderStep
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.workbench import run_scenario
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios" / "mujoco"
 TRUTH = tomllib.loads((SCENARIOS / "truth.toml").read_text(encoding="utf-8"))

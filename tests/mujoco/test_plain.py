@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from core.progress import Silent
+from flexgui.core.progress import Silent
 from flexgui.export.export_files import export_scenario
 from tests.mujoco.test_diagnosis import SCENARIOS, TIP_NOISE, TRUTH, expected
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from core.results import Diagnosis
-from core.scenario.read import read_scenario
-from core.workbench import run_scenario
+from flexgui.core.results import Diagnosis
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.workbench import run_scenario
 from flexgui.sentences.verdict import verdict_paragraphs
 from tests.mujoco.soft_friction import written
 

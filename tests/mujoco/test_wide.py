@@ -11,8 +11,8 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", reason="needs MuJoCo: pip install '.[test]'")
 
-from core.effects import catalogue  # noqa: E402
-from core.scenario.read import read_scenario  # noqa: E402
+from flexgui.core.effects import catalogue  # noqa: E402
+from flexgui.core.scenario.read import read_scenario  # noqa: E402
 from tests.mujoco.files import CAMERA_NOISE  # noqa: E402
 from tests.mujoco.wide_arms import ARMS, STEP, references  # noqa: E402
 from tests.mujoco.wide_cases import CASES, SIZES, Case  # noqa: E402

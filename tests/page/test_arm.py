@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.scenario.read import read_scenario
+from flexgui.core.scenario.read import read_scenario
 from flexgui.library.shipped import shipped_folder
 from flexgui.panels import arm_panel
 from flexgui.session import Session

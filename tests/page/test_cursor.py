@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.session import Session, playing
 from flexgui.session.demo import demo_scenario
 from tests.page.helpers import press, sees

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.study.challenge import opened
+from flexgui.core.study.challenge import opened
 from flexgui.jobs.settings import DEFAULT
 from flexgui.session import Session
 from flexgui.session.challenging import Challenge
@@ -60,13 +60,13 @@ def bars(page: Any) -> list[str]:
 
 def headless(session: Session) -> float:
     """What a diagnosis without a page reaches with one effect: rms in floors."""
-    from core.diagnose.diagnose import diagnose
-    from core.diagnose.noise_route import stated_noise
-    from core.diagnose.state import Options
-    from core.identify.setup import make_setup
-    from core.loading import load_recordings
-    from core.progress import Silent
-    from core.scenario.stated_effects import base_model
+    from flexgui.core.diagnose.diagnose import diagnose
+    from flexgui.core.diagnose.noise_route import stated_noise
+    from flexgui.core.diagnose.state import Options
+    from flexgui.core.identify.setup import make_setup
+    from flexgui.core.loading import load_recordings
+    from flexgui.core.progress import Silent
+    from flexgui.core.scenario.stated_effects import base_model
 
     scenario, asked, spec = session.scenario, session.scenario.diagnose, session.scenario.identify
     if asked.output is not None:
@@ -216,7 +216,7 @@ def test_stop_works_at_every_moment(page: Any, session: Session, moment: str) ->
 def test_guess_and_reveal(page: Any, session: Session) -> None:
     """The recordings are made by the session's tests; here the seal is opened by hand."""
     few(session)
-    from core.study.challenge import obfuscate
+    from flexgui.core.study.challenge import obfuscate
 
     truth = {
         "seed": 4, "level": "easy", "effects": ["coulomb_friction"], "EI": 520.0,

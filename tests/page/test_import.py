@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from core.recording.save import save_recording
+from flexgui.core.recording.save import save_recording
 from flexgui.session import Session
 from flexgui.session.edit import put
 from flexgui.stage.recorded import read_one

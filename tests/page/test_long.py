@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from core.scenario.read import read_scenario
-from core.study.challenge import opened
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.study.challenge import opened
 from flexgui.session import Session
 from flexgui.session.edit import put
 from flexgui.session.effects import present, titled

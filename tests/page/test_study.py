@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from core.scenario.read import read_scenario
+from flexgui.core.scenario.read import read_scenario
 from flexgui.panels.study_panel import OPEN
 from flexgui.session import Session
 from flexgui.session.look import Look

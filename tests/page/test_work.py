@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from core.recording.save import save_recording
+from flexgui.core.recording.save import save_recording
 from flexgui.session import Session
 from flexgui.stage.recorded import read_one
 from tests.page.helpers import enter, field, plots, press, sees, small

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from core.montecarlo.printed import paper_scenario
-from core.montecarlo.settings import StudySettings, make_settings
-from core.resumable.journal import Record
-from core.scenario.read import write_scenario
+from flexgui.core.montecarlo.printed import paper_scenario
+from flexgui.core.montecarlo.settings import StudySettings, make_settings
+from flexgui.core.resumable.journal import Record
+from flexgui.core.scenario.read import write_scenario
 
 FITS = ["fits"]
 

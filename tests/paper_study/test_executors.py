@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from core.errors import InputError
-from core.montecarlo.study import study, study_cases
-from core.resumable.executor import Answers, Executor, Here, Processes, Stop, Work, never
-from core.resumable.journal import records_of
+from flexgui.core.errors import InputError
+from flexgui.core.montecarlo.study import study, study_cases
+from flexgui.core.resumable.executor import Answers, Executor, Here, Processes, Stop, Work, never
+from flexgui.core.resumable.journal import records_of
 from tests.paper_study.helpers import FITS, numbers, short
 
 
@@ -99,7 +99,7 @@ def test_bad_input_in_a_worker_is_one_sentence() -> None:
 def test_a_dask_cluster_gives_the_same_numbers(expected: dict[str, object]) -> None:
     from distributed import LocalCluster
 
-    from core.resumable.executor import Cluster
+    from flexgui.core.resumable.executor import Cluster
 
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         found = records_of(study(short(), executor=Cluster(cluster.scheduler_address), only=FITS))
@@ -108,7 +108,7 @@ def test_a_dask_cluster_gives_the_same_numbers(expected: dict[str, object]) -> N
 
 @pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed")
 def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    from core.resumable import executor
+    from flexgui.core.resumable import executor
 
     monkeypatch.setattr(executor, "PATIENCE", 1)
     with pytest.raises(InputError, match="tcp://127.0.0.1:9"):

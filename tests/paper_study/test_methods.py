@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.montecarlo.interpolated import StateSpace, identify_interpolated, identify_subspace
-from core.montecarlo.parts.advice import relative_normal_equations
-from core.montecarlo.parts.baselines import BlackBox, pole_error, references
-from core.montecarlo.parts.fits import fit, run_data
-from core.montecarlo.rig import Rig, fit_percent, noise_std, outputs
-from core.scenario.schema import IdentifySpec
-from core.simulate.posture import integrators, posture
+from flexgui.core.montecarlo.interpolated import (
+    StateSpace,
+    identify_interpolated,
+    identify_subspace,
+)
+from flexgui.core.montecarlo.parts.advice import relative_normal_equations
+from flexgui.core.montecarlo.parts.baselines import BlackBox, pole_error, references
+from flexgui.core.montecarlo.parts.fits import fit, run_data
+from flexgui.core.montecarlo.rig import Rig, fit_percent, noise_std, outputs
+from flexgui.core.scenario.schema import IdentifySpec
+from flexgui.core.simulate.posture import integrators, posture
 from tests.paper_study.helpers import short
 
 EXACT = 1e-6

@@ -7,16 +7,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.montecarlo import printed
-from core.montecarlo.estimates import estimate_tables, flat_prior, implied_bias, least_scatter
-from core.montecarlo.printed import paper_scenario
-from core.montecarlo.settings import make_settings
-from core.montecarlo.study import study
-from core.montecarlo.summary import Summary, summarise
-from core.resumable.executor import Here
-from core.resumable.journal import Record, records_of
-from core.scenario.read import read_scenario
+from flexgui.core.errors import InputError
+from flexgui.core.montecarlo import printed
+from flexgui.core.montecarlo.estimates import (
+    estimate_tables,
+    flat_prior,
+    implied_bias,
+    least_scatter,
+)
+from flexgui.core.montecarlo.printed import paper_scenario
+from flexgui.core.montecarlo.settings import make_settings
+from flexgui.core.montecarlo.study import study
+from flexgui.core.montecarlo.summary import Summary, summarise
+from flexgui.core.resumable.executor import Here
+from flexgui.core.resumable.journal import Record, records_of
+from flexgui.core.scenario.read import read_scenario
 from flexgui.export.study_report import study_html, write_study
 from flexgui.sentences.study_baselines import conclusions
 from flexgui.sentences.study_findings import findings

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from core.montecarlo.estimates import WITHIN, agreements, explained, pooled
-from core.montecarlo.printed import FITS
-from core.montecarlo.settings import make_settings
-from core.montecarlo.study import study
-from core.montecarlo.summary import Summary, summarise
-from core.resumable.executor import Processes
-from core.resumable.journal import records_of
-from core.scenario.read import read_scenario
+from flexgui.core.montecarlo.estimates import WITHIN, agreements, explained, pooled
+from flexgui.core.montecarlo.printed import FITS
+from flexgui.core.montecarlo.settings import make_settings
+from flexgui.core.montecarlo.study import study
+from flexgui.core.montecarlo.summary import Summary, summarise
+from flexgui.core.resumable.executor import Processes
+from flexgui.core.resumable.journal import records_of
+from flexgui.core.scenario.read import read_scenario
 from flexgui.sentences.study_findings import ratio_of_deviations
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "paper_glocal.toml"

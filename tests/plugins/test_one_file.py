@@ -21,12 +21,12 @@ import plotly.graph_objects as go
 import pytest
 
 import flexgui as fg
-from core.plugins import look_again
-from core.recording import channels as known_channels
-from core.recording.load import load_recording
-from core.recording.spec import RecordingSpec
-from core.scenario.rig_spec import SensorsSpec
-from core.scenario.schema import DiagnoseSpec
+from flexgui.core.plugins import look_again
+from flexgui.core.recording import channels as known_channels
+from flexgui.core.recording.load import load_recording
+from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.scenario.rig_spec import SensorsSpec
+from flexgui.core.scenario.schema import DiagnoseSpec
 from flexgui.panels import failing_panel, widgets
 from flexgui.panels.arm_panel import ArmSliders
 from flexgui.panels.challenge_panel import GuessFields
@@ -81,9 +81,9 @@ EFFECT = '''
 
 import sympy as sp
 
-from core.effects.effect import Effect
-from core.effects.per_joint import each_joint, joint_elements
-from core.forces.law import V, X, joint_law
+from flexgui.core.effects.effect import Effect
+from flexgui.core.effects.per_joint import each_joint, joint_elements
+from flexgui.core.forces.law import V, X, joint_law
 
 _K = sp.Symbol("k", nonnegative=True)
 LAW = joint_law(-_K * X, (_K,))
@@ -108,7 +108,7 @@ class ReturnSpring(Effect):
 
 
 def test_an_effect_is_one_file(add: Add, tmp_path: Path) -> None:
-    add("core.effects", "return_spring", EFFECT)
+    add("flexgui.core.effects", "return_spring", EFFECT)
     hidden = {"return_spring": {"ks1": 0.0, "ks2": 4.0}}
     made = machine().simulate(theta2=1.2, seconds=0.5, hidden=hidden)
     rig = machine(recordings=[made.recording], identify=QUICK)
@@ -136,10 +136,10 @@ LOOSE = r'''
 import numpy as np
 import sympy as sp
 
-from core.effects.effect import Effect, EffectParameter
-from core.effects.per_joint import sized
-from core.forces.element import Element
-from core.forces.law import ForceLaw
+from flexgui.core.effects.effect import Effect, EffectParameter
+from flexgui.core.effects.per_joint import sized
+from flexgui.core.forces.element import Element
+from flexgui.core.forces.law import ForceLaw
 
 _M, _W, _B = sp.symbols("m w b", nonnegative=True)
 _X = sp.symbols("x1 x2 y1 y2", real=True)
@@ -182,7 +182,7 @@ STIFF = 0.02
 
 
 def test_an_effect_with_a_coordinate_of_its_own_is_one_file(add: Add) -> None:
-    add("core.effects", "loose_mass", LOOSE)
+    add("flexgui.core.effects", "loose_mass", LOOSE)
     settings = {"theta2": 1.2, "seconds": 0.5}
     hidden = {"loose_mass": {"ml": 0.5, "wl": 40.0, "bl": 2.0}}
     made = machine().simulate(**settings, hidden=hidden)
@@ -208,8 +208,8 @@ SENSOR = '''
 
 import numpy as np
 
-from core.recording.channels import ChannelKind
-from core.sensors.sensor import Channel, Sensor
+from flexgui.core.recording.channels import ChannelKind
+from flexgui.core.sensors.sensor import Channel, Sensor
 
 
 class TipAccelerometer(Sensor):
@@ -238,7 +238,7 @@ NOISE = 0.02
 def test_a_sensor_is_one_file_and_the_noise_of_the_others_stays(add: Add, tmp_path: Path) -> None:
     noisy = {"camera_noise": 3e-5, "encoder_noise": 1e-5}
     before = machine(sensors=noisy).simulate(theta2=1.2, seconds=0.5, seed=7).recording
-    add("core.sensors", "tip_accelerometer", SENSOR)
+    add("flexgui.core.sensors", "tip_accelerometer", SENSOR)
     rig = machine(sensors={**noisy, "accelerometer_noise": NOISE})
     after = rig.simulate(theta2=1.2, seconds=0.5, seed=7).recording
     for name, values in before.channels.items():
@@ -253,7 +253,7 @@ def test_a_sensor_is_one_file_and_the_noise_of_the_others_stays(add: Add, tmp_pa
 
 
 def test_a_new_sensor_is_where_its_class_says_and_called_what_it_says(add: Add) -> None:
-    add("core.sensors", "tip_accelerometer", SENSOR)
+    add("flexgui.core.sensors", "tip_accelerometer", SENSOR)
     single = fg.project("single_axis", "torque", model={"level": "nonlinear"})
     assert "a1" not in single.simulate(seconds=0.1).recording.channels
     assert "a1" in machine().simulate(theta2=1.2, seconds=0.1).recording.channels
@@ -261,7 +261,7 @@ def test_a_new_sensor_is_where_its_class_says_and_called_what_it_says(add: Add) 
 
 
 def test_a_new_sensor_is_identified_from_and_its_noise_is_known(add: Add) -> None:
-    add("core.sensors", "tip_accelerometer", SENSOR)
+    add("flexgui.core.sensors", "tip_accelerometer", SENSOR)
     stated = {"accelerometer_noise": NOISE, "encoder_noise": 1e-5}
     made = machine(sensors=stated).simulate(theta2=1.2, seconds=0.5, seed=7)
     outputs = {**QUICK, "output": ["acceleration", "encoder"]}
@@ -283,8 +283,9 @@ def test_a_sensor_is_delayed_with_the_camera_only_where_it_says_so(
     add: Add, tmp_path: Path
 ) -> None:
     """Whatever its name begins with: yaw is neither of the camera's y and z."""
-    add("core.sensors", "yaw_rate", SENSOR.replace("acceleration", "yaw").replace("a#", "yaw#")
-        .replace('"a1"', '"yaw1"').replace('"a2"', '"yaw2"'))  # fmt: skip
+    named = SENSOR.replace("acceleration", "yaw").replace("a#", "yaw#")
+    named = named.replace('"a1"', '"yaw1"').replace('"a2"', '"yaw2"')
+    add("flexgui.core.sensors", "yaw_rate", named)
     path = tmp_path / "run.csv"
     made = machine().simulate(theta2=1.2, seconds=0.5, seed=7, noise=False)
     made.to_dataframe().to_csv(path, index=False)
@@ -297,7 +298,7 @@ def test_a_sensor_is_delayed_with_the_camera_only_where_it_says_so(
 
 def test_a_new_sensor_has_a_delay_of_its_own(add: Add) -> None:
     """Neither the camera's nor another sensor's; it is called what the sensor is."""
-    add("core.sensors", "tip_accelerometer", SENSOR)
+    add("flexgui.core.sensors", "tip_accelerometer", SENSOR)
     late = {"sensor_delay": {"tacceleration1": 0.004, "tacceleration2": 0.004}}
     made = machine().simulate(theta2=1.2, seconds=0.5, seed=7, hidden=late)
     outputs = {"parameters": ["EI1"], "output": ["acceleration", "z", "encoder"], "generations": 0}
@@ -310,7 +311,7 @@ def test_a_new_sensor_has_a_delay_of_its_own(add: Add) -> None:
 
 
 def test_a_misspelt_noise_setting_is_met_with_the_nearest(add: Add) -> None:
-    add("core.sensors", "tip_accelerometer", SENSOR)
+    add("flexgui.core.sensors", "tip_accelerometer", SENSOR)
     with pytest.raises(fg.InputError, match="'accelerometer_noise'"):
         machine(sensors={"acelerometer_noise": 0.1})
     assert SensorsSpec().noise_of("camera_noise") is None
@@ -323,9 +324,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from core.drives.drive import Drive, DriveSlider, gain_parameter, per_joint, stated_or
-from core.drives.law import static_law
-from core.validation import Positive
+from flexgui.core.drives.drive import Drive, DriveSlider, gain_parameter, per_joint, stated_or
+from flexgui.core.drives.law import static_law
+from flexgui.core.validation import Positive
 
 
 class Damped(Drive):
@@ -359,7 +360,7 @@ class Damped(Drive):
 
 
 def test_a_drive_is_one_file(add: Add) -> None:
-    add("core.drives", "damped", DRIVE)
+    add("flexgui.core.drives", "damped", DRIVE)
     true = {"kind": "damped", "stiffness": [900.0, 400.0], "damping": [60.0, 30.0]}
     settings = {"theta2": 1.2, "seconds": 0.5, "amplitude": 0.02}
     made = fg.project("paper", true, model={"level": "nonlinear"}).simulate(**settings)
@@ -381,8 +382,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from core.drives.servo import FollowingServo
-from core.drives.torque import Torque
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
 
 RATIO = 0.7
 
@@ -416,7 +417,7 @@ class LightlyServed(Torque):
 
 
 def test_a_drive_with_another_servo_is_one_file(add: Add, monkeypatch: pytest.MonkeyPatch) -> None:
-    module = add("core.drives", "lightly_served", SERVED)
+    module = add("flexgui.core.drives", "lightly_served", SERVED)
     asked: list[Any] = []
     answer = module.LightServo.response
 
@@ -439,7 +440,7 @@ def test_a_drive_with_another_servo_is_one_file(add: Add, monkeypatch: pytest.Mo
 
 
 def test_the_page_has_sliders_for_a_new_drive(add: Add, monkeypatch: pytest.MonkeyPatch) -> None:
-    add("core.drives", "damped", DRIVE)
+    add("flexgui.core.drives", "damped", DRIVE)
     drive = {"kind": "damped", "stiffness": [900.0, 400.0], "damping": [60.0, 30.0]}
     session = SimpleNamespace(scenario=fg.project("paper", drive).scenario)
     shown: list[str] = []

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.recording.recording import Recording
+from flexgui.core.recording.recording import Recording
 
 ROWS = 200
 SAMPLE_TIME = 1e-3

@@ -12,11 +12,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.recording.load import load_recording
-from core.recording.recording import Recording
-from core.recording.save import save_recording
-from core.recording.spec import RecordingSpec
+from flexgui.core.errors import InputError
+from flexgui.core.recording.load import load_recording
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.save import save_recording
+from flexgui.core.recording.spec import RecordingSpec
 
 ROWS = 30
 NAMES = ("t", "dtheta1_ref", "theta1", "u1", "z1")

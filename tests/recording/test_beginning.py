@@ -7,15 +7,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from core.arm.presets import presets
-from core.drives.drive import Drive
-from core.drives.torque import Torque
-from core.drives.velocity_loop import VelocityLoop
-from core.model import Model
-from core.recording.beginning import with_beginnings
-from core.recording.recording import Recording
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives.drive import Drive
+from flexgui.core.drives.torque import Torque
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.model import Model
+from flexgui.core.recording.beginning import with_beginnings
+from flexgui.core.recording.recording import Recording
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import simulate_within
 
 ARM = presets()["paper"]
 STEP, SAMPLES, HOLD, RUNS = 4e-3, 300, 5, 4

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.recording.clock import bridged, longest_complete, runs
-from core.recording.load import load_recording, load_unchecked
-from core.recording.spec import RecordingSpec
+from flexgui.core.errors import InputError
+from flexgui.core.recording.clock import bridged, longest_complete, runs
+from flexgui.core.recording.load import load_recording, load_unchecked
+from flexgui.core.recording.spec import RecordingSpec
 from flexgui.jobs.tasks.rows import parted, rows, settings
 
 N, DT = 200, 1e-3

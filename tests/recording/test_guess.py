@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.recording.sources import Guess, guess_columns
-from core.sensors import sensors
+from flexgui.core.recording.sources import Guess, guess_columns
+from flexgui.core.sensors import sensors
 
 sensors()  # they bring columns of their own
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from core.recording.spec import SimulateSpec
-from core.scenario.read import parse_scenario
-from core.simulate.experiment import simulate_recording
-from core.workbench import run_scenario
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.simulate.experiment import simulate_recording
+from flexgui.core.workbench import run_scenario
 from tests.helpers import PAPER, looped
 from tests.recording.lab_formats import FORMATS
 from tests.recording.test_lab_formats import NAMES

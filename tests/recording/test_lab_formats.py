@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.recording import read_table as reading
-from core.recording.load import load_recording
-from core.recording.read_table import read_table
-from core.recording.recording import Recording
-from core.recording.spec import RecordingSpec, SimulateSpec
-from core.scenario.data_folder import resolve_file
-from core.simulate.experiment import simulate_recording
+from flexgui.core.errors import InputError
+from flexgui.core.recording import read_table as reading
+from flexgui.core.recording.load import load_recording
+from flexgui.core.recording.read_table import read_table
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.spec import RecordingSpec, SimulateSpec
+from flexgui.core.scenario.data_folder import resolve_file
+from flexgui.core.simulate.experiment import simulate_recording
 from tests.helpers import PAPER, looped
 from tests.recording.lab_formats import FORMATS
 

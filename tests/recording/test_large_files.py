@@ -19,13 +19,13 @@ import pytest
 from backports import zstd
 from scipy.io import savemat
 
-from core.errors import InputError
-from core.progress import Silent
-from core.recording import table
-from core.recording.load import load_recording
-from core.recording.read_table import read_table
-from core.recording.readers import delimited
-from core.recording.spec import RecordingSpec
+from flexgui.core.errors import InputError
+from flexgui.core.progress import Silent
+from flexgui.core.recording import table
+from flexgui.core.recording.load import load_recording
+from flexgui.core.recording.read_table import read_table
+from flexgui.core.recording.readers import delimited
+from flexgui.core.recording.spec import RecordingSpec
 
 SMALL = 2_000_000
 """Bytes that a file may unpack to in these tests, so that a bomb is quickly made."""

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.recording.load import load_recording
-from core.recording.save import save_recording
-from core.recording.spec import RecordingSpec
+from flexgui.core.errors import InputError
+from flexgui.core.recording.load import load_recording
+from flexgui.core.recording.save import save_recording
+from flexgui.core.recording.spec import RecordingSpec
 
 ROUNDING = 1e-12
 """Absolute, for values of the order of one."""

@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from core.check.run import check_file, check_scenario
-from core.errors import InputError
-from core.recording.load import load_recording
-from core.recording.recording import Recording
-from core.recording.spec import RecordingSpec
-from core.scenario.read import parse_scenario
+from flexgui.core.check.run import check_file, check_scenario
+from flexgui.core.errors import InputError
+from flexgui.core.recording.load import load_recording
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.scenario.read import parse_scenario
 
 N, DT = 2000, 1e-3
 SPLINE = 2e-6

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from core.errors import InputError
-from core.recording.load import load_recording
-from core.recording.save import save_recording
-from core.recording.spec import RecordingSpec
+from flexgui.core.errors import InputError
+from flexgui.core.recording.load import load_recording
+from flexgui.core.recording.save import save_recording
+from flexgui.core.recording.spec import RecordingSpec
 
 GRID_ROUNDING = 1e-12
 """s; reading puts the times on an even grid, which differs by rounding only."""

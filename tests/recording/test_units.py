@@ -2,9 +2,9 @@ import math
 
 import pytest
 
-from core.errors import InputError
-from core.recording.channels import CHANNEL_KINDS
-from core.written import factor_to_si, parse_header
+from flexgui.core.errors import InputError
+from flexgui.core.recording.channels import CHANNEL_KINDS
+from flexgui.core.written import factor_to_si, parse_header
 
 ROUNDING = 1e-12
 """Relative; a factor is the product of a few rounded constants."""

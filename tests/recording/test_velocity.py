@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from core.errors import InputError
-from core.recording.recording import LoggerFilter, apply_logger_filter
-from core.recording.velocity import ZeroPhaseLowPass, central_difference
+from flexgui.core.errors import InputError
+from flexgui.core.recording.recording import LoggerFilter, apply_logger_filter
+from flexgui.core.recording.velocity import ZeroPhaseLowPass, central_difference
 
 DT = 1e-3
 ROUNDING = 1e-9

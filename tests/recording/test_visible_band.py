@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.recording.velocity import ZeroPhaseLowPass
-from core.recording.visible_band import VisibleBand, visible_band
+from flexgui.core.recording.velocity import ZeroPhaseLowPass
+from flexgui.core.recording.visible_band import VisibleBand, visible_band
 
 DT, SECONDS = 1e-3, 6.0
 TIME = np.arange(0.0, SECONDS, DT)

@@ -19,8 +19,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import core
-from core.resumable.journal import Journal
+import flexgui.core
+from flexgui.core.resumable.journal import Journal
 from tests.sample.cases import Case, cases
 from tests.sample.judge import line, summary
 
@@ -35,9 +35,9 @@ PATIENCE = 2.5
 
 def diagnose_case(case: Case) -> dict[str, Any]:
     """What a diagnosis says of the files of one case, as plain values."""
-    from core.identify.predictor import single_threaded
-    from core.scenario.read import read_scenario
-    from core.workbench import run_scenario
+    from flexgui.core.identify.predictor import single_threaded
+    from flexgui.core.scenario.read import read_scenario
+    from flexgui.core.workbench import run_scenario
     from flexgui.export.result import result
 
     with TemporaryDirectory() as folder, single_threaded():
@@ -81,7 +81,7 @@ def diagnose_in_process(
 def version() -> str:
     """Changes with any source of `core`, and with the cases."""
     digest = hashlib.sha256()
-    for folder in (Path(core.__file__).parent, CASES, CASES.parent / "mujoco"):
+    for folder in (Path(flexgui.core.__file__).parent, CASES, CASES.parent / "mujoco"):
         for file in sorted([*folder.rglob("*.py"), *folder.glob("*truth.json")]):
             digest.update(file.read_bytes())
     return digest.hexdigest()[:12]

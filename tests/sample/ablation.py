@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-from core.resumable.journal import Journal
+from flexgui.core.resumable.journal import Journal
 from tests.sample.__main__ import REFERENCE, WORKERS, diagnose_in_process, version
 from tests.sample.cases import Case, cases
 from tests.sample.judge import BETTER, EQUAL, WORSE, compare, is_right
@@ -57,7 +57,7 @@ def _start(residuals: Any, start: Any, *_: Any) -> Any:
 
 
 def _plain_search(state: Any, options: Any, progress: Any, on_ranking: Any) -> Any:
-    from core.diagnose.search import search
+    from flexgui.core.diagnose.search import search
 
     return state, search(state, options, progress, on_ranking)
 
@@ -110,7 +110,7 @@ def switch_off(name: str) -> None:
     """Takes a mechanism out of this process."""
     for target, replacement in SWITCHES[name]:
         module, _, attribute = target.rpartition(".")
-        place = importlib.import_module(module)
+        place = importlib.import_module(f"flexgui.{module}")
         assert hasattr(place, attribute), target
         setattr(place, attribute, replacement)
 

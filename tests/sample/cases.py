@@ -82,8 +82,8 @@ def _plain(seed: int, known: Mapping[str, Any]) -> Case:
 
 
 def _write_plain(seed: int, known: Mapping[str, Any], folder: Path) -> Path:
-    from core.effects import effect
-    from core.effects.sizes import typical
+    from flexgui.core.effects import effect
+    from flexgui.core.effects.sizes import typical
 
     rig = drawn(seed)
     healthy = rig.healthy

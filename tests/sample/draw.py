@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from core.study.detectability import UnreachableError
+from flexgui.core.study.detectability import UnreachableError
 from tests.sample.cases import TRUTH
 from tests.studies.plain_matrix import COUNTS
 from tests.studies.plain_matrix_hidden import Sight, hide

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from core.effects import effect
+from flexgui.core.effects import effect
 from tests.sample.cases import OUTSIDE, Case
 
 Record = Mapping[str, Any]

@@ -1,9 +1,9 @@
 import pytest
 
-from core.arm.arm import Arm
-from core.arm.build import ArmSpec, build_arm
-from core.arm.presets import presets
-from core.errors import InputError
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.build import ArmSpec, build_arm
+from flexgui.core.arm.presets import presets
+from flexgui.core.errors import InputError
 
 EI_OF_THE_PAPER = 520.83
 EI_DIGITS = 1e-5

@@ -9,14 +9,14 @@ from typing import Any
 
 import pytest
 
-from core.diagnosed import diagnosed, diagnosed_scenario, diagnosed_toml
-from core.loading import load_recordings
-from core.progress import Silent
-from core.recording.save import save_recording
-from core.results import Diagnosis
-from core.scenario.read import parse_scenario
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
+from flexgui.core.diagnosed import diagnosed, diagnosed_scenario, diagnosed_toml
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.recording.save import save_recording
+from flexgui.core.results import Diagnosis
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.export.export_files import export_scenario, seen_from
 
 SAME_ERROR = 0.02

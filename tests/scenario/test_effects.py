@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.loading import load_recordings
-from core.model import Model
-from core.progress import Silent
-from core.scenario.read import parse_scenario, scenario_toml
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import (
+from flexgui.core.errors import InputError
+from flexgui.core.loading import load_recordings
+from flexgui.core.model import Model
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.read import parse_scenario, scenario_toml
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import (
     base_model,
     candidate_effects,
     with_effect_parameters,
 )
-from core.workbench import run_scenario
+from flexgui.core.workbench import run_scenario
 
 HEAD = """
 title = "effects"

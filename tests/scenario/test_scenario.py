@@ -10,16 +10,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.scenario.data_folder import VARIABLE, outside, resolve_file
-from core.scenario.read import (
+from flexgui.core.errors import InputError
+from flexgui.core.scenario.data_folder import VARIABLE, outside, resolve_file
+from flexgui.core.scenario.read import (
     check_scenario,
     parse_scenario,
     read_scenario,
     scenario_toml,
     write_scenario,
 )
-from core.scenario.schema import Scenario
+from flexgui.core.scenario.schema import Scenario
 
 FULL = """
 title = "Everything at once"

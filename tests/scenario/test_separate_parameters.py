@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from core.scenario.rig_spec import EffectSpec, ModelSpec
-from core.scenario.schema import IdentifySpec
-from core.scenario.stated_effects import (
+from flexgui.core.scenario.rig_spec import EffectSpec, ModelSpec
+from flexgui.core.scenario.schema import IdentifySpec
+from flexgui.core.scenario.stated_effects import (
     with_effect_parameters,
     with_hidden_effects,
     with_stated_effects,

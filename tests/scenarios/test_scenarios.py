@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from core.scenario.read import read_scenario
 from flexgui.cli import app
+from flexgui.core.scenario.read import read_scenario
 
 FOLDER = Path(__file__).resolve().parents[2] / "scenarios"
 SCENARIOS = sorted(FOLDER.glob("*.toml"))

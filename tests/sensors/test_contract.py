@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.scenario.rig_spec import SensorsSpec
-from core.sensors import sensor, sensors
-from core.simulate.experiment import make_task
-from core.simulate.linear import respond
-from core.simulate.many import run
-from core.trajectory import Trajectory
+from flexgui.core.errors import InputError
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.rig_spec import SensorsSpec
+from flexgui.core.sensors import sensor, sensors
+from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.linear import respond
+from flexgui.core.simulate.many import run
+from flexgui.core.trajectory import Trajectory
 from tests.helpers import ARMS, looped
 
 KINDS = sorted(sensors())

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.recording.velocity import central_difference
-from core.sensors import sensor
-from core.simulate.experiment import make_task, simulate_recording
-from core.simulate.linear import respond
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.errors import InputError
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.recording.velocity import central_difference
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import make_task, simulate_recording
+from flexgui.core.simulate.linear import respond
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.helpers import ARMS, PAPER, looped
 
 ROUNDING = 1e-12

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.effects import catalogue
-from core.results import (
+from flexgui.core.effects import catalogue
+from flexgui.core.results import (
     MISSING,
     NOTHING,
     ChannelError,

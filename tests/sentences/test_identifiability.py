@@ -11,8 +11,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.identify.identifiability import TOGETHER
-from core.results import Identifiability
+from flexgui.core.identify.identifiability import TOGETHER
+from flexgui.core.results import Identifiability
 from flexgui.sentences.identifiability import (
     LARGEST_DENOMINATOR,
     identifiability_sentences,

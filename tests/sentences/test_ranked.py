@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from core.results import DiagnosisRound, Objection, PlannedExperiment, Reason
+from flexgui.core.results import DiagnosisRound, Objection, PlannedExperiment, Reason
 from flexgui.sentences.experiments import experiment_sentence
 from flexgui.sentences.ranked import round_sentence
 from tests.sentences.findings import AFTER, FOUND, FRICTION, GIVEN, RIVALS, VISCOUS, ranked, text

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.results import (
+from flexgui.core.results import (
     MISSING,
     NOTHING,
     UNLISTED,
@@ -19,7 +19,7 @@ from core.results import (
     Objection,
     Reason,
 )
-from core.workbench import furthest_apart
+from flexgui.core.workbench import furthest_apart
 from flexgui.sentences.figures import chance, linear_sentence, percent, strength
 from flexgui.sentences.ranked import in_order, worth_listing
 from flexgui.sentences.verdict import verdict_paragraphs

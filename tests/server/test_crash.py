@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from core.scenario.read import scenario_toml
+from flexgui.core.scenario.read import scenario_toml
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
 from tests.server.helpers import Browser, announcement, part

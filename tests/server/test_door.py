@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from websockets.exceptions import InvalidStatus
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.server.entry import LETTERS, Word, checked_code, new_code, origin_of
 from tests.server.conftest import SMALL, MakePlace, Place
 from tests.server.helpers import Browser, get

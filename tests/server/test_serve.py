@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.plain_words import INTERNAL
 from flexgui.server.entry import origin_of
 from flexgui.server.options import ServeOptions, bind, port_of, qr_text

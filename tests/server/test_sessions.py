@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.server.limits import Limits
 from flexgui.server.store import SessionStore
 from tests.server.conftest import SMALL, MakePlace, Place

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-import core.warm
+from flexgui.core import warm
 from flexgui.server import warming
 from flexgui.server.warming import PREPARING, READY, Warming
 
@@ -69,8 +69,8 @@ def test_a_page_comes_before_all_is_compiled_and_says_what_its_jobs_wait_for(
         begun.set()
         assert end.wait(PATIENCE)
 
-    monkeypatch.setattr(core.warm, "is_warm", lambda: False)
-    monkeypatch.setattr(core.warm, "compile_kernels", compile_all)
+    monkeypatch.setattr(warm, "is_warm", lambda: False)
+    monkeypatch.setattr(warm, "compile_kernels", compile_all)
     said: list[str] = []
     one, pool = made(said)
     thread = one.start()
@@ -93,7 +93,7 @@ def test_a_page_comes_before_all_is_compiled_and_says_what_its_jobs_wait_for(
 
 
 def test_a_warm_machine_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(core.warm, "is_warm", lambda: True)
+    monkeypatch.setattr(warm, "is_warm", lambda: True)
     said: list[str] = []
     one, pool = made(said)
     one.start().join(PATIENCE)
@@ -109,8 +109,8 @@ def test_a_compilation_that_fails_keeps_nobody_waiting(monkeypatch: pytest.Monke
         progress.stage("compiling", 3)
         raise RuntimeError("no compiler")
 
-    monkeypatch.setattr(core.warm, "is_warm", lambda: False)
-    monkeypatch.setattr(core.warm, "compile_kernels", fail)
+    monkeypatch.setattr(warm, "is_warm", lambda: False)
+    monkeypatch.setattr(warm, "compile_kernels", fail)
     one, pool = made([])
     one.start().join(PATIENCE)
     one.wait()

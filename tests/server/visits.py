@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from core.arm.cache import VARIABLE
+from flexgui.core.arm.cache import VARIABLE
 from flexgui.server.warming import READY
 from tests.server.chromium import SIZE, chromium, press
 from tests.server.served import Served, served, until

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from core.scenario.read import parse_scenario
-from core.scenario.schema import Scenario
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.schema import Scenario
 
 SECRET = "a-private-word"
 """In the first line of the file, as its only heading, and in its cells."""

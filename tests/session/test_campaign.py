@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from core.recording.spec import GapsSpec
+from flexgui.core.recording.spec import GapsSpec
 from flexgui.jobs.tasks.rows import SHORT_GAP, Rows, settings
 from flexgui.session import Session
 from tests.session.conftest import Offered

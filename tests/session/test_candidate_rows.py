@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.results import LadderStep, RankedEffect
+from flexgui.core.results import LadderStep, RankedEffect
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import _row
 

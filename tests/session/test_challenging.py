@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from core.effects import catalogue
-from core.errors import InputError
-from core.scenario.read import scenario_toml
+from flexgui.core.effects import catalogue
+from flexgui.core.errors import InputError
+from flexgui.core.scenario.read import scenario_toml
 from flexgui.session import Session
 from flexgui.session.board import MOST, Board, Entry
 from flexgui.session.challenging import Challenge, Guess

@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from core.check.finding import Finding
-from core.scenario.read import scenario_toml
+from flexgui.core.check.finding import Finding
+from flexgui.core.scenario.read import scenario_toml
 from flexgui.panels.one_recording import wording_of
 from flexgui.session import Session
 from flexgui.views.preview import finding_words, sparkline, title_of

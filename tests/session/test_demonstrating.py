@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.results import LadderStep, MissingTorque, RecordingComparison
+from flexgui.core.results import LadderStep, MissingTorque, RecordingComparison
 from flexgui.jobs.looked import Looked
 from flexgui.session import Session
 from flexgui.session.edit import Document

@@ -12,9 +12,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from core.diagnose.maps import error_maps
-from core.scenario.read import parse_scenario, scenario_toml
-from core.scenario.stated_effects import base_model
+from flexgui.core.diagnose.maps import error_maps
+from flexgui.core.scenario.read import parse_scenario, scenario_toml
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs import JobPool
 from flexgui.jobs.looked import Looked
 from flexgui.sentences.verdict import verdict_paragraphs

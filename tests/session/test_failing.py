@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.results import (
+from flexgui.core.results import (
     MISSING,
     NOTHING,
     ChannelComparison,

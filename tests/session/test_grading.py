@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from core.errors import InputError
-from core.study.challenge import HEAD as CHALLENGE
-from core.study.challenge import TRUTH_FILE, obfuscate
 from flexgui.cli import app
+from flexgui.core.errors import InputError
+from flexgui.core.study.challenge import HEAD as CHALLENGE
+from flexgui.core.study.challenge import TRUTH_FILE, obfuscate
 from flexgui.session.hand_in import (
     HEAD,
     LARGEST,

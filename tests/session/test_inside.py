@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from core.errors import InputError
-from core.progress import Silent
-from core.scenario.data_folder import VARIABLE, Within
-from core.scenario.read import scenario_toml
+from flexgui.core.errors import InputError
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.data_folder import VARIABLE, Within
+from flexgui.core.scenario.read import scenario_toml
 from flexgui.jobs.tasks.direct import identify, play
 from flexgui.jobs.tasks.rows import headers, length_and_rate
 from flexgui.places import without_places

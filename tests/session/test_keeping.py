@@ -18,10 +18,10 @@ import numpy as np
 import pytest
 
 import flexgui.server.kept as kept_work
-from core.errors import InputError
-from core.files import replacing
-from core.scenario.read import read_scenario
-from core.scenario.schema import Scenario
+from flexgui.core.errors import InputError
+from flexgui.core.files import replacing
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.schema import Scenario
 from flexgui.library.shipped import shipped_folder
 from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
 from flexgui.server.kept import KeptWork

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from core.results import RankedEffect
+from flexgui.core.results import RankedEffect
 from flexgui.jobs import JobPool
 from flexgui.jobs.events import Event, Started
 from flexgui.session import Session

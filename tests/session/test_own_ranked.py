@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.results import ChannelError, Estimate, LadderStep, RankedEffect
+from flexgui.core.results import ChannelError, Estimate, LadderStep, RankedEffect
 from flexgui.jobs.looked import Looked
 from flexgui.session.demo import demo_scenario
 from flexgui.session.effects import own_place, own_ranked, ranked_with_own

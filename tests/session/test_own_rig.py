@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from core.progress import Silent
-from core.recording.read_table import read_table
-from core.recording.spec import RecordingSpec
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
+from flexgui.core.progress import Silent
+from flexgui.core.recording.read_table import read_table
+from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs.tasks.glance import CONTRADICT, glance
 from flexgui.session.demo import demo_scenario
 from flexgui.session.edit import put, thawed

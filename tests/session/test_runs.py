@@ -10,8 +10,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from core.results import Generation
-from core.scenario.schema import Scenario
+from flexgui.core.results import Generation
+from flexgui.core.scenario.schema import Scenario
 from flexgui.export.formats import model_formats
 from flexgui.jobs import Advanced, Event, Finished, NewGeneration, Queued, Stage, Started
 from flexgui.panels.export_panel import ExportPanel

@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.loading import simulated
-from core.scenario.read import parse_scenario, scenario_toml
-from core.scenario.rig_spec import SensorsSpec
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.sensors import sensors
+from flexgui.core.loading import simulated
+from flexgui.core.scenario.read import parse_scenario, scenario_toml
+from flexgui.core.scenario.rig_spec import SensorsSpec
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.sensors import sensors
 from flexgui.library.shipped import scenarios
 from flexgui.session import Session, Topic
 from flexgui.session.demo import demo_scenario, hidden_scenario, scenario_choices

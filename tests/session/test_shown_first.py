@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.recording.recording import Recording
-from core.results import ChannelComparison, RankedEffect, RecordingComparison
+from flexgui.core.recording.recording import Recording
+from flexgui.core.results import ChannelComparison, RankedEffect, RecordingComparison
 from flexgui.jobs.looked import refitted_only
 from flexgui.panels.compare_panel import worst_output
 from flexgui.views.preview import preview

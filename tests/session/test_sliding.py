@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import flexgui.session.editing as editing
-from core.errors import InputError
-from core.recent import Recent
+from flexgui.core.errors import InputError
+from flexgui.core.recent import Recent
 from flexgui.places import WORK, is_kept
 from flexgui.session import Session, Topic
 from flexgui.session.edit import Edit, arm_setting, edited, put

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from core.montecarlo.settings import make_settings
-from core.montecarlo.study import study
-from core.montecarlo.summary import summarise
-from core.resumable.executor import Here
-from core.resumable.journal import Journal, records_of
-from core.scenario.read import parse_scenario, read_scenario
+from flexgui.core.montecarlo.settings import make_settings
+from flexgui.core.montecarlo.study import study
+from flexgui.core.montecarlo.summary import summarise
+from flexgui.core.resumable.executor import Here
+from flexgui.core.resumable.journal import Journal, records_of
+from flexgui.core.scenario.read import parse_scenario, read_scenario
 from flexgui.jobs.tasks.direct import JOURNAL
 from flexgui.session import Session, Topic
 from flexgui.session.study_state import (
@@ -261,7 +261,7 @@ def test_time_left_follows_each_parts_own_pace() -> None:
 
 def test_a_study_of_the_page_survives_toml(session: Session) -> None:
     """Else the exported journal would belong to another study than the exported scenario."""
-    from core.scenario.read import scenario_toml
+    from flexgui.core.scenario.read import scenario_toml
 
     again = parse_scenario(scenario_toml(session.scenario), "again")
     assert make_settings(again).identity == make_settings(session.scenario).identity

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from core.progress import Silent
-from core.results import RecordingComparison
+from flexgui.core.progress import Silent
+from flexgui.core.results import RecordingComparison
 from flexgui.jobs.looked import Looked
 from flexgui.jobs.tasks.diagnose import COMPARED, LOOKED, diagnose
 from tests.diagnose.test_run import HIDDEN, text

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from flexgui.session import Session, uploading
 from flexgui.session.challenging import Challenge
 from flexgui.session.uploads import safe_name, scenario_file, unpacked, zipped

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from markupsafe import Markup
 
-from core.recording.recording import Recording
-from core.results import Equation, Estimate, Fit, Generation, Identifiability
+from flexgui.core.recording.recording import Recording
+from flexgui.core.results import Equation, Estimate, Fit, Generation, Identifiability
 from flexgui.views.convergence import (
     LIVE_POINTS,
     Searched,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from core.simulate.descriptor import descriptor
-from core.simulate.posture import posture
+from flexgui.core.simulate.descriptor import descriptor
+from flexgui.core.simulate.posture import posture
 from tests.helpers import ARMS, loaded, looped
 
 SAME = 1e-10

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.arm.arm import Arm
-from core.drives.velocity_loop import VelocityLoop
-from core.effects import catalogue
-from core.model import Model
-from core.recording.spec import SimulateSpec
-from core.simulate.beam import StraightArm, left_out
-from core.simulate.experiment import make_task
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import DEFAULT_TOLERANCE, simulate, simulate_within
+from flexgui.core.arm.arm import Arm
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.effects import catalogue
+from flexgui.core.model import Model
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.simulate.beam import StraightArm, left_out
+from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import DEFAULT_TOLERANCE, simulate, simulate_within
 from tests.helpers import ARMS, EVERY_ARM, LAMBDA, PAPER, loaded, looped, with_modes
 from tests.mujoco import simulate as chain
 from tests.mujoco.chain import PAPER as BEAMS

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from core.recording.spec import SimulateSpec
-from core.sensors import sensor
-from core.simulate.experiment import make_task
-from core.simulate.linear import respond
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.linear import respond
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.helpers import PAPER, fit_percent, looped
 
 WORKING_POINTS = (np.pi / 8, np.pi / 2, 7 * np.pi / 8)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.diagnose.missing_torque import SLOW
-from core.diagnose.shape_refinement import spectrum, spectrum_of_error
-from core.simulate.disturbance import torque_answer, torque_behind
-from core.simulate.many import run
-from core.simulate.motion import Task
-from core.simulate.posture import posture
-from core.study.rig import bare_model
+from flexgui.core.diagnose.missing_torque import SLOW
+from flexgui.core.diagnose.shape_refinement import spectrum, spectrum_of_error
+from flexgui.core.simulate.disturbance import torque_answer, torque_behind
+from flexgui.core.simulate.many import run
+from flexgui.core.simulate.motion import Task
+from flexgui.core.simulate.posture import posture
+from flexgui.core.study.rig import bare_model
 
 DT, N = 1e-3, 1500
 NOISE = {"theta1": 2e-5, "theta2": 2e-5, "z1": 3e-5, "z2": 3e-5}

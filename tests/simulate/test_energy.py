@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from core.model import Model
-from core.simulate.many import run
-from core.simulate.nonlinear import simulate_fixed
-from core.trajectory import Trajectory
+from flexgui.core.model import Model
+from flexgui.core.simulate.many import run
+from flexgui.core.simulate.nonlinear import simulate_fixed
+from flexgui.core.trajectory import Trajectory
 from tests.helpers import PAPER, loaded, looped, task_from
 
 ENERGY_DRIFT = 1e-6

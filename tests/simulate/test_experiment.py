@@ -5,12 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.drives.cascade import Cascade
-from core.errors import InputError
-from core.model import Model
-from core.recording.spec import SimulateSpec
-from core.sensors import sensors
-from core.simulate.experiment import NoiseLevels, half_cosine_rate, make_task, simulate_recording
+from flexgui.core.drives.cascade import Cascade
+from flexgui.core.errors import InputError
+from flexgui.core.model import Model
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.sensors import sensors
+from flexgui.core.simulate.experiment import (
+    NoiseLevels,
+    half_cosine_rate,
+    make_task,
+    simulate_recording,
+)
 from tests.helpers import ARMS, PAPER, looped
 from tests.simulate.test_linear_model import FILTERED
 
@@ -58,7 +63,7 @@ def test_another_sensor_beside_it_leaves_a_sensor_its_noise(
     everything = simulate_recording(model, spec, "r", noise=levels)
     for kind in sensors():
         alone = {kind: sensors()[kind]}
-        monkeypatch.setattr("core.simulate.experiment.sensors", lambda alone=alone: alone)
+        monkeypatch.setattr("flexgui.core.simulate.experiment.sensors", lambda alone=alone: alone)
         recording = simulate_recording(model, spec, "r", noise=levels)
         measured = set(recording.channels) - set(model.drive.reference_channels(model.arm))
         assert measured

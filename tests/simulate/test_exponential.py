@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from core.lanes.wide import LANES
-from core.simulate.discrete import exponential
+from flexgui.core.lanes.wide import LANES
+from flexgui.core.simulate.discrete import exponential
 
 AGREEMENT = 1e-12
 """Relative to the largest entry, for well-conditioned matrices."""

@@ -8,13 +8,18 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from core.drives.velocity_loop import VelocityLoop
-from core.excitation import build_excitation
-from core.model import Model
-from core.simulate.many import run
-from core.simulate.motion import Task
-from core.simulate.nonlinear import DEFAULT_TOLERANCE, difference, simulate_fixed, simulate_within
-from core.trajectory import Trajectory
+from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.excitation import build_excitation
+from flexgui.core.model import Model
+from flexgui.core.simulate.many import run
+from flexgui.core.simulate.motion import Task
+from flexgui.core.simulate.nonlinear import (
+    DEFAULT_TOLERANCE,
+    difference,
+    simulate_fixed,
+    simulate_within,
+)
+from flexgui.core.trajectory import Trajectory
 from tests.helpers import LAMBDA, looped, state_rate, task_from, with_modes
 
 ORDER_OF_ONE_PASS = 0.1

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.drives import build_drive
-from core.drives.drive import Drive
-from core.model import Model
-from core.sensors import sensors
-from core.trajectory import Trajectory
+from flexgui.core.drives import build_drive
+from flexgui.core.drives.drive import Drive
+from flexgui.core.model import Model
+from flexgui.core.sensors import sensors
+from flexgui.core.trajectory import Trajectory
 from tests.helpers import (
     ARMS,
     EVERY_ARM,

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from numba import njit
 
-from core.arm.build import build_arm
-from core.drives import build_drive
-from core.effects import catalogue
-from core.lanes import functions
-from core.model import Model
-from core.recording.spec import SimulateSpec
-from core.scenario.schema import ArmSpec
-from core.simulate.experiment import make_task
-from core.simulate.many import Job, run, run_many
+from flexgui.core.arm.build import build_arm
+from flexgui.core.drives import build_drive
+from flexgui.core.effects import catalogue
+from flexgui.core.lanes import functions
+from flexgui.core.model import Model
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.schema import ArmSpec
+from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.many import Job, run, run_many
 
 ROUNDING = 1e-9
 """rad or m after some hundred steps: sums are taken in another order, and that is all."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.model import Model
-from core.simulate.posture import SHOWN_SHARE, Mode, Posture, posture, vibration_modes
+from flexgui.core.model import Model
+from flexgui.core.simulate.posture import SHOWN_SHARE, Mode, Posture, posture, vibration_modes
 from tests.helpers import ARMS, chain, loaded, looped, state_matrices
 from tests.simulate.test_linear_model import CASCADE, FILTERED
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.signal import cont2discrete, lsim
 
-from core.drives.servo import FollowingServo
-from core.drives.torque import Torque
-from core.model import Model, Numbers
-from core.simulate.linear import respond
-from core.simulate.motion import Task
-from core.simulate.nonlinear import simulate_fixed
-from core.trajectory import Trajectory
+from flexgui.core.drives.servo import FollowingServo
+from flexgui.core.drives.torque import Torque
+from flexgui.core.model import Model, Numbers
+from flexgui.core.simulate.linear import respond
+from flexgui.core.simulate.motion import Task
+from flexgui.core.simulate.nonlinear import simulate_fixed
+from flexgui.core.trajectory import Trajectory
 from tests.helpers import ARMS, jacobian, loaded, looped, state_matrices, straight, task_from
 from tests.simulate.test_linear_model import FILTERED
 

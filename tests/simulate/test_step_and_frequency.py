@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from core.drives.torque import Torque
-from core.model import Model
-from core.simulate.linear import respond
-from core.simulate.motion import Task
-from core.simulate.posture import Posture, posture
-from core.simulate.response import (
+from flexgui.core.drives.torque import Torque
+from flexgui.core.model import Model
+from flexgui.core.simulate.linear import respond
+from flexgui.core.simulate.motion import Task
+from flexgui.core.simulate.posture import Posture, posture
+from flexgui.core.simulate.response import (
     default_output,
     exponential,
     frequency_grid,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.arm.slots import arm_vector
+from flexgui.core.arm.slots import arm_vector
 from flexgui.stage.arm_geometry import ArmGeometry
 from flexgui.stage.recorded import FACTORS, SHARE, fitting_factor, largest_deflection
 from tests.helpers import PAPER, random_state

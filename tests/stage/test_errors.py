@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import viser
 
-from core.study.rig import bare_model
+from flexgui.core.study.rig import bare_model
 from flexgui.stage import paint
 from flexgui.stage.error_board import AWAY, EMPTY, ErrorBoard, cells, error_paint, shade
 from flexgui.stage.scene import FAINT, Stage

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.arm.arm import Arm
-from core.recording.recording import Recording
+from flexgui.core.arm.arm import Arm
+from flexgui.core.recording.recording import Recording
 from flexgui.stage.recorded import filled, measured_postures
 from tests.helpers import ARMS, compiled, looped
 

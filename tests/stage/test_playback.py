@@ -11,8 +11,8 @@ import pytest
 import viser
 import zstandard
 
-from core.arm.slots import arm_vector
-from core.trajectory import Trajectory
+from flexgui.core.arm.slots import arm_vector
+from flexgui.core.trajectory import Trajectory
 from flexgui.stage.playback import (
     FRAMES_PER_SECOND,
     MOST_SECONDS,

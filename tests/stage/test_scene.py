@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import viser
 
-from core.arm.presets import presets
-from core.arm.slots import arm_vector
+from flexgui.core.arm.presets import presets
+from flexgui.core.arm.slots import arm_vector
 from flexgui.stage.pose import Pose
 from flexgui.stage.scene import MOST_EXAGGERATION, Stage
 from tests.helpers import ARMS, chain, random_state, with_modes

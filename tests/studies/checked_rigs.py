@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.measured import Measured
-from core.effects import effect
-from core.effects.sizes import sizes_of
-from core.model import Model
-from core.recording.recording import Recording
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
+from flexgui.core.check.case import Case
+from flexgui.core.check.measured import Measured
+from flexgui.core.effects import effect
+from flexgui.core.effects.sizes import sizes_of
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
 from tests.check.rigs import Rig
 from tests.studies.plain_matrix_rigs import Rig as Bench
 from tests.studies.plain_matrix_rigs import drawn

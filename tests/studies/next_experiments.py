@@ -16,21 +16,21 @@ from typing import Any
 
 import numpy as np
 
-from core.diagnose.facts import final_parameters
-from core.diagnose.refit import settled
-from core.effects import effect
-from core.effects.sizes import sizes_of
-from core.experiments.design import Candidate, Design, Wish
-from core.experiments.plan import fitted, plan
-from core.loading import load_recordings
-from core.model import Model
-from core.progress import Silent
-from core.recording.recording import Recording
-from core.scenario.read import read_scenario, write_scenario
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.sensors import sensor
-from core.simulate.nonlinear import simulate_within
+from flexgui.core.diagnose.facts import final_parameters
+from flexgui.core.diagnose.refit import settled
+from flexgui.core.effects import effect
+from flexgui.core.effects.sizes import sizes_of
+from flexgui.core.experiments.design import Candidate, Design, Wish
+from flexgui.core.experiments.plan import fitted, plan
+from flexgui.core.loading import load_recordings
+from flexgui.core.model import Model
+from flexgui.core.progress import Silent
+from flexgui.core.recording.recording import Recording
+from flexgui.core.scenario.read import read_scenario, write_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.nonlinear import simulate_within
 from tests.studies.plain_matrix import written
 from tests.studies.plain_matrix_rigs import Rig, drawn
 from tests.studies.study_run import record_text, run_study, study_parser

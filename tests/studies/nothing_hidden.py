@@ -18,13 +18,13 @@ from typing import Any
 import numpy as np
 from scipy.stats import kstest
 
-from core.arm.arm import Arm, Structure
-from core.arm.catalogue import ArmCatalogue
-from core.arm.compiled import compile_arm
-from core.arm.presets import presets
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.workbench import run_scenario
+from flexgui.core.arm.arm import Arm, Structure
+from flexgui.core.arm.catalogue import ArmCatalogue
+from flexgui.core.arm.compiled import compile_arm
+from flexgui.core.arm.presets import presets
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.workbench import run_scenario
 from tests.studies.plain_matrix import answered
 from tests.studies.study_run import record_text, run_study, study_parser
 

@@ -8,19 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
-from core.arm.arm import Arm
-from core.drives.drive import Drive
-from core.effects.effect import Effect, EffectParameter, Values
-from core.effects.per_joint import joint_direction
-from core.effects.sizes import Sizes
-from core.forces.element import Element
-from core.forces.law import V, W, joint_law
-from core.model import Model
-from core.simulate.many import run
-from core.simulate.motion import Task
-from core.study.detectability import Detectability, crossing
-from core.study.rig import STEPS, readings
-from core.trajectory import Trajectory
+from flexgui.core.arm.arm import Arm
+from flexgui.core.drives.drive import Drive
+from flexgui.core.effects.effect import Effect, EffectParameter, Values
+from flexgui.core.effects.per_joint import joint_direction
+from flexgui.core.effects.sizes import Sizes
+from flexgui.core.forces.element import Element
+from flexgui.core.forces.law import V, W, joint_law
+from flexgui.core.model import Model
+from flexgui.core.simulate.many import run
+from flexgui.core.simulate.motion import Task
+from flexgui.core.study.detectability import Detectability, crossing
+from flexgui.core.study.rig import STEPS, readings
+from flexgui.core.trajectory import Trajectory
 
 Shown = list[np.ndarray]
 """Outputs (N, 4) per recording, without noise."""

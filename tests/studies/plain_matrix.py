@@ -17,16 +17,16 @@ from typing import Any
 
 import numpy as np
 
-from core.effects import catalogue
-from core.effects.sizes import typical
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.save import save_recording
-from core.results import Diagnosis
-from core.scenario.read import read_scenario, write_scenario
-from core.scenario.schema import Scenario
-from core.study.detectability import UnreachableError
-from core.workbench import run_scenario
+from flexgui.core.effects import catalogue
+from flexgui.core.effects.sizes import typical
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.save import save_recording
+from flexgui.core.results import Diagnosis
+from flexgui.core.scenario.read import read_scenario, write_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.study.detectability import UnreachableError
+from flexgui.core.workbench import run_scenario
 from flexgui.sentences.verdict import verdict_paragraphs
 from tests.studies.plain_matrix_hidden import Sight, hide
 from tests.studies.plain_matrix_judge import judged, tables

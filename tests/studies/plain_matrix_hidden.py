@@ -20,24 +20,24 @@ from functools import cached_property
 
 import numpy as np
 
-from core.diagnose.columns import Column, Zeros, simulated, trials
-from core.diagnose.data import Data, Hypothesis, hypothesis
-from core.diagnose.gram import gram
-from core.diagnose.refit import fit
-from core.diagnose.shape_refinement import Shaped, best_shape
-from core.diagnose.start import nuisance_of, outputs_of
-from core.diagnose.whitening import no_whitening
-from core.effects import catalogue, effect, with_included
-from core.effects.effect import Effect, EffectParameter, Rig
-from core.effects.sizes import Sizes, sizes_of
-from core.identify.defect_correction import Anchor
-from core.identify.prepared import prepare
-from core.identify.setup import Setup, make_setup
-from core.model import Model
-from core.recording.recording import Recording
-from core.results import ABOVE
-from core.scenario.schema import Scenario
-from core.study.detectability import UnreachableError, crossing
+from flexgui.core.diagnose.columns import Column, Zeros, simulated, trials
+from flexgui.core.diagnose.data import Data, Hypothesis, hypothesis
+from flexgui.core.diagnose.gram import gram
+from flexgui.core.diagnose.refit import fit
+from flexgui.core.diagnose.shape_refinement import Shaped, best_shape
+from flexgui.core.diagnose.start import nuisance_of, outputs_of
+from flexgui.core.diagnose.whitening import no_whitening
+from flexgui.core.effects import catalogue, effect, with_included
+from flexgui.core.effects.effect import Effect, EffectParameter, Rig
+from flexgui.core.effects.sizes import Sizes, sizes_of
+from flexgui.core.identify.defect_correction import Anchor
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.setup import Setup, make_setup
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.results import ABOVE
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.study.detectability import UnreachableError, crossing
 from flexgui.sentences.ranked import nesting
 from tests.studies.plain_matrix_rigs import STEPS_HZ
 from tests.studies.plain_matrix_rigs import Rig as Bench

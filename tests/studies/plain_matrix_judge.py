@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import kstest
 
-from core.effects import effect
+from flexgui.core.effects import effect
 
 Record = Mapping[str, Any]
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.recording.recording import Recording
-from core.simulate.many import run
-from core.simulate.motion import Task
-from core.study.detectability import crossing
-from core.trajectory import Trajectory
+from flexgui.core.recording.recording import Recording
+from flexgui.core.simulate.many import run
+from flexgui.core.simulate.motion import Task
+from flexgui.core.study.detectability import crossing
+from flexgui.core.trajectory import Trajectory
 from tests.studies.outside import BREAKS, DraggingCable
 from tests.studies.plain_matrix_hidden import STRONG, Sight
 from tests.studies.plain_matrix_rigs import STEPS_HZ, Rig

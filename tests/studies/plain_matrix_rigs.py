@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eigh
 
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.spec import SimulateSpec
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.sensors import sensor
-from core.simulate.experiment import make_task
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate_fixed, simulate_within
-from core.trajectory import Trajectory
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.sensors import sensor
+from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import simulate_fixed, simulate_within
+from flexgui.core.trajectory import Trajectory
 
 SEGMENTS = (1, 2, 2, 3)
 """How many segments rigs have: two is the usual arm."""

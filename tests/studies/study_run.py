@@ -11,10 +11,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TypeVar
 
-from core.identify.predictor import single_threaded
-from core.processors import WORKERS
-from core.resumable.executor import Processes, Work
-from core.resumable.journal import Journal, Keyed, Record, go_on
+from flexgui.core.identify.predictor import single_threaded
+from flexgui.core.processors import WORKERS
+from flexgui.core.resumable.executor import Processes, Work
+from flexgui.core.resumable.journal import Journal, Keyed, Record, go_on
 
 C = TypeVar("C", bound=Keyed)
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from core.arm.presets import presets
-from core.scenario.schema import Scenario
+from flexgui.core.arm.presets import presets
+from flexgui.core.scenario.schema import Scenario
 from tests.studies import next_experiments, nothing_hidden
 from tests.studies.nothing_hidden import SEEDS, SHIPPED, cases, document
 

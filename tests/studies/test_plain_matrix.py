@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from core.scenario.schema import Scenario
+from flexgui.core.scenario.schema import Scenario
 from tests.studies.plain_matrix import CASES, COUNTS, STAND_INS, cases
 from tests.studies.plain_matrix_judge import judged, tables
 from tests.studies.plain_matrix_rigs import drawn

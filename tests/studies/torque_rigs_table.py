@@ -90,9 +90,9 @@ def _values(sizes: np.ndarray) -> tuple[float, ...]:
 
 def answer(seed: int, filtered: bool) -> dict[str, Any]:
     """What the diagnosis of one rig says, as plain values."""
-    from core.identify.predictor import single_threaded
-    from core.scenario.read import read_scenario
-    from core.workbench import run_scenario
+    from flexgui.core.identify.predictor import single_threaded
+    from flexgui.core.scenario.read import read_scenario
+    from flexgui.core.workbench import run_scenario
 
     rig, kind, truth = drawn(seed)
     with TemporaryDirectory() as folder, single_threaded():

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import least_squares
 
-from core.model import Model
-from core.simulate.motion import Task
-from core.simulate.nonlinear import simulate_within
-from core.study.rig import STDS, Experiment, exactly, readings
+from flexgui.core.model import Model
+from flexgui.core.simulate.motion import Task
+from flexgui.core.simulate.nonlinear import simulate_within
+from flexgui.core.study.rig import STDS, Experiment, exactly, readings
 
 
 def least_squares_rest(truth: Model, bare: Model, experiments: Sequence[Experiment]) -> float:

@@ -11,20 +11,20 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from core.effects import catalogue
-from core.errors import InputError
-from core.loading import load_recordings
-from core.progress import Silent
-from core.scenario.read import read_scenario
-from core.scenario.stated_effects import base_model
-from core.study.challenge import (
+from flexgui.cli import app
+from flexgui.core.effects import catalogue
+from flexgui.core.errors import InputError
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.study.challenge import (
     SCENARIO,
     TRUTH_FILE,
     make_challenge,
     opened,
     write_challenge,
 )
-from flexgui.cli import app
 from flexgui.sentences.challenge import revealed, truth_in_words
 
 
@@ -62,8 +62,8 @@ def test_the_model_has_no_effect_and_no_file_names_one(folder: Path) -> None:
 
 @pytest.mark.parametrize(("level", "count"), [("easy", 1), ("hard", 2)])
 def test_as_many_effects_are_hidden_as_the_level_says(level: str, count: int) -> None:
-    from core.study.challenge import _kinds
-    from core.study.hidden import known_before
+    from flexgui.core.study.challenge import _kinds
+    from flexgui.core.study.hidden import known_before
 
     for seed in range(30):
         kinds = _kinds(count, np.random.default_rng(seed))

@@ -7,18 +7,18 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from core.effects import effect
-from core.recording.spec import SimulateSpec
-from core.simulate.many import run
-from core.study.detectability import CLOSE, Detectability, UnreachableError, crossing
-from core.study.hidden import (
+from flexgui.core.effects import effect
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.simulate.many import run
+from flexgui.core.study.detectability import CLOSE, Detectability, UnreachableError, crossing
+from flexgui.core.study.hidden import (
     LEVELS_OF_MODEL,
     candidates,
     hidden,
     known_before,
     parameters_on,
 )
-from core.study.rig import CHANNELS, IDENTIFY, STDS, STEPS, Experiment, bare_model, readings
+from flexgui.core.study.rig import CHANNELS, IDENTIFY, STDS, STEPS, Experiment, bare_model, readings
 from tests.studies.outside import STRONG
 from tests.study.helpers import least_squares_rest
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.study.rig import COLOUR, COLOURS, noise
+from flexgui.core.study.rig import COLOUR, COLOURS, noise
 
 SAMPLES = 200_000
 SCATTER = 0.02

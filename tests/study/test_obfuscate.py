@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from core.errors import InputError
-from core.study.challenge import HEAD, obfuscate, opened
+from flexgui.core.errors import InputError
+from flexgui.core.study.challenge import HEAD, obfuscate, opened
 
 TEXT = '{"effects": ["coulomb_friction"], "values": {"fc1": 0.2}}'
 

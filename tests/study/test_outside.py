@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from core.effects import catalogue
-from core.forces.compiled import compile_law
-from core.recording.spec import SimulateSpec
-from core.simulate.many import run
-from core.study.detectability import CLOSE, Detectability
-from core.study.rig import STEPS, Experiment, bare_model
+from flexgui.core.effects import catalogue
+from flexgui.core.forces.compiled import compile_law
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.simulate.many import run
+from flexgui.core.study.detectability import CLOSE, Detectability
+from flexgui.core.study.rig import STEPS, Experiment, bare_model
 from tests.studies.outside import CABLE, OUTSIDE, PIECES, STRONG, disturbed, in_pieces
 
 EXPERIMENTS = [Experiment("r", SimulateSpec(theta2=1.2, seconds=0.4, seed=1))]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from core.errors import InputError
+from flexgui.core.errors import InputError
 from tests.studies.study_run import finished, run_all
 from tests.study import counting
 from tests.study.counting import MORTAL, UNLUCKY, Number

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from core import warm
-from core.arm.arm import Structure
-from core.arm.compiled import is_compiled
-from core.warm import compile_beforehand
+from flexgui.core import warm
+from flexgui.core.arm.arm import Structure
+from flexgui.core.arm.compiled import is_compiled
+from flexgui.core.warm import compile_beforehand
 
 SMALL = Structure(joints=("revolute",), modes=(0,), mounts=("previous",))
 LONGEST = 120.0
@@ -48,8 +48,8 @@ def test_without_another_process_everything_goes_on(empty, monkeypatch) -> None:
 
 def test_the_process_ends_with_the_one_that_began_it(empty) -> None:
     script = (
-        "from core.warm import compile_beforehand\n"
-        "from core.arm.arm import Structure\n"
+        "from flexgui.core.warm import compile_beforehand\n"
+        "from flexgui.core.arm.arm import Structure\n"
         "s = Structure(('revolute',) * 3, (3, 3, 3), ('previous',) * 3)\n"
         "print(compile_beforehand([s]).pid)\n"
     )

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from core.results import Diagnosis, Estimate
-from core.scenario.schema import Scenario
-from core.workbench import run_scenario
+from flexgui.core.results import Diagnosis, Estimate
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.workbench import run_scenario
 
 EI = 520.8333
 """N m², of both segments of the paper's arm."""

@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.arm.presets import presets
-from core.drives.torque import Torque
-from core.effects import effect
-from core.identify.setup import IN_MOTION, make_setup
-from core.identify.unknowns import first_states
-from core.model import Model
-from core.recording.recording import Recording
-from core.recording.save import save_recording
-from core.results import NOTHING, Outcome
-from core.scenario.read import parse_scenario
-from core.scenario.schema import IdentifySpec, Scenario
-from core.scenario.stated_effects import base_model
-from core.simulate.motion import Task, at_rest
-from core.simulate.nonlinear import simulate_within
-from core.workbench import run_scenario
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives.torque import Torque
+from flexgui.core.effects import effect
+from flexgui.core.identify.setup import IN_MOTION, make_setup
+from flexgui.core.identify.unknowns import first_states
+from flexgui.core.model import Model
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.save import save_recording
+from flexgui.core.results import NOTHING, Outcome
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.schema import IdentifySpec, Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import simulate_within
+from flexgui.core.workbench import run_scenario
 from tests.marks import long_except
 
 STEP, SAMPLES, HOLD = 4e-3, 400, 5

@@ -11,14 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.loading import load_recordings
-from core.progress import Silent
-from core.results import Outcome
-from core.scenario.read import parse_scenario
-from core.scenario.schema import Scenario
-from core.scenario.stated_effects import base_model
-from core.workbench import run_scenario
+from flexgui.core.errors import InputError
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.results import Outcome
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.workbench import run_scenario
 from tests.workbench.test_rigs_as_they_are import CLOSE, DELAY, FILE, LATE_GAUGE, estimates, keep
 
 RIG = """

@@ -7,11 +7,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from core.results import Diagnosis, Outcome
-from core.scenario.read import read_scenario
-from core.scenario.rig_spec import EffectSpec
-from core.scenario.schema import DiagnoseSpec, Scenario
-from core.workbench import run_scenario
+from flexgui.core.results import Diagnosis, Outcome
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.rig_spec import EffectSpec
+from flexgui.core.scenario.schema import DiagnoseSpec, Scenario
+from flexgui.core.workbench import run_scenario
 from tests.workbench.test_real_rigs import SCENARIOS, data_folder
 
 pytestmark = pytest.mark.long

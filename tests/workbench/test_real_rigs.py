@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.results import Estimate, MissingTorque, Outcome, RecordingComparison
-from core.scenario.read import read_scenario
-from core.scenario.schema import DiagnoseSpec, Scenario
-from core.workbench import run_scenario
+from flexgui.core.results import Estimate, MissingTorque, Outcome, RecordingComparison
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.schema import DiagnoseSpec, Scenario
+from flexgui.core.workbench import run_scenario
 
 SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
 
@@ -164,7 +164,7 @@ def test_the_other_bench_is_predicted_to_a_third():
 
 
 def test_a_missing_folder_is_told(tmp_path):
-    from core.errors import InputError
+    from flexgui.core.errors import InputError
 
     scenario = read_scenario(SCENARIOS / "emps.toml")
     with pytest.raises(InputError, match=r"emps\.csv was not found.*FLEXGUI_DATA"):

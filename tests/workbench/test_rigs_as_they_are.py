@@ -9,20 +9,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.drives import build_drive
-from core.effects import effect
-from core.errors import InputError
-from core.progress import Silent
-from core.recording.recording import Recording
-from core.recording.save import save_recording
-from core.recording.spec import SimulateSpec
-from core.results import NOTHING, Diagnosis, Outcome
-from core.scenario.read import parse_scenario
-from core.scenario.schema import DiagnoseSpec, Scenario
-from core.scenario.stated_effects import base_model
-from core.simulate.experiment import NO_NOISE, make_task, read_sensors
-from core.simulate.nonlinear import simulate_within
-from core.workbench import load_recordings, run_scenario
+from flexgui.core.drives import build_drive
+from flexgui.core.effects import effect
+from flexgui.core.errors import InputError
+from flexgui.core.progress import Silent
+from flexgui.core.recording.recording import Recording
+from flexgui.core.recording.save import save_recording
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.results import NOTHING, Diagnosis, Outcome
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.schema import DiagnoseSpec, Scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.simulate.experiment import NO_NOISE, make_task, read_sensors
+from flexgui.core.simulate.nonlinear import simulate_within
+from flexgui.core.workbench import load_recordings, run_scenario
 from flexgui.jobs.looked import Looked
 from flexgui.panels.candidates import inviting
 from flexgui.sentences.notes import notes

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.errors import InputError
-from core.progress import Silent
-from core.results import Outcome
-from core.scenario.read import parse_scenario
-from core.scenario.schema import Scenario
-from core.scenario_fits import MEAN_LABEL
-from core.workbench import run_scenario
+from flexgui.core.errors import InputError
+from flexgui.core.progress import Silent
+from flexgui.core.results import Outcome
+from flexgui.core.scenario.read import parse_scenario
+from flexgui.core.scenario.schema import Scenario
+from flexgui.core.scenario_fits import MEAN_LABEL
+from flexgui.core.workbench import run_scenario
 from flexgui.sentences.notes import notes
 
 BASE = """

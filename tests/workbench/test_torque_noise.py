@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.results import ChannelComparison, Outcome
-from core.scenario.read import read_scenario
-from core.workbench import run_scenario
+from flexgui.core.results import ChannelComparison, Outcome
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.workbench import run_scenario
 from tests.sample.torque_rigs import TorqueRig, written
 
 FAST_LINK = TorqueRig((3.0,), (0.6,), rate=2000.0, bits=16, seconds=2.0, recordings=1)

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.identify.setup import make_setup, torque_band
-from core.loading import load_recordings
-from core.progress import Silent
-from core.recording.recording import Recording
-from core.scenario.read import read_scenario
-from core.scenario.stated_effects import base_model
-from core.workbench import run_scenario
+from flexgui.core.identify.setup import make_setup, torque_band
+from flexgui.core.loading import load_recordings
+from flexgui.core.progress import Silent
+from flexgui.core.recording.recording import Recording
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.workbench import run_scenario
 from tests.sample.torque_rigs import TorqueRig, written
 
 RIG = TorqueRig((3.0,), (0.6,), viscous=(0.8,), rate=500.0, seconds=2.0, bits=17)

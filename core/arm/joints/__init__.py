@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from core.arm.joints.joint import Joint
-from core.plugins import discover
+from ...arm.joints.joint import Joint
+from ...plugins import discover
 
 
 def joint(kind: str) -> Joint:

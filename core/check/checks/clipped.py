@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.check.measured import limit_of
-from core.recording.channels import DRIVES, is_reference, role_of
+from ...check.case import Case
+from ...check.finding import Check, Finding
+from ...check.measured import limit_of
+from ...recording.channels import DRIVES, is_reference, role_of
 
 
 class Clipped(Check):

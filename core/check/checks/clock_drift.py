@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
+from ...check.case import Case
+from ...check.finding import Check, Finding
 
 
 class ClockDrift(Check):

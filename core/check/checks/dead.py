@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.check.measured import ON_LATTICE
-from core.recording.channels import is_reference
+from ...check.case import Case
+from ...check.finding import Check, Finding
+from ...check.measured import ON_LATTICE
+from ...recording.channels import is_reference
 
 LONGEST = 20
 """Equal samples in a row: noise and motion never repeat a value so often."""

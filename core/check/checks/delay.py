@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.recording.channels import from_camera
+from ...check.case import Case
+from ...check.finding import Check, Finding
+from ...recording.channels import from_camera
 
 
 class Delay(Check):

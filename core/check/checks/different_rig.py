@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
+from ...check.case import Case
+from ...check.finding import Check, Finding
 
 APART = 0.15
 """|ln| by which gains of two or more relations differ; one alone is a fault of its channel."""

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.check.measured import limit_of
+from ...check.case import Case
+from ...check.finding import Check, Finding
+from ...check.measured import limit_of
 
 HELD = 0.5
 """Of the samples off the limit that repeat the one before: a command that is held from one change

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import EVEN, Check, Finding
-from core.recording.resampling import GAP
-from core.recording.spec import GapsSpec
+from ...check.case import Case
+from ...check.finding import EVEN, Check, Finding
+from ...recording.resampling import GAP
+from ...recording.spec import GapsSpec
 
 
 class Dropouts(Check):

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import EVEN, Check, Finding
+from ...check.case import Case
+from ...check.finding import EVEN, Check, Finding
 
 SHARE = 0.02
 """Of the sample time; rounding of the time column and real loggers stay below 1 %."""

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
+from ...check.case import Case
+from ...check.finding import Check, Finding
 
 SHARE = 0.25
 """Of the channel's own spread: a real drive's current is off by less (0.1 of it at most)."""

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.recording.channels import Role, is_reference, role_of
+from ...check.case import Case
+from ...check.finding import Check, Finding
+from ...recording.channels import Role, is_reference, role_of
 
 FAR = 8.0
 """Times what nearly all samples stand out by at most; white noise stays below four."""

@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.check.measured import lattice_step
-from core.recording.channels import is_reference
+from ...check.case import Case
+from ...check.finding import Check, Finding
+from ...check.measured import lattice_step
+from ...recording.channels import is_reference
 
 COARSE = 0.05
 """Of the channel's spread: three times the coarsest current sensor of real recordings (0.0155)."""

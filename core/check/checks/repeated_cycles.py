@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.check.measured import lattice_step, noise_of
+from ...check.case import Case
+from ...check.finding import Check, Finding
+from ...check.measured import lattice_step, noise_of
 
 ALIKE = 1e-3
 """Of the reference's spread: the command itself repeats exactly, but for rounding."""

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import EVEN, Check, Finding
+from ...check.case import Case
+from ...check.finding import EVEN, Check, Finding
 
 
 class RepeatedTimes(Check):

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from core.check.case import Case, Dynamics
-from core.check.causes import AS_GOOD, Cause
-from core.check.finding import Check, Finding
-from core.check.inverse import loops
-from core.check.measured import Measured
-from core.check.relations import relations
-from core.recording.channels import Role, role_of
+from ...check.case import Case, Dynamics
+from ...check.causes import AS_GOOD, Cause
+from ...check.finding import Check, Finding
+from ...check.inverse import loops
+from ...check.measured import Measured
+from ...check.relations import relations
+from ...recording.channels import Role, role_of
 
 FACTORS = (0.1, 0.2, 0.25, 0.4, 0.5, 2.0, 2.5, 4.0, 5.0, 10.0)
 """Wrong sample times are slips of rates: 1 and 2 kHz, 100 and 250 Hz, a decimal."""

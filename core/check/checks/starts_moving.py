@@ -7,12 +7,12 @@ from collections.abc import Iterable
 import numpy as np
 import scipy
 
-from core.check.case import Case
-from core.check.checks.together import MissingReference
-from core.check.finding import Check, Finding
-from core.check.lagged import Relation
-from core.check.measured import Measured, noise_of
-from core.recording.channels import Role, role_of
+from ...check.case import Case
+from ...check.checks.together import MissingReference
+from ...check.finding import Check, Finding
+from ...check.lagged import Relation
+from ...check.measured import Measured, noise_of
+from ...recording.channels import Role, role_of
 
 SHARE = 0.5
 """Of the rms speed: below, a model at rest is right within its noise."""

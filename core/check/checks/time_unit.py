@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
+from ...check.case import Case
+from ...check.finding import Check, Finding
 
 SLOWEST = 0.25
 """s: no logger of a moving arm samples more seldom than 4 Hz."""

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from core.check.case import Case
-from core.check.finding import Check, Finding
-from core.recording.clock import JITTER
+from ...check.case import Case
+from ...check.finding import Check, Finding
+from ...recording.clock import JITTER
 
 
 class MissingReference(Check):

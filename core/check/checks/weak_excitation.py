@@ -7,10 +7,10 @@ from collections.abc import Iterable
 import numpy as np
 import scipy
 
-from core.check.case import Case
-from core.check.checks.outliers import far_out
-from core.check.finding import Check, Finding
-from core.check.measured import noise_of
+from ...check.case import Case
+from ...check.checks.outliers import far_out
+from ...check.finding import Check, Finding
+from ...check.measured import noise_of
 
 FEWEST = 10.0
 """Times its noise must a joint move: with less, 10 % of what is estimated is noise."""

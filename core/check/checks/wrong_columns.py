@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from core.check.case import Case
-from core.check.causes import Cause, unit_of
-from core.check.finding import Check, Finding
+from ...check.case import Case
+from ...check.causes import Cause, unit_of
+from ...check.finding import Check, Finding
 
 SENTENCES = {
     "degrees": "{0} {fit} the other channels if divided by 57.3: degrees",

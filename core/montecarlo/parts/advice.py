@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from core.identify.identifiability import relative_scales
-from core.identify.predictor import Predictor
-from core.identify.residuals import Residuals, channel_weights
-from core.identify.unknowns import collect_unknowns
-from core.montecarlo.rig import Rig, outputs
-from core.montecarlo.settings import StudySettings
-from core.montecarlo.study import Answer, Case, Part
-from core.recording.recording import Recording
-from core.scenario.schema import IdentifySpec
+from ...identify.identifiability import relative_scales
+from ...identify.predictor import Predictor
+from ...identify.residuals import Residuals, channel_weights
+from ...identify.unknowns import collect_unknowns
+from ...montecarlo.rig import Rig, outputs
+from ...montecarlo.settings import StudySettings
+from ...montecarlo.study import Answer, Case, Part
+from ...recording.recording import Recording
+from ...scenario.schema import IdentifySpec
 
 POINTS = 15
 """Working points of the candidates, over the range of the study's."""

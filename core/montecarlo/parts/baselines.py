@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from core.identify.fit import identify
-from core.identify.unknowns import collect_unknowns
-from core.model import Model
-from core.montecarlo.interpolated import Interpolated, identify_interpolated
-from core.montecarlo.parts.fits import evolve_fit, shared
-from core.montecarlo.rig import Rig, fit_percent, noisy, outputs
-from core.montecarlo.settings import StudySettings, seeds, snr_code, snr_name
-from core.montecarlo.study import Answer, Case, Part
-from core.progress import Silent
-from core.recording.recording import Recording
-from core.simulate.posture import integrators, posture
+from ...identify.fit import identify
+from ...identify.unknowns import collect_unknowns
+from ...model import Model
+from ...montecarlo.interpolated import Interpolated, identify_interpolated
+from ...montecarlo.parts.fits import evolve_fit, shared
+from ...montecarlo.rig import Rig, fit_percent, noisy, outputs
+from ...montecarlo.settings import StudySettings, seeds, snr_code, snr_name
+from ...montecarlo.study import Answer, Case, Part
+from ...progress import Silent
+from ...recording.recording import Recording
+from ...simulate.posture import integrators, posture
 
 SLOWEST, FASTEST = 1e-6, 1000.0
 """rad/s: poles compared. Those above are a third of the sampling's Nyquist rate and more; no

@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from core.montecarlo.parts.fits import fit
-from core.montecarlo.rig import Rig, outputs, with_outputs
-from core.montecarlo.settings import StudySettings
-from core.montecarlo.study import Answer, Case, Part
-from core.recording.recording import Recording
-from core.recording.velocity import central_difference
-from core.scenario.schema import IdentifySpec
-from core.sensors.rigid_rates import lengths, rigid_rates
+from ...montecarlo.parts.fits import fit
+from ...montecarlo.rig import Rig, outputs, with_outputs
+from ...montecarlo.settings import StudySettings
+from ...montecarlo.study import Answer, Case, Part
+from ...recording.recording import Recording
+from ...recording.velocity import central_difference
+from ...scenario.schema import IdentifySpec
+from ...sensors.rigid_rates import lengths, rigid_rates
 
 EXCITATIONS = ("prbs_balanced", "prbs")
 SEED = 3001

@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from core.arm.slots import STIFFNESS, slot
-from core.identify.fit import Fitted, identify
-from core.identify.starts import evolve
-from core.identify.unknowns import collect_unknowns
-from core.montecarlo.rig import Rig, fit_percent, noisy, outputs
-from core.montecarlo.settings import StudySettings, seeds, snr_code, snr_name
-from core.montecarlo.study import Answer, Case, Part
-from core.progress import Silent
-from core.recording.recording import Recording
-from core.scenario.schema import IdentifySpec
+from ...arm.slots import STIFFNESS, slot
+from ...identify.fit import Fitted, identify
+from ...identify.starts import evolve
+from ...identify.unknowns import collect_unknowns
+from ...montecarlo.rig import Rig, fit_percent, noisy, outputs
+from ...montecarlo.settings import StudySettings, seeds, snr_code, snr_name
+from ...montecarlo.study import Answer, Case, Part
+from ...progress import Silent
+from ...recording.recording import Recording
+from ...scenario.schema import IdentifySpec
 
 NOISE, POPULATION = 1, 2
 """First number of the seeds of either."""

@@ -13,9 +13,9 @@ from typing import IO, Any
 
 import numpy as np
 
-from core.errors import InputError
-from core.recording.heading import Heading, cells_of, decoded, read_heading
-from core.recording.table import (
+from ...errors import InputError
+from ...recording.heading import Heading, cells_of, decoded, read_heading
+from ...recording.table import (
     NO_NUMBER,
     Reading,
     Table,

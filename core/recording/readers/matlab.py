@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from core.errors import InputError
-from core.recording.table import Reading, Table, TableReader
+from ...errors import InputError
+from ...recording.table import Reading, Table, TableReader
 
 HEADER = 128
 PIECE = 2**20

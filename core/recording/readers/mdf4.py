@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from core.recording.signals import Group, merged
-from core.recording.table import Reading, Table, TableReader, as_vectors, quiet
+from ...recording.signals import Group, merged
+from ...recording.table import Reading, Table, TableReader, as_vectors, quiet
 
 if TYPE_CHECKING:
     from asammdf import MDF

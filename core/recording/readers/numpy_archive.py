@@ -9,8 +9,8 @@ from typing import IO
 
 import numpy as np
 
-from core.recording.signals import by_length, merged
-from core.recording.table import Reading, Table, TableReader, as_vectors
+from ...recording.signals import by_length, merged
+from ...recording.table import Reading, Table, TableReader, as_vectors
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK\x03\x04"
 _END = ".npy"

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from core.errors import InputError
-from core.recording.signals import by_length, merged
-from core.recording.table import WIDEST, Reading, Table, TableReader, check_distinct
+from ...errors import InputError
+from ...recording.signals import by_length, merged
+from ...recording.table import WIDEST, Reading, Table, TableReader, check_distinct
 
 _INDEX = "__index_level_"
 """pandas stores the row numbers of a frame under such names; they are no measurement."""

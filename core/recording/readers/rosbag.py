@@ -11,8 +11,8 @@ from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from core.recording.signals import Group, merged
-from core.recording.table import Reading, Table, TableReader
+from ...recording.signals import Group, merged
+from ...recording.table import Reading, Table, TableReader
 
 if TYPE_CHECKING:
     from rosbags.interfaces import Connection

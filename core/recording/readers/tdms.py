@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from core.recording.signals import Group, by_length, merged
-from core.recording.table import Reading, Table, TableReader, as_vectors, quiet
+from ...recording.signals import Group, by_length, merged
+from ...recording.table import Reading, Table, TableReader, as_vectors, quiet
 
 if TYPE_CHECKING:
     from nptdms import TdmsFile

@@ -8,15 +8,15 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from core.arm.presets import presets
-from core.drives import build_drive
-from core.model import Model
-from core.recording.spec import SimulateSpec
-from core.simulate.experiment import make_task
-from core.simulate.motion import Task
-from core.simulate.nonlinear import simulate
 from flexgui.bench.case import GAINS
 from flexgui.bench.row import FULL, Row, Size, median_seconds, seconds
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives import build_drive
+from flexgui.core.model import Model
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.motion import Task
+from flexgui.core.simulate.nonlinear import simulate
 
 SLENDER = 1e-3
 """Share of its transverse inertia that a body has about its axis; MuJoCo refuses none."""

@@ -9,22 +9,22 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from core.arm.presets import presets
-from core.diagnose.acceptance import Round
-from core.diagnose.columns import trials
-from core.diagnose.data import hypothesis
-from core.diagnose.ladder import applicable, one_round
-from core.diagnose.start import Begun, begin
-from core.drives import build_drive
-from core.effects import catalogue
-from core.effects.effect import Effect
-from core.identify.processing import Processing
-from core.model import Model
-from core.recording.spec import SimulateSpec
-from core.scenario.schema import IdentifySpec
-from core.simulate.experiment import NoiseLevels, simulate_recording
 from flexgui.bench.case import GAINS
 from flexgui.bench.row import FULL, Row, Size
+from flexgui.core.arm.presets import presets
+from flexgui.core.diagnose.acceptance import Round
+from flexgui.core.diagnose.columns import trials
+from flexgui.core.diagnose.data import hypothesis
+from flexgui.core.diagnose.ladder import applicable, one_round
+from flexgui.core.diagnose.start import Begun, begin
+from flexgui.core.drives import build_drive
+from flexgui.core.effects import catalogue
+from flexgui.core.effects.effect import Effect
+from flexgui.core.identify.processing import Processing
+from flexgui.core.model import Model
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.scenario.schema import IdentifySpec
+from flexgui.core.simulate.experiment import NoiseLevels, simulate_recording
 
 HIDDEN = "coulomb_friction"
 SIZES = {"fc1": 0.5, "fc2": 0.3}

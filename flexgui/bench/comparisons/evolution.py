@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from core.identify.starts import CROSSOVER, DIFFERENTIAL_WEIGHT, evolve, first_population
 from flexgui.bench.case import GENERATIONS, LOWER, MEMBERS, UPPER, Case, glocal_case
 from flexgui.bench.peers import lsim_response, peer_cost
 from flexgui.bench.row import Row, Size, median_seconds, seconds
+from flexgui.core.identify.starts import CROSSOVER, DIFFERENTIAL_WEIGHT, evolve, first_population
 
 SEED = 1
 SAME = 1e-6

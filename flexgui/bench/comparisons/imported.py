@@ -8,17 +8,17 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from core.identify.linear_outputs import POSTURE_TOLERANCE, LinearOutputs
-from core.identify.predictor import Predictor
-from core.identify.prepared import prepare
-from core.identify.setup import make_setup
-from core.identify.unknowns import collect_unknowns, fixed_values
-from core.progress import Silent
-from core.scenario.read import read_scenario
-from core.scenario.stated_effects import base_model
-from core.workbench import load_recordings
 from flexgui.bench.case import write
 from flexgui.bench.row import Row, Size, median_seconds, seconds
+from flexgui.core.identify.linear_outputs import POSTURE_TOLERANCE, LinearOutputs
+from flexgui.core.identify.predictor import Predictor
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.identify.unknowns import collect_unknowns, fixed_values
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.workbench import load_recordings
 
 VECTORS = 8
 SPREAD = 0.05

@@ -8,19 +8,19 @@ from functools import partial
 
 import numpy as np
 
-from core.arm.arm import Arm
-from core.arm.presets import presets
-from core.drives import build_drive
-from core.model import Model, Numbers
-from core.recording.spec import SimulateSpec
-from core.simulate.experiment import make_task
-from core.simulate.many import run
-from core.simulate.motion import Task
-from core.simulate.nonlinear import MOST_SUBSTEPS, simulate_fixed, simulate_within
-from core.trajectory import Trajectory
 from flexgui.bench.case import GAINS
 from flexgui.bench.peers import Setting, SympyArm, integrate
 from flexgui.bench.row import Row, Size, median_seconds, seconds
+from flexgui.core.arm.arm import Arm
+from flexgui.core.arm.presets import presets
+from flexgui.core.drives import build_drive
+from flexgui.core.model import Model, Numbers
+from flexgui.core.recording.spec import SimulateSpec
+from flexgui.core.simulate.experiment import make_task
+from flexgui.core.simulate.many import run
+from flexgui.core.simulate.motion import Task
+from flexgui.core.simulate.nonlinear import MOST_SUBSTEPS, simulate_fixed, simulate_within
+from flexgui.core.trajectory import Trajectory
 
 ACCURATE = 5e-6
 """m: the largest error of the tip that both sides may have."""

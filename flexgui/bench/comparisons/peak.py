@@ -10,13 +10,13 @@ from llvmlite import ir
 from numba import njit, types
 from numba.extending import intrinsic
 
-from core.lanes.wide import LANES
-from core.processors import WORKERS
-from core.simulate.discrete import TAYLOR_RADIUS
-from core.simulate.pieces import pieces
 from flexgui.bench.case import MEMBERS, Case, glocal_case, population
 from flexgui.bench.peers import state_space
 from flexgui.bench.row import Row, Size, median_seconds
+from flexgui.core.lanes.wide import LANES
+from flexgui.core.processors import WORKERS
+from flexgui.core.simulate.discrete import TAYLOR_RADIUS
+from flexgui.core.simulate.pieces import pieces
 
 ACCUMULATORS = 8
 """Independent sums: enough to hide the latency of a multiply-add, few enough to stay in

@@ -12,20 +12,20 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import scipy
 
-from core.identify.predictor import Predictor
-from core.identify.prepared import prepare
-from core.identify.residuals import Residuals, channel_weights
-from core.identify.setup import make_setup
-from core.identify.unknowns import collect_unknowns, fixed_values
-from core.model import Model
-from core.progress import Silent
-from core.scenario.read import read_scenario
-from core.scenario.stated_effects import base_model
-from core.simulate.motion import Task
-from core.workbench import load_recordings, run_scenario, settled_level
 from flexgui.bench.case import AWAY, glocal_case, write
 from flexgui.bench.peers import held_stretches, lsim_response, peer_cost
 from flexgui.bench.row import FULL, Row, Size, median_seconds, seconds
+from flexgui.core.identify.predictor import Predictor
+from flexgui.core.identify.prepared import prepare
+from flexgui.core.identify.residuals import Residuals, channel_weights
+from flexgui.core.identify.setup import make_setup
+from flexgui.core.identify.unknowns import collect_unknowns, fixed_values
+from flexgui.core.model import Model
+from flexgui.core.progress import Silent
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.stated_effects import base_model
+from flexgui.core.simulate.motion import Task
+from flexgui.core.workbench import load_recordings, run_scenario, settled_level
 
 MOST_COSTS = 40
 """Times one glocal cost by lsim."""

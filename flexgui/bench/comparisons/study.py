@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import scipy
 
-from core.identify.predictor import Predictor
-from core.identify.residuals import Residuals, channel_weights
-from core.identify.starts import evolve
-from core.identify.unknowns import collect_unknowns
-from core.montecarlo.parts.fits import run_data
-from core.montecarlo.printed import paper_scenario
-from core.montecarlo.rig import Rig
-from core.montecarlo.settings import StudySettings, make_settings
-from core.montecarlo.study import study
-from core.processors import WORKERS
-from core.recording.recording import Recording
-from core.resumable.executor import Here, Processes
-from core.resumable.journal import records_of
 from flexgui.bench.case import GENERATIONS, LOWER, MEMBERS, UPPER, Case
 from flexgui.bench.comparisons.evolution import SAME, SEED, peer_search
 from flexgui.bench.row import Row, Size, seconds
+from flexgui.core.identify.predictor import Predictor
+from flexgui.core.identify.residuals import Residuals, channel_weights
+from flexgui.core.identify.starts import evolve
+from flexgui.core.identify.unknowns import collect_unknowns
+from flexgui.core.montecarlo.parts.fits import run_data
+from flexgui.core.montecarlo.printed import paper_scenario
+from flexgui.core.montecarlo.rig import Rig
+from flexgui.core.montecarlo.settings import StudySettings, make_settings
+from flexgui.core.montecarlo.study import study
+from flexgui.core.processors import WORKERS
+from flexgui.core.recording.recording import Recording
+from flexgui.core.resumable.executor import Here, Processes
+from flexgui.core.resumable.journal import records_of
 
 RUNS, SNR_DB = 20, 20.0
 LIMIT = 300.0

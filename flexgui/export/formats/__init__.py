@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from core.plugins import discover
+from flexgui.core.plugins import discover
 from flexgui.export.model_format import ModelFormat
 
 

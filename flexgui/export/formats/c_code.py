@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from core.results import Outcome
+from flexgui.core.results import Outcome
 from flexgui.export.model_format import ModelFormat, in_c, linear_header, scheduled
 
 FOLDER = "model_c"

@@ -14,8 +14,8 @@ from functools import lru_cache
 from pathlib import Path
 from xml.etree import ElementTree
 
-from core.results import DescriptorModel, Outcome
 from flexgui import __version__
+from flexgui.core.results import DescriptorModel, Outcome
 from flexgui.export.folder import zipped
 from flexgui.export.formats.c_code import c_sources, c_template
 from flexgui.export.formats.python_control import ELBOW

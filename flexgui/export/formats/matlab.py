@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from core.results import DescriptorModel, Outcome
+from flexgui.core.results import DescriptorModel, Outcome
 from flexgui.export.model_format import ModelFormat, linear_header
 from flexgui.views.table import factor
 

@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 import numpy as np
 import scipy
 
-from core.results import Link, Mechanism, Outcome
+from flexgui.core.results import Link, Mechanism, Outcome
 from flexgui.export.model_format import ModelFormat, header
 
 CARRIED = frozenset({"arm", "damping", "dry"})

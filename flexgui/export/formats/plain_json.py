@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from core.results import DescriptorModel, Outcome
+from flexgui.core.results import DescriptorModel, Outcome
 from flexgui.export.folder import dumps
 from flexgui.export.formats.matlab import note
 from flexgui.export.model_format import ModelFormat, linear_header

@@ -6,7 +6,7 @@ import ast
 
 import numpy as np
 
-from core.results import DescriptorModel, Outcome
+from flexgui.core.results import DescriptorModel, Outcome
 from flexgui.export.model_format import FUNCTIONS, ModelFormat, linear_header, scheduled
 from flexgui.views.table import factor
 

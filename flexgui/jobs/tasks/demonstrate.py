@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from core.effects.effect import Effect
-    from core.identify.setup import Setup
-    from core.model import Model
-    from core.parameters import Parameter
-    from core.progress import Progress
-    from core.recording.recording import Recording
-    from core.results import RecordingComparison
-    from core.scenario.data_folder import Within
-    from core.scenario.schema import Scenario
+    from flexgui.core.effects.effect import Effect
+    from flexgui.core.identify.setup import Setup
+    from flexgui.core.model import Model
+    from flexgui.core.parameters import Parameter
+    from flexgui.core.progress import Progress
+    from flexgui.core.recording.recording import Recording
+    from flexgui.core.results import RecordingComparison
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.schema import Scenario
     from flexgui.jobs.looked import Demonstration
     from flexgui.views.over_speed import OverSpeed
 
@@ -44,9 +44,9 @@ def demonstrate(
 
     InputError where the arm cannot have the effect, or where it shows in no output.
     """
-    from core.errors import InputError
-    from core.scenario.data_folder import Within
-    from core.scenario.read import parse_scenario
+    from flexgui.core.errors import InputError
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.read import parse_scenario
     from flexgui.jobs.looked import Demonstration
 
     scenario = parse_scenario(scenario_toml, "The scenario")
@@ -78,9 +78,9 @@ def demonstrate(
 
 def _asked(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Recording]:
     """Compared in the outputs in which a diagnosis ranks effects: more than a fit may have."""
-    from core.diagnose.start import outputs_of
-    from core.identify.setup import make_setup
-    from core.scenario.stated_effects import base_model, with_effect_parameters
+    from flexgui.core.diagnose.start import outputs_of
+    from flexgui.core.identify.setup import make_setup
+    from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
     from flexgui.stage.recorded import read_one
 
     model = base_model(scenario)
@@ -94,9 +94,9 @@ def _asked(scenario: Scenario, name: str, folder: Within) -> tuple[Setup, Record
 
 
 def _effect(setup: Setup, kind: str) -> Effect:
-    from core.effects import effect
-    from core.effects.effect import Rig
-    from core.errors import InputError
+    from flexgui.core.effects import effect
+    from flexgui.core.effects.effect import Rig
+    from flexgui.core.errors import InputError
 
     model = setup.model
     present = next((e for e in model.effects if e.kind == kind), None)
@@ -115,9 +115,9 @@ def _models(
     sizes: Mapping[str, float],
 ) -> tuple[Model, Model]:  # fmt: skip
     """Without and with the effect, everything else alike, at the same level."""
-    from core.effects.sizes import sizes_of
-    from core.identify.prepared import make_task
-    from core.simulate.linear import respond
+    from flexgui.core.effects.sizes import sizes_of
+    from flexgui.core.identify.prepared import make_task
+    from flexgui.core.simulate.linear import respond
 
     model = setup.model
     others = [e for e in model.effects if e.kind != one.kind]
@@ -134,7 +134,7 @@ def _models(
 
 def _sizes(one: Effect, grown: Model) -> tuple[Parameter, ...]:
     """Its parameters at the values that were simulated."""
-    from core.effects.sizes import typical
+    from flexgui.core.effects.sizes import typical
 
     quantities = one.parameters(grown.arm, grown.drive, typical(grown.arm))
     known = grown.effect_values
@@ -162,7 +162,7 @@ def _torques(
 def _compared(
     model: Model, data: Recording, setup: Setup, values: Mapping[str, float]
 ) -> RecordingComparison:
-    from core.identify.compare import compare
+    from flexgui.core.identify.compare import compare
 
     known = {**values, **model.effect_values}
     return compare(model, data, setup.outputs, setup.processing, known, "")

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from core.progress import Progress, Silent
+from flexgui.core.progress import Progress, Silent
 
 if TYPE_CHECKING:
-    from core.diagnose.start import Begun
-    from core.diagnose.state import Options, ToCome
-    from core.identify.setup import Setup
-    from core.model import Model
-    from core.recording.recording import Recording
-    from core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
-    from core.scenario.data_folder import Within
-    from core.scenario.schema import IdentifySpec
+    from flexgui.core.diagnose.start import Begun
+    from flexgui.core.diagnose.state import Options, ToCome
+    from flexgui.core.identify.setup import Setup
+    from flexgui.core.model import Model
+    from flexgui.core.recording.recording import Recording
+    from flexgui.core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.schema import IdentifySpec
     from flexgui.jobs.looked import Looked, PartialProgress
     from flexgui.views.over_speed import OverSpeed
 
@@ -58,11 +58,11 @@ def diagnose(
     `fit`: also identify, from where the parameters start, "before" or "after" the ranking. The step
     of the error ladder is told first; then the ranking, again and again as it gets finer.
     """
-    from core.diagnose.diagnose import diagnose as look_for
-    from core.results import MISSING
-    from core.scenario.data_folder import Within
-    from core.scenario.read import parse_scenario
-    from core.scenario.stated_effects import base_model, with_effect_parameters
+    from flexgui.core.diagnose.diagnose import diagnose as look_for
+    from flexgui.core.results import MISSING
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.read import parse_scenario
+    from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
 
     scenario = parse_scenario(scenario_toml, "The scenario")
     where = Within(Path(folder or "."))
@@ -98,12 +98,12 @@ def diagnose(
 def _asked(
     scenario: Any, model: Any, spec: IdentifySpec, where: Within, progress: PartialProgress
 ) -> Asked:
-    from core.diagnose.noise_route import stated_noise
-    from core.diagnose.state import Options
-    from core.errors import InputError
-    from core.identify.setup import make_setup
-    from core.loading import load_recordings
-    from core.scenario.stated_effects import candidate_effects
+    from flexgui.core.diagnose.noise_route import stated_noise
+    from flexgui.core.diagnose.state import Options
+    from flexgui.core.errors import InputError
+    from flexgui.core.identify.setup import make_setup
+    from flexgui.core.loading import load_recordings
+    from flexgui.core.scenario.stated_effects import candidate_effects
 
     asked = scenario.diagnose
     candidate_effects(asked)  # a slip there is told before the long work
@@ -130,7 +130,7 @@ class FirstLook:
     at once; what else is found is told with them."""
 
     def __init__(self, asked: Asked, progress: PartialProgress) -> None:
-        from core.diagnose.diagnose import begin_on
+        from flexgui.core.diagnose.diagnose import begin_on
 
         self._progress = progress
         self._whole = begin_on(asked.setup, asked.spec, asked.recordings, asked.options, progress)
@@ -150,7 +150,7 @@ class FirstLook:
     def check(self) -> None:
         """The same fit on recordings that it did not see, and measured against modelled by it. As
         dear as the first ranking, which need not wait for it."""
-        from core.diagnose.facts import compared
+        from flexgui.core.diagnose.facts import compared
 
         if self._checked or self._progress.stopped():
             return
@@ -189,7 +189,7 @@ class FirstLook:
 
 
 def _as_given(begun: Begun) -> LadderStep:
-    from core.diagnose.steps import ladder_step
+    from flexgui.core.diagnose.steps import ladder_step
 
     return ladder_step(begun.data, begun.validated, begun.base, None, "As given", ())
 
@@ -214,9 +214,9 @@ def refined(scenario_toml: str, where: Within, asked: Asked, progress: PartialPr
     """The identification without its search: a refinement from where the parameters start."""
     import tomllib
 
-    from core.diagnose.announce import fit_title
-    from core.scenario.read import check_scenario
-    from core.workbench import run_scenario
+    from flexgui.core.diagnose.announce import fit_title
+    from flexgui.core.scenario.read import check_scenario
+    from flexgui.core.workbench import run_scenario
 
     document = tomllib.loads(scenario_toml)
     for table in ("diagnose", "compare"):
@@ -274,7 +274,7 @@ def laws_of(
 ) -> tuple[tuple[OverSpeed, ...], ...]:
     """For each recording, with the sizes that a refit has found; empty where the effect is no force
     law at the joints, is unknown to the catalogue, or was not refitted yet."""
-    from core.effects import catalogue
+    from flexgui.core.effects import catalogue
     from flexgui.views.over_speed import over_speed
 
     effect = catalogue().get(one.effect)

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 from flexgui.jobs.task import Task
 
 if TYPE_CHECKING:
-    from core.check.finding import Finding
-    from core.progress import Progress
-    from core.recording.recording import Recording
-    from core.results import Fit, Outcome
-    from core.scenario.schema import Scenario
+    from flexgui.core.check.finding import Finding
+    from flexgui.core.progress import Progress
+    from flexgui.core.recording.recording import Recording
+    from flexgui.core.results import Fit, Outcome
+    from flexgui.core.scenario.schema import Scenario
     from flexgui.stage.recorded import Playback
 
 
@@ -25,8 +25,8 @@ def export(
 
     `folder` holds the files that the scenario may read; its first motion is played in the report.
     """
-    from core.scenario.data_folder import Within
-    from core.scenario.read import parse_scenario
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.read import parse_scenario
     from flexgui.export.export_files import diagnosed_plainly, export_outcome
     from flexgui.export.folder import check_writable
     from flexgui.export.report_motion import report_motion
@@ -62,10 +62,10 @@ def plan_next(
     """What the plan says; its files lie in `out`. `folder` holds the files that the scenario, with
     the limits in it, may read: they are to lie beside those of the plan, under their names.
     """
-    from core.experiments.design import Wish
-    from core.experiments.plan import plan
-    from core.scenario.data_folder import Within
-    from core.scenario.read import parse_scenario
+    from flexgui.core.experiments.design import Wish
+    from flexgui.core.experiments.plan import plan
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.read import parse_scenario
     from flexgui.export.plan_files import write_plan
     from flexgui.sentences.experiments import plan_paragraphs
 
@@ -79,8 +79,8 @@ def plan_next(
 def findings(folder: str, scenario: Scenario, *, progress: Progress) -> tuple[Finding, ...]:
     """In the order of the recordings; InputError where one is no table of measurements. Files are
     those of the folder and no others."""
-    from core.check.run import check_scenario
-    from core.scenario.data_folder import Within
+    from flexgui.core.check.run import check_scenario
+    from flexgui.core.scenario.data_folder import Within
 
     return tuple(check_scenario(scenario, Within(Path(folder)), None, progress))
 
@@ -90,7 +90,7 @@ def play(
     progress: Progress,
 ) -> tuple[Recording, Playback]:  # fmt: skip
     """A file of `folder` only; `values` are the fitted parameters, none where there is no fit."""
-    from core.scenario.data_folder import Within
+    from flexgui.core.scenario.data_folder import Within
     from flexgui.stage.recorded import played, read_one
 
     found = read_one(scenario, recording, Within(Path(folder)), progress=progress)
@@ -99,9 +99,9 @@ def play(
 
 def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[str, str]:
     """(scenario as TOML, obfuscated truth); the recordings lie in `folder` afterwards."""
-    from core.recording.save import save_recording
-    from core.scenario.read import scenario_toml
-    from core.study.challenge import make_challenge
+    from flexgui.core.recording.save import save_recording
+    from flexgui.core.scenario.read import scenario_toml
+    from flexgui.core.study.challenge import make_challenge
 
     progress.stage("Hiding an effect in an arm, and recording it")
     made = make_challenge(seed, level)
@@ -123,9 +123,9 @@ JOURNAL = "results.jsonl"
 
 def study_report(settings: str, folder: str, *, progress: Progress) -> str:
     """Page, tables and result into `folder`, from the journal in it; `settings` as JSON."""
-    from core.montecarlo.settings import settings_of
-    from core.montecarlo.summary import summarise
-    from core.resumable.journal import Journal
+    from flexgui.core.montecarlo.settings import settings_of
+    from flexgui.core.montecarlo.summary import summarise
+    from flexgui.core.resumable.journal import Journal
     from flexgui.export.study_report import write_study
 
     progress.stage("Writing the report of the study")
@@ -141,9 +141,9 @@ def identify(
     progress: Progress,
 ) -> Outcome:
     """Everything that the scenario asks for; it may read the files of `folder` only."""
-    from core.scenario.data_folder import Within
-    from core.scenario.read import parse_scenario
-    from core.workbench import run_scenario
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.read import parse_scenario
+    from flexgui.core.workbench import run_scenario
 
     outcome = run_scenario(
         parse_scenario(scenario_toml, "The scenario"),

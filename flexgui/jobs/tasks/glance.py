@@ -13,10 +13,10 @@ import numpy as np
 from flexgui.jobs.tasks.rows import Rows, headers_of, parted, rows, settings
 
 if TYPE_CHECKING:
-    from core.check.finding import Finding
-    from core.progress import Progress
-    from core.recording.table import Table
-    from core.scenario.schema import Scenario
+    from flexgui.core.check.finding import Finding
+    from flexgui.core.progress import Progress
+    from flexgui.core.recording.table import Table
+    from flexgui.core.scenario.schema import Scenario
 
 POINTS = 160
 """Of a picture; it is about as many pixels wide."""
@@ -58,10 +58,10 @@ class _File:
 
     def findings(self, columns: Mapping[str, Any]) -> tuple[Finding, ...]:
         """Of this file alone; nothing where it cannot be checked as it stands."""
-        from core.check.run import check_scenario
-        from core.errors import InputError
-        from core.recording.spec import RecordingSpec
-        from core.scenario.data_folder import Within
+        from flexgui.core.check.run import check_scenario
+        from flexgui.core.errors import InputError
+        from flexgui.core.recording.spec import RecordingSpec
+        from flexgui.core.scenario.data_folder import Within
 
         entry = {"name": self.name, "file": self.name, "columns": dict(columns)}
         entry |= self.settings
@@ -84,8 +84,8 @@ def glance(
         scenario: Whose arm and drive the file is to suit.
         wanted: Channels to look for, those that matter most first.
     """
-    from core.recording.read_table import read_table
-    from core.scenario.data_folder import Within
+    from flexgui.core.recording.read_table import read_table
+    from flexgui.core.scenario.data_folder import Within
 
     table = read_table(Within(Path(folder)).find(file), progress)
     numbers = _numbers(table)
@@ -102,7 +102,7 @@ def glance(
 
 def _numbers(table: Table) -> dict[str, np.ndarray]:
     """Header -> (N,), of the columns that hold numbers."""
-    from core.errors import InputError
+    from flexgui.core.errors import InputError
 
     found = {}
     for header in table.columns:
@@ -115,8 +115,8 @@ def _numbers(table: Table) -> dict[str, np.ndarray]:
 
 def _guessed(numbers: Mapping[str, np.ndarray], wanted: tuple[str, ...]) -> dict[str, Any]:
     """Entries under `columns`; a column of a channel's own name needs none."""
-    from core.recording.sources import guess_columns
-    from core.written import parse_header
+    from flexgui.core.recording.sources import guess_columns
+    from flexgui.core.written import parse_header
 
     found = {}
     for channel, one in guess_columns(numbers, wanted).items():
@@ -130,7 +130,7 @@ def _checked(
 ) -> tuple[dict[str, Any], dict[str, tuple[str, str]], dict[str, str]]:
     """The guess with the units, signs and swaps that the other channels ask for; what is left to
     say; and why it was changed."""
-    from core.check.finding import mended_columns
+    from flexgui.core.check.finding import mended_columns
 
     columns, taken_in = _in_plausible_units(file, columns, numbers)
     columns, found = _least_contradicted(file, columns, taken_in)
@@ -159,8 +159,8 @@ def _in_plausible_units(
 ) -> tuple[dict[str, Any], dict[str, str]]:
     """Degrees and millimetres where radians and metres cannot be, in columns without a unit; all of
     a kind alike."""
-    from core.arm.build import build_arm
-    from core.written import parse_header
+    from flexgui.core.arm.build import build_arm
+    from flexgui.core.written import parse_header
 
     arm = build_arm(file.scenario.arm)
     reach = sum(segment.length for segment in arm.segments)
@@ -181,7 +181,7 @@ def _in_plausible_units(
 
 
 def _unit_of(columns: Mapping[str, Any], headers: Mapping[str, str], channel: str) -> str:
-    from core.written import parse_header
+    from flexgui.core.written import parse_header
 
     stated = columns.get(channel, {}).get("name", headers[channel])
     return parse_header(stated)[1] or parse_header(headers[channel])[1]
@@ -218,7 +218,7 @@ def _headers_of(
     headers: tuple[str, ...], columns: Mapping[str, Any], wanted: tuple[str, ...]
 ) -> dict[str, str]:
     """Channel -> header, of the wanted channels that have one."""
-    from core.written import parse_header
+    from flexgui.core.written import parse_header
 
     plain = {parse_header(h)[0]: h for h in headers}
     named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}

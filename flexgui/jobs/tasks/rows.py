@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from core.progress import Progress
-    from core.scenario.schema import Scenario
+    from flexgui.core.progress import Progress
+    from flexgui.core.scenario.schema import Scenario
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ def rows_of(folder: str, file: str, columns: Mapping[str, Any], *, progress: Pro
         columns: Channel -> the scenario's entry under `columns`.
         progress: How much of the file is read.
     """
-    from core.recording.read_table import read_table
-    from core.scenario.data_folder import Within
+    from flexgui.core.recording.read_table import read_table
+    from flexgui.core.scenario.data_folder import Within
 
     table = read_table(Within(Path(folder)).find(file), progress)
     numbers = {}
@@ -55,8 +55,8 @@ def rows(
     numbers: Mapping[str, np.ndarray], headers: Mapping[str, str], columns: Mapping[str, Any]
 ) -> Rows:
     """Of the columns (N,) of a file; `headers`: channel -> column."""
-    from core.recording.channels import channel_kind
-    from core.recording.clock import runs
+    from flexgui.core.recording.channels import channel_kind
+    from flexgui.core.recording.clock import runs
 
     needed = [h for c, h in headers.items() if c != "t" and not channel_kind(c).sparse]
     empty = {h: np.isnan(numbers[h]) for h in needed if h in numbers}
@@ -71,7 +71,7 @@ def rows(
 
 
 def _parts(time: np.ndarray, empty: Iterable[np.ndarray]) -> tuple[tuple[float, float], ...]:
-    from core.recording.clock import MIN_SAMPLES
+    from flexgui.core.recording.clock import MIN_SAMPLES
 
     if not len(time):
         return ()
@@ -81,7 +81,7 @@ def _parts(time: np.ndarray, empty: Iterable[np.ndarray]) -> tuple[tuple[float, 
 
 
 SHORT_GAP = 0.02
-"""s, as `core.recording.spec.GapsSpec.longest`, which a test holds: hides no swing of a link."""
+"""s, as `GapsSpec.longest` of a recording, which a test holds: hides no swing of a link."""
 
 
 SPLIT = "split"
@@ -120,8 +120,8 @@ def settings(found: Rows, how: str = "", clock: str = "interpolate") -> dict[str
 
 def headers_of(headers: tuple[str, ...], columns: Mapping[str, Any]) -> dict[str, str]:
     """Channel -> header: what `columns` names, then columns of a channel's own name."""
-    from core.recording.channels import is_channel
-    from core.written import parse_header
+    from flexgui.core.recording.channels import is_channel
+    from flexgui.core.written import parse_header
 
     plain = {parse_header(h)[0]: h for h in headers}
     named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
@@ -133,8 +133,8 @@ def _seconds(
     numbers: Mapping[str, np.ndarray], headers: Mapping[str, str], columns: Mapping[str, Any]
 ) -> np.ndarray:
     """(N,) s; nothing where no column is the time."""
-    from core.errors import InputError
-    from core.written import factor_to_si, parse_header
+    from flexgui.core.errors import InputError
+    from flexgui.core.written import factor_to_si, parse_header
 
     header = headers.get("t", "")
     if header not in numbers:
@@ -150,8 +150,8 @@ def _seconds(
 
 def _clock(time: np.ndarray) -> tuple[float, str, float]:
     """The usual step in s, what is uneven, and the longest stretch without a row in s."""
-    from core.recording.clock import JITTER
-    from core.recording.resampling import GAP
+    from flexgui.core.recording.clock import JITTER
+    from flexgui.core.recording.resampling import GAP
 
     good = time[np.isfinite(time)]
     steps = np.diff(good)
@@ -175,8 +175,8 @@ def _clock(time: np.ndarray) -> tuple[float, str, float]:
 
 def headers(folder: str, file: str, *, progress: Progress) -> tuple[str, ...]:
     """The headings of a table's columns; InputError where it is none, or none of the folder."""
-    from core.recording.read_table import read_table
-    from core.scenario.data_folder import Within
+    from flexgui.core.recording.read_table import read_table
+    from flexgui.core.scenario.data_folder import Within
 
     return tuple(read_table(Within(Path(folder)).find(file), progress).columns)
 
@@ -186,12 +186,12 @@ def length_and_rate(
 ) -> tuple[int, float]:
     """Samples and their rate in Hz of a recording of which nothing is missing that a motion of
     the scenario's arm needs; InputError else. `entry` is the scenario's table of it."""
-    from core.errors import InputError
-    from core.loading import joint_units
-    from core.recording.load import load_recording
-    from core.recording.spec import RecordingSpec
-    from core.scenario.data_folder import Within
-    from core.scenario.stated_effects import base_model
+    from flexgui.core.errors import InputError
+    from flexgui.core.loading import joint_units
+    from flexgui.core.recording.load import load_recording
+    from flexgui.core.recording.spec import RecordingSpec
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.stated_effects import base_model
 
     model = base_model(scenario)
     spec = RecordingSpec.model_validate(dict(entry))

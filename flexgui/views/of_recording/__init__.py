@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from core.plugins import discover
+from flexgui.core.plugins import discover
 from flexgui.views.of_recording.view import RecordingView
 
 

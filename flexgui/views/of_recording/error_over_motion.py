@@ -2,7 +2,7 @@
 
 import plotly.graph_objects as go
 
-from core.results import ErrorMaps, ErrorOver
+from flexgui.core.results import ErrorMaps, ErrorOver
 from flexgui.views.missing_torque import residual_over
 from flexgui.views.of_recording.view import RecordingView, Seen
 

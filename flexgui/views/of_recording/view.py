@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import plotly.graph_objects as go
 
-from core.recording.channels import Role, role_of
-from core.results import ErrorMaps, RecordingComparison
+from flexgui.core.recording.channels import Role, role_of
+from flexgui.core.results import ErrorMaps, RecordingComparison
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ def believable_floors(comparisons: Sequence[RecordingComparison]) -> dict[str, f
     its own. As in a diagnosis a small modelling tolerance is part of them: no model is good for
     the last thousandth of what a channel does.
     """
-    from core.diagnose.maps import noise_floors
-    from core.diagnose.state import FIDELITY  # late: it loads all of a diagnosis
+    from flexgui.core.diagnose.maps import noise_floors
+    from flexgui.core.diagnose.state import FIDELITY  # late: it loads all of a diagnosis
 
     spread: dict[str, list[float]] = {}
     for r in comparisons:

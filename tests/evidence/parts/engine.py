@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from core.scenario.read import read_scenario
-from core.workbench import run_scenario
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.workbench import run_scenario
 from flexgui.export.result import result
 from tests.evidence.engine_words import text
 from tests.mujoco.wide_cases import CASES as WIDE

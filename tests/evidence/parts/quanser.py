@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from core.results import Outcome, RecordingComparison
-from core.scenario.read import read_scenario
-from core.scenario.schema import DiagnoseSpec
-from core.workbench import run_scenario
+from flexgui.core.results import Outcome, RecordingComparison
+from flexgui.core.scenario.read import read_scenario
+from flexgui.core.scenario.schema import DiagnoseSpec
+from flexgui.core.workbench import run_scenario
 from tests.evidence.frame import table
 
 TITLE = "Published benches with two flexible links"

@@ -8,8 +8,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from core.plugins import modules_of
 from flexgui.bench.row import FULL, duration, ratio
+from flexgui.core.plugins import modules_of
 from tests.evidence.frame import table
 
 TITLE = "Speed"
