@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from flexgui import __version__, challenge, study
+from flexgui import __version__
+from flexgui.classroom import commands as challenge
 from flexgui.plain_words import BAD_INPUT, INTERRUPTED, plain_words, print_error
+from flexgui.stages.study import command as study
 
 if TYPE_CHECKING:
     from flexgui.core.check.finding import Finding
@@ -177,7 +179,7 @@ def bench(
     quick: Annotated[bool, typer.Option("--quick", help="Fewer repetitions.")] = False,
 ) -> None:
     """Measure how fast and how exact FlexGUI is on this machine."""
-    from flexgui.bench import main as run_bench
+    from tests.bench import main as run_bench
 
     code = run_bench(quick=quick)
     raise typer.Exit(code or 0)

@@ -49,7 +49,7 @@ NOT_LOADED = {
         "scipy.optimize",
     ),
     # The warming of the server loads these while the browser loads its own part.
-    "flexgui.page": (
+    "flexgui.page.page": (
         "flexgui.core.workbench",
         "numba",
         "sympy",
@@ -58,7 +58,7 @@ NOT_LOADED = {
         "scipy.optimize",
     ),
     # The page shows this panel, and computes nothing of it.
-    "flexgui.panels.study_panel": ("scipy.signal", "scipy.stats"),
+    "flexgui.stages.study.panel": ("scipy.signal", "scipy.stats"),
 }
 """Module -> what importing it leaves for later: half a second and more, each."""
 

@@ -53,16 +53,15 @@ RANKS = {
     "flexgui.views": 14,
     "flexgui.progress": 14,
     "flexgui.places": 14,
-    "flexgui.stage": 14.5,
+    "flexgui.scene": 14.5,
     "flexgui.export": 15,
     "flexgui.jobs": 15.5,
     "flexgui.session": 16,
-    "flexgui.panels": 16.5,
-    "flexgui.page": 17,
+    "flexgui.page": 16.5,
+    "flexgui.page.page": 17,
     "flexgui.server": 17.5,
-    "flexgui.bench": 17.5,
-    "flexgui.challenge": 17.5,
-    "flexgui.study": 17.5,
+    "flexgui.stages.study.command": 17.5,
+    "flexgui.classroom.commands": 17.5,
     "flexgui.library": 17.6,
     "flexgui.reference": 17.7,
     "flexgui.cli": 18,
@@ -118,8 +117,12 @@ def imports_of(name: str) -> frozenset[str]:
 
 
 def room(name: str) -> str:
-    """The longest ranked prefix of a dotted name."""
+    """The longest ranked prefix of a dotted name. A stage's folder holds what belongs to two: its
+    panels are of the page, its state and tasks of the session."""
     parts = name.split(".")
+    if name not in RANKS and parts[:2] in (["flexgui", "stages"], ["flexgui", "classroom"]):
+        module = parts[3 if parts[1] == "stages" else 2 :][:1]
+        return "flexgui.page" if module and module[0].startswith("panel") else "flexgui.session"
     return next(
         prefix for end in range(len(parts), 0, -1) if (prefix := ".".join(parts[:end])) in RANKS
     )

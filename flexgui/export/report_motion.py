@@ -18,7 +18,7 @@ from flexgui.core.scenario.data_folder import Folder
 from flexgui.core.scenario.schema import Scenario
 
 if TYPE_CHECKING:
-    from flexgui.stage.recorded import Playback
+    from flexgui.scene.recorded import Playback
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ def report_motion(
 
     A report without it is still a report: what cannot be read again or drawn is left out, and said.
     """
-    from flexgui.stage.playback import MOST_SECONDS, embedded, playback_html, playback_note
-    from flexgui.stage.recorded import read_one
+    from flexgui.scene.playback import MOST_SECONDS, embedded, playback_html, playback_note
+    from flexgui.scene.recorded import read_one
 
     ordered = sorted(scenario.recordings, key=lambda spec: spec.role != "validate")
     if not ordered:
@@ -56,7 +56,7 @@ def report_motion(
 
 def _shown(scenario: Scenario, outcome: Outcome, recording: Recording) -> Playback:
     """By the model as it now stands."""
-    from flexgui.stage.recorded import playback, played
+    from flexgui.scene.recorded import playback, played
 
     found = outcome.diagnosis
     if found is None or not (found.added and found.values):

@@ -247,4 +247,4 @@ def warm_inputs() -> None:
     import pyarrow.csv
     import pyarrow.parquet  # noqa: F401
 
-    import flexgui.stage.recorded  # noqa: F401
+    import flexgui.scene.recorded  # noqa: F401

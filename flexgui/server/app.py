@@ -18,7 +18,7 @@ from typing import Any, Generic, TypeVar
 import viser
 
 from flexgui.core.errors import InputError
-from flexgui.panels.in_browser import lift
+from flexgui.page.in_browser import lift
 from flexgui.places import without_places
 from flexgui.server.access import AccessHandler
 from flexgui.server.browser_connection import Asking, BrowserConnection, store_key

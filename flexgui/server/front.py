@@ -2,7 +2,7 @@
 
 viser's own client shows an empty panel, its scene tree and an empty picture until the server has
 built the page. The curtain covers these, in the colours of the system's theme or of the one that
-was chosen, and is lifted by `flexgui.panels.in_browser`.
+was chosen, and is lifted by `flexgui.page.in_browser`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from functools import cache
 import viser
 from plotly.offline import get_plotlyjs
 
-from flexgui.panels.in_browser import (
+from flexgui.page.in_browser import (
     BUILDING,
     CONNECTING,
     DRAWING,
@@ -23,7 +23,7 @@ from flexgui.panels.in_browser import (
     PURPOSE,
     run_javascript,
 )
-from flexgui.panels.page_layout import THEME_KEPT_AS
+from flexgui.page.layout import THEME_KEPT_AS
 
 LONGEST = 150_000
 """ms after which the curtain goes from a page whose stages stand: longer than a first start

@@ -43,7 +43,7 @@ from flexgui.server.store import Kept
 from flexgui.server.warming import Warming
 
 if TYPE_CHECKING:
-    from flexgui.page import Page
+    from flexgui.page.page import Page
     from flexgui.session import Session
 
 
@@ -131,7 +131,7 @@ def _page_builder(
     def build(
         client: viser.ClientHandle, session: Session, services: Services, read_only: bool
     ) -> Page:
-        from flexgui.page import build_page
+        from flexgui.page.page import build_page
 
         warming.admit(client)
         return build_page(client, session, services, read_only)
@@ -191,7 +191,7 @@ def _session_maker(
     from flexgui.core.scenario.data_folder import outside
     from flexgui.core.scenario.read import read_scenario
     from flexgui.session import Session
-    from flexgui.session.uploads import fetch_files
+    from flexgui.stages.data.uploads import fetch_files
 
     given, beside = read_scenario(scenario), scenario.resolve().parent
     if far := outside(given, beside, data):

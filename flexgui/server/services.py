@@ -13,8 +13,8 @@ from flexgui.server.limits import Limits
 if TYPE_CHECKING:
     from viser import ClientHandle
 
+    from flexgui.classroom.board import Board
     from flexgui.jobs import JobPool
-    from flexgui.session.board import Board
 
 TEACHER, FOLLOWER, OWN = "teacher", "follower", "own"
 
@@ -40,6 +40,6 @@ class Services:
     @cached_property
     def board(self) -> Board:
         """Who found what in the challenges of this server."""
-        from flexgui.session.board import Board  # late: the session's room takes long to load
+        from flexgui.classroom.board import Board  # late: the session's room takes long to load
 
         return Board()

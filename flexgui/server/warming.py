@@ -12,7 +12,7 @@ import viser
 from flexgui.core.errors import InputError
 from flexgui.core.results import Generation
 from flexgui.jobs import JobPool
-from flexgui.panels.in_browser import BUILDING, show_progress
+from flexgui.page.in_browser import BUILDING, show_progress
 from flexgui.server.options import PrintLine
 
 PREPARING = "Compiling the simulation for this machine, once: about half a minute."
@@ -111,10 +111,10 @@ class Warming:
 
 
 def _load() -> None:
-    import flexgui.page  # noqa: F401  (two seconds of imports)
+    import flexgui.page.page  # noqa: F401  (two seconds of imports)
     from flexgui.session.demo import demo_scenario
-    from flexgui.session.live import live_model, prepare
     from flexgui.session.state import Live
+    from flexgui.stages.arm.live import live_model, prepare
 
     live_model(prepare(demo_scenario(), None), Live())
     # Modules and equations stay for ever: the collector need not look at them every time.

@@ -13,8 +13,8 @@ from flexgui.core.scenario.schema import Scenario
 from flexgui.session.demo import demo_scenario
 from flexgui.session.edit import Edit, edited, model_of, noise_of_simulations
 from flexgui.session.latest import TURNS, LatestWins
-from flexgui.session.live import LiveModel, Prepared, is_new, live_model, prepare
 from flexgui.session.state import STAGES, Live, Observable, Part, Topic
+from flexgui.stages.arm.live import LiveModel, Prepared, is_new, live_model, prepare
 
 COMPILING = "Another kind of arm: its equations are derived and compiled, which takes seconds."
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from flexgui.classroom.challenging import Challenge
 from flexgui.core.errors import InputError
 from flexgui.core.files import replacing
 from flexgui.core.results import Outcome
@@ -26,14 +27,13 @@ from flexgui.places import (
     kept_at,
     set_aside,
 )  # fmt: skip
-from flexgui.session.challenging import Challenge
 from flexgui.session.edit import Document
-from flexgui.session.look import Look
 from flexgui.session.records import known, packed, unpacked
 from flexgui.session.state import STAGES, Cursor, Live, Topic
-from flexgui.session.study_state import StudyChoice
-from flexgui.session.studying import Studying
-from flexgui.session.uploading import check_suits
+from flexgui.stages.data.uploading import check_suits
+from flexgui.stages.diagnose.look import Look
+from flexgui.stages.study.state import StudyChoice
+from flexgui.stages.study.studying import Studying
 
 DURABLE = frozenset({
     Topic.SCENARIO, Topic.RECORDINGS, Topic.OUTCOME, Topic.DIAGNOSIS, Topic.CHALLENGE, Topic.STUDY,

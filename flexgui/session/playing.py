@@ -16,12 +16,12 @@ from flexgui.core.scenario.data_folder import Within
 from flexgui.core.scenario.schema import Scenario
 from flexgui.jobs.inputs import ask
 from flexgui.jobs.task import Task
-from flexgui.jobs.tasks.direct import play
 from flexgui.places import without_places
+from flexgui.scene.recorded import Playback, fitted_values, played, read_one
 from flexgui.session.editing import Editing
 from flexgui.session.latest import LatestWins
 from flexgui.session.state import STAGES, Cursor, Part, Topic
-from flexgui.stage.recorded import Playback, fitted_values, played, read_one
+from flexgui.stages.data.task import play
 
 SHORT = 30_000
 """Samples, as the paper has them (3 s at 0.1 ms): simulated in half a second with a few MB."""

@@ -11,14 +11,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from flexgui.classroom.challenging import Challenge, Revealed
+from flexgui.classroom.judging import Guess, Judged, Judgement
 from flexgui.core import results
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.schema import Scenario
-from flexgui.jobs.looked import Looked
-from flexgui.session.challenging import Challenge, Revealed
 from flexgui.session.edit import text_of
-from flexgui.session.judging import Guess, Judged, Judgement
-from flexgui.session.look import Look
+from flexgui.stages.diagnose.look import Look
+from flexgui.stages.diagnose.looked import Looked
 from flexgui.views.over_speed import OverSpeed
 
 TREE = "tree"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Protocol
 
+from flexgui.classroom.board import Board
 from flexgui.jobs import JobPool
-from flexgui.session.board import Board
 
 
 class Services(Protocol):

@@ -14,8 +14,8 @@ from flexgui.session.demo import EMBEDDED, scenario_choices
 from flexgui.session.keeping import Keeping
 from flexgui.session.services import Services
 from flexgui.session.state import Cursor, Topic
-from flexgui.session.uploading import check_suits
-from flexgui.session.uploads import fetch_files
+from flexgui.stages.data.uploading import check_suits
+from flexgui.stages.data.uploads import fetch_files
 
 
 @final

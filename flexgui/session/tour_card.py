@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from flexgui.core.results import NOTHING
 from flexgui.session.demo import is_of_tour
-from flexgui.session.look import Look, in_vain, last_change
 from flexgui.session.session import Session
+from flexgui.stages.diagnose.look import Look, in_vain, last_change
 
 OFFERED, BEGUN = 0, 1
 """Values of a session's `tour`; None: dismissed."""

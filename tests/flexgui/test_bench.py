@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from flexgui.bench import measure
-from flexgui.bench.case import MEMBERS, glocal_case, population
-from flexgui.bench.comparisons.peak import ACCUMULATORS, multiply_add, operations
-from flexgui.bench.row import Row, duration, median_seconds, table
 from flexgui.core.lanes.wide import LANES
+from tests.bench import measure
+from tests.bench.case import MEMBERS, glocal_case, population
+from tests.bench.comparisons.peak import ACCUMULATORS, multiply_add, operations
+from tests.bench.row import Row, duration, median_seconds, table
 
 pytestmark = pytest.mark.long
 

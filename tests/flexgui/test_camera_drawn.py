@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import pytest
 
-from flexgui.panels.recording_in_scene import has_camera
+from flexgui.page.recording_in_scene import has_camera
 
 FILE, SIMULATED = SimpleNamespace(simulate=None), SimpleNamespace(simulate=object())
 

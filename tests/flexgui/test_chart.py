@@ -8,8 +8,8 @@ import pytest
 from flexgui.core.simulate.posture import Posture
 from flexgui.core.simulate.response import frequency_response as gains_of
 from flexgui.core.simulate.response import step_response
+from flexgui.stages.arm.chart import NO_LINE, Chart, chart
 from flexgui.views import colours
-from flexgui.views.chart import NO_LINE, Chart, chart
 from flexgui.views.dynamics import DOTS, frequency_response, noisy_step, step
 from flexgui.views.layout import Figure, ax, dots, figure, line
 from tests.flexgui.test_live_views import NAMES, at

@@ -12,8 +12,8 @@ import pytest
 from flexgui.core.results import Estimate, LinearModel, Outcome, RecordingComparison
 from flexgui.export.export_files import export_outcome
 from flexgui.export.report import FIRST_FIT
-from flexgui.panels.identify_panel import found_parameters
 from flexgui.sentences.figures import linear_sentence
+from flexgui.stages.identify.panel import found_parameters
 from flexgui.views.fit_table import fit_table
 from flexgui.views.headline import BIASED, COMPLETE, SHORT_OF, final_comparisons
 from flexgui.views.parameter_tables import standing_parameters

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from flexgui.panels.timeline import last_time
+from flexgui.page.timeline import last_time
 from flexgui.views.ladder import _ticks, ladder
 from tests.flexgui.test_diagnosis_report import FOUND, step
 

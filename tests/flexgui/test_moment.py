@@ -10,11 +10,17 @@ import numpy as np
 import pytest
 
 from flexgui.core.results import LadderStep, MissingTorque
-from flexgui.panels.diagnose_panel import DiagnosePanel
-from flexgui.panels.moment_panel import Moment
 from flexgui.session.state import Cursor
+from flexgui.stages.diagnose.panel import DiagnosePanel
+from flexgui.stages.diagnose.panel_moment import Moment
+from flexgui.stages.diagnose.plots_moment import (
+    cloud_caption,
+    moment_cloud,
+    moment_residual,
+    rms,
+    worst_channel,
+)
 from flexgui.views.ladder import BAND, ladder
-from flexgui.views.moment import cloud_caption, moment_cloud, moment_residual, rms, worst_channel
 from flexgui.views.over_speed import OverSpeed
 
 SPEED = np.sin(np.linspace(0.0, 20.0, 200))

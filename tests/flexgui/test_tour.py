@@ -21,15 +21,12 @@ from flexgui.core.results import (
     Outcome,
     RankedEffect,
 )
-from flexgui.jobs.looked import Looked
-from flexgui.panels.at_work import how_it_stands
-from flexgui.panels.panel import PageContext
-from flexgui.panels.tour import to_diagnosis, to_identification
+from flexgui.page.busy import how_it_stands
+from flexgui.page.panel import PageContext
+from flexgui.page.tour import to_diagnosis, to_identification
 from flexgui.session import Session
 from flexgui.session.demo import demo_scenario, hidden_scenario, is_of_tour
 from flexgui.session.edit import edited
-from flexgui.session.effects import with_effect
-from flexgui.session.look import Change, Look, in_vain, last_change, worse
 from flexgui.session.run_state import QUEUED, RUNNING, STOPPING, Run
 from flexgui.session.state import STAGES
 from flexgui.session.tour_card import (
@@ -47,6 +44,9 @@ from flexgui.session.tour_card import (
     due_stage,
     holds_way_on,
 )
+from flexgui.stages.diagnose.effects import with_effect
+from flexgui.stages.diagnose.look import Change, Look, in_vain, last_change, worse
+from flexgui.stages.diagnose.looked import Looked
 
 FRICTION, JOINT = "Coulomb friction", "Elastic joint"
 WITH_FRICTION = edited(hidden_scenario(), with_effect("coulomb_friction", None))

@@ -19,7 +19,7 @@ def perform(case: Case) -> int:
     """The exit code, in the folder of the case; `unpack` is what the page does with a zip."""
     if case.arguments[:1] != ("unpack",):
         return cli.run(case.arguments)
-    from flexgui.session.uploads import unpacked
+    from flexgui.stages.data.uploads import unpacked
 
     try:
         unpacked(Path(case.arguments[1]), Path(), UPLOAD)

@@ -131,8 +131,7 @@ def load() -> None:
 
     import flexgui.export.export_files
     import flexgui.export.report_motion
-    import flexgui.session.uploads
-    import flexgui.stage.playback  # noqa: F401
+    import flexgui.scene.playback  # noqa: F401
 
     whole = Case("undamaged", EXPORT, {SCENARIO: TEXT.encode(), FILE: csv(table()).encode()})
     for made in (whole, Case("simulated", EXPORT, {SCENARIO: SIMULATED.encode()})):

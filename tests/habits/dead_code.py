@@ -17,7 +17,7 @@ PATHS = [ROOT / "core", ROOT / "flexgui", ROOT / "docs" / "examples"]
 
 FOUND_IN_FOLDERS = (
     "core/arm/joints", "core/check/checks", "core/drives", "core/effects", "core/excitation",
-    "core/montecarlo/parts", "core/recording/readers", "core/sensors", "flexgui/panels",
+    "core/montecarlo/parts", "core/recording/readers", "core/sensors", "flexgui/stages",
     "flexgui/export/formats", "flexgui/views/of_recording",
 )  # fmt: skip
 """Classes in these folders are plug-ins, found by walking them."""

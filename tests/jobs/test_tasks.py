@@ -12,7 +12,8 @@ import pytest
 from flexgui.core.progress import Silent
 from flexgui.core.results import Outcome
 from flexgui.jobs import Failed, Finished, NewGeneration, Stopped, Task
-from flexgui.jobs.tasks.direct import export, identify
+from flexgui.stages.export.task import export
+from flexgui.stages.identify.task import identify
 from tests.jobs.helpers import PATIENCE, Listener
 
 SCENARIO = """

@@ -127,7 +127,7 @@ TAKES_A_NAME = {
     "export": ("flexgui.export.export_files.export_scenario", ["--out"], ()),
     "plan": ("flexgui.export.plan_files.plan_scenario", ["--out"], ()),
     "check": ("flexgui.core.check.run.check_scenario", [], ()),
-    "study": ("flexgui.study._go_on", ["--out"], True),
+    "study": ("flexgui.stages.study.command._go_on", ["--out"], True),
     "serve": ("flexgui.server.serve.serve", [], None),
 }
 """Command -> what works for it, the options that end in a folder, and what that gives."""

@@ -13,10 +13,10 @@ from typing import Any
 import pytest
 import viser
 
+from flexgui.classroom.board import Board
 from flexgui.jobs import JobPool
-from flexgui.page import Page, build_page
+from flexgui.page.page import Page, build_page
 from flexgui.session import Session
-from flexgui.session.board import Board
 from tests.page.helpers import FIRST
 
 UPLOAD_LIMIT = 1_000_000

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from flexgui.classroom.challenging import Challenge
 from flexgui.core.study.challenge import opened
 from flexgui.jobs.settings import DEFAULT
 from flexgui.session import Session
-from flexgui.session.challenging import Challenge
 from flexgui.session.edit import Document, put
-from flexgui.session.effects import present, titled
-from flexgui.session.look import ladder_steps
+from flexgui.stages.diagnose.effects import present, titled
+from flexgui.stages.diagnose.look import ladder_steps
 from tests.page.conftest import Desktop
 from tests.page.helpers import LOOK, field, plots, press, sees
 from tests.page.scene import on_screen

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from flexgui.panels.in_browser import PURPOSE
-from flexgui.panels.page_layout import DARK
+from flexgui.page.in_browser import PURPOSE
+from flexgui.page.layout import DARK
 from flexgui.server.front import LONGEST, SLOW, behind_curtain
 from flexgui.session import Session
 from tests.page.conftest import PATIENCE, Desktop

@@ -14,9 +14,9 @@ from flexgui.core.scenario.read import read_scenario
 from flexgui.core.study.challenge import opened
 from flexgui.session import Session
 from flexgui.session.edit import put
-from flexgui.session.effects import present, titled
-from flexgui.session.look import ladder_steps
-from flexgui.session.uploads import fetch_files
+from flexgui.stages.data.uploads import fetch_files
+from flexgui.stages.diagnose.effects import present, titled
+from flexgui.stages.diagnose.look import ladder_steps
 from tests.page.helpers import press, sees
 from tests.page.test_diagnose import HEADLESS, answer, bars, headless
 from tests.session.helpers import until

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexgui.panels.page_layout import (
+from flexgui.page.layout import (
     ARM,
     BORDERS,
     CONTROLS,

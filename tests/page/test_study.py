@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from flexgui.core.scenario.read import read_scenario
-from flexgui.panels.study_panel import OPEN
 from flexgui.session import Session
-from flexgui.session.look import Look
-from flexgui.session.uploads import fetch_files
+from flexgui.stages.data.uploads import fetch_files
+from flexgui.stages.diagnose.look import Look
+from flexgui.stages.study.panel import OPEN
 from tests.page.helpers import enter, plots, press, sees
 from tests.page.test_diagnose import few
 from tests.paper_study.helpers import short

@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 
 from flexgui.core.recording.save import save_recording
+from flexgui.scene.recorded import read_one
 from flexgui.session import Session
-from flexgui.stage.recorded import read_one
 from tests.page.helpers import enter, field, plots, press, sees, small
 from tests.session.helpers import until
 

@@ -22,9 +22,9 @@ from flexgui.core.montecarlo.summary import Summary, summarise
 from flexgui.core.resumable.executor import Here
 from flexgui.core.resumable.journal import Record, records_of
 from flexgui.core.scenario.read import read_scenario
-from flexgui.export.study_report import study_html, write_study
-from flexgui.sentences.study_baselines import conclusions
-from flexgui.sentences.study_findings import findings
+from flexgui.stages.study.baselines import conclusions
+from flexgui.stages.study.findings import findings
+from flexgui.stages.study.report import study_html, write_study
 from tests.paper_study.helpers import short
 
 TRUE_EI = 1e9 * 0.05**4 / 12.0

@@ -15,7 +15,7 @@ from flexgui.core.montecarlo.summary import Summary, summarise
 from flexgui.core.resumable.executor import Processes
 from flexgui.core.resumable.journal import records_of
 from flexgui.core.scenario.read import read_scenario
-from flexgui.sentences.study_findings import ratio_of_deviations
+from flexgui.stages.study.findings import ratio_of_deviations
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "paper_glocal.toml"
 

@@ -21,16 +21,17 @@ import plotly.graph_objects as go
 import pytest
 
 import flexgui as fg
+from flexgui.classroom.panel import GuessFields
 from flexgui.core.plugins import look_again
 from flexgui.core.recording import channels as known_channels
 from flexgui.core.recording.load import load_recording
 from flexgui.core.recording.spec import RecordingSpec
 from flexgui.core.scenario.rig_spec import SensorsSpec
 from flexgui.core.scenario.schema import DiagnoseSpec
-from flexgui.panels import failing_panel, widgets
-from flexgui.panels.arm_panel import ArmSliders
-from flexgui.panels.challenge_panel import GuessFields
+from flexgui.page import widgets
 from flexgui.reference import reference_text
+from flexgui.stages.arm.panel import ArmSliders
+from flexgui.stages.compare import panel_errors as failing_panel
 from flexgui.views.names import channel_title
 
 EI = 520.8333

@@ -11,7 +11,7 @@ from flexgui.core.errors import InputError
 from flexgui.core.recording.clock import bridged, longest_complete, runs
 from flexgui.core.recording.load import load_recording, load_unchecked
 from flexgui.core.recording.spec import RecordingSpec
-from flexgui.jobs.tasks.rows import parted, rows, settings
+from flexgui.stages.data.rows import parted, rows, settings
 
 N, DT = 200, 1e-3
 GAP = slice(50, 56)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from flexgui.classroom.challenging import Challenge, Guess
 from flexgui.server.copying import copy_session
 from flexgui.session import Session
-from flexgui.session.challenging import Challenge, Guess
-from flexgui.session.look import Look
+from flexgui.stages.diagnose.look import Look
 
 
 def made(folder: Path, key: str) -> Session:

@@ -11,7 +11,7 @@ from typing import Any, cast
 import pytest
 
 from flexgui.jobs import JobPool
-from flexgui.page import build_page
+from flexgui.page.page import build_page
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.limits import Limits
 from flexgui.server.options import bind

@@ -10,7 +10,7 @@ from typing import cast
 import pytest
 
 from flexgui.jobs import JobPool
-from flexgui.page import build_page
+from flexgui.page.page import build_page
 from flexgui.server.app import PageServer, Settings
 from flexgui.server.copying import copy_session
 from flexgui.server.demo import COPY

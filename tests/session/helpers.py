@@ -56,7 +56,7 @@ def settle(session: Session) -> bool:
 def good_csv(session: Session) -> bytes:
     """A recording that suits the scenario, as a file."""
     from flexgui.core.recording.save import save_recording
-    from flexgui.stage.recorded import read_one
+    from flexgui.scene.recorded import read_one
 
     name = session.scenario.recordings[0].name
     path = session.folder / "good.csv"

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from flexgui.core.results import LadderStep, RankedEffect
-from flexgui.jobs.looked import Looked
-from flexgui.panels.candidates import _row
+from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.panel_candidates import _row
 
 ONE = RankedEffect("tip_payload", "Tip payload", 50.0, 1e-9, 70.0, 46.0, 900.0)
 FOUND = Looked(

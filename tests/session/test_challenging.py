@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
+from flexgui.classroom.board import MOST, Board, Entry
+from flexgui.classroom.board_table import board_table
+from flexgui.classroom.challenging import Challenge, Guess
+from flexgui.classroom.judging import asked_sizes, judged, read_sizes
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.session import Session
-from flexgui.session.board import MOST, Board, Entry
-from flexgui.session.challenging import Challenge, Guess
-from flexgui.session.judging import asked_sizes, judged, read_sizes
-from flexgui.views.board_table import board_table
 from flexgui.views.summary import validation_words
 from tests.session.conftest import Offered
 from tests.session.helpers import until

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from flexgui.session import Session
-from flexgui.session.uploads import scenario_file
+from flexgui.stages.data.uploads import scenario_file
 from tests.session.conftest import Offered
 from tests.session.helpers import bring, good_csv, settle
 

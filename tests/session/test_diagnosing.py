@@ -16,15 +16,15 @@ from flexgui.core.diagnose.maps import error_maps
 from flexgui.core.scenario.read import parse_scenario, scenario_toml
 from flexgui.core.scenario.stated_effects import base_model
 from flexgui.jobs import JobPool
-from flexgui.jobs.looked import Looked
 from flexgui.sentences.verdict import verdict_paragraphs
 from flexgui.sentences.written import format_number
 from flexgui.session import Session
 from flexgui.session.edit import Document, put
-from flexgui.session.effects import own_parameters, own_place, present
-from flexgui.session.look import ladder_steps, story
 from flexgui.session.run_state import DONE, FAILED
-from flexgui.session.uploads import diagnosed_file
+from flexgui.stages.data.uploads import diagnosed_file
+from flexgui.stages.diagnose.effects import own_parameters, own_place, present
+from flexgui.stages.diagnose.look import ladder_steps, story
+from flexgui.stages.diagnose.looked import Looked
 from flexgui.views.headline import standing, verdict_now
 from flexgui.views.pooled import channel_errors, with_role
 from tests.session.conftest import SOON, Offered

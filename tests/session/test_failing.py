@@ -14,11 +14,11 @@ from flexgui.core.results import (
     RecordingComparison,
     WorstCell,
 )
-from flexgui.jobs.looked import Looked
-from flexgui.panels.candidates import inviting
-from flexgui.panels.failing_panel import cell_label
-from flexgui.session.error_maps import where_it_fails
-from flexgui.session.experiments import point_name
+from flexgui.stages.compare.error_maps import where_it_fails
+from flexgui.stages.compare.panel_errors import cell_label
+from flexgui.stages.data.experiments import point_name
+from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.panel_candidates import inviting
 from flexgui.views.error_map import words
 
 N, DT = 1200, 1e-3

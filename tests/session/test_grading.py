@@ -9,11 +9,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from flexgui.cli import app
-from flexgui.core.errors import InputError
-from flexgui.core.study.challenge import HEAD as CHALLENGE
-from flexgui.core.study.challenge import TRUTH_FILE, obfuscate
-from flexgui.session.hand_in import (
+from flexgui.classroom.hand_in import (
     HEAD,
     LARGEST,
     HandIn,
@@ -22,7 +18,11 @@ from flexgui.session.hand_in import (
     read_hand_in,
     stated_guess,
 )
-from flexgui.session.judging import NONE_GUESSED, Guess
+from flexgui.classroom.judging import NONE_GUESSED, Guess
+from flexgui.cli import app
+from flexgui.core.errors import InputError
+from flexgui.core.study.challenge import HEAD as CHALLENGE
+from flexgui.core.study.challenge import TRUTH_FILE, obfuscate
 
 TRUTH = {
     "seed": 6, "level": "hard", "effects": ["coulomb_friction", "camera_delay"], "EI": 520.0,

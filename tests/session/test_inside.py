@@ -14,12 +14,13 @@ from flexgui.core.errors import InputError
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.data_folder import VARIABLE, Within
 from flexgui.core.scenario.read import scenario_toml
-from flexgui.jobs.tasks.direct import identify, play
-from flexgui.jobs.tasks.rows import headers, length_and_rate
 from flexgui.places import without_places
 from flexgui.server.copying import copy_session
 from flexgui.session import Session
-from flexgui.session.uploads import safe_name, scenario_file, unpack, zipped
+from flexgui.stages.data.rows import headers, length_and_rate
+from flexgui.stages.data.task import play
+from flexgui.stages.data.uploads import safe_name, scenario_file, unpack, zipped
+from flexgui.stages.identify.task import identify
 from tests.session.conftest import UPLOAD_LIMIT, Offered
 from tests.session.elsewhere import (
     CONTENT,

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 import flexgui.server.kept as kept_work
+from flexgui.classroom.challenging import Challenge, Guess
 from flexgui.core.errors import InputError
 from flexgui.core.files import replacing
 from flexgui.core.scenario.read import read_scenario
@@ -26,12 +27,11 @@ from flexgui.library.shipped import shipped_folder
 from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
 from flexgui.server.kept import KeptWork
 from flexgui.session import Session, Topic, keeping
-from flexgui.session.challenging import Challenge, Guess
 from flexgui.session.demo import demo_scenario, hidden_scenario
 from flexgui.session.edit import put
 from flexgui.session.records import packed, unpacked
 from flexgui.session.state import STAGES
-from flexgui.session.study_state import DONE, STOPPED
+from flexgui.stages.study.state import DONE, STOPPED
 from tests.paper_study.helpers import short
 from tests.session.conftest import SOON, Offered
 from tests.session.helpers import bring, good_csv, small, until

@@ -10,8 +10,8 @@ import pytest
 
 from flexgui.session import Session, Topic, editing, playing
 from flexgui.session.edit import arm_setting
-from flexgui.session.live import LiveModel
 from flexgui.session.state import Part
+from flexgui.stages.arm.live import LiveModel
 
 
 def live(session: Session) -> LiveModel:

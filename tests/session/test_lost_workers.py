@@ -15,7 +15,7 @@ import pytest
 from flexgui.jobs import JobPool, inputs
 from flexgui.session import Session
 from flexgui.session.edit import put
-from flexgui.session.study_state import DONE
+from flexgui.stages.study.state import DONE
 from tests.jobs.helpers import EVEN
 from tests.paper_study.helpers import short
 from tests.session.conftest import Offered

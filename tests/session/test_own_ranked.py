@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from flexgui.core.results import ChannelError, Estimate, LadderStep, RankedEffect
-from flexgui.jobs.looked import Looked
 from flexgui.session.demo import demo_scenario
-from flexgui.session.effects import own_place, own_ranked, ranked_with_own
-from flexgui.session.look import Look
+from flexgui.stages.diagnose.effects import own_place, own_ranked, ranked_with_own
+from flexgui.stages.diagnose.look import Look
+from flexgui.stages.diagnose.looked import Looked
 
 
 def listed(kind: str, refitted: float | None) -> RankedEffect:

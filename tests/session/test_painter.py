@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from flexgui import page
-from flexgui.page import INTERVAL, LONG, SLOWEST, Painter
+from flexgui.page import painter
+from flexgui.page.painter import INTERVAL, LONG, SLOWEST, Painter
 from flexgui.session import Topic
 
 BEGUN = 100.0
@@ -15,7 +15,7 @@ BEGUN = 100.0
 @pytest.fixture
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     now = [BEGUN]
-    monkeypatch.setattr(page.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(painter.time, "monotonic", lambda: now[0])
     return now
 
 

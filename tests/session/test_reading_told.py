@@ -5,8 +5,8 @@ from __future__ import annotations
 from types import SimpleNamespace
 
 from flexgui.jobs import Advanced, Stage, Started
-from flexgui.panels.identify_panel import IdentifyPanel
 from flexgui.session.run_state import Run
+from flexgui.stages.identify.panel import IdentifyPanel
 
 
 def test_how_far_a_file_is_read_stands_in_the_sentence() -> None:

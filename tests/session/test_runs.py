@@ -14,10 +14,10 @@ from flexgui.core.results import Generation
 from flexgui.core.scenario.schema import Scenario
 from flexgui.export.formats import model_formats
 from flexgui.jobs import Advanced, Event, Finished, NewGeneration, Queued, Stage, Started
-from flexgui.panels.export_panel import ExportPanel
 from flexgui.session import Session
 from flexgui.session.run_state import DONE, QUEUED, RUNNING, STOPPED, Run
-from flexgui.session.uploads import scenario_file
+from flexgui.stages.data.uploads import scenario_file
+from flexgui.stages.export.panel import ExportPanel
 from tests.session.conftest import SOON, Offered
 from tests.session.helpers import LONG, bring, exported, good_csv, small, until
 

@@ -19,8 +19,8 @@ from flexgui.library.shipped import scenarios
 from flexgui.session import Session, Topic
 from flexgui.session.demo import demo_scenario, hidden_scenario, scenario_choices
 from flexgui.session.edit import arm_setting, edited, put
-from flexgui.session.experiments import Experiments
 from flexgui.session.state import Part
+from flexgui.stages.data.experiments import Experiments
 
 
 def test_demo_is_a_scenario_that_needs_no_file() -> None:

@@ -14,8 +14,8 @@ from flexgui.places import WORK, is_kept
 from flexgui.session import Session, Topic
 from flexgui.session.edit import Edit, arm_setting, edited, put
 from flexgui.session.latest import TURNS
-from flexgui.session.live import LiveModel
 from flexgui.session.records import packed, unpacked
+from flexgui.stages.arm.live import LiveModel
 
 SOON = 60.0
 """s on a busy machine; only waited for where something is wrong."""

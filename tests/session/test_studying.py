@@ -17,9 +17,10 @@ from flexgui.core.montecarlo.summary import summarise
 from flexgui.core.resumable.executor import Here
 from flexgui.core.resumable.journal import Journal, records_of
 from flexgui.core.scenario.read import parse_scenario, read_scenario
-from flexgui.jobs.tasks.direct import JOURNAL
 from flexgui.session import Session, Topic
-from flexgui.session.study_state import (
+from flexgui.stages.data.uploads import zipped_folder
+from flexgui.stages.study.command import JOURNAL as JOURNAL_OF_THE_COMMAND
+from flexgui.stages.study.state import (
     DONE,
     FAILED,
     IDLE,
@@ -29,8 +30,7 @@ from flexgui.session.study_state import (
     shown,
     whole,
 )
-from flexgui.session.uploads import zipped_folder
-from flexgui.study import JOURNAL as JOURNAL_OF_THE_COMMAND
+from flexgui.stages.study.task import JOURNAL
 from tests.paper_study.helpers import numbers, short
 from tests.session.conftest import Offered
 from tests.session.helpers import until

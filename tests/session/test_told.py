@@ -8,8 +8,8 @@ import numpy as np
 
 from flexgui.core.progress import Silent
 from flexgui.core.results import RecordingComparison
-from flexgui.jobs.looked import Looked
-from flexgui.jobs.tasks.diagnose import COMPARED, LOOKED, diagnose
+from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.task import COMPARED, LOOKED, diagnose
 from tests.diagnose.test_run import HIDDEN, text
 
 CANDIDATES = """[diagnose]

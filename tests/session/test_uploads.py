@@ -13,10 +13,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from flexgui.classroom.challenging import Challenge
 from flexgui.core.errors import InputError
-from flexgui.session import Session, uploading
-from flexgui.session.challenging import Challenge
-from flexgui.session.uploads import safe_name, scenario_file, unpacked, zipped
+from flexgui.session import Session
+from flexgui.stages.data import uploading
+from flexgui.stages.data.uploads import safe_name, scenario_file, unpacked, zipped
 from tests.session.conftest import UPLOAD_LIMIT, Offered
 from tests.session.helpers import bring, good_csv
 

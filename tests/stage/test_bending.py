@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from flexgui.core.arm.slots import arm_vector
-from flexgui.stage.arm_geometry import ArmGeometry
-from flexgui.stage.recorded import FACTORS, SHARE, fitting_factor, largest_deflection
+from flexgui.scene.arm_geometry import ArmGeometry
+from flexgui.scene.recorded import FACTORS, SHARE, fitting_factor, largest_deflection
 from tests.helpers import PAPER, random_state
 
 STEP = 1.6

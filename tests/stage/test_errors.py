@@ -7,9 +7,9 @@ import pytest
 import viser
 
 from flexgui.core.study.rig import bare_model
-from flexgui.stage import paint
-from flexgui.stage.error_board import AWAY, EMPTY, ErrorBoard, cells, error_paint, shade
-from flexgui.stage.scene import FAINT, Stage
+from flexgui.scene import paint
+from flexgui.scene.error_board import AWAY, EMPTY, ErrorBoard, cells, error_paint, shade
+from flexgui.scene.scene import FAINT, Stage
 from flexgui.views import colours
 
 

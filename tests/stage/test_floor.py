@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import viser
 
-from flexgui.stage.paint import (
+from flexgui.scene.paint import (
     AIM,
     DEPTH,
     FINEST,
@@ -18,7 +18,7 @@ from flexgui.stage.paint import (
     light_of,
     spacing,
 )
-from flexgui.stage.scene import Stage
+from flexgui.scene.scene import Stage
 from tests.stage.test_scene import fresh, server, stage_of
 
 __all__ = ["fresh", "server"]

@@ -13,7 +13,7 @@ import zstandard
 
 from flexgui.core.arm.slots import arm_vector
 from flexgui.core.trajectory import Trajectory
-from flexgui.stage.playback import (
+from flexgui.scene.playback import (
     FRAMES_PER_SECOND,
     MOST_SECONDS,
     embedded,
@@ -21,7 +21,7 @@ from flexgui.stage.playback import (
     playback_html,
     playback_note,
 )
-from flexgui.stage.scene import Stage
+from flexgui.scene.scene import Stage
 from tests.helpers import ARMS, compiled, random_state
 
 LARGEST = 6e6

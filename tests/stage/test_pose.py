@@ -9,8 +9,8 @@ from flexgui.core.arm.arm import Arm
 from flexgui.core.arm.presets import presets
 from flexgui.core.arm.segment import Segment
 from flexgui.core.arm.slots import arm_vector
-from flexgui.stage.arm_geometry import RIGID, STATIONS, STRIP, beam_faces
-from flexgui.stage.pose import RAIL, STACK, Body, mark_faces
+from flexgui.scene.arm_geometry import RIGID, STATIONS, STRIP, beam_faces
+from flexgui.scene.pose import RAIL, STACK, Body, mark_faces
 from tests.helpers import ARMS, EVERY_ARM, PAPER, compiled, random_state, straight
 
 SAME_PLACE = 1e-12

@@ -11,8 +11,8 @@ import viser
 
 from flexgui.core.arm.presets import presets
 from flexgui.core.arm.slots import arm_vector
-from flexgui.stage.pose import Pose
-from flexgui.stage.scene import MOST_EXAGGERATION, Stage
+from flexgui.scene.pose import Pose
+from flexgui.scene.scene import MOST_EXAGGERATION, Stage
 from tests.helpers import ARMS, chain, random_state, with_modes
 
 SINGLE = 1e-6

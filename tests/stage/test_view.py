@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flexgui.stage.paint import AIM, DIRECTIONS, HOME, SIDE, TOP, View, lowered, view_of
+from flexgui.scene.paint import AIM, DIRECTIONS, HOME, SIDE, TOP, View, lowered, view_of
 
 ASPECTS = (0.46, 0.7, 1.3, 2.0)
 REACHES = (0.3, 1.0, 4.0)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from flexgui.classroom.truth import revealed, truth_in_words
 from flexgui.cli import app
 from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
@@ -25,7 +26,6 @@ from flexgui.core.study.challenge import (
     opened,
     write_challenge,
 )
-from flexgui.sentences.challenge import revealed, truth_in_words
 
 
 @pytest.fixture(scope="module")

@@ -23,10 +23,10 @@ from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.simulate.experiment import NO_NOISE, make_task, read_sensors
 from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.workbench import load_recordings, run_scenario
-from flexgui.jobs.looked import Looked
-from flexgui.panels.candidates import inviting
 from flexgui.sentences.notes import notes
 from flexgui.sentences.ranked import in_order, tie
+from flexgui.stages.diagnose.looked import Looked
+from flexgui.stages.diagnose.panel_candidates import inviting
 from flexgui.views.ranking import ranking_table
 
 CLOSE = 0.01

@@ -8,8 +8,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from flexgui.bench.row import FULL, duration, ratio
 from flexgui.core.plugins import modules_of
+from tests.bench.row import FULL, duration, ratio
 from tests.evidence.frame import table
 
 TITLE = "Speed"
@@ -34,7 +34,7 @@ OWN_PROCESSES = ("study",)
 
 CASES: dict[str, Callable[[Path], dict[str, Any]]] = {
     name: partial(_measured, module)
-    for module in modules_of("flexgui.bench.comparisons")
+    for module in modules_of("tests.bench.comparisons")
     if (name := module.__name__.rpartition(".")[2]) not in OWN_PROCESSES
 }
 

@@ -1,0 +1,184 @@
+"""A guess at a challenge as one obfuscated file, and a folder of them as a table for whoever grades
+a class."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from flexgui.classroom.board import plain_name
+from flexgui.classroom.judging import NONE_GUESSED, Guess, judged
+from flexgui.classroom.truth import truth_in_words
+from flexgui.core.effects import catalogue
+from flexgui.core.errors import InputError
+from flexgui.core.sentences import did_you_mean
+from flexgui.core.study.challenge import LEVELS, obfuscate, opened
+
+HEAD = "FlexGUI hand-in, sealed. `flexgui grade` checks it."
+ENDING = ".handin"
+
+LARGEST = 100_000
+"""Bytes: a hand-in has under ten thousand."""
+
+
+@dataclass(frozen=True)
+class HandIn:
+    """What somebody committed to, with the challenge's own obfuscated truth."""
+
+    name: str
+    guesses: tuple[Guess, ...]
+    obfuscated: str
+    """Of the challenge: holds the truth."""
+    asked: bool | None = None
+    """Whether the tool had been used before the guess; None: made without the page."""
+    changed: bool = False
+    """Whether another guess was committed to before."""
+
+    def text(self) -> str:
+        """The obfuscated file; the same hand-in gives the same bytes."""
+        content = {
+            "name": plain_name(self.name),
+            "guesses": [[guess.kind, guess.size] for guess in self.guesses],
+            "sealed": self.obfuscated,
+            "asked": self.asked,
+            "changed": self.changed,
+        }
+        text = json.dumps(content, sort_keys=True)
+        return obfuscate(text, text, HEAD)
+
+    @property
+    def filename(self) -> str:
+        """'Ada_challenge_6.handin', without what a file system might refuse."""
+        truth = json.loads(opened(self.obfuscated, "The challenge"))
+        letters = "".join(c if c.isalnum() else "_" for c in plain_name(self.name)) or "somebody"
+        return f"{letters}_challenge_{truth['seed']}{ENDING}"
+
+
+def read_hand_in(path: Path) -> HandIn:
+    """A hand-in from its file; InputError where it is none or its checksum is wrong."""
+    try:
+        if path.stat().st_size > LARGEST:
+            raise InputError(f"{path.name} is too large for a hand-in.")
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise InputError(f"{path.name} cannot be read: {error.strerror or error}.") from error
+    plain = opened(text, path.name, HEAD)
+    try:
+        return _stated(json.loads(plain))
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path.name} is no hand-in of this program.") from error
+
+
+def _stated(content: dict[str, Any]) -> HandIn:
+    return HandIn(
+        name=plain_name(str(content["name"])),
+        guesses=tuple(Guess(str(kind), str(size)) for kind, size in content["guesses"]),
+        obfuscated=str(content["sealed"]),
+        asked=content["asked"],
+        changed=bool(content["changed"]),
+    )
+
+
+def stated_guess(text: str) -> Guess:
+    """'coulomb_friction: fc1 = 0.2 N m' as a guess; InputError where no effect has that id."""
+    kind, _, size = (part.strip() for part in text.partition(":"))
+    known = (*catalogue(), NONE_GUESSED)
+    if kind not in known:
+        raise InputError(f"--guess {kind!r} is no effect; {did_you_mean(kind, known)}")
+    return Guess(kind, size)
+
+
+def most_guesses(obfuscated: str) -> int:
+    """How many effects are hidden at the level of an obfuscated challenge."""
+    level = json.loads(opened(obfuscated, "The challenge"))["level"]
+    return LEVELS[level][0]
+
+
+FORMULA = ("=", "+", "-", "@")
+"""A cell that begins so is computed by spreadsheets; whoever hands in may choose a name."""
+
+
+@dataclass(frozen=True)
+class Grade:
+    """One row, empty but for `file` and `fault` where the file is no sound hand-in."""
+
+    file: str
+    name: str = ""
+    seed: int | None = None
+    level: str = ""
+    guess: str = ""
+    found: int | None = None
+    """How many of the hidden effects were named."""
+    hidden: int | None = None
+    complete: bool | None = None
+    """Whether all were named and nothing else."""
+    size: str = ""
+    """How near the stated sizes are, a phrase."""
+    used_tool_first: bool | None = None
+    changed: bool | None = None
+    truth: str = ""
+    fault: str = ""
+
+
+def grades(folder: Path) -> tuple[Grade, ...]:
+    """One row per hand-in below a folder, by path; InputError where there is none."""
+    if not folder.is_dir():
+        raise InputError(f"{folder} is no folder; give the one that holds the hand-ins.")
+    paths = sorted(path for path in folder.rglob(f"*{ENDING}") if path.is_file())
+    if not paths:
+        raise InputError(
+            f"{folder} holds no hand-in; their names end in {ENDING}, and “Hand in” on the page "
+            "or flexgui hand-in writes them."
+        )
+    return tuple(_graded(path, path.relative_to(folder).as_posix()) for path in paths)
+
+
+def _graded(path: Path, name: str) -> Grade:
+    try:
+        given = read_hand_in(path)
+        return _judged(given, opened(given.obfuscated, name), name)
+    except InputError as error:
+        return Grade(name, fault=str(error))
+
+
+def _judged(given: HandIn, text: str, file: str) -> Grade:
+    truth = json.loads(text)
+    judgement = judged(given.guesses, truth)
+    return Grade(
+        file=file,
+        name=given.name,
+        seed=int(truth["seed"]),
+        level=str(truth["level"]),
+        guess="; ".join(f"{g.kind} {g.size}".strip() for g in given.guesses),
+        found=judgement.found,
+        hidden=len(judgement.hidden),
+        complete=judgement.complete,
+        size="; ".join(one.size for one in judgement.each if one.size),
+        used_tool_first=given.asked,
+        changed=given.changed,
+        truth=" ".join(truth_in_words(text).splitlines()[1:]),
+    )
+
+
+def as_csv(rows: tuple[Grade, ...]) -> str:
+    """The table, with a heading; yes and no, and nothing where nothing is known."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    names = [field.name for field in fields(Grade)]
+    writer.writerow(names)
+    for row in rows:
+        writer.writerow([_cell(getattr(row, name)) for name in names])
+    return out.getvalue()
+
+
+def _cell(value: object) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    text = str(value)
+    return f"'{text}" if text.startswith(FORMULA) else text

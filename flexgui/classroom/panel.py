@@ -1,0 +1,330 @@
+"""A challenge: hide an effect, guess, reveal, and see who found what."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from markupsafe import Markup
+
+from flexgui.classroom.board import plain_name
+from flexgui.classroom.board_table import board_table
+from flexgui.classroom.challenging import NONE_TITLE, Challenge, Revealed, ToolAnswer
+from flexgui.classroom.hand_in import HandIn
+from flexgui.classroom.judging import (
+    NONE_GUESSED,
+    AskedSize,
+    Guess,
+    Judged,
+    asked_sizes,
+    read_sizes,
+)
+from flexgui.core.effects import catalogue
+from flexgui.core.errors import InputError
+from flexgui.core.study.challenge import LEVELS
+from flexgui.page import widgets
+from flexgui.page.in_browser import let_typing_arrive
+from flexgui.page.panel import PageContext
+from flexgui.page.widgets import Words, joined, paragraph
+from flexgui.sentences.figures import unseen_rms
+from flexgui.stages.diagnose.effects import titled
+from flexgui.views.html import html_table
+from flexgui.views.summary import validation_words
+
+MOST = 99_999
+SEED = 30
+"""Easy to begin with: one effect that shows well, another one than the tour's."""
+
+EXPLANATION = (
+    "The program hides an effect in an arm and records it; the same seed gives everybody the same "
+    "data. Look, compare, and commit to a guess; then use the tool, and reveal. Using the tool "
+    "before guessing is marked on the board."
+)
+ABOVE = "Enter your guess at the top of this page."
+FIRST = (
+    "Look at the data and compare first. Pressing “Find what is missing” before you commit "
+    "puts a * on the board."
+)
+TOO_EARLY = "You used the tool before guessing: your line on the board gets a *."
+STANDS = "Your guess is recorded. Use the tool now, or reveal."
+AGAIN = "A changed guess is marked on the board with a °"
+NAME_IT = (
+    "What is your name, or a nickname? The class's board lists your guess under it, without one as "
+    "somebody's."
+)
+NO_SECOND = "no second effect"
+TOP = -1.0
+"""Order of what stands above all else in the panel; viser counts from 0."""
+
+
+class ChallengeControls:
+    """The guess on top of the panel while there is a challenge; how to begin one in a folder."""
+
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        gui = context.gui
+        let_typing_arrive(context.client)
+        self._drawn: Challenge | None = None
+        self._form = gui.add_folder("The challenge", order=TOP, visible=False)
+        with self._form:
+            self._guess_controls()
+        with gui.add_folder("Challenge", expand_by_default=False):
+            Words(gui, paragraph(EXPLANATION, "soft"))
+            self._seed = gui.add_number(
+                "Seed", SEED, min=0, max=MOST, step=1, disabled=context.read_only
+            )
+            self._level = gui.add_dropdown("Level", tuple(LEVELS), disabled=context.read_only)
+            self._hide = widgets.button(context, "Hide an effect", self._hidden)
+            self._above = Words(gui)
+
+    def _guess_controls(self) -> None:
+        context, gui = self._context, self._context.gui
+        self._state = Words(gui)
+        self._fields = (
+            GuessFields(context, "Your guess", NONE_TITLE),
+            GuessFields(context, "And", NO_SECOND),
+        )
+        self._name: Any = gui.add_text(
+            "Your name", "", hint="On the class's board; a nickname is enough.",
+            disabled=context.read_only,
+        )  # fmt: skip
+        self._nameless = Words(gui)
+        self._commit = widgets.button(
+            context, "Commit to this guess", self._guessed, prominent=True
+        )
+        self._reveal = widgets.button(context, "Reveal", self._revealed, prominent=True)
+        self._change = widgets.button(
+            context, "Change my guess (it will be noted)", context.session.change_guess
+        )
+        self._take = widgets.button(
+            context, "Hand in (file)", self._handed_in,
+            hint="Your guess, sealed, for whoever grades; it stays the same after Reveal.",
+        )  # fmt: skip
+        self._truth, self._board = Words(gui), Words(gui)
+
+    def _hidden(self) -> None:
+        session, context = self._context.session, self._context
+        seed = self._seed.value
+        if not isinstance(seed, int | float) or not 0 <= seed <= MOST:
+            session.show_message(f"The seed must be a whole number from 0 to {MOST}.", bad=True)
+            return
+        session.hide(int(seed), str(self._level.value), context.services)
+
+    def _guessed(self) -> None:
+        known, context = self._context.session.challenge, self._context
+        second = known is not None and known.count > 1 and bool(self._fields[1].kind)
+        found = [fields.guess() for fields in self._fields[: 1 + second]]
+        guesses = tuple(one for one in found if one is not None)
+        if len(guesses) == len(found):
+            context.session.guess(guesses, context.services, str(self._name.value))
+
+    def _revealed(self) -> None:
+        session = self._context.session
+        if self._name.visible and str(self._name.value).strip():
+            session.nickname = plain_name(str(self._name.value))
+        session.reveal(self._context.services)
+
+    def _handed_in(self) -> None:
+        session, known = self._context.session, self._context.session.challenge
+        if known is None or not known.guesses:
+            return
+        name = session.nickname or plain_name(str(self._name.value))
+        given = HandIn(name, known.guesses, known.sealed, known.asked, known.changed)
+        content = given.text().encode()
+        self._context.client.send_file_download(given.filename, content, save_immediately=True)
+        session.show_message(f"{given.filename} was sent to your browser.")
+
+    def refresh(self) -> None:
+        """Shows what can be done next."""
+        session = self._context.session
+        known = session.challenge
+        self._hide.disabled = session.busy or self._context.read_only
+        self._hide.color = "blue" if known is None else "gray"
+        self._above.show("" if known is None else paragraph(ABOVE, "soft"))
+        # Fields first: a folder that comes is measured with what is in it.
+        self._show_fields(known)
+        self._state.show("" if known is None else self._state_of(known))
+        self._truth.show("" if known is None else _end(known, session.tool_answer, session.busy))
+        self._board.show("" if known is None else self._class(known))
+        self._form.visible = known is not None
+
+    def _show_fields(self, known: Challenge | None) -> None:
+        """Either the fields, or what may follow a guess that stands."""
+        open_ = known is not None and known.revealed is None
+        stands = open_ and known is not None and bool(known.guesses) and not known.changing
+        asks = open_ and not stands
+        if asks and known is not None and known.changing and self._drawn != known:
+            for fields, guess in zip(self._fields, known.guesses, strict=False):
+                fields.fill(guess)
+            self._name.value = self._context.session.nickname
+        self._drawn = known
+        self._fields[0].show(asks)
+        self._fields[1].show(asks and known is not None and known.count > 1)
+        nameless = stands and not self._context.session.nickname
+        self._nameless.show(paragraph(NAME_IT, "soft") if asks or nameless else "")
+        self._name.visible, self._commit.visible = asks or nameless, asks
+        self._reveal.visible = self._change.visible = stands
+        self._take.visible = known is not None and bool(known.guesses) and not known.changing
+
+    def _state_of(self, known: Challenge) -> Markup:
+        parts = [_state(known, self._context.session.tool_asked)]
+        look = self._context.session.look
+        if known.revealed is None and look is not None and look.found is not None:
+            sentence = validation_words(look.error, unseen_rms(look.found.step.errors))
+            parts += [paragraph(sentence, "soft")] if sentence else []
+        return joined(*parts)
+
+    def _class(self, known: Challenge) -> Markup:
+        """What others found, told to those who know the truth; before it only how many there
+        are."""
+        board = self._context.services.board
+        entries = board.entries(known.seed, known.level)
+        waiting = board.guessing(known.seed, known.level)
+        if not entries and waiting <= bool(known.guesses):
+            return Markup("")
+        if known.revealed is None:
+            text = f"In this class {waiting} committed to a guess, {len(entries)} saw the truth."
+            return paragraph(text, "soft")
+        table = board_table(entries, waiting)
+        return joined(Markup("<h4>Who found what</h4>"), html_table(table))
+
+
+def _state(known: Challenge, asked: bool) -> Markup:
+    tense = ("is", "are") if known.revealed is None else ("was", "were")
+    count = f"One effect {tense[0]}" if known.count == 1 else f"Two effects {tense[1]}"
+    head = paragraph(f"Challenge {known.seed}, {known.level}. {count} hidden.", "lead")
+    if known.revealed is not None:
+        return head
+    if known.guesses and not known.changing:
+        guess = paragraph(f"Your guess: {_guess_words(known)}.", "good")
+        return joined(head, guess, paragraph(STANDS, "soft"))
+    if known.changing:
+        sentence = AGAIN + (", and with a * because the tool was used before it." if asked else ".")
+    else:
+        sentence = TOO_EARLY if asked else FIRST
+    return joined(head, paragraph(sentence, "soft"))
+
+
+def _guess_words(known: Challenge) -> str:
+    return "; ".join(g.title + (f", {g.size}" if g.size else "") for g in known.guesses)
+
+
+def _end(known: Challenge, tool: ToolAnswer | None, busy: bool) -> Markup:
+    """Truth, guess and the tool's verdict side by side."""
+    found = known.revealed
+    if found is None:
+        return Markup("")
+    lines = Markup("").join(Markup("<br>{}").format(line.lstrip(" -")) for line in found.truth[1:])
+    judgement = found.judgement
+    kind = "good" if judgement.complete else "bad"
+    return joined(
+        paragraph(judgement.sentence, kind),
+        Markup("<h4>The truth</h4><p>{}</p>").format(lines.removeprefix(Markup("<br>"))),
+        Markup("<h4>You</h4>"),
+        *(paragraph(_judged(one)) for one in judgement.each),
+        Markup("<h4>The tool</h4>"),
+        *_tool(found, tool, busy),
+    )
+
+
+def _judged(one: Judged) -> str:
+    mark = "✓" if one.right else "✗"
+    if not one.right:
+        return f"{mark} {one.guess.title}"
+    return f"{mark} {one.guess.title}: {one.size}." if one.size else f"{mark} {one.guess.title}."
+
+
+def _tool(found: Revealed, tool: ToolAnswer | None, busy: bool) -> list[Markup]:
+    """Its verdict, judged the same way."""
+    if tool is None:
+        return [paragraph("It is examining the recordings now." if busy else "It was not used.")]
+    late = "" if found.asked else " (used only now)"
+    if not tool.whole:
+        sentence = (
+            "It is examining the recordings now." if busy else f"Stopped early{late}: {tool.words}."
+        )
+        return [paragraph(sentence)]
+    hidden = found.judgement.hidden
+    right = [kind for kind in tool.effects if kind in hidden]
+    mark = "✓" if len(right) == len(hidden) else "✓ in part:" if right else "✗"
+    missed = [kind for kind in hidden if kind not in tool.effects]
+    rest = f" Not named: {', '.join(titled(missed))}." if missed else ""
+    return [paragraph(f"{mark} Verdict{late}: {tool.words}.{rest}")]
+
+
+class GuessFields:
+    """Stands in the folder that is open; `none` is what may be chosen besides an effect."""
+
+    def __init__(self, context: PageContext, label: str, none: str) -> None:
+        gui, off = context.gui, context.read_only
+        self._none = none
+        self._kinds = {e.title: kind for kind, e in catalogue().items()}
+        self._kind: Any = gui.add_dropdown(label, (none, *sorted(self._kinds)), disabled=off)
+        self._of: Any = gui.add_dropdown(
+            "Size of", ("–",), disabled=off, hint="Choose one of its parameters."
+        )
+        self._size: Any = gui.add_text(
+            "is", "", disabled=off, hint="A number in this unit; may stay empty."
+        )
+        self._refused = Words(gui)
+        self._shown = True
+        if not context.read_only:
+            self._kind.on_update(lambda _: self._chosen())
+            self._of.on_update(lambda _: self._name_field())
+            self._size.on_update(lambda _: self._refused.show(""))
+        self._chosen()
+
+    @property
+    def kind(self) -> str:
+        """Of the effect that is chosen; empty where none is."""
+        return self._kinds.get(str(self._kind.value), "")
+
+    def guess(self) -> Guess | None:
+        """What stands in the fields; None, and a sentence beside the field, where its size is no
+        number."""
+        one = self._parameter()
+        try:
+            size = "" if one is None else one.stated(str(self._size.value))
+        except InputError as error:
+            self._refused.show(paragraph(str(error), "bad"))
+            return None
+        self._refused.show("")
+        return Guess(self.kind or NONE_GUESSED, size)
+
+    def fill(self, guess: Guess) -> None:
+        """Shows a guess that was made before, such as ahead of a reload."""
+        known = catalogue().get(guess.kind)
+        self._kind.value = self._none if known is None else known.title
+        self._chosen()
+        for name, value, _ in read_sizes(guess.size):
+            titles = [one.title for one in asked_sizes(guess.kind) if one.name == name]
+            if titles:
+                self._of.value, self._size.value = titles[0], f"{value:.10g}"
+        self._name_field()
+
+    def show(self, visible: bool) -> None:
+        """All fields, or none."""
+        self._shown = visible
+        self._kind.visible = visible
+        one = self._parameter()
+        self._of.visible = self._size.visible = visible and one is not None
+        if not visible:
+            self._refused.show("")
+
+    def _chosen(self) -> None:
+        """Another effect has other parameters."""
+        titles = tuple(one.title for one in asked_sizes(self.kind)) or ("–",)
+        if self._of.options != titles:
+            self._of.options = titles
+        self._refused.show("")
+        self._name_field()
+        self.show(self._shown)
+
+    def _name_field(self) -> None:
+        one = self._parameter()
+        if one is not None and self._size.label != one.label:
+            self._size.label = one.label
+
+    def _parameter(self) -> AskedSize | None:
+        found = asked_sizes(self.kind)
+        chosen = [one for one in found if one.title == self._of.value]
+        return chosen[0] if chosen else found[0] if found else None

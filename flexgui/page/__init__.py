@@ -1,0 +1,1 @@
+"""The page of one browser, around its stages."""

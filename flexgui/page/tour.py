@@ -1,0 +1,159 @@
+"""The first visit: a card with four steps from a recording to a found effect.
+
+The buttons that lead to the next stage also begin, on the tour, what is done there. Five clicks
+lead from the first page to the error that falls: begin, fit, compare, find, add.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from markupsafe import Markup
+
+from flexgui.page import widgets
+from flexgui.page.panel import PageContext
+from flexgui.page.widgets import Words, paragraph
+from flexgui.session.demo import HIDDEN, is_of_tour
+from flexgui.session.tour_card import (
+    AT,
+    BEGIN,
+    BEGUN,
+    END,
+    FIRST_STAGE,
+    OFFERED,
+    Card,
+    card,
+    due_stage,
+    is_on_tour,
+    is_to_be_fitted,
+    is_to_be_searched,
+)
+from flexgui.stages.data.panel_own import upload_hint
+
+CARD = Markup("<div class='tour {}'><p class='lead'>{}</p><p>{}</p></div>")
+QUIET = Markup("""<style>
+div:has(> .fx > .fx-tour) { height: 0; overflow: hidden; }
+div:has(> .fx > .fx-tour) + div { display: flex; justify-content: flex-end; padding: 0;
+  margin-bottom: -.5em; }
+div:has(> .fx > .fx-tour) + div button { width: auto; padding: 0 .9em;
+  border: none !important; background: none !important; font-size: .8em;
+  color: var(--mantine-color-dimmed) !important; text-decoration: underline; }
+</style><span class='fx-tour'></span>""")
+"""A small word on the right: it is always there, and invites nobody."""
+
+AWAY = Markup("""<style>div:has(> .fx > .fx-away) + div { display: none; }</style>
+<span class='fx-away'></span>""")
+"""Hides the button below it: one that were removed would take with it the note of the file that it
+sends, for which the next file waits."""
+
+OPEN_MINE = "Open my recordings"
+"""Beside the tour's offer: who has own files need not walk through somebody else's."""
+
+AGAIN, LEAVE, REFUSE = "Tour", "Leave the tour", "Skip tour"
+
+
+class Tour:
+    """A card below the stages; who dismissed it can have it back."""
+
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        self._card = Words(context.gui)
+        self._go: Any = widgets.button(context, BEGIN, self._pressed, prominent=True)
+        self._away = Words(context.gui, AWAY)
+        self._mine: Any = context.gui.add_upload_button(
+            OPEN_MINE, hint=upload_hint(context.services), disabled=context.read_only, color="gray"
+        )
+        if not context.read_only:
+            self._mine.on_upload(self._brought)
+        self._mark = Words(context.gui, QUIET)
+        self._quiet: Any = widgets.button(context, AGAIN, self._left_or_back)
+
+    def _shown(self) -> Card | None:
+        return None if self._context.read_only else card(self._context.session)
+
+    def _pressed(self) -> None:
+        """The card's own button: begins the tour, or ends it."""
+        session = self._context.session
+        if session.tour != OFFERED:
+            session.go_on_tour(None)
+        elif session.choose(HIDDEN, self._context.services):
+            session.go_on_tour(BEGUN)
+            session.show("Data")
+
+    def _left_or_back(self) -> None:
+        session = self._context.session
+        if self._shown() is not None:
+            session.go_on_tour(None)
+        elif is_of_tour(session.scenario):
+            session.go_on_tour(BEGUN)
+            if session.stage not in AT:
+                session.show(due_stage(session))
+        else:
+            session.go_on_tour(OFFERED)
+            session.show(FIRST_STAGE)
+
+    def _brought(self, event: Any) -> None:
+        file, session = event.target.value, self._context.session
+        session.show("Data")
+        session.upload(file.name, file.content, self._context.services)
+
+    def refresh(self) -> None:
+        """Shows the card of the moment."""
+        shown = self._shown()
+        offers = shown is not None and shown.button == BEGIN
+        self._away.show("" if offers else AWAY)
+        self._go.visible = shown is not None and bool(shown.button)
+        ends = shown is not None and shown.button == END
+        self._quiet.visible = not (self._context.read_only or ends)
+        self._mark.show(QUIET if self._quiet.visible else "")
+        if shown is None:
+            self._card.show("")
+            self._quiet.label = AGAIN
+            return
+        self._card.show(CARD.format("pair" if offers else "", shown.title, shown.text))
+        self._go.label = shown.button or BEGIN
+        # Where earlier work is offered, to restore it is the next thing to do.
+        self._go.color = "gray" if self._context.session.earlier is not None else "blue"
+        self._quiet.label = REFUSE if offers else LEAVE
+
+
+ON_TOP = -1e8
+"""Order in the main panel: above the stages."""
+
+
+class Offer:
+    """A question with two buttons; gone once it is answered."""
+
+    def __init__(self, context: PageContext) -> None:
+        self._context = context
+        earlier = context.session.earlier
+        self._folder = None
+        if earlier is None or context.read_only:
+            return
+        self._folder = context.gui.add_folder(None, order=ON_TOP)
+        with self._folder:
+            question = f"Restore your work of {earlier.words}?"
+            Words(context.gui).show(paragraph(question, "lead"))
+            widgets.button(context, "Restore it", lambda: context.session.restore(), prominent=True)
+            widgets.button(context, "Not now", lambda: context.session.decline())
+
+    def refresh(self) -> None:
+        """Takes the question away once it is answered."""
+        if self._folder is not None:
+            self._folder.visible = self._context.session.earlier is not None
+
+
+def to_identification(context: PageContext) -> None:
+    """Shows *Identify*; on the tour the fit starts as it stands."""
+    session = context.session
+    session.show("Identify")
+    if is_on_tour(session) and is_to_be_fitted(session):
+        session.identify(context.services)
+
+
+def to_diagnosis(context: PageContext) -> None:
+    """Shows *Diagnose*; on the tour the search for what is missing starts."""
+    session = context.session
+    session.show("Diagnose")
+    if is_on_tour(session) and is_to_be_searched(session):
+        session.diagnose(context.services)

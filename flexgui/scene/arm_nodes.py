@@ -1,0 +1,286 @@
+"""The nodes of one arm in a scene, beams, hubs and tip, and those of its camera."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from viser import FrameHandle, LabelHandle, LineSegmentsHandle, MeshHandle, SceneApi
+
+from flexgui.scene import paint
+from flexgui.scene.arm_geometry import beam_faces
+from flexgui.scene.pose import RAIL, Body, JointMark, Pose, Spot, mark_faces
+
+LABEL_SCALE = 1.25
+
+
+class MarkNodes:
+    """Built once; `show` moves what is there."""
+
+    def __init__(self, scene: SceneApi, path: str, body: Body, pose: Pose) -> None:
+        self.scene, self.path = scene, path
+        marks = body.marks(pose)
+        self.arcs: list[MeshHandle] = [self._arc(k, mark) for k, mark in enumerate(marks)]
+        self.labels: list[LabelHandle] = [self._label(k, mark) for k, mark in enumerate(marks)]
+
+    def show(self, body: Body, pose: Pose) -> None:
+        """Moves arcs and labels, and writes the angles."""
+        marks = body.marks(pose)
+        for arc, label, mark in zip(self.arcs, self.labels, marks, strict=True):
+            arc.vertices = mark.vertices
+            label.position = mark.label
+            label.text = mark.text
+
+    def _arc(self, k: int, mark: JointMark) -> MeshHandle:
+        return self.scene.add_mesh_simple(
+            f"{self.path}/arc{k + 1}", mark.vertices, mark_faces(), color=paint.INK, side="double",
+            cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
+
+    def _label(self, k: int, mark: JointMark) -> LabelHandle:
+        return self.scene.add_label(
+            f"{self.path}/label{k + 1}", mark.text, position=mark.label, anchor="center-center",
+            font_screen_scale=LABEL_SCALE,
+        )  # fmt: skip
+
+
+HUB_HEIGHT = 1.35
+"""Of the beam's height."""
+LEAST_HUB, HUB_SHARE = 0.035, 0.62
+"""Radius: at least this share of the reach, and this one of the beam's thickness."""
+TIP_RADIUS = 0.018
+PEDESTAL_RADIUS = 0.055
+"""All are shares of the reach."""
+
+
+class Style(NamedTuple):
+    """How an arm looks."""
+
+    colour: paint.Rgb
+    opacity: float | None = None
+    grown: float = 1.0
+    machine: bool = True
+    """Whether it has hubs and a pedestal; a ghost is only what bends."""
+
+
+MODEL = Style(paint.MODEL)
+GHOST = Style(paint.MEASURED, opacity=0.55, grown=1.12, machine=False)
+
+
+class ArmNodes:
+    """Built once; `show` moves what is there."""
+
+    def __init__(self, scene: SceneApi, path: str, body: Body, style: Style, pose: Pose) -> None:
+        self.scene, self.path, self.style = scene, path, style
+        self.beams: list[MeshHandle] = [
+            self._beam(k, vertices) for k, vertices in enumerate(pose.beams)
+        ]
+        self.joints = [self._frame(f"joint{k + 1}", s) for k, s in enumerate(pose.joints)]
+        self.origins = [self._frame(f"origin{k + 1}", s) for k, s in enumerate(pose.origins)]
+        self.ends = [self._frame(f"end{k + 1}", s) for k, s in enumerate(pose.ends)]
+        self._add_tip(body)
+        self.hubs = [self._hub(k, body) for k in range(len(self.joints))] if style.machine else []
+        self.rebuild(body)
+
+    def show(self, pose: Pose) -> None:
+        """Moves everything to a pose."""
+        for beam, vertices in zip(self.beams, pose.beams, strict=True):
+            beam.vertices = vertices
+        spots = (*pose.joints, *pose.origins, *pose.ends)
+        for frame, spot in zip((*self.joints, *self.origins, *self.ends), spots, strict=True):
+            paint.put(frame, spot.place, spot.angle)
+
+    def paint(self, beams: Sequence[paint.Rgb | None], hubs: Sequence[paint.Rgb | None]) -> None:
+        """Other colours than usual, None: the usual one; the tip has that of the last beam."""
+        for handles, usual, wanted in (
+            (self.beams, self.style.colour, beams),
+            (self.hubs, paint.STEEL, hubs),
+            ([self.tip], self.style.colour, beams[-1:]),
+        ):
+            for handle, colour in zip(handles, wanted, strict=False):
+                colour = usual if colour is None else colour
+                if tuple(handle.color) != colour:
+                    handle.color = colour
+
+    def fade(self, opacity: float | None) -> None:
+        """Of beams and tip."""
+        if self.tip.opacity != opacity:
+            self.tip.opacity = opacity
+            for beam in self.beams:
+                beam.opacity = opacity
+
+    def rebuild(self, body: Body) -> None:
+        """Sizes of the hubs for other sections."""
+        for k, hub in enumerate(self.hubs):
+            section, thickest = body.sections[k], body.sections[max(k - 1, 0)]
+            across = max(section.thickness, thickest.thickness)
+            radius = max(HUB_SHARE * across * 1.25, LEAST_HUB * body.reach)
+            hub.scale = (radius, radius, HUB_HEIGHT * max(section.height, thickest.height))
+
+    def _beam(self, k: int, vertices) -> MeshHandle:  # type: ignore[no-untyped-def]
+        return self.scene.add_mesh_simple(
+            f"{self.path}/beam{k + 1}", vertices, beam_faces(),
+            color=self.style.colour, opacity=self.style.opacity,
+            cast_shadow=self.style.machine, receive_shadow=False,
+        )  # fmt: skip
+
+    def _frame(self, name: str, spot: Spot) -> FrameHandle:
+        return self.scene.add_frame(
+            f"{self.path}/{name}", show_axes=False, position=spot.place,
+            wxyz=paint.about_vertical(spot.angle),
+        )  # fmt: skip
+
+    def _add_tip(self, body: Body) -> None:
+        self.tip = self.scene.add_icosphere(
+            f"{self.ends[-1].name}/marker", TIP_RADIUS * body.reach, self.style.colour,
+            opacity=self.style.opacity, cast_shadow=False, receive_shadow=False,
+            position=(0.0, 0.0, 0.5 * body.sections[-1].height),
+        )  # fmt: skip
+
+    def _hub(self, k: int, body: Body):  # type: ignore[no-untyped-def]
+        """A unit cylinder that turns with the joint, or a unit box on a rail."""
+        name = f"{self.joints[k].name}/hub"
+        if not k or body.arm.segments[k].mount == "ground":
+            self._add_base(k, body)
+        if body.geometry.kinds[k].turn:
+            return self.scene.add_cylinder(name, 1.0, 1.0, paint.STEEL, receive_shadow=False)
+        return self.scene.add_box(name, paint.STEEL, (2.0, 2.0, 1.0), receive_shadow=False)
+
+    def _add_base(self, k: int, body: Body) -> None:
+        """A pedestal to the floor below a turning joint, a rail on two feet below a sliding one."""
+        reach, level = body.reach, body.levels[k]
+        height = paint.DEPTH * reach if not k else level - body.levels[k - 1]
+        origin = self.origins[k].name
+        if body.geometry.kinds[k].turn:
+            self.scene.add_cylinder(
+                f"{origin}/pedestal", PEDESTAL_RADIUS * reach, height, paint.CONTEXT,
+                position=(0.0, 0.0, -0.5 * height), receive_shadow=False,
+            )  # fmt: skip
+        else:
+            drop = 0.5 * body.sections[k].height
+            self.scene.add_box(
+                f"{origin}/rail", paint.CONTEXT, (RAIL * reach, 0.04 * reach, 0.02 * reach),
+                position=(0.0, 0.0, -drop - 0.01 * reach), receive_shadow=False,
+            )  # fmt: skip
+
+
+POINTS = 500
+"""Of a path; more would not be seen."""
+ERRORS = 60
+"""Error lines; more would hide the paths."""
+NOTHING = np.zeros((1, 2, 3), dtype=np.float32)
+
+
+class PathNodes:
+    """Built once; each change replaces the points in place."""
+
+    def __init__(self, scene: SceneApi, path: str, lift: float) -> None:
+        self.scene, self.path, self.lift = scene, path, lift
+        self.model = self._lines("model", paint.MODEL, 2.5)
+        self.measured = self._lines("measured", paint.MEASURED, 2.5)
+        self.errors = self._lines("errors", paint.RESIDUAL, 2.0)
+        self.now = self._lines("error_now", paint.RESIDUAL, 4.0)
+
+    def show(self, model: np.ndarray | None, measured: np.ndarray | None) -> None:
+        """Tip paths (N, 3) of the same samples; None where there is none."""
+        self._put(self.model, None if model is None else polyline(model))
+        self._put(self.measured, None if measured is None else polyline(measured))
+        both = None if model is None or measured is None else error_lines(model, measured)
+        self._put(self.errors, both)
+
+    def show_error(self, model: np.ndarray, measured: np.ndarray | None) -> None:
+        """The error at this moment between two places (3,)."""
+        self._put(self.now, None if measured is None else np.array([[model, measured]]))
+
+    def _lines(self, name: str, colour: paint.Rgb, thickness: float) -> LineSegmentsHandle:
+        return self.scene.add_line_segments(
+            f"{self.path}/{name}", NOTHING, colour, thickness=thickness, thickness_units="screen",
+            visible=False, position=(0.0, 0.0, self.lift),
+        )  # fmt: skip
+
+    def _put(self, handle: LineSegmentsHandle, points: np.ndarray | None) -> None:
+        if points is not None and len(points):
+            handle.points = points.astype(np.float32)
+        handle.visible = points is not None and len(points) > 0
+
+
+def polyline(path: np.ndarray) -> np.ndarray:
+    """(k, 2, 3) segments of a path (N, 3), at most POINTS of them."""
+    chosen = path[_spread(len(path), POINTS)]
+    return np.stack([chosen[:-1], chosen[1:]], axis=1)
+
+
+def error_lines(model: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """(k, 2, 3) from model to measured, at most ERRORS of them."""
+    index = _spread(min(len(model), len(measured)), ERRORS)
+    return np.stack([model[index], measured[index]], axis=1)
+
+
+def _spread(count: int, most: int) -> np.ndarray:
+    """Indices of at most so many of `count`, evenly, with the first and the last."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+
+
+HEIGHT = 0.40
+"""Of the camera above the arm, as a share of the reach."""
+PICTURE = (0.36, 0.26)
+"""Width and depth of what it sees, as shares of the reach."""
+SIZE = 0.07
+CROSS = 0.04
+PALE = (150, 184, 226)
+MARGIN = 0.85
+"""The camera is moved when the tip leaves this share of the picture's half width."""
+DOWN = (0.0, 1.0, 0.0, 0.0)
+"""wxyz of a camera that looks down with its picture's upper edge towards +y."""
+
+
+class CameraNodes:
+    """Built once; follows the tip only when it leaves the picture, as it is moved on the rig."""
+
+    def __init__(self, scene: SceneApi, path: str, body: Body, pose: Pose, tip_path: str) -> None:
+        self.reach = body.reach
+        self.top = 0.5 * body.sections[-1].height
+        self.centre = np.full(2, np.inf)
+        self.frame = scene.add_frame(f"{path}/place", show_axes=False)
+        self._build(scene)
+        self.cross = scene.add_line_segments(
+            f"{tip_path}/cross", self._cross(), paint.LINE, thickness=2.5, thickness_units="screen",
+            position=(0.0, 0.0, self.top + 0.02 * self.reach),
+        )  # fmt: skip
+        self.show(pose)
+
+    def show(self, pose: Pose) -> None:
+        """Re-positions the camera where the tip has left its picture."""
+        tip = pose.tip.place
+        limits = 0.5 * MARGIN * self.reach * np.array(PICTURE)
+        if np.all(np.abs(tip[:2] - self.centre) <= limits):
+            return
+        self.centre = tip[:2].copy()
+        self.frame.position = (tip[0], tip[1], tip[2] + self.top)
+
+    def _build(self, scene: SceneApi) -> None:
+        width, depth = (share * self.reach for share in PICTURE)
+        height = HEIGHT * self.reach
+        fov = 2.0 * float(np.arctan2(0.5 * depth, height))
+        scene.add_camera_frustum(
+            f"{self.frame.name}/camera", fov, width / depth, scale=SIZE * self.reach,
+            thickness=2.0, thickness_units="screen", color=paint.MEASURED, wxyz=DOWN,
+            position=(0.0, 0.0, height), variant="filled", cast_shadow=False,
+        )  # fmt: skip
+        corners = 0.5 * np.array(
+            [(-width, -depth), (width, -depth), (width, depth), (-width, depth)]
+        )
+        edge = np.column_stack([corners, np.zeros(4)])
+        eye = np.array([0.0, 0.0, height])
+        rays = np.array([(eye, corner) for corner in edge])
+        rim = np.array([(edge[i], edge[(i + 1) % 4]) for i in range(4)])
+        name = self.frame.name
+        scene.add_line_segments(f"{name}/rays", rays, PALE, thickness=1.2, thickness_units="screen")
+        scene.add_line_segments(
+            f"{name}/picture", rim, paint.MEASURED, thickness=1.8, thickness_units="screen"
+        )
+
+    def _cross(self) -> np.ndarray:
+        a = CROSS * self.reach
+        return np.array([[(-a, 0, 0), (a, 0, 0)], [(0, -a, 0), (0, a, 0)]], dtype=float)

@@ -1,0 +1,189 @@
+"""The map of the error as a board behind the arm: a click on a cell says which."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from viser import ImageHandle, SceneNodeHandle, SceneNodePointerEvent
+
+from flexgui.scene import paint
+from flexgui.scene.scene import Owner, Stage
+from flexgui.views import colours
+from flexgui.views.error_map import CAMERA
+
+NAME = "error board"
+"""Under which it is attached to the stage."""
+
+CELL, LINE = 24, 2
+"""px of a cell's picture, and of the gap to the next."""
+
+WIDTH, ROW, HIGHEST = 1.15, 0.062, 0.5
+"""Of the board and of its rows, as shares of the arm's reach."""
+
+CENTRE = (0.42, 1.02, 0.16)
+"""In shares of the reach."""
+
+LEANING = 0.6
+"""rad from upright, so that it faces the viewer."""
+
+EMPTY = (128, 136, 146, 40)
+"""Where nothing was measured: hardly seen."""
+
+TITLE = "error over time, recording by recording: click a cell"
+TEXT = 0.046
+"""Height of its words, as a share of the reach."""
+
+RIGHT = np.array([1.0, 0.0, 0.0])
+DOWN = np.array([0.0, -np.sin(LEANING), -np.cos(LEANING)])
+AWAY = np.cross(RIGHT, DOWN)
+
+Pick = Callable[[int, int], None]
+"""Called with row and column."""
+
+
+class ErrorBoard:
+    """Made anew for other errors; the mark on it moves."""
+
+    def __init__(
+        self, stage: Stage, owner: Owner, ratio: np.ndarray, labels: Sequence[str],
+        pick: Pick | None,
+    ) -> None:  # fmt: skip
+        """ratio (rows, columns): error in times the floor, NaN where nothing was measured."""
+        self._stage, self._shape = stage, ratio.shape
+        reach = stage.body.reach
+        self.width = WIDTH * reach
+        self.height = min(ROW * len(labels), HIGHEST) * reach
+        self.centre = np.array(CENTRE) * reach
+        stage.detach(NAME)
+        place = f"{stage.anchor('base')}_errors_"
+        self._mark = owner.scene.add_line_segments(
+            f"{place}mark", _frame(self.width / ratio.shape[1], self.height / ratio.shape[0]),
+            paint.MEASURED, thickness=3.0, thickness_units="screen", visible=False,
+        )  # fmt: skip
+        handles = [self._picture(owner, place, ratio, pick), self._mark]
+        handles += self._words(owner, place, labels)
+        stage.attach(NAME, *handles)
+
+    def mark(self, row: int, share: float) -> None:
+        """Frames the cell of a row at a share of the columns."""
+        rows, columns = self._shape
+        column = min(max(int(share * columns), 0), columns - 1)
+        self._mark.position = self._point((column + 0.5) / columns, (row + 0.5) / rows, 0.004)
+        self._mark.visible = 0 <= row < rows
+
+    def cell(self, origin: Sequence[float], direction: Sequence[float]) -> tuple[int, int] | None:
+        """(row, column) that a ray meets; None beside the board."""
+        start, along = np.asarray(origin, dtype=float), np.asarray(direction, dtype=float)
+        slope = float(along @ AWAY)
+        if abs(slope) < 1e-9:
+            return None
+        met = start + along * float((self.centre - start) @ AWAY) / slope - self.centre
+        u, v = met @ RIGHT / self.width + 0.5, met @ DOWN / self.height + 0.5
+        if not (0.0 <= u < 1.0 and 0.0 <= v < 1.0):
+            return None
+        return int(v * self._shape[0]), int(u * self._shape[1])
+
+    def _picture(
+        self, owner: Owner, place: str, ratio: np.ndarray, pick: Pick | None
+    ) -> SceneNodeHandle:
+        handle = owner.scene.add_image(
+            f"{place}board", cells(ratio), self.width, self.height, format="png",
+            cast_shadow=False, receive_shadow=False, wxyz=_turned(), position=self.centre,
+        )  # fmt: skip
+        if pick is not None:
+
+            @handle.on_click
+            def _(event: SceneNodePointerEvent[ImageHandle]) -> None:
+                found = self.cell(event.ray_origin, event.ray_direction)
+                if found is not None:
+                    pick(*found)
+
+        return handle
+
+    def _words(self, owner: Owner, place: str, labels: Sequence[str]) -> list[SceneNodeHandle]:
+        height = min(TEXT * self._stage.body.reach, 0.85 * self.height / len(labels))
+        found: list[SceneNodeHandle] = [
+            owner.scene.add_label(
+                f"{place}row{k}", text, position=self._point(-0.015, (k + 0.5) / len(labels)),
+                font_size_mode="scene", font_scene_height=height, anchor="center-right",
+            )
+            for k, text in enumerate(labels)
+        ]  # fmt: skip
+        found.append(
+            owner.scene.add_label(
+                f"{place}title", TITLE, position=self._point(0.5, -0.7 / len(labels)),
+                font_size_mode="scene", font_scene_height=TEXT * self._stage.body.reach,
+                anchor="bottom-center",
+            )
+        )  # fmt: skip
+        return found
+
+    def _point(self, u: float, v: float, before: float = 0.0) -> np.ndarray:
+        """(3,) m at shares of width and height, a little before the board."""
+        across = RIGHT * (u - 0.5) * self.width + DOWN * (v - 0.5) * self.height
+        return np.asarray(self.centre + across - AWAY * before * self._stage.body.reach)
+
+
+def cells(ratio: np.ndarray) -> np.ndarray:
+    """(rows CELL, columns CELL, 4) uint8, in the colours of the maps; nothing between them."""
+    finite = ratio[np.isfinite(ratio)]
+    top = float(np.log10(max([LEAST_SPAN, *finite.tolist()])))
+    picture = np.zeros((*np.array(ratio.shape) * CELL, 4), dtype=np.uint8)
+    for i, j in np.ndindex(ratio.shape):
+        known = bool(np.isfinite(ratio[i, j]))
+        share = float(np.log10(max(float(ratio[i, j]), 1.0))) / top if known else 0.0
+        colour = (*shade(share), 255) if known else EMPTY
+        picture[i * CELL : (i + 1) * CELL - LINE, j * CELL : (j + 1) * CELL - LINE] = colour
+    return picture
+
+
+def _frame(width: float, height: float) -> np.ndarray:
+    """(4, 2, 3): the rim of a cell around the origin."""
+    a, b = 0.5 * width * RIGHT, 0.5 * height * DOWN
+    corners = np.array([-a - b, a - b, a + b, -a + b])
+    return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+
+
+def _turned() -> tuple[float, float, float, float]:
+    """wxyz of the frame whose x is RIGHT, y DOWN and z AWAY: a turn about x."""
+    angle = float(np.arctan2(DOWN[2], DOWN[1]))
+    return float(np.cos(0.5 * angle)), float(np.sin(0.5 * angle)), 0.0, 0.0
+
+
+SHADES = 24
+"""Colours are only sent where they change."""
+
+LEAST_SPAN = 10.0
+"""Times the floor that the colours span at least, as on the maps."""
+
+
+class ErrorPaint(NamedTuple):
+    """Colours; None: as usual."""
+
+    hubs: tuple[paint.Rgb | None, ...]
+    beams: tuple[paint.Rgb | None, ...]
+
+
+def error_paint(now: Mapping[str, float], joints: int, worst: float) -> ErrorPaint:
+    """`now` part -> times the floor; the darkest colour stands for `worst`."""
+    camera = now.get(CAMERA)
+    hubs = tuple(_shade(now.get(f"theta{k + 1}"), worst) for k in range(joints))
+    beams = tuple(_shade(now.get(f"deflection{k + 1}", camera), worst) for k in range(joints))
+    return ErrorPaint(hubs, beams)
+
+
+def _shade(ratio: float | None, worst: float) -> paint.Rgb | None:
+    if ratio is None or not np.isfinite(ratio):
+        return None
+    share = np.log10(max(ratio, 1.0)) / np.log10(max(worst, LEAST_SPAN))
+    return shade(round(float(np.clip(share, 0.0, 1.0)) * SHADES) / SHADES)
+
+
+def shade(share: float) -> paint.Rgb:
+    """A colour of the maps' scale, 0 the floor, 1 the worst."""
+    stops = [s for s, _ in colours.RISING]
+    ends = np.array([paint.rgb(c) for _, c in colours.RISING], dtype=float)
+    mixed = [round(float(np.interp(share, stops, ends[:, k]))) for k in range(3)]
+    return mixed[0], mixed[1], mixed[2]

@@ -1,0 +1,96 @@
+"""A motion as one HTML file: the 3-D stage with play, seek and speed, without any network."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import rich
+import viser
+
+from flexgui.core.arm.arm import Arm
+from flexgui.core.trajectory import Trajectory
+from flexgui.scene.scene import Stage
+
+FRAMES_PER_SECOND = 30.0
+MOST_SECONDS = 10.0
+"""About 1.5 MB; a longer motion is cut there, and `playback_note` says so."""
+
+
+def playback_html(
+    motion: Trajectory, ghost: np.ndarray | None = None, exaggeration: float = 1.0
+) -> str:
+    """A page that plays the motion, with the measured postures ghost (N, n) where given.
+
+    It is recorded by a server of its own on a free port of this machine, which nobody is told
+    and which ends with the recording: writing a page ends recordings of the same server.
+    """
+    index = frame_indices(motion.time)
+    with _private_server() as server:
+        # Fine light leaves all but invisible until its image is decoded: 10 s in software.
+        stage = Stage(server, motion.arm, motion.p, motion.q[0])
+        stage.exaggeration = exaggeration
+        _look(server, stage)
+        stage.show_paths(motion.q[index], None if ghost is None else ghost[index])
+        recorder = server.get_scene_serializer()
+        for i in index:
+            stage.show_both(motion.q[i], None if ghost is None else ghost[i])
+            recorder.insert_sleep(1.0 / FRAMES_PER_SECOND)
+        return recorder.as_html()
+
+
+@contextmanager
+def _private_server() -> Iterator[viser.ViserServer]:
+    """A server on loopback that prints nothing: viser greets and takes leave even if not verbose,
+    on rich's common console."""
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    try:
+        server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        try:
+            yield server
+        finally:
+            server.stop()
+    finally:
+        console.quiet = before
+
+
+def _look(server: viser.ViserServer, stage: Stage) -> None:
+    view = stage.view()
+    camera = server.initial_camera
+    camera.position, camera.look_at, camera.fov = view.position, view.look_at, view.fov
+    camera.up = view.up
+
+
+def frame_indices(time: np.ndarray) -> np.ndarray:
+    """(k,) samples nearest to the frames' times, over at most MOST_SECONDS."""
+    elapsed = np.asarray(time, dtype=float) - float(time[0])
+    length = min(float(elapsed[-1]), MOST_SECONDS)
+    wanted = np.arange(0.0, length + 0.5 / FRAMES_PER_SECOND, 1.0 / FRAMES_PER_SECOND)
+    after = np.clip(np.searchsorted(elapsed, wanted), 1, len(elapsed) - 1)
+    nearer = wanted - elapsed[after - 1] < elapsed[after] - wanted
+    return np.unique(np.where(nearer, after - 1, after))
+
+
+def playback_note(motion: Trajectory, exaggeration: float = 1.0) -> str:
+    """One sentence on what is played."""
+    length = float(motion.time[-1] - motion.time[0])
+    shown = f"the first {MOST_SECONDS:g} s" if length > MOST_SECONDS else f"{length:.3g} s"
+    larger = "" if exaggeration == 1.0 else f"; the bending is drawn {exaggeration:g} times larger"
+    return f"Motion of {_named(motion.arm)}, {shown} at {FRAMES_PER_SECOND:g} frames/s{larger}."
+
+
+def _named(arm: Arm) -> str:
+    """'the arm "paper"': as a bare word some names read as a part of the sentence."""
+    return f'the arm "{arm.name}"' if arm.name else "the arm"
+
+
+def embedded(page: str, title: str, height: int = 520) -> str:
+    """The page as an element of another page, which it cannot touch; it loads when seen."""
+    return (
+        f'<iframe title="{html.escape(title, quote=True)}" loading="lazy" '
+        f'sandbox="allow-scripts" srcdoc="{html.escape(page, quote=True)}" '
+        f'style="width:100%;height:{height}px;border:0"></iframe>'
+    )

@@ -1,0 +1,1 @@
+"""The stages of the work, one folder each: state, task, panel and plots that no other stage has."""

@@ -1,0 +1,119 @@
+"""What the check says of the recordings, and what was mended."""
+
+from __future__ import annotations
+
+import tomllib
+from abc import ABC
+from pathlib import Path
+from typing import Any
+
+from flexgui.core.check.finding import Finding, mended_columns
+from flexgui.core.errors import InputError
+from flexgui.core.scenario.schema import Scenario
+from flexgui.jobs.inputs import ask
+from flexgui.jobs.task import Task
+from flexgui.session.edit import Document, Edit
+from flexgui.session.latest import LatestWins
+from flexgui.session.state import Part, Topic
+from flexgui.stages.data.task import findings
+from flexgui.stages.diagnose.demonstrating import Demonstrating
+
+TITLE = "The check of the recordings"
+
+
+class Checking(Demonstrating, ABC):
+    """Findings hold for the recordings that were looked at: other ones are looked at anew."""
+
+    def __init__(self, key: str, folder: Path) -> None:
+        super().__init__(key, folder)
+        self._findings: tuple[Finding, ...] = ()
+        self._checked: Scenario | None = None
+        """The scenario whose recordings were looked at."""
+        self.checking = False
+        """Whether they are being looked at."""
+        self.mended: dict[str, tuple[str, ...]] = {}
+        """Recording -> lines of the scenario that a person put there to mend it."""
+        self._check_worker = LatestWins(self.faults, Part.CHECK)
+
+    @property
+    def is_checked(self) -> bool:
+        """Whether what the check says is about the recordings as they are now."""
+        return self._checked is not None and _same_rig(self._checked, self.scenario)
+
+    def findings_of(self, recording: str) -> tuple[Finding, ...]:
+        """What the check says of a recording; nothing before it was looked at."""
+        found = self._findings if self.is_checked else ()
+        return tuple(one for one in found if one.recording == recording)
+
+    def was_looked_at(self, recording: str) -> bool:
+        """Whether the last check took it in."""
+        looked = () if self._checked is None else _looked_at(self._checked).recordings
+        return recording in {spec.name for spec in looked}
+
+    def check_recordings(self) -> None:
+        """Looks for faults in all recordings, soon and in a worker; the page hears of it."""
+        self.checking = bool(self.scenario.recordings)
+        self.notify(Topic.RECORDINGS)
+        if self.checking:
+            self._check_worker.ask(self._look)
+
+    def mend(self, one: Finding) -> bool:
+        """Puts the line that mends a finding into the scenario, and looks again."""
+        names = [spec.name for spec in self.scenario.recordings]
+        if one.mend is None or one.recording not in names:
+            return False
+        try:
+            line = tomllib.loads(one.mend)
+        except tomllib.TOMLDecodeError:
+            return self.refuse(f"{one.recording}: this cannot be mended by a button.")
+        if not self.change(_laid_over(names.index(one.recording), line)):
+            return False
+        with self._lock:
+            mends = self.mended.get(one.recording, ())
+            self.mended = {**self.mended, one.recording: (*mends, one.mend)}
+        self.check_recordings()
+        return True
+
+    def end_check(self) -> None:
+        """Nothing more is looked at."""
+        self._check_worker.close()
+
+    def _look(self) -> None:
+        scenario = self.scenario
+        arguments = {"folder": str(self.folder), "scenario": _looked_at(scenario)}
+        try:
+            found: tuple[Finding, ...] = ask(self.key, Task.of(findings, TITLE, **arguments))
+        except InputError as error:
+            found = ()
+            self.show_message(str(error), bad=True)
+        with self._lock:
+            self._findings, self._checked, self.checking = found, scenario, False
+        self.notify(Topic.RECORDINGS)
+
+
+def _looked_at(scenario: Scenario) -> Scenario:
+    """Without what was simulated, unless nothing else is there: the model made it."""
+    files = tuple(spec for spec in scenario.recordings if spec.file is not None)
+    return scenario.model_copy(update={"recordings": files}) if files else scenario
+
+
+def _same_rig(a: Scenario, b: Scenario) -> bool:
+    """Whether the check would say the same of both."""
+    return (a.recordings, a.arm, a.drive, a.model, a.sensors) == (
+        b.recordings, b.arm, b.drive, b.model, b.sensors,
+    )  # fmt: skip
+
+
+def _laid_over(index: int, line: dict[str, Any]) -> Edit:
+    """Puts the settings of a line into the table of a recording, beside what stands there."""
+
+    def edit(document: Document) -> None:
+        table = document["recordings"][index]
+        for key, value in line.items():
+            if key == "columns":
+                value = mended_columns(table.get(key, {}), value)
+            elif isinstance(value, dict):
+                value = {**table.get(key, {}), **value}
+            table[key] = value
+
+    return edit

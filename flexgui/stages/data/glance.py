@@ -1,0 +1,231 @@
+"""A first look into a file that a person brought: its columns as pictures, and what they may be."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexgui.stages.data.rows import Rows, headers_of, parted, rows, settings
+
+if TYPE_CHECKING:
+    from flexgui.core.check.finding import Finding
+    from flexgui.core.progress import Progress
+    from flexgui.core.recording.table import Table
+    from flexgui.core.scenario.schema import Scenario
+
+POINTS = 160
+"""Of a picture; it is about as many pixels wide."""
+ROUNDS = 4
+"""Faults hide one another: a unit, a sign, a swap and one more are found one after the other."""
+TAKEN_IN = ("degrees", "millimetres", "sign", "swapped_joints")
+"""Faults that are nothing but a wrong guess of a column, its unit or its sign."""
+CONTRADICT = (*TAKEN_IN, "gear_ratio", "scale", "offset", "delay", "clock_drift", "weak_excitation")
+"""Faults by which the channels of a file contradict one another."""
+
+
+@dataclass(frozen=True)
+class Glance:
+    """What the import screen shows of a file before it is read."""
+
+    headers: tuple[str, ...]
+    columns: Mapping[str, dict[str, Any]]
+    """Channel -> the scenario's entry under `columns`, as guessed."""
+    pictures: Mapping[str, tuple[np.ndarray, np.ndarray]]
+    """Header -> rows and values (K,), as they stand in the file."""
+    findings: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    """Channel -> fault and evidence, of what the check finds in the file as guessed."""
+    taken_in: Mapping[str, str] = field(default_factory=dict)
+    """Channel -> evidence that changed the guess."""
+    rows: Rows = Rows()
+    """Whether its rows are even in time, and what is empty."""
+
+
+@dataclass(frozen=True)
+class _File:
+    """One file of a folder, for a scenario."""
+
+    folder: Path
+    name: str
+    scenario: Scenario
+    progress: Progress
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    """Of the recording, beside its columns."""
+
+    def findings(self, columns: Mapping[str, Any]) -> tuple[Finding, ...]:
+        """Of this file alone; nothing where it cannot be checked as it stands."""
+        from flexgui.core.check.run import check_scenario
+        from flexgui.core.errors import InputError
+        from flexgui.core.recording.spec import RecordingSpec
+        from flexgui.core.scenario.data_folder import Within
+
+        entry = {"name": self.name, "file": self.name, "columns": dict(columns)}
+        entry |= self.settings
+        try:
+            specs = tuple(RecordingSpec.model_validate(one) for one in parted(entry))
+            alone = self.scenario.model_copy(update={"recordings": specs})
+            return tuple(check_scenario(alone, Within(self.folder), None, self.progress))
+        except InputError:
+            return ()
+
+
+def glance(
+    folder: str, file: str, scenario: Scenario, wanted: tuple[str, ...], *, progress: Progress
+) -> Glance:
+    """InputError where the file is no table, or none of the folder.
+
+    Args:
+        folder: The session's.
+        file: A name in it.
+        scenario: Whose arm and drive the file is to suit.
+        wanted: Channels to look for, those that matter most first.
+    """
+    from flexgui.core.recording.read_table import read_table
+    from flexgui.core.scenario.data_folder import Within
+
+    table = read_table(Within(Path(folder)).find(file), progress)
+    numbers = _numbers(table)
+    columns = _guessed(numbers, wanted)
+    found = rows(numbers, headers_of(tuple(table.columns), columns), columns)
+    one = _File(Path(folder), file, scenario, progress, settings(found))
+    columns, findings, taken_in = _checked(one, columns, numbers)
+    found = rows(numbers, headers_of(tuple(table.columns), columns), columns)
+    return Glance(
+        tuple(table.columns), columns, {h: _picture(x) for h, x in numbers.items()}, findings,
+        taken_in, found,
+    )  # fmt: skip
+
+
+def _numbers(table: Table) -> dict[str, np.ndarray]:
+    """Header -> (N,), of the columns that hold numbers."""
+    from flexgui.core.errors import InputError
+
+    found = {}
+    for header in table.columns:
+        try:
+            found[header] = table.numbers(header)
+        except InputError:
+            continue
+    return found
+
+
+def _guessed(numbers: Mapping[str, np.ndarray], wanted: tuple[str, ...]) -> dict[str, Any]:
+    """Entries under `columns`; a column of a channel's own name needs none."""
+    from flexgui.core.recording.sources import guess_columns
+    from flexgui.core.written import parse_header
+
+    found = {}
+    for channel, one in guess_columns(numbers, wanted).items():
+        if parse_header(one.header)[0] != channel:
+            found[channel] = {"name": f"{one.header} [{one.unit}]" if one.unit else one.header}
+    return found
+
+
+def _checked(
+    file: _File, columns: dict[str, Any], numbers: Mapping[str, np.ndarray]
+) -> tuple[dict[str, Any], dict[str, tuple[str, str]], dict[str, str]]:
+    """The guess with the units, signs and swaps that the other channels ask for; what is left to
+    say; and why it was changed."""
+    from flexgui.core.check.finding import mended_columns
+
+    columns, taken_in = _in_plausible_units(file, columns, numbers)
+    columns, found = _least_contradicted(file, columns, taken_in)
+    for _ in range(ROUNDS):
+        one = next((f for f in found if f.fault in TAKEN_IN and f.mend is not None), None)
+        if one is None:
+            break
+        line = tomllib.loads(one.mend or "").get("columns", {})
+        tried = mended_columns(columns, line)
+        after = file.findings(tried)
+        if _contradictions(after) >= _contradictions(found):
+            break  # it mends one and breaks another: the fault lies elsewhere
+        columns, found = tried, after
+        taken_in |= dict.fromkeys(line, one.evidence)
+    return columns, {f.channel: (f.fault, f.evidence) for f in found}, taken_in
+
+
+TURNS = 1.5
+"""Turns of a joint beyond which its numbers are rather degrees: cables end before that."""
+BEYOND = 5.0
+"""Times the arm's reach beyond which a camera's numbers are rather millimetres."""
+
+
+def _in_plausible_units(
+    file: _File, columns: dict[str, Any], numbers: Mapping[str, np.ndarray]
+) -> tuple[dict[str, Any], dict[str, str]]:
+    """Degrees and millimetres where radians and metres cannot be, in columns without a unit; all of
+    a kind alike."""
+    from flexgui.core.arm.build import build_arm
+    from flexgui.core.written import parse_header
+
+    arm = build_arm(file.scenario.arm)
+    reach = sum(segment.length for segment in arm.segments)
+    turning = [f"theta{k + 1}" for k, s in enumerate(arm.segments) if s.joint == "revolute"]
+    headers = _headers_of(tuple(numbers), columns, (*turning, "z1", "z2"))
+    changed, findings = dict(columns), {}
+    for kind, most, unit in ((turning, TURNS * 2.0 * np.pi, "deg"),
+                             (["z1", "z2"], BEYOND * reach, "mm")):  # fmt: skip
+        bare = [c for c in kind if c in headers and not _unit_of(columns, headers, c)]
+        sizes = [float(np.nanmax(np.abs(numbers[headers[c]]), initial=0.0)) for c in bare]
+        if max(sizes, default=0.0) <= most:
+            continue
+        for c in bare:
+            name = parse_header(headers[c])[0]
+            changed[c] = {**columns.get(c, {}), "name": f"{name} [{unit}]"}
+            findings[c] = f"Taken as {unit}: up to {max(sizes):.3g}."
+    return changed, findings
+
+
+def _unit_of(columns: Mapping[str, Any], headers: Mapping[str, str], channel: str) -> str:
+    from flexgui.core.written import parse_header
+
+    stated = columns.get(channel, {}).get("name", headers[channel])
+    return parse_header(stated)[1] or parse_header(headers[channel])[1]
+
+
+PAIRS = (("theta1", "theta2"), ("dtheta1_ref", "dtheta2_ref"), ("z1", "z2"))
+
+
+def _least_contradicted(
+    file: _File, columns: dict[str, Any], taken_in: dict[str, str]
+) -> tuple[dict[str, Any], tuple[Finding, ...]]:
+    """The columns as guessed, or with one pair exchanged where the channels then agree better."""
+    best, found = columns, file.findings(columns)
+    least = _contradictions(found)
+    for a, b in PAIRS if least else ():
+        if least == 0 or a not in columns or b not in columns:
+            continue
+        tried = {**columns, a: columns[b], b: columns[a]}
+        after = file.findings(tried)
+        if _contradictions(after) < least:
+            best, found, least = tried, after, _contradictions(after)
+            changed = dict.fromkeys((a, b), "Exchanged: the others fit only so.")
+    if best is not columns:
+        taken_in |= changed
+    return best, found
+
+
+def _contradictions(found: Iterable[Finding]) -> int:
+    """Findings about what a channel is, not about its quality."""
+    return sum(one.fault in CONTRADICT for one in found)
+
+
+def _headers_of(
+    headers: tuple[str, ...], columns: Mapping[str, Any], wanted: tuple[str, ...]
+) -> dict[str, str]:
+    """Channel -> header, of the wanted channels that have one."""
+    from flexgui.core.written import parse_header
+
+    plain = {parse_header(h)[0]: h for h in headers}
+    named = {c: plain.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
+    own = {c: plain[c] for c in wanted if c in plain}
+    return {c: h for c, h in {**own, **named}.items() if h}
+
+
+def _picture(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    rows = np.unique(np.linspace(0, len(values) - 1, min(POINTS, len(values))).astype(int))
+    return rows, values[rows].astype(np.float32)

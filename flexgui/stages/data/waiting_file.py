@@ -1,0 +1,234 @@
+"""A file whose columns have names of their own: which of them holds which channel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from flexgui.core.arm.arm import Arm
+from flexgui.core.errors import InputError
+from flexgui.core.recording.channels import (
+    channel_kind,
+    channel_names,
+    is_channel,
+    is_reference,
+    joint_of,
+)
+from flexgui.core.recording.spec import RecordingSpec
+from flexgui.core.written import parse_header
+from flexgui.stages.data.glance import Glance
+from flexgui.stages.data.rows import SPLIT, Rows, settings
+from flexgui.views.names import channel_symbol
+
+POINT = "theta2"
+"""The channel that says at which working point the arm stood, where nothing else does."""
+
+
+@dataclass(frozen=True)
+class Companion:
+    """A file with the same columns, brought together with the one that waits."""
+
+    file: str
+    rows: Rows
+    """What its rows are like."""
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A file that is read once a person has said what its columns hold."""
+
+    file: str
+    headers: tuple[str, ...]
+    """Of its columns."""
+    offered: tuple[str, ...]
+    """Channels that the arm may have; those that every recording needs come first."""
+    needed: frozenset[str]
+    useful: frozenset[str] = frozenset()
+    """Asked for as well; a file may have none of them."""
+    units: Mapping[str, str] = field(default_factory=dict)
+    """SI units of the joints' channels."""
+    columns: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Channel -> the scenario's entry under `columns`."""
+    headers_of: dict[str, str] = field(default_factory=dict)
+    """Channel -> the header that was chosen for it."""
+    absent: frozenset[str] = frozenset()
+    """Channels of which the person said that the file has none."""
+    theta2: float | None = None
+    """rad (m): where joint 2 stood, in a file without a column of it."""
+    recording: str = ""
+    """The recording that is read anew; a new one where empty."""
+    glance: Glance | None = None
+    """What a first look into the file has found; None before it."""
+    gaps: str = ""
+    """What happens to empty cells and missing rows, as `GapsSpec.how` says;
+    empty: as `flexgui.stages.data.rows.settings` proposes."""
+    clock: str = "interpolate"
+    """How uneven rows are made even, as in `resample` of a scenario."""
+    rate: float | None = None
+    """Hz, that is kept of a fast log; None: all of it."""
+    companions: tuple[Companion, ...] = ()
+    """Files that are read with the same columns."""
+
+    def guessed(self, glance: Glance) -> Waiting:
+        """With the columns as a first look guesses them."""
+        columns = {c: {"gain": 1.0, "sign": 1, **entry} for c, entry in glance.columns.items()}
+        named = {c: parse_header(entry["name"])[0] for c, entry in columns.items()}
+        headers = {parse_header(h)[0]: h for h in self.headers}
+        chosen = {c: headers[n] for c, n in named.items()}
+        return replace(self, columns=columns, headers_of=chosen, glance=glance)
+
+    @property
+    def rows(self) -> tuple[Rows, ...]:
+        """What the rows of the file and of its companions are like."""
+        own = Rows() if self.glance is None else self.glance.rows
+        return (own, *(each.rows for each in self.companions))
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The file and its companions."""
+        return (self.file, *(each.file for each in self.companions))
+
+    def settings(self, index: int = 0) -> dict[str, Any]:
+        """The scenario's entries on clock and gaps of one of the files."""
+        entries = settings(self.rows[index], self.gaps, self.clock)
+        if self.recording and "windows" in entries:  # it is one recording and stays one
+            entries = settings(self.rows[index], "cut", self.clock)
+        if self.rate is not None:
+            entries["resample"] = {**entries.get("resample", {}), "rate": self.rate}
+        return entries
+
+    @property
+    def gaps_chosen(self) -> str:
+        """What happens to gaps as things stand; empty where no file has any."""
+        found = [self.settings(k) for k in range(len(self.rows))]
+        ways = (SPLIT if "windows" in each else str(each["gaps"]["how"])
+                for each in found if "gaps" in each)  # fmt: skip
+        return next(ways, "")
+
+    def wording_of(self, channel: str) -> tuple[str, str] | None:
+        """Fault and evidence of a channel that stands as the first look has guessed it."""
+        glance = self.glance
+        if glance is None or self.columns.get(channel) != self._as_guessed(channel):
+            return None
+        return glance.findings.get(channel)
+
+    def _as_guessed(self, channel: str) -> dict[str, Any] | None:
+        entry = None if self.glance is None else self.glance.columns.get(channel)
+        return None if entry is None else {"gain": 1.0, "sign": 1, **entry}
+
+    @property
+    def known(self) -> dict[str, str]:
+        """Channel -> header: those that were chosen, then columns of a channel's own name."""
+        taken = set(self.headers_of.values())
+        own = {parse_header(h)[0]: h for h in self.headers if h not in taken}
+        plain = {name: h for name, h in own.items() if is_channel(name)}
+        return {**plain, **self.headers_of}
+
+    @property
+    def _held(self) -> frozenset[str]:
+        return frozenset({*self.known, *((POINT,) if self.theta2 is not None else ())})
+
+    @property
+    def unused(self) -> tuple[str, ...]:
+        """Columns that hold nothing yet, in the file's order."""
+        used = set(self.known.values())
+        return tuple(header for header in self.headers if header not in used)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """Needed channels that nothing holds yet, in order."""
+        return tuple(c for c in self.offered if c in self.needed - self._held)
+
+    @property
+    def questions(self) -> tuple[str, ...]:
+        """What is still to be asked: what is needed, and what a column without use may hold."""
+        open_ = self.useful - self._held - self.absent if self.unused else frozenset()
+        more = [c for c in self.offered if c in open_]
+        return tuple(dict.fromkeys((*self.missing, *more)))
+
+    def mapped(self, channel: str, header: str, gain: float, sign: int, unit: str) -> Waiting:
+        """With one more channel known; `unit` is for a heading without one. InputError where the
+        column holds another channel already."""
+        other = next((c for c, h in self.headers_of.items() if h == header and c != channel), None)
+        if other is not None:
+            raise InputError(
+                f"Column {header} is {self.words(other)} already; choose another one, or start "
+                f"over."
+            )
+        name, stated = parse_header(header)
+        wanted = f"{name} [{unit.strip()}]" if unit.strip() and not stated else header
+        entry = {"name": wanted, "gain": gain, "sign": sign}
+        return replace(
+            self,
+            columns={**self.columns, channel: entry},
+            headers_of={**self.headers_of, channel: header},
+            theta2=None if channel == POINT and not self.recording else self.theta2,
+        )
+
+    def without(self, channel: str) -> Waiting:
+        """Knowing that the file has no such column."""
+        return replace(self, absent=self.absent | {channel})
+
+    def begun_again(self) -> Waiting:
+        """Without all answers; the working point that a recording had is none."""
+        theta2 = self.theta2 if self.recording else None
+        glance = self.glance and replace(self.glance, findings={}, taken_in={})
+        return replace(
+            self, columns={}, headers_of={}, absent=frozenset(), theta2=theta2, glance=glance
+        )
+
+    def words(self, channel: str) -> str:
+        """'the time t [s]'"""
+        kind = channel_kind(channel)
+        name, star = (channel[:-4], "*") if channel.endswith("_ref") else (channel, "")
+        unit = self.units.get(channel, kind.units[0])
+        return f"the {kind.title} {channel_symbol(name, unit)}{star}{f' [{unit}]' if unit else ''}"
+
+
+def waiting_for(
+    file: str, headers: tuple[str, ...], arm: Arm, references: Iterable[str]
+) -> Waiting | None:
+    """None where nothing is to be asked about the columns."""
+    found = _waiting(file, headers, arm, tuple(references))
+    return found if found.questions else None
+
+
+def waiting_again(
+    headers: tuple[str, ...], arm: Arm, references: Iterable[str], spec: RecordingSpec
+) -> Waiting:
+    """A recording of the scenario, to choose other columns."""
+    found = _waiting(spec.file or "", headers, arm, tuple(references))
+    columns = {c: column.model_dump() for c, column in spec.columns.items()}
+    names = {parse_header(header)[0]: header for header in found.headers}
+    chosen = {c: names.get(parse_header(entry["name"])[0], "") for c, entry in columns.items()}
+    return replace(
+        found, columns=columns, headers_of=chosen, theta2=spec.theta2, recording=spec.name
+    )
+
+
+def wanted_channels(arm: Arm, references: Iterable[str]) -> tuple[str, ...]:
+    """What a file of that rig may hold and a first look may guess: not what follows from others."""
+    found = _waiting("", (), arm, tuple(references))
+    derived = ("y", "ydot")
+    asked = {*found.needed, *found.useful}
+    bends = [f"deflection{k + 1}" for k, modes in enumerate(arm.modes) if modes]
+    turns = any(segment.joint == "revolute" for segment in arm.segments)
+    camera = ("z1", "z2") if turns else ()  # a slide's encoder says all that a camera could
+    links = [c for c in found.offered if c.startswith("link_theta")]
+    more = (*bends, *links, *camera)
+    return tuple(c for c in found.offered if (c in asked or c in more) and c[:-1] not in derived)
+
+
+def _waiting(file: str, headers: tuple[str, ...], arm: Arm, references: tuple[str, ...]) -> Waiting:
+    from flexgui.core.loading import joint_units
+
+    encoders = tuple(f"theta{k + 1}" for k in range(arm.joints))
+    # Where torques are recorded the encoders are enough; of a rig in loops the camera says most.
+    loops = any(is_reference(name) for name in references)
+    useful = (*encoders, *(("z1", "z2") if loops else ()))
+    needed = ("t", *references, *((POINT,) if arm.joints > 1 else ()))
+    joints = [(name, joint_of(name)) for name in channel_names()]
+    own = [name for name, joint in joints if joint is None or joint < arm.joints]
+    offered = tuple(dict.fromkeys(("t", *references, *useful, *own)))
+    return Waiting(file, headers, offered, frozenset(needed), frozenset(useful), joint_units(arm))

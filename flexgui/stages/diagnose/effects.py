@@ -1,0 +1,187 @@
+"""Edits that put effects into a model and take them out; an effect of one's own, ranked."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from flexgui.core.effects import catalogue, effect
+from flexgui.core.errors import InputError
+from flexgui.core.results import RankedEffect
+from flexgui.core.scenario.schema import Scenario
+from flexgui.session.edit import Document, Edit
+from flexgui.stages.diagnose.look import Look, ladder_steps
+
+LEAST = 1e-9
+"""A fitted size that is smaller, as a share of a plausible one, starts at the plausible one."""
+
+_PARAMETER = re.compile(r"\s*([A-Za-z]\w*)\s*=\s*([-+0-9.eE]+)\s*(?:\[([^\]]*)\]|(.*?))\s*")
+
+
+def with_effect(kind: str, ranked: RankedEffect | None) -> Edit:
+    """Adds a listed effect, from the sizes that the ranking has found where there are any."""
+    effect(kind)
+    sizes = {e.name: e.value for e in ranked.parameters} if ranked is not None else {}
+    known = any(abs(value) > LEAST for value in sizes.values())
+    starts = {name: {"start": float(v), "vary": True} for name, v in sizes.items()} if known else {}
+
+    def edit(document: Document) -> None:
+        entries = document.setdefault("model", {}).setdefault("effects", [])
+        # What an included effect has been given already is its own.
+        given = {name for entry in entries for name in entry}
+        fresh = {name: start for name, start in starts.items() if name not in given}
+        entries.append({"id": kind} | fresh)
+
+    return edit
+
+
+def with_own(target: str, formula: str, parameters: str) -> Edit:
+    """Adds an effect that a person wrote; InputError where its parameters cannot be read."""
+    own: dict[str, Any] = {"target": target, "formula": formula.strip()}
+    own["parameters"] = own_parameters(parameters)
+
+    def edit(document: Document) -> None:
+        mine = document.setdefault("model", {}).setdefault("own", [])
+        number = 1 + max((int(re.sub(r"\D", "", o.get("id", "")) or 0) for o in mine), default=0)
+        mine.append(own | {"id": f"own_{number}", "title": f"Own effect {number} at {target}"})
+
+    return edit
+
+
+def own_parameters(text: str) -> dict[str, dict[str, Any]]:
+    """'b = 0.5 [N m], c = 2' -> name -> start and unit."""
+    found: dict[str, dict[str, Any]] = {}
+    for part in filter(str.strip, text.split(",")):
+        match = _PARAMETER.fullmatch(part)
+        try:
+            start = float(match[2]) if match else None
+        except ValueError:
+            start = None
+        if match is None or start is None:
+            raise InputError(
+                f"The parameter {part.strip()!r} cannot be read; write name = start [unit], with "
+                f"commas between them, such as b = 0.5 [N m]."
+            )
+        found[match[1]] = {"start": start, "unit": (match[3] or match[4] or "").strip()}
+    return found
+
+
+def without_effect(kind: str) -> Edit:
+    """Takes out the last effect of that id, listed or own."""
+
+    def edit(document: Document) -> None:
+        model = document.get("model", {})
+        for table in ("effects", "own"):
+            entries = model.get(table, [])
+            places = [k for k, entry in enumerate(entries) if entry.get("id") == kind]
+            if places:
+                entries.pop(places[-1])
+            if not entries:
+                model.pop(table, None)
+
+    return edit
+
+
+def present(scenario: Scenario) -> tuple[tuple[str, str], ...]:
+    """(id, title) of the effects in the model, as they were added."""
+    known = catalogue()
+    listed = [(e.id, known[e.id].title if e.id in known else e.id) for e in scenario.model.effects]
+    own = [(o.id or "", o.title or o.id or "own effect") for o in scenario.model.own]
+    return (*listed, *own)
+
+
+def places(scenario: Scenario) -> tuple[tuple[str, str], ...]:
+    """(title, where it acts) of the effects in the model."""
+    known = catalogue()
+    listed = [(known[e.id].title, known[e.id].acts_at) for e in scenario.model.effects]
+    own = [(o.title or "own effect", "tip" if o.target.startswith("tip") else "joints")
+           for o in scenario.model.own]  # fmt: skip
+    return (*listed, *own)
+
+
+def titled(kinds: Sequence[str]) -> list[str]:
+    """Titles of effects by their ids."""
+    known = catalogue()
+    return [known[kind].title if kind in known else kind for kind in kinds]
+
+
+PRICE = 0.05
+"""Of a parameter, in logarithms of what is left: as the listed ones are ranked (design, 6)."""
+
+LEAST_LEFT = 1e-4
+"""Share of the error; below it nothing is told apart by it."""
+
+
+def ranked_with_own(before: Look, after: Look) -> Look:
+    """The look before an own effect was added, with the effect in its list; the look itself where
+    either has not come so far."""
+    own = own_ranked(before, after)
+    if own is None or before.found is None:
+        return before
+    listed = [r for r in before.found.ranking if r.effect != own.effect]
+    place = next((k for k, r in enumerate(listed) if _worse(r, own)), len(listed))
+    ranking = (*listed[:place], own, *listed[place:])
+    return replace(before, found=replace(before.found, ranking=ranking))
+
+
+def own_ranked(before: Look, after: Look) -> RankedEffect | None:
+    """The own effect with which `after` differs, as a row of the list of `before`."""
+    if before.found is None or after.found is None or after.added is None or not before.ranking:
+        return None
+    from flexgui.core.diagnose.evidence import RELEVANT  # late: it loads all of a diagnosis
+
+    given, grown = (step.cost_per_sample for step in ladder_steps((before, after)))
+    drop = max(given - grown, 0.0)
+    known = {e.name for e in before.found.step.parameters}
+    return RankedEffect(
+        effect=after.added,
+        title=after.title,
+        score=math.nan,
+        p_value=math.nan,
+        expected_drop_percent=math.nan,
+        refit_drop_percent=100.0 * drop / max(given - 1.0, drop, RELEVANT),
+        delta_bic=None,
+        parameters=tuple(e for e in after.found.step.parameters if e.name not in known),
+        predicted=_predicted(before, after),
+    )
+
+
+def _predicted(before: Look, after: Look) -> tuple[np.ndarray, ...]:
+    assert before.found is not None and after.found is not None
+    pairs = list(zip(before.found.residual, after.found.residual, strict=False))
+    alike = before.found.recordings == after.found.recordings
+    same = alike and all(a.shape == b.shape for a, b in pairs)
+    return tuple(np.asarray(a - b) for a, b in pairs) if same else ()
+
+
+def _worse(listed: RankedEffect, own: RankedEffect) -> bool:
+    return listed.refit_drop_percent is None or _price(listed) > _price(own)
+
+
+def _price(one: RankedEffect) -> float:
+    left = 1.0 - (one.refit_drop_percent or 0.0) / 100.0
+    return math.log(max(left, LEAST_LEFT)) + PRICE * len(one.parameters)
+
+
+def own_place(before: Look, after: Look) -> str:
+    """'Your formula is number 2 of 7: it explains 95.1 % of the error; Coulomb friction 99.9 %.'"""
+    own = own_ranked(before, after)
+    if own is None:
+        return ""
+    ranking = ranked_with_own(before, after).ranking
+    place = next(k for k, r in enumerate(ranking, start=1) if r.effect == own.effect)
+    text = (
+        f"Your formula is number {place} of {len(ranking)}: it explains "
+        f"{own.refit_drop_percent:.1f} % of the error above the noise floor"
+    )
+    competitor = next((r for r in ranking if r.effect != own.effect), None)
+    if competitor is None or competitor.refit_drop_percent is None:
+        return f"{text}."
+    return (
+        f"{text}; the best listed one, {competitor.title}, {competitor.refit_drop_percent:.1f} %."
+    )

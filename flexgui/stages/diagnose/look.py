@@ -1,0 +1,176 @@
+"""A person's way to a better model: one look after each change of it, and how the error changed in
+the last step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from flexgui.core.results import (
+    MISSING,
+    ChannelError,
+    Diagnosis,
+    DiagnosisRound,
+    LadderStep,
+    Outcome,
+    RankedEffect,
+    RecordingComparison,
+)
+from flexgui.core.scenario.schema import Scenario
+from flexgui.sentences.figures import fell, times
+from flexgui.sentences.verdict import verdict_paragraphs
+from flexgui.sentences.written import format_number
+from flexgui.stages.diagnose.looked import Looked
+
+
+@dataclass(frozen=True)
+class Look:
+    """One model of the way, and what was seen of it."""
+
+    scenario: Scenario
+    title: str = ""
+    """Of what was added or taken away to come here."""
+    added: str | None = None
+    """The effect's id where one was added."""
+    found: Looked | None = None
+    """None until the worker has told something."""
+    outcome: Outcome | None = None
+    comparisons: tuple[RecordingComparison, ...] = ()
+    """Measured against this look's own fit; empty until the worker has told them."""
+
+    @property
+    def ranking(self) -> tuple[RankedEffect, ...]:
+        """The ranked effects; none before there are any."""
+        return () if self.found is None else self.found.ranking
+
+    @property
+    def diagnosis(self) -> Diagnosis | None:
+        """None while the worker still looks."""
+        return None if self.found is None else self.found.diagnosis
+
+    @property
+    def error(self) -> float:
+        """rms over all outputs, in floors."""
+        step = None if self.found is None else self.found.step
+        return float("nan") if step is None else float(np.sqrt(step.cost_per_sample))
+
+
+def ladder_steps(looks: Sequence[Look]) -> tuple[LadderStep, ...]:
+    """The steps so far, all over the floors of the last one, which its model knows best: what is
+    said of the model as it now stands is in them."""
+    known = [(look, look.found.step) for look in looks if look.found is not None]
+    floors = {e.channel: e.floor for _, step in known[-1:] for e in step.errors}
+    steps = [
+        replace(step, added=look.added, title=look.title) if k else step
+        for k, (look, step) in enumerate(known)
+    ]
+    return (*(_over(step, floors) for step in steps[:-1]), *steps[-1:])
+
+
+def _over(step: LadderStep, floors: dict[str, float]) -> LadderStep:
+    """The step in units of other floors; the noise that is seen differs a little each time."""
+    errors = tuple(replace(e, floor=floors.get(e.channel, e.floor)) for e in step.errors)
+    factor = _square(errors) / _square(step.errors) if step.errors else 1.0
+    return replace(step, errors=errors, cost_per_sample=step.cost_per_sample * factor)
+
+
+def _square(errors: Sequence[ChannelError]) -> float:
+    return float(np.mean([(e.rms / e.floor) ** 2 for e in errors]))
+
+
+def story(looks: Sequence[Look]) -> Diagnosis | None:
+    """The whole way as one diagnosis, for the report; None without a complete look. Its words are
+    of the model as it now stands."""
+    complete = [look.diagnosis for look in looks if look.diagnosis is not None]
+    if not complete:
+        return None
+    last, steps, whole = looks[-1], ladder_steps(looks), len(looks) > 1
+    stands = last.diagnosis or _unseen(complete[-1], steps[-1])
+    return replace(
+        stands,
+        verdict=MISSING if whole else stands.verdict,
+        final_verdict=last.diagnosis.verdict if whole and last.diagnosis else None,
+        rounds=_rounds(looks),
+        steps=steps,
+        words=(
+            *verdict_paragraphs(stands),
+            *(f"{b.title}: {fell(a, b)}." for a, b in pairwise(steps)),
+        ),
+        effects=tuple(e.model_dump() for e in last.scenario.model.effects),
+        floors={e.channel: e.floor for e in steps[-1].errors},
+        given=looks[0].comparisons,
+        left=last.comparisons if whole else (),
+    )
+
+
+def _unseen(before: Diagnosis, step: LadderStep) -> Diagnosis:
+    """Of a model of which no more than its fit is known; the rest is of the one before it."""
+    values = {e.name: e.value for e in step.parameters}
+    return replace(
+        before, words=(UNSEEN,), parameters=step.parameters, values=values, stopped=False
+    )
+
+
+def _rounds(looks: Sequence[Look]) -> tuple[DiagnosisRound, ...]:
+    """Each look's ranking, with what was added after it."""
+    following = [*[look.added for look in looks[1:]], None]
+    # The look's own list also holds the formulas that were tried on its model.
+    return tuple(
+        replace(one, ranking=look.ranking or one.ranking, accepted=added)
+        for look, added in zip(looks, following, strict=True)
+        for one in (look.diagnosis.rounds[:1] if look.diagnosis else ())
+    )
+
+
+UNSEEN = "What else is missing was not looked for to the end."
+
+FELL = 0.99
+"""Share of the error: what falls by less is not seen in its two figures."""
+
+
+class Change(NamedTuple):
+    """rms over all outputs, in floors of the last look, as the ladder shows it."""
+
+    before: float
+    after: float
+
+    @property
+    def fell(self) -> bool:
+        """Whether the error fell by a noticeable share."""
+        return self.after < FELL * self.before
+
+    @property
+    def rose(self) -> bool:
+        """Whether the error rose by a noticeable share."""
+        return self.before < FELL * self.after
+
+    @property
+    def words(self) -> str:
+        """`from 9.7 to 0.99 times the noise floor`"""
+        before = format_number(self.before, 2, keep_zeros=True)
+        return f"from {before} to {times(self.after)} the noise floor"
+
+
+def last_change(looks: Sequence[Look]) -> Change | None:
+    """From the last but one to the last; None before there are two."""
+    steps = ladder_steps(looks)
+    if len(steps) < 2:
+        return None
+    before, after = (float(step.cost_per_sample**0.5) for step in steps[-2:])
+    return Change(before, after)
+
+
+def in_vain(looks: Sequence[Look]) -> bool:
+    """Whether the last step added something and the error did not fall."""
+    change = last_change(looks)
+    return bool(looks[-1:] and looks[-1].added) and change is not None and not change.fell
+
+
+def worse(looks: Sequence[Look]) -> bool:
+    """Whether the last step added something and the error rose: that is more than needless."""
+    change = last_change(looks)
+    return bool(looks[-1:] and looks[-1].added) and change is not None and change.rose

@@ -1,0 +1,295 @@
+"""Look at a model: how well it fits, and what could be missing in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from flexgui.core.progress import Progress, Silent
+
+if TYPE_CHECKING:
+    from flexgui.core.diagnose.start import Begun
+    from flexgui.core.diagnose.state import Options, ToCome
+    from flexgui.core.identify.setup import Setup
+    from flexgui.core.model import Model
+    from flexgui.core.recording.recording import Recording
+    from flexgui.core.results import LadderStep, Outcome, RankedEffect, RecordingComparison
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.schema import IdentifySpec
+    from flexgui.stages.diagnose.looked import Looked, PartialProgress
+    from flexgui.views.over_speed import OverSpeed
+
+
+LOOKED, COMPARED = "looked", "compared"
+"""The names of what is streamed: the look, growing, and once measured against modelled."""
+
+BEFORE, AFTER = "before", "after"
+"""When the identification is done: after an effect was added, its fit is what is waited for."""
+
+MOST_ROWS = 1000
+"""Of a recording's residual that a picture is drawn of."""
+
+PICTURED = 10
+"""Effects whose predictions are kept, the best."""
+
+
+class Asked(NamedTuple):
+    """What is looked at, and how far."""
+
+    recordings: list[Recording]
+    setup: Setup
+    spec: IdentifySpec
+    options: Options
+
+
+def diagnose(
+    scenario_toml: str,
+    folder: str | None = None,
+    fit: str = "",
+    *,
+    progress: PartialProgress,
+) -> Looked:
+    """The ranking on the scenario's model, with nothing added to it.
+
+    `fit`: also identify, from where the parameters start, "before" or "after" the ranking. The step
+    of the error ladder is told first; then the ranking, again and again as it gets finer.
+    """
+    from flexgui.core.diagnose.diagnose import diagnose as look_for
+    from flexgui.core.results import MISSING
+    from flexgui.core.scenario.data_folder import Within
+    from flexgui.core.scenario.read import parse_scenario
+    from flexgui.core.scenario.stated_effects import base_model, with_effect_parameters
+
+    scenario = parse_scenario(scenario_toml, "The scenario")
+    where = Within(Path(folder or "."))
+    model = base_model(scenario)
+    spec = with_effect_parameters(scenario.identify, model, scenario.model)
+    asked = _asked(scenario, model, spec, where, progress)
+    look = FirstLook(asked, progress)
+    if fit == BEFORE and not progress.stopped():
+        look.check()
+        look.report(outcome=refined(scenario_toml, where, asked, progress))
+
+    def on_ranking(ranking: tuple[RankedEffect, ...], to_come: ToCome) -> None:
+        sizes, effects = to_come
+        look.report(ranking=thinned(ranking), to_come=sizes, untried=effects)
+        if not sizes:
+            look.check()
+
+    found = look_for(
+        asked.setup, asked.spec, asked.recordings, asked.options, progress, on_ranking, look.begun,
+        look.settled,
+    )  # fmt: skip
+    # Of a search that was stopped the first is not named as missing.
+    sure = found.verdict == MISSING and not found.stopped
+    named = next((r.effect for r in found.ranking if sure), None)
+    light = tuple(replace(r, ranking=thinned(r.ranking, named)) for r in found.rounds)
+    reported = replace(found, rounds=light)
+    look.report(ranking=reported.ranking, diagnosis=reported)
+    if fit == AFTER and not progress.stopped():
+        return replace(look.seen, outcome=refined(scenario_toml, where, asked, progress))
+    return look.seen
+
+
+def _asked(
+    scenario: Any, model: Any, spec: IdentifySpec, where: Within, progress: PartialProgress
+) -> Asked:
+    from flexgui.core.diagnose.noise_route import stated_noise
+    from flexgui.core.diagnose.state import Options
+    from flexgui.core.errors import InputError
+    from flexgui.core.identify.setup import make_setup
+    from flexgui.core.loading import load_recordings
+    from flexgui.core.scenario.stated_effects import candidate_effects
+
+    asked = scenario.diagnose
+    candidate_effects(asked)  # a slip there is told before the long work
+    if asked.output is not None:
+        spec = spec.model_copy(update={"output": asked.output})
+    progress.stage("Reading the recordings", len(scenario.recordings))
+    recordings = list(load_recordings(scenario, model, where, None, progress))
+    if not any(r.role == "estimate" for r in recordings):
+        raise InputError('No recording has role = "estimate"; give at least one to diagnose.')
+    setup = make_setup(model, spec, recordings)
+    options = Options(
+        max_effects=0,
+        compare=False,  # the first look tells it sooner
+        candidates=asked.candidates or (),
+        fidelity=asked.fidelity,
+        stated_noise=stated_noise(scenario, setup, recordings),
+        per_recording=asked.per_recording,
+    )
+    return Asked(recordings, setup, spec, options)
+
+
+class FirstLook:
+    """The model fitted as it is: its step of the ladder and what it leaves of the recordings, told
+    at once; what else is found is told with them."""
+
+    def __init__(self, asked: Asked, progress: PartialProgress) -> None:
+        from flexgui.core.diagnose.diagnose import begin_on
+
+        self._progress = progress
+        self._whole = begin_on(asked.setup, asked.spec, asked.recordings, asked.options, progress)
+        self._checked = False
+        self._shown: tuple[RecordingComparison, ...] = ()
+        self._best: object = None
+        self.begun = replace(self._whole, validation=None)  # they have their look here
+        self.seen = _seen(_as_given(self.begun), self.begun)
+        self.report()
+
+    def report(self, **found: Any) -> None:
+        """With what is new."""
+        self.seen = replace(self.seen, **found)
+        self._add_laws()
+        self._progress.partial(LOOKED, self.seen)
+
+    def check(self) -> None:
+        """The same fit on recordings that it did not see, and measured against modelled by it. As
+        dear as the first ranking, which need not wait for it."""
+        from flexgui.core.diagnose.facts import compared
+
+        if self._checked or self._progress.stopped():
+            return
+        self._checked = True
+        self.report(step=_as_given(self._whole))
+        if not self._progress.stopped():
+            self._shown = compared(self._whole)
+            self._progress.partial(COMPARED, self._shown)
+
+    def settled(self, last: Begun) -> None:
+        """The fit that the diagnosis ended at, to the last digit or in other floors: from now on
+        all figures are of it."""
+        before, floors = self._whole, last.data.floors
+        moved = floors != before.data.floors
+        later = before.validation
+        if later is not None and moved:
+            later = replace(later, floors=floors, weights=later.weights_at(floors))
+        self._checked = self._checked and not moved
+        known = before.validated if self._checked else None
+        self._whole = replace(last, validation=later, known=known)
+        shown = self._whole if self._checked else last
+        self.report(step=_as_given(shown), residual=_seen(self.seen.step, last).residual)
+        self.check()
+
+    def _add_laws(self) -> None:
+        """Of the first of the list, anew where that or its sizes have changed."""
+
+        first = next(iter(self.seen.ranking), None)
+        if first is None or not self._shown:
+            return
+        best = (first.effect, tuple(e.value for e in first.parameters))
+        if best != self._best:
+            self._best = best
+            laws = laws_of(self.begun.base.hypothesis.model, self._shown, first)
+            self.seen = replace(self.seen, laws=laws, laws_of=first.effect)
+
+
+def _as_given(begun: Begun) -> LadderStep:
+    from flexgui.core.diagnose.steps import ladder_step
+
+    return ladder_step(begun.data, begun.validated, begun.base, None, "As given", ())
+
+
+def _seen(step: LadderStep, begun: Begun) -> Looked:
+    from flexgui.stages.diagnose.looked import Looked
+
+    blocks = begun.base.errors
+    experiments = begun.data.experiments
+    strides = [_stride(block) for block in blocks]
+    dt = [_spacing(e.time) * s for e, s in zip(experiments, strides, strict=True)]
+    return Looked(
+        step=step,
+        recordings=tuple(e.recording.name for e in experiments),
+        channels=tuple(tuple(name for name, _ in e.channels) for e in experiments),
+        dt=tuple(dt),
+        residual=tuple(_thin(block) for block in blocks),
+    )
+
+
+def refined(scenario_toml: str, where: Within, asked: Asked, progress: PartialProgress) -> Outcome:
+    """The identification without its search: a refinement from where the parameters start."""
+    import tomllib
+
+    from flexgui.core.diagnose.announce import fit_title
+    from flexgui.core.scenario.read import check_scenario
+    from flexgui.core.workbench import run_scenario
+
+    document = tomllib.loads(scenario_toml)
+    for table in ("diagnose", "compare"):
+        document.pop(table, None)
+    document.setdefault("identify", {}).update(generations=0, refine=True)
+    scenario = check_scenario(document, "The scenario")
+    progress.stage(fit_title(asked.setup.model.effects))
+    quiet = Unnamed(progress)
+    return run_scenario(scenario, folder=where, progress=quiet)
+
+
+class Unnamed(Silent):
+    """Stages that are part of a larger one, which was named already."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+
+    def stopped(self) -> bool:
+        """As it is asked of the whole."""
+        return self._progress.stopped()
+
+
+def thinned(
+    ranking: tuple[RankedEffect, ...], named: str | None = None
+) -> tuple[RankedEffect, ...]:
+    """In the order that is shown, with as many rows of predictions as pictures show, and none of
+    those far down."""
+    from flexgui.sentences.ranked import in_order
+
+    return tuple(
+        replace(r, predicted=tuple(_thin(p) for p in r.predicted) if k < PICTURED else ())
+        for k, r in enumerate(in_order(ranking, named))
+    )
+
+
+def _stride(block: np.ndarray) -> int:
+    return max(-(-len(block) // MOST_ROWS), 1)
+
+
+def _thin(block: np.ndarray) -> np.ndarray:
+    return np.asarray(block[:: _stride(block)], dtype=np.float32)
+
+
+def _spacing(time: np.ndarray) -> float:
+    return float(time[1] - time[0]) if len(time) > 1 else 1.0
+
+
+ROWS = 600
+"""Of a motion along which a law that the speed alone does not say is drawn: as many dots as the
+picture of the missing torque has."""
+
+
+def laws_of(
+    model: Model, shown: Sequence[RecordingComparison], one: RankedEffect
+) -> tuple[tuple[OverSpeed, ...], ...]:
+    """For each recording, with the sizes that a refit has found; empty where the effect is no force
+    law at the joints, is unknown to the catalogue, or was not refitted yet."""
+    from flexgui.core.effects import catalogue
+    from flexgui.views.over_speed import over_speed
+
+    effect = catalogue().get(one.effect)
+    if effect is None or not one.parameters or effect.acts_at not in ("joints", "drive"):
+        return ()
+    sizes = {e.name: e.value for e in one.parameters}
+    grown = model.with_effects([*model.effects, effect], {**model.effect_values, **sizes})
+    have = {e.kind for e in model.effects}
+    added = [e for e in grown.effects if e.kind not in have]
+    found = []
+    for each in shown:
+        if each.motion is None:
+            return ()
+        rows = slice(None, None, max(1, -(-len(each.motion.velocity) // ROWS)))
+        place, speed = each.motion.position[rows], each.motion.velocity[rows]
+        p = grown.numbers(grown.effect_values).p
+        found.append(over_speed(added, grown.arm, p, grown.effect_values, place, speed))
+    return tuple(found) if all(found) else ()

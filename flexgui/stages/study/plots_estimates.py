@@ -1,0 +1,299 @@
+"""Tables I and II of the paper beside those of a study, what explains their deviations, and where
+the pairs (ε, d) lie: on the valley, inside the box of the prior.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+
+from flexgui.core.montecarlo.estimates import (
+    EstimateRow,
+    EstimateTable,
+    Spread,
+    ValleyPrior,
+    comparable,
+    explained,
+    implied_bias,
+    least_scatter,
+    pooled,
+)
+from flexgui.core.montecarlo.printed import stiffness
+from flexgui.sentences.written import format_number
+from flexgui.stages.study.baselines import snr
+from flexgui.views import colours
+from flexgui.views.layout import styled
+from flexgui.views.table import Column, Row, Table
+
+DIGITS = {"epsilon": (4, 4), "d": (1, 3)}
+"""Decimals in the shown unit, as the paper prints them: in general, and of deviations below 1."""
+
+STRONG = ("local mean", "glocal")
+
+Filled = tuple[str, Sequence[str]]
+"""A column: its title, and what it says of each fit."""
+
+
+def parameter_table(tables: Sequence[EstimateTable]) -> Table:
+    """Rows as in the paper; per ratio and parameter the paper's mean and deviation, then ours."""
+    runs = " and ".join(str(n) for n in sorted({t.runs for t in tables}))
+    text = (
+        f"Mean over {runs} runs, standard deviation in brackets. The local mean's deviation is "
+        f"sqrt(Σ std²)/δ, as in the paper."
+    )
+    return _by_fit(tables, _parameter_columns, text)
+
+
+def _parameter_columns(table: EstimateTable) -> Iterator[Filled]:
+    published = comparable(table)
+    for name in table.rows[0].values:
+        symbol, unit, factor = shown(name)
+        title = f"{symbol} [{unit}] {snr(table.snr_db)}"
+        if published is not None:
+            at = 0 if name == "epsilon" else 2
+            yield f"{title} paper", [_bracketed(n[at], n[at + 1], name) for n in published]
+        means = [row.values[name].mean * factor for row in table.rows]
+        stds = [_printed_deviation(table, row, name) * factor for row in table.rows]
+        pairs = zip(means, stds, strict=True)
+        yield f"{title} here", [_bracketed(mean, std, name) for mean, std in pairs]
+
+
+def _printed_deviation(table: EstimateTable, row: EstimateRow, name: str) -> float:
+    """The paper's formula for the mean of the locals, over the runs for all others."""
+    if row.label != "local mean":
+        return row.values[name].std
+    return next(d.of_mean for d in table.deviations if d.name == name)
+
+
+def _bracketed(mean: float, std: float, name: str) -> str:
+    digits = DIGITS.get(name)
+    if digits is None:
+        return f"{format_number(mean, 5)} ({format_number(std, 2)})"
+    usual, small = digits
+    if not math.isfinite(std):
+        return f"{mean:.{usual}f}"
+    return f"{mean:.{usual}f} ({std:.{small if std < 1.0 else usual}f})"
+
+
+def stiffness_table(tables: Sequence[EstimateTable], true: Sequence[float]) -> Table:
+    """The same rows in EI, with the bias and the scatter that the paper's numbers imply."""
+    text = (
+        f"True EI = {_each(f'{EI:.2f}' for EI in true)} N m². 'Of the means' is what the mean ε "
+        f"and d give, as a reader of a printed table computes it; 'scatter at least' is "
+        f"|4 std(d)/d − std(ε)/ε|."
+    )
+    return _by_fit(tables, lambda table: _stiffness_columns(table, true), text)
+
+
+def _stiffness_columns(table: EstimateTable, true: Sequence[float]) -> Iterator[Filled]:
+    noise, published, rows = snr(table.snr_db), comparable(table), table.rows
+    if published is not None:
+        implied = [stiffness(n[0], n[2]) for n in published]
+        yield f"{noise}: paper's means imply [N m²]", [f"{EI:.1f}" for EI in implied]
+        yield "bias", [signed(implied_bias(n, true[0])) for n in published]
+        yield "scatter at least", [percent(least_scatter(n), 2) for n in published]
+    yield f"{noise}: EI here [N m²]", [_each(f"{EI.mean:.3f}" for EI in row.EI) for row in rows]
+    yield "bias", [_each(_biases(row.EI, true)) for row in rows]
+    yield "deviation", [_each(map(_relative, row.EI)) for row in rows]
+    means = [format_number(row.EI_of_means, 5, keep_zeros=True) for row in rows]
+    yield "of the means [N m²]", means
+
+
+def _by_fit(
+    tables: Sequence[EstimateTable], columns: Callable[[EstimateTable], Iterable[Filled]], text: str
+) -> Table:
+    """A row per fit; beside each other the columns of each table."""
+    filled = [column for table in tables for column in columns(table)]
+    heads = (Column("Fit"), *(Column(title, numeric=True) for title, _ in filled))
+    cells = zip(*(each for _, each in filled), strict=True)
+    rows = (
+        Row((fit_name(fit.label, fit.theta2), *here), strong=fit.label in STRONG)
+        for fit, here in zip(tables[0].rows, cells, strict=True)
+    )
+    return Table(heads, tuple(rows), text)
+
+
+def _biases(found: Iterable[Spread], true: Sequence[float]) -> Iterator[str]:
+    return (signed(e.mean / EI - 1.0) for e, EI in zip(found, true, strict=True))
+
+
+def _each(texts: Iterable[str]) -> str:
+    """One text per segment that has a stiffness of its own."""
+    return " / ".join(texts)
+
+
+def _relative(EI: Spread) -> str:
+    return percent(EI.std / EI.mean, 2)
+
+
+def explained_table(table: EstimateTable, prior: ValleyPrior) -> Table:
+    """Deviations along the valley: found against expected of prior and search alone."""
+    columns = (
+        Column("Fit"), Column("quantity"), Column("found", numeric=True),
+        Column("prior and search alone", numeric=True), Column("ratio", numeric=True),
+        Column("uniform prior cut along the valley", numeric=True),
+    )  # fmt: skip
+    rows = []
+    for e in (*explained(table, prior), *pooled(table, prior)):
+        symbol, unit, factor = shown(e.name)
+        rows.append(
+            Row(
+                (
+                    e.label, f"std of {symbol} [{unit}]", format_number(e.found * factor, 3),
+                    format_number(e.expected * factor, 3), f"{e.ratio:.2f}",
+                    format_number(prior.flat[e.name].std * factor, 3),
+                ),
+                strong=e.label == "all fits",
+            )
+        )  # fmt: skip
+    return Table(columns, tuple(rows), f"At {snr(table.snr_db)}, {table.runs} runs per fit.")
+
+
+def deviation_table(tables: Sequence[EstimateTable]) -> Table:
+    """The deviation of the mean of the local estimates by both formulas, and as found."""
+    columns = (
+        Column("SNR"), Column("quantity"), Column("sqrt(Σ std²)/δ", numeric=True),
+        Column("sqrt(Σ std²/δ), the caption's", numeric=True),
+        Column("found over the runs' means", numeric=True), Column("printed", numeric=True),
+    )  # fmt: skip
+    rows = []
+    for table in tables:
+        published = comparable(table)
+        for d in table.deviations:
+            symbol, unit, factor = shown(d.name) if d.name != "EI" else ("EI", "N m²", 1.0)
+            printed = "–"
+            if published is not None and d.name != "EI":
+                printed = format_number(published[7][1 if d.name == "epsilon" else 3], 3)
+            cells = [format_number(v * factor, 3) for v in (d.of_mean, d.caption, d.found)]
+            rows.append(Row((snr(table.snr_db), f"{symbol} [{unit}]", *cells, printed)))
+    return Table(columns, tuple(rows), "Of this study's local estimates; δ is their number.")
+
+
+GPA, MM = 1e-9, 1e3
+MARKS = {None: "circle", 20.0: "diamond"}
+
+
+def study_valley(
+    tables: Sequence[EstimateTable], prior: ValleyPrior | None, true_EI: float
+) -> go.Figure | None:
+    """Every run's pair, the paper's means, the curve ε d⁴ = const and the prior; None where ε
+    and d are not what was estimated."""
+    if not tables or {"epsilon", "d"} != set(tables[0].rows[0].values):
+        return None
+    figure = go.Figure()
+    pairs = [p for t in tables for row in t.rows for p in row.pairs]
+    low = min(p["epsilon"] for p in pairs)
+    high = max(p["epsilon"] for p in pairs)
+    if prior is not None:
+        low, high = prior.bounds["epsilon"]
+        _add_box(figure, prior)
+    _add_curve(figure, low, high, true_EI)
+    for table in tables:
+        _add_ours(figure, table)
+    for table in tables:
+        _add_paper(figure, table)
+    figure.update_xaxes(title_text="ε [GPa]")
+    figure.update_yaxes(title_text="d [mm]")
+    text = ["Dots: every fit of every run.", "Curve: all pairs with the true EI."]
+    if any(comparable(table) is not None for table in tables):
+        text.insert(1, "Large marks: the paper's means.")
+    if prior is not None:
+        text.append("Box: the prior, in which the first population is drawn.")
+    return styled(figure, 480, " ".join(text), hovermode="closest")
+
+
+def _add_box(figure: go.Figure, prior: ValleyPrior) -> None:
+    (x0, x1), (y0, y1) = prior.bounds["epsilon"], prior.bounds["d"]
+    x, y = np.array([x0, x1, x1, x0, x0]) * GPA, np.array([y0, y0, y1, y1, y0]) * MM
+    line = {"color": colours.BOUND, "width": 1.2, "dash": "dot"}
+    figure.add_scatter(x=x, y=y, mode="lines", name="prior", line=line, hoverinfo="skip")
+
+
+def _add_curve(figure: go.Figure, low: float, high: float, EI: float) -> None:
+    epsilon = np.linspace(low, high, 201)
+    d = (12.0 * EI / epsilon) ** 0.25
+    figure.add_scatter(
+        x=epsilon * GPA, y=d * MM, mode="lines", name="ε d⁴ = const",
+        line={"color": colours.MODEL, "width": 2}, hoverinfo="skip",
+    )  # fmt: skip
+
+
+def _add_ours(figure: go.Figure, table: EstimateTable) -> None:
+    single = [(row, k, p) for row in table.rows for k, p in enumerate(row.pairs)]
+    single = [s for s in single if s[0].label != "local mean"]
+    colour = colours.MEASURED if table.snr_db is None else colours.ADDED
+    figure.add_scatter(
+        x=[p["epsilon"] * GPA for _, _, p in single],
+        y=[p["d"] * MM for _, _, p in single],
+        mode="markers",
+        name=f"here, {snr(table.snr_db)}",
+        marker={"color": colours.faded(colour, 0.55), "size": 6},
+        text=[f"{row.label}, run {k + 1}" for row, k, _ in single],
+        hovertemplate="%{text}<br>%{x:.4f} GPa, %{y:.2f} mm<extra></extra>",
+    )
+
+
+def _add_paper(figure: go.Figure, table: EstimateTable) -> None:
+    published = comparable(table)
+    if published is None:
+        return
+    figure.add_scatter(
+        x=[n[0] for n in published],
+        y=[n[2] for n in published],
+        mode="markers",
+        name=f"paper, {snr(table.snr_db)}",
+        marker={
+            "color": colours.RESIDUAL,
+            "size": 11,
+            "symbol": MARKS.get(table.snr_db, "square"),
+            "line": {"width": 1, "color": colours.HOVER_BACKGROUND},
+        },
+        text=[row.label for row in table.rows],
+        hovertemplate="paper, %{text}<br>%{x:.4f} GPa, %{y:.1f} mm<extra></extra>",
+    )
+
+
+SYMBOLS = {"epsilon": ("ε", "GPa", 1e-9), "d": ("d", "mm", 1e3)}
+"""name -> symbol, shown unit, factor."""
+
+RATES = {
+    "tip": "J at the tip's own angles",
+    "encoders": "J at the encoders' angles",
+    "working point": "J at the working point",
+}
+EXCITATIONS = {"prbs": "plain PRBS", "prbs_balanced": "balanced PRBS"}
+
+
+def shown(name: str) -> tuple[str, str, float]:
+    """(symbol, unit, factor) of a parameter."""
+    return SYMBOLS.get(name, (name, "SI", 1.0))
+
+
+def fit_name(label: str, theta2: float | None) -> str:
+    """'local π/8' for the first working point of the paper."""
+    return label if theta2 is None else f"local {angle(theta2)}"
+
+
+def angle(theta2: float) -> str:
+    """'3π/8' where that is what it is, else degrees."""
+    eighths = theta2 / (math.pi / 8.0)
+    whole = round(eighths)
+    if whole and abs(eighths - whole) < 1e-6:
+        return "π/8" if whole == 1 else f"{whole}π/8"
+    return f"{math.degrees(theta2):.1f}°"
+
+
+def percent(share: float, digits: int = 3) -> str:
+    """'0.123 %'"""
+    return f"{format_number(100.0 * share, digits)} %" if math.isfinite(share) else "–"
+
+
+def signed(share: float) -> str:
+    """'+0.12 %'"""
+    if not math.isfinite(share):
+        return "–"
+    text = f"{100.0 * share:+.2f}"
+    return f"{text[1:] if float(text) == 0.0 else text.replace('-', '−')} %"

@@ -1,0 +1,190 @@
+"""What a session knows of its study: what was chosen, how far it is, what is shown."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+from flexgui.core.errors import InputError
+from flexgui.core.montecarlo.settings import StudySettings, make_settings
+from flexgui.core.resumable.journal import Record
+from flexgui.core.scenario.schema import Scenario
+from flexgui.export.report_plot import Plot
+from flexgui.stages.study.baselines import snr
+from flexgui.stages.study.plots_estimates import parameter_table, stiffness_table
+from flexgui.views.html import html_table
+from flexgui.views.table import Table
+
+if TYPE_CHECKING:
+    from flexgui.core.montecarlo.summary import Summary
+
+IDLE, RUNNING, STOPPING = "idle", "running", "stopping"
+STOPPED, DONE, FAILED = "stopped", "done", "failed"
+
+
+@dataclass(frozen=True)
+class StudyState:
+    """One study of the session."""
+
+    phase: str = IDLE
+    settings: StudySettings | None = None
+    """What is studied; None: nothing yet."""
+    parts: tuple[str, ...] = ()
+    done: int = 0
+    total: int = 0
+    before: int = 0
+    """Of `done`, what was known when it began."""
+    remaining_seconds: float | None = None
+    """None where nobody knows."""
+    sentence: str = ""
+    """Why it failed."""
+    sections: tuple[ShownSection, ...] = ()
+    """What has been drawn of its results; a moment behind `done`."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether the study runs or is being stopped."""
+        return self.phase in (RUNNING, STOPPING)
+
+    @property
+    def share(self) -> float:
+        """Of the cases that are done, 0 to 1."""
+        return self.done / self.total if self.total else 0.0
+
+
+def remaining(
+    known: Mapping[str, Record], new: Iterable[str], left: Iterable[str], elapsed: float
+) -> float | None:
+    """s for the cases `left`, named by their parts, at the pace at which the cases with the keys
+    `new` were done in `elapsed` s; None without a pace.
+
+    The parts differ by a factor of a hundred, so each is expected to go on as it has begun.
+    """
+    work = sum(known[key]["seconds"] for key in new)
+    if not work or elapsed <= 0.0:
+        return None
+    each: dict[str, list[float]] = defaultdict(list)
+    for record in known.values():
+        each[record["part"]].append(record["seconds"])
+    mean = {part: sum(values) / len(values) for part, values in each.items()}
+    usual = sum(mean.values()) / len(mean)
+    return sum(mean.get(part, usual) for part in left) * elapsed / work
+
+
+FEW, PAPER = 5, 20
+"""Runs: for a look in front of a class, and as in the paper."""
+
+MOST_RUNS, MOST_AT_ONCE = 500, 4
+
+NOTHING_TO_DO = "The chosen parts have nothing to do in this scenario; choose Estimates as well."
+
+
+@dataclass(frozen=True)
+class StudyChoice:
+    """The first one takes seconds."""
+
+    runs: int = FEW
+    parts: tuple[str, ...] = ("fits",)
+    at_once: int = 2
+    """Cases under way at a time, where the workers are free."""
+
+
+def whole() -> StudyChoice:
+    """All that the paper has, and all that goes beyond it."""
+    from flexgui.core.montecarlo.study import parts
+
+    return StudyChoice(PAPER, tuple(parts()))
+
+
+def asked(scenario: Scenario, choice: StudyChoice) -> StudySettings:
+    """InputError, one sentence, where there is no such study."""
+    from flexgui.core.montecarlo.rig import Rig
+    from flexgui.core.montecarlo.study import study_cases
+
+    if not choice.parts:
+        raise InputError("No part of the study is chosen; choose Estimates at least.")
+    settings = make_settings(scenario, runs=choice.runs)
+    _ = Rig(settings).truth  # an arm of another kind is refused here, not in a worker
+    if not study_cases(settings, choice.parts):
+        raise InputError(NOTHING_TO_DO)
+    return settings
+
+
+def refusal(scenario: Scenario) -> str:
+    """Why no study can be made of a scenario, in one sentence; empty where one can."""
+    try:
+        asked(scenario, StudyChoice())
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+FINDINGS = "Conclusions"
+
+FONT_SIZE = 11
+"""Of a figure on the page; a report has more room."""
+
+
+@dataclass(frozen=True)
+class ShownFigure:
+    """One figure as Plotly reads it."""
+
+    figure: dict[str, Any]
+    height: float
+    """px"""
+    caption: str
+
+
+@dataclass(frozen=True)
+class ShownSection:
+    """Figures, and tables or paragraphs below them."""
+
+    title: str
+    figures: tuple[ShownFigure, ...]
+    words: Markup
+
+
+def shown(summary: Summary) -> tuple[ShownSection, ...]:
+    """The report's sections as far as there are results, and its findings."""
+    from flexgui.stages.study.findings import findings
+    from flexgui.stages.study.report import sections
+
+    found = []
+    for section in sections(summary):
+        figures = tuple(_figure(plot) for plot in section.figures)
+        tables = _narrow(summary) if section.id == "estimates" else ()
+        own = section.tables[2:] if tables else section.tables
+        words = Markup("").join(_table(title, table) for title, table in (*tables, *own))
+        found.append(ShownSection(section.title, figures, words))
+    paragraphs = [_paragraph(heading, text) for heading, text in findings(summary)]
+    if paragraphs:
+        found.append(ShownSection(FINDINGS, (), Markup("").join(paragraphs)))
+    return tuple(found)
+
+
+def _narrow(summary: Summary) -> Iterator[tuple[str, Table]]:
+    """The two wide tables of the report ratio by ratio: a page has half its width."""
+    for table in summary.tables:
+        yield f"Estimates at {snr(table.snr_db)}", parameter_table([table])
+    for table in summary.tables:
+        yield f"EI at {snr(table.snr_db)}", stiffness_table([table], summary.stiffness)
+
+
+def _figure(plot: Plot) -> ShownFigure:
+    figure = json.loads(plot.json)
+    layout = figure["layout"]
+    layout |= {"template": "none", "font": {**layout["font"], "size": FONT_SIZE}}
+    return ShownFigure(figure, float(plot.height), plot.caption)
+
+
+def _table(title: str, table: Table) -> Markup:
+    return Markup("<h4>{}</h4>{}").format(title, html_table(table))
+
+
+def _paragraph(heading: str, text: str) -> Markup:
+    return Markup("<h4>{}</h4><p>{}</p>").format(heading, text)

@@ -1,0 +1,63 @@
+"""A whole search by differential evolution."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from flexgui.core.identify.starts import CROSSOVER, DIFFERENTIAL_WEIGHT, evolve, first_population
+from tests.bench.case import GENERATIONS, LOWER, MEMBERS, UPPER, Case, glocal_case
+from tests.bench.peers import lsim_response, peer_cost
+from tests.bench.row import Row, Size, median_seconds, seconds
+
+SEED = 1
+SAME = 1e-6
+"""Relative difference of the best costs after the same generations: rounding, which the steep
+valley of the cost enlarges."""
+FEWEST_REPEATS = 3
+
+
+def rows(size: Size) -> list[Row]:
+    """Against SciPy's search over the cost with lsim, the same members and random numbers."""
+    case = glocal_case(size.seconds)
+    ours = median_seconds(
+        lambda: _search(case, GENERATIONS), max(size.peer_repeats, FEWEST_REPEATS)
+    )
+    found: list[scipy.optimize.OptimizeResult] = []
+    some = seconds(lambda: found.append(peer_search(case, size.peer_generations)))
+    expected = _search(case, size.peer_generations)
+    same = abs(float(found[0].fun) / expected - 1.0) < SAME
+    evaluations = MEMBERS * (GENERATIONS + 1)
+    note = (
+        f"peer ran {found[0].nfev} of {evaluations} evaluations on one core, the rest is "
+        f"extrapolated; best costs compared after {size.peer_generations} generation(s)"
+    )
+    what = f"differential evolution, {MEMBERS} members, {GENERATIONS} generations, lsim"
+    return [Row(what, ours, some * evaluations / found[0].nfev, 200.0, same, note=note)]
+
+
+def _search(case: Case, generations: int) -> float:
+    """Our best cost."""
+    found = evolve(
+        case.cost, LOWER, UPPER, MEMBERS, generations, SEED, on_generation=lambda _: False
+    )
+    return found.cost
+
+
+def peer_search(case: Case, generations: int) -> scipy.optimize.OptimizeResult:
+    """The same settings, one vector at a time."""
+    rng = np.random.default_rng(SEED)
+    return scipy.optimize.differential_evolution(
+        lambda x: peer_cost(case, lsim_response, x),
+        list(zip(LOWER, UPPER, strict=True)),
+        strategy="rand1bin",
+        maxiter=generations,
+        init=first_population(LOWER, UPPER, MEMBERS, rng),
+        mutation=DIFFERENTIAL_WEIGHT,
+        recombination=CROSSOVER,
+        tol=0.0,
+        atol=0.0,
+        polish=False,
+        updating="deferred",
+        rng=rng,
+    )
