@@ -53,7 +53,7 @@ study: $(VENV)/.installed
 	@$(BIN)/flexgui study $(SCENARIO) --out $(STUDY)
 
 bench: $(VENV)/.installed-test
-	@$(BIN)/flexgui bench
+	@$(BIN)/python -m tests.bench
 
 # PARTS="emps peers": only these.
 evidence: $(VENV)/.installed-test

@@ -174,17 +174,6 @@ def reference() -> None:
     typer.echo(reference_text(), nl=False)
 
 
-@app.command()
-def bench(
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer repetitions.")] = False,
-) -> None:
-    """Measure how fast and how exact FlexGUI is on this machine."""
-    from tests.bench import main as run_bench
-
-    code = run_bench(quick=quick)
-    raise typer.Exit(code or 0)
-
-
 app.command("challenge")(challenge.challenge)
 app.command("reveal")(challenge.reveal)
 app.command("hand-in")(challenge.hand_in)

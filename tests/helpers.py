@@ -11,10 +11,14 @@ from flexgui.core.arm.presets import presets
 from flexgui.core.arm.segment import Segment
 from flexgui.core.drives.law import DriveLaw
 from flexgui.core.drives.velocity_loop import VelocityLoop
+from flexgui.core.identify.predictor import Predictor
 from flexgui.core.lanes.wide import LANES
 from flexgui.core.model import Model, Numbers
 from flexgui.core.simulate import discrete
+from flexgui.core.simulate.many import Job
 from flexgui.core.simulate.motion import Task, at_rest
+from flexgui.core.simulate.nonlinear import run_many_extrapolated
+from flexgui.core.trajectory import Trajectory
 
 PAPER = presets()["paper"]
 LAMBDA = (60.0, 30.0)
@@ -188,3 +192,14 @@ def fit_percent(y: np.ndarray, yhat: np.ndarray) -> float:
 def relative_to_largest(a: np.ndarray, b: np.ndarray) -> float:
     """Largest difference relative to the largest entry of b."""
     return float(np.abs(a - b).max() / np.abs(b).max())
+
+
+def simulate_fixed(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
+    """`run_many_extrapolated` of one."""
+    return run_many_extrapolated([Job(model, numbers, task)], substeps)[0]
+
+
+def finer(predictor: Predictor, times: int) -> Predictor:
+    """The same with `times` as many steps per sample as the stated error needs."""
+    steps = {name: times * found for name, found in predictor.substeps.items()}
+    return Predictor(predictor.experiments, predictor.unknowns, predictor.fixed, steps)

@@ -270,11 +270,6 @@ class Predictor:
         found = dict(self._simulate(self.experiments, numbers, values))
         return KnownMotions(found, tuple(e.recording for e in self.experiments))
 
-    def refine_steps(self, times: int) -> None:
-        """Simulates with `times` as many steps per sample as the stated error needs."""
-        self.substeps = {name: times * steps for name, steps in self.substeps.items()}
-        self._motions.clear()
-
     def coarsen(self, vector: np.ndarray) -> None:
         """Goes on with few steps; what they miss is taken off at the end
         (core.identify.defect_correction)."""

@@ -1,14 +1,9 @@
-"""What the paper prints, and its scenario of any length and size."""
+"""What the paper prints."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-
-import numpy as np
-
-from ..scenario.read import check_scenario
-from ..scenario.schema import Scenario
 
 WORKING_POINTS = tuple(k * math.pi / 8.0 for k in range(1, 8))
 """rad"""
@@ -57,30 +52,3 @@ def deviation_of_mean(deviations: Sequence[float]) -> float:
 def caption_deviation(deviations: Sequence[float]) -> float:
     """sqrt(sum std² / n), as the paper's caption says; its numbers do not obey it."""
     return math.sqrt(math.fsum(s * s for s in deviations) / len(deviations))
-
-
-def paper_scenario(
-    points: int = 7, seconds: float = 3.0, population: int = 30, generations: int = 60
-) -> Scenario:
-    """`points` working points from pi/8 to 7 pi/8, epsilon and d unknown within 20 %."""
-    theta2 = np.linspace(np.pi / 8.0, 7.0 * np.pi / 8.0, points)
-    recordings = [
-        {"simulate": {"theta2": float(p), "seconds": seconds, "seed": k}}
-        for k, p in enumerate(theta2, start=1)
-    ]
-    identify = {
-        "parameters": ["epsilon", "d"],
-        "output": "ydot",
-        "bounds": {"epsilon": [0.8e9, 1.2e9], "d": [0.04, 0.06]},
-        "population": population,
-        "generations": generations,
-    }
-    document = {
-        "title": "The paper's study",
-        "arm": {"preset": "paper"},
-        "drive": {"kind": "velocity_loop", "gains": [60.0, 30.0]},
-        "model": {"level": "lpv"},
-        "recordings": recordings,
-        "identify": identify,
-    }
-    return check_scenario(document, "The paper's scenario")

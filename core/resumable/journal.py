@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -147,8 +147,3 @@ def go_on(
             if writer is not None:
                 writer.line(text)
             yield Finished(json.loads(text), done, len(cases), False)
-
-
-def records_of(steps: Iterable[Finished]) -> dict[str, Record]:
-    """key -> record when all is done, in the order in which they came."""
-    return {step.record["key"]: step.record for step in steps}

@@ -40,10 +40,6 @@ class Simulated:
     substeps: int
     error: float
     """Estimate of the largest error of tip (m) or joints (rad or m) that the steps make."""
-    tip_error: float = np.nan
-    """Root mean square distance in m from the tip of a beam with all its modes: what the modes
-    leave out and what the steps add; NaN where only the steps were controlled, and where the
-    drive meets its limit."""
 
 
 def extrapolated(coarse: Trajectory, fine: Trajectory, limit: np.ndarray) -> Trajectory:
@@ -82,8 +78,8 @@ def simulate(
     """As exact as matters: steps are refined until they add at most SHARE of the tip's noise (m),
     where one is stated, else of what the modes of the segments leave out.
 
-    More steps would be spent on a model that misses the beam anyway. Both parts are stated in
-    `tip_error`. Arms that do not bend are simulated within DEFAULT_TOLERANCE.
+    More steps would be spent on a model that misses the beam anyway. Arms that do not bend are
+    simulated within DEFAULT_TOLERANCE.
     """
     if not (bending(model.arm) or noise):
         return simulate_within(model, numbers, task)
@@ -98,9 +94,7 @@ def simulate(
         before, apart = apart, _rms_distance(coarse, fine)
         ratio = np.sqrt(before / apart) if np.isfinite(before) and apart > 0.0 else least
         gain = float(np.clip(ratio, least, MOST_GAIN))
-    error, stepping = difference(coarse, fine) / (gain - 1.0), apart / (gain - 1.0)
-    met = bool(np.any(np.abs(fine.torque) >= numbers.law.limit))
-    return Simulated(fine, 2 * steps, error, np.nan if met else float(np.hypot(stepping, missing)))
+    return Simulated(fine, 2 * steps, difference(coarse, fine) / (gain - 1.0))
 
 
 def _pair(
@@ -178,11 +172,6 @@ def simulate_many(
             fine[i], before[i] = finer[i], after
         left = [i for i in left if i not in found]
     return [found[i] for i in range(len(jobs))]
-
-
-def simulate_fixed(model: Model, numbers: Numbers, task: Task, substeps: int) -> Trajectory:
-    """`run_many_extrapolated` of one."""
-    return run_many_extrapolated([Job(model, numbers, task)], substeps)[0]
 
 
 def run_many_extrapolated(jobs: Sequence[Job], substeps: int, workers: int = 1) -> list[Trajectory]:

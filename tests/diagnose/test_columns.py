@@ -28,7 +28,7 @@ from flexgui.core.model import Model
 from flexgui.core.recording.recording import Recording
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.motion import Task, at_rest
-from flexgui.core.simulate.nonlinear import simulate_fixed
+from tests.helpers import simulate_fixed
 
 ARM = Arm(segments=(Segment(length=0.4, mass=2.0, EI=120.0, hub_inertia=0.02, modes=1),))
 DRIVE = VelocityLoop(gains=(900.0,))

@@ -38,7 +38,7 @@ from flexgui.core.parameters import Parameter
 from flexgui.core.recording.recording import Recording
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.motion import Task, at_rest
-from flexgui.core.simulate.nonlinear import simulate_fixed
+from tests.helpers import simulate_fixed
 
 ARM = Arm(
     segments=(

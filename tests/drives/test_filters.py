@@ -10,8 +10,7 @@ from flexgui.core.drives import build_drive
 from flexgui.core.model import Model
 from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.simulate.experiment import make_task
-from flexgui.core.simulate.nonlinear import simulate_fixed
-from tests.helpers import PAPER
+from tests.helpers import PAPER, simulate_fixed
 
 AGREEMENT = 1e-4
 """Relative to the largest torque: SciPy is told the motion at 0.1 ms, straight in between."""

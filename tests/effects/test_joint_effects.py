@@ -21,10 +21,10 @@ from flexgui.core.forces.compiled import compile_law
 from flexgui.core.model import Model
 from flexgui.core.simulate.equations import equations
 from flexgui.core.simulate.many import run
-from flexgui.core.simulate.nonlinear import difference, simulate_fixed, simulate_within
+from flexgui.core.simulate.nonlinear import difference, simulate_within
 from tests.drives.test_contract import OPTIONS
 from tests.effects.helpers import experiment, moved, with_effect
-from tests.helpers import ARMS, PAPER, looped, task_from
+from tests.helpers import ARMS, PAPER, looped, simulate_fixed, task_from
 
 BASE = looped(PAPER)
 

@@ -14,7 +14,6 @@ from flexgui.core.forces.compiled import compile_law
 from flexgui.core.forces.element import Element
 from flexgui.core.model import Model
 from flexgui.core.simulate.linear import respond
-from flexgui.core.simulate.nonlinear import simulate_fixed
 from tests.effects.dimensions import consistent
 from tests.effects.helpers import (
     KINDS,
@@ -23,7 +22,7 @@ from tests.effects.helpers import (
     parameters_of,
     with_effect,
 )
-from tests.helpers import PAPER, looped, task_from
+from tests.helpers import PAPER, looped, simulate_fixed, task_from
 from tests.simulate.test_energy import energy_and_momentum
 
 ROUNDING = 1e-12

@@ -29,6 +29,7 @@ from flexgui.core.sensors import sensor
 from flexgui.core.simulate import motion
 from flexgui.core.simulate.experiment import NoiseLevels, simulate_recording
 from flexgui.core.simulate.many import Job, run, run_many
+from tests.helpers import finer
 
 TRUTH = 1e9 * 0.05**4 / 12.0
 SPEC = IdentifySpec(parameters=("EI1", "EI2"), start={"EI1": 1.3 * TRUTH, "EI2": 0.7 * TRUTH})
@@ -148,8 +149,7 @@ def test_the_last_step_takes_the_error_of_few_steps_off(model: Model, recording:
     experiments = [_prepared(model, recording)]
     predictor = Predictor(experiments, collect_unknowns(model, SPEC, [recording]))
     predictor.predict(found.vector)
-    predictor.refine_steps(4)
-    exact = Residuals(predictor, channel_weights(experiments, {}))
+    exact = Residuals(finer(predictor, 4), channel_weights(experiments, {}))
     slopes = exact.vector(exact.sensitivities(found.vector))
     step = np.linalg.lstsq(slopes, exact(found.vector), rcond=None)[0]
     deviations = np.array([e.std for e in found.fit.estimates])

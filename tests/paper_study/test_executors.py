@@ -14,8 +14,7 @@ import pytest
 from flexgui.core.errors import InputError
 from flexgui.core.montecarlo.study import study, study_cases
 from flexgui.core.resumable.executor import Answers, Executor, Here, Processes, Stop, Work, never
-from flexgui.core.resumable.journal import records_of
-from tests.paper_study.helpers import FITS, numbers, short
+from tests.paper_study.helpers import FITS, numbers, records_of, short
 
 
 class Backwards(Executor):

@@ -15,17 +15,16 @@ from flexgui.core.montecarlo.estimates import (
     implied_bias,
     least_scatter,
 )
-from flexgui.core.montecarlo.printed import paper_scenario
 from flexgui.core.montecarlo.settings import make_settings
 from flexgui.core.montecarlo.study import study
 from flexgui.core.montecarlo.summary import Summary, summarise
 from flexgui.core.resumable.executor import Here
-from flexgui.core.resumable.journal import Record, records_of
+from flexgui.core.resumable.journal import Record
 from flexgui.core.scenario.read import read_scenario
 from flexgui.stages.study.baselines import conclusions
 from flexgui.stages.study.findings import findings
 from flexgui.stages.study.report import study_html, write_study
-from tests.paper_study.helpers import short
+from tests.paper_study.helpers import paper_scenario, records_of, short
 
 TRUE_EI = 1e9 * 0.05**4 / 12.0
 PRINTED_DIGITS = 5e-4

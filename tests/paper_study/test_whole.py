@@ -13,9 +13,9 @@ from flexgui.core.montecarlo.settings import make_settings
 from flexgui.core.montecarlo.study import study
 from flexgui.core.montecarlo.summary import Summary, summarise
 from flexgui.core.resumable.executor import Processes
-from flexgui.core.resumable.journal import records_of
 from flexgui.core.scenario.read import read_scenario
 from flexgui.stages.study.findings import ratio_of_deviations
+from tests.paper_study.helpers import records_of
 
 SCENARIO = Path(__file__).parents[2] / "scenarios" / "paper_glocal.toml"
 

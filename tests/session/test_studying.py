@@ -15,7 +15,7 @@ from flexgui.core.montecarlo.settings import make_settings
 from flexgui.core.montecarlo.study import study
 from flexgui.core.montecarlo.summary import summarise
 from flexgui.core.resumable.executor import Here
-from flexgui.core.resumable.journal import Journal, records_of
+from flexgui.core.resumable.journal import Journal
 from flexgui.core.scenario.read import parse_scenario, read_scenario
 from flexgui.session import Session, Topic
 from flexgui.stages.data.uploads import zipped_folder
@@ -31,7 +31,7 @@ from flexgui.stages.study.state import (
     whole,
 )
 from flexgui.stages.study.task import JOURNAL
-from tests.paper_study.helpers import numbers, short
+from tests.paper_study.helpers import numbers, records_of, short
 from tests.session.conftest import Offered
 from tests.session.helpers import until
 

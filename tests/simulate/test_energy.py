@@ -6,9 +6,8 @@ import numpy as np
 
 from flexgui.core.model import Model
 from flexgui.core.simulate.many import run
-from flexgui.core.simulate.nonlinear import simulate_fixed
 from flexgui.core.trajectory import Trajectory
-from tests.helpers import PAPER, loaded, looped, task_from
+from tests.helpers import PAPER, loaded, looped, simulate_fixed, task_from
 
 ENERGY_DRIFT = 1e-6
 MOMENTUM_DRIFT = 1e-9

@@ -16,11 +16,10 @@ from flexgui.core.simulate.motion import Task
 from flexgui.core.simulate.nonlinear import (
     DEFAULT_TOLERANCE,
     difference,
-    simulate_fixed,
     simulate_within,
 )
 from flexgui.core.trajectory import Trajectory
-from tests.helpers import LAMBDA, looped, state_rate, task_from, with_modes
+from tests.helpers import LAMBDA, looped, simulate_fixed, state_rate, task_from, with_modes
 
 ORDER_OF_ONE_PASS = 0.1
 """ROS2 is of second order; how far the measured slope may be from 2."""

@@ -11,9 +11,17 @@ from flexgui.core.drives.torque import Torque
 from flexgui.core.model import Model, Numbers
 from flexgui.core.simulate.linear import respond
 from flexgui.core.simulate.motion import Task
-from flexgui.core.simulate.nonlinear import simulate_fixed
 from flexgui.core.trajectory import Trajectory
-from tests.helpers import ARMS, jacobian, loaded, looped, state_matrices, straight, task_from
+from tests.helpers import (
+    ARMS,
+    jacobian,
+    loaded,
+    looped,
+    simulate_fixed,
+    state_matrices,
+    straight,
+    task_from,
+)
 from tests.simulate.test_linear_model import FILTERED
 
 AGREEMENT = 1e-9

@@ -21,8 +21,9 @@ from flexgui.core.scenario.stated_effects import base_model
 from flexgui.core.sensors import sensor
 from flexgui.core.simulate.experiment import make_task
 from flexgui.core.simulate.motion import Task, at_rest
-from flexgui.core.simulate.nonlinear import simulate_fixed, simulate_within
+from flexgui.core.simulate.nonlinear import simulate_within
 from flexgui.core.trajectory import Trajectory
+from tests.helpers import simulate_fixed
 
 SEGMENTS = (1, 2, 2, 3)
 """How many segments rigs have: two is the usual arm."""

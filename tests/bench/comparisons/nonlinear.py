@@ -16,11 +16,12 @@ from flexgui.core.recording.spec import SimulateSpec
 from flexgui.core.simulate.experiment import make_task
 from flexgui.core.simulate.many import run
 from flexgui.core.simulate.motion import Task
-from flexgui.core.simulate.nonlinear import MOST_SUBSTEPS, simulate_fixed, simulate_within
+from flexgui.core.simulate.nonlinear import MOST_SUBSTEPS, simulate_within
 from flexgui.core.trajectory import Trajectory
 from tests.bench.case import GAINS
 from tests.bench.peers import Setting, SympyArm, integrate
 from tests.bench.row import Row, Size, median_seconds, seconds
+from tests.helpers import simulate_fixed
 
 ACCURATE = 5e-6
 """m: the largest error of the tip that both sides may have."""

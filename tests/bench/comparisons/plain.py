@@ -26,6 +26,7 @@ from flexgui.core.workbench import load_recordings, run_scenario, settled_level
 from tests.bench.case import AWAY, glocal_case, write
 from tests.bench.peers import held_stretches, lsim_response, peer_cost
 from tests.bench.row import FULL, Row, Size, median_seconds, seconds
+from tests.helpers import finer
 
 MOST_COSTS = 40
 """Times one glocal cost by lsim."""
@@ -79,9 +80,8 @@ def _tight(file: Path) -> tuple[Residuals, np.ndarray]:
     experiments = [prepare(setup.model, r, setup.outputs, setup.processing) for r in recordings]
     predictor = Predictor(experiments, unknowns, fixed)
     predictor.predict(unknowns.parameters.vector())  # finds the steps of the fit's tolerance
-    predictor.refine_steps(TIGHT)
     weights = channel_weights(experiments, spec.weights)
-    return Residuals(predictor, weights), unknowns.parameters.vector()
+    return Residuals(finer(predictor, TIGHT), weights), unknowns.parameters.vector()
 
 
 def _apart(residuals: Residuals, values: dict[str, tuple[float, float]]) -> float:

@@ -9,17 +9,16 @@ from flexgui.core.identify.residuals import Residuals, channel_weights
 from flexgui.core.identify.starts import evolve
 from flexgui.core.identify.unknowns import collect_unknowns
 from flexgui.core.montecarlo.parts.fits import run_data
-from flexgui.core.montecarlo.printed import paper_scenario
 from flexgui.core.montecarlo.rig import Rig
 from flexgui.core.montecarlo.settings import StudySettings, make_settings
 from flexgui.core.montecarlo.study import study
 from flexgui.core.processors import WORKERS
 from flexgui.core.recording.recording import Recording
 from flexgui.core.resumable.executor import Here, Processes
-from flexgui.core.resumable.journal import records_of
 from tests.bench.case import GENERATIONS, LOWER, MEMBERS, UPPER, Case
 from tests.bench.comparisons.evolution import SAME, SEED, peer_search
 from tests.bench.row import Row, Size, seconds
+from tests.paper_study.helpers import paper_scenario, records_of
 
 RUNS, SNR_DB = 20, 20.0
 LIMIT = 300.0

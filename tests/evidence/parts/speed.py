@@ -18,7 +18,7 @@ FILES: tuple[str, ...] = ()
 
 
 def _measured(module: ModuleType, folder: Path) -> dict[str, Any]:
-    """The rows of one comparison of `flexgui bench`."""
+    """The rows of one comparison of `make bench`."""
     rows = module.rows(FULL)
     return {
         "rows": [
@@ -30,7 +30,7 @@ def _measured(module: ModuleType, folder: Path) -> dict[str, Any]:
 
 
 OWN_PROCESSES = ("study",)
-"""Comparisons that start processes, as a case's own process may not: `flexgui bench` has them."""
+"""Comparisons that start processes, as a case's own process may not: `make bench` has them."""
 
 CASES: dict[str, Callable[[Path], dict[str, Any]]] = {
     name: partial(_measured, module)
@@ -43,9 +43,7 @@ def section(found: Mapping[str, Any]) -> str:
     """Markdown."""
     rows = [row for each in found.values() for row in each["rows"]]
     head = ("comparison", "FlexGUI", "peer", "ratio", "same answer")
-    about = (
-        "As `flexgui bench` measures it, on the machine that wrote this page; run it with `PARTS="
-    )
+    about = "As `make bench` measures it, on the machine that wrote this page; run it with `PARTS="
     return "\n\n".join(
         [f"{about}speed` and one worker on a machine that is idle.", table(head, rows)]
     )
