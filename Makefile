@@ -121,7 +121,7 @@ $(VENV)/bin/python:
 # A stamp is newer than what it was made from: the second run installs nothing.
 $(VENV)/.installed: pyproject.toml constraints.txt | $(VENV)/bin/python
 	@echo "Installing FlexGUI into $(VENV) (a few minutes the first time)"
-	@$(PIP) --editable .
+	@$(PIP) --editable '.[page]'
 	@touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -139,6 +140,7 @@ def serve(
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Open no browser.")] = False,
 ) -> None:
     """Open the workbench in the browser, until Ctrl-C."""
+    _require_page()
     from flexgui.library.shipped import scenario_path
 
     path = scenario and scenario_path(scenario)
@@ -150,6 +152,17 @@ def serve(
         browser=not no_browser,
     )  # fmt: skip
     run_server(options, typer.echo)
+
+
+def _require_page() -> None:
+    """InputError where FlexGUI was installed without its extra `page`."""
+    missing = [name for name in ("viser", "websockets", "segno") if find_spec(name) is None]
+    if missing:
+        from flexgui.core.errors import InputError
+
+        raise InputError(
+            f"The page needs {', '.join(missing)}; install it with pip install 'flexgui[page]'."
+        )
 
 
 @app.command()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,12 @@ if TYPE_CHECKING:
     from flexgui.scene.recorded import Playback
 
 
+NO_PLAYER = (
+    "The motion in 3-D is left out: it needs viser; install it with pip install 'flexgui[page]' "
+    "and export again."
+)
+
+
 @dataclass(frozen=True)
 class Motion:
     """A player and what it plays; the player is empty where `note` says why there is none."""
@@ -36,6 +43,8 @@ def report_motion(
 
     A report without it is still a report: what cannot be read again or drawn is left out, and said.
     """
+    if find_spec("viser") is None:
+        return Motion(Markup(""), NO_PLAYER)
     from flexgui.scene.playback import MOST_SECONDS, embedded, playback_html, playback_note
     from flexgui.scene.recorded import read_one
 

@@ -1,20 +1,14 @@
-"""The examples run, from a folder that is not the repository, and from a wheel."""
+"""The examples run, from a folder that is not the repository."""
 
 from __future__ import annotations
 
 import ast
 import json
-import os
 import runpy
-import shutil
-import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import pytest
-
-from flexgui.library.shipped import shipped_folder
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
@@ -88,75 +82,3 @@ def test_a_notebook_runs_in_another_folder(
 def test_a_notebook_is_kept_without_outputs(path: Path) -> None:
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
     assert not any(c.get("outputs") or c.get("execution_count") for c in cells)
-
-
-@pytest.fixture(scope="module")
-def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The Python of an empty environment with the wheel of this checkout and nothing else."""
-    home = tmp_path_factory.mktemp("wheel")
-    tracked = subprocess.run(
-        ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
-        cwd=ROOT, check=True, capture_output=True, text=True,
-    ).stdout.splitlines()  # fmt: skip
-    for name in tracked:
-        target = home / "source" / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        if (ROOT / name).exists():
-            shutil.copy2(ROOT / name, target, follow_symlinks=False)
-    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "--quiet"]
-    subprocess.run([*pip, "wheel", "--no-deps", "-w", home, home / "source"], check=True)
-    wheel = next(home.glob("*.whl"))
-    shutil.rmtree(home / "source")
-    subprocess.run([sys.executable, "-m", "venv", home / "empty"], check=True)
-    python = home / "empty" / ("Scripts" if os.name == "nt" else "bin") / "python"
-    limits = ROOT / "constraints.txt"
-    install = [python, "-m", "pip", "--quiet", "install", "--constraint", limits]
-    subprocess.run([*install, f"{wheel}[control]"], check=True)
-    return python
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("path", [*SCRIPTS, *NOTEBOOKS], ids=lambda p: p.stem)
-def test_an_example_runs_from_a_wheel(path: Path, installed: Path, tmp_path: Path) -> None:
-    script = tmp_path / "example.py"
-    text = path.read_text(encoding="utf-8")
-    script.write_text(script_of(path) if path in NOTEBOOKS else text, encoding="utf-8")
-    subprocess.run([installed, script.name], cwd=tmp_path, check=True)
-
-
-@pytest.mark.parametrize("name", ["examples", "teaching"])
-def test_examples_and_sheets_lie_in_the_package(name: str) -> None:
-    packed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    patterns = packed["tool"]["setuptools"]["package-data"]["flexgui"]
-    here = {p for p in (ROOT / "docs" / name).iterdir() if p.is_file()}
-    package = ROOT / "flexgui"
-    taken = {p.resolve() for each in patterns for p in package.glob(each)}
-    assert here and here <= taken
-    assert shipped_folder(name).resolve() == ROOT / "docs" / name
-
-
-@pytest.mark.long
-def test_scenarios_ship_in_the_wheel(installed: Path, tmp_path: Path) -> None:
-    ask = "import flexgui as fg; print(flexgui_file(fg)); print(*fg.scenarios())"
-    code = f"def flexgui_file(m): return m.__file__\n{ask}"
-    told = subprocess.run(
-        [installed, "-c", code], cwd=tmp_path, check=True, capture_output=True, text=True
-    ).stdout.splitlines()
-    assert str(ROOT) not in told[0]
-    here = {p.relative_to(ROOT / "scenarios") for p in (ROOT / "scenarios").rglob("*.toml")}
-    shipped = {p.with_suffix("").as_posix() for p in here if p.stem != "truth"}
-    assert set(told[1].split()) == shipped
-    listed = subprocess.run(
-        [installed, "-m", "flexgui", "scenarios"], cwd=tmp_path, check=True, capture_output=True,
-        text=True,
-    ).stdout  # fmt: skip
-    folders = [
-        Path(line.split(" are in ")[1]) for line in listed.splitlines() if " are in " in line
-    ]
-    assert [(folder.name, any(folder.iterdir())) for folder in folders] == [
-        ("examples", True), ("teaching", True),
-    ]  # fmt: skip
-    out = tmp_path / "out"
-    command = ["-m", "flexgui", "export", "mujoco/nothing", "--out", out, "--quiet"]
-    subprocess.run([installed, *command], cwd=tmp_path, check=True)
-    assert (out / "report.html").is_file()

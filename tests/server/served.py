@@ -81,18 +81,24 @@ class Served:
 
 
 @contextlib.contextmanager
-def served(folder: Path, *options: str, nice: bool = False) -> Iterator[Served]:
+def served(
+    folder: Path, *options: str, nice: bool = False, cwd: Path = ROOT, **environment: str
+) -> Iterator[Served]:
     """A server on a free port of this machine; ended as Ctrl-C ends it.
 
-    `nice`: its workers step back behind other programs, as they do for everybody.
+    `nice`: its workers step back behind other programs, as they do for everybody. It is started in
+    the folder `cwd` with what `environment` adds to this process's.
     """
     said, complained = folder / "stdout.txt", folder / "stderr.txt"
     program = "flexgui" if nice else "tests.server.even"
     command = [sys.executable, "-m", program, "serve", "--no-browser", "--port", "0", *options]
     with said.open("w") as out, complained.open("w") as err:
         process = subprocess.Popen(
-            command, cwd=ROOT, stdout=out, stderr=err, text=True,
-            env={**os.environ, "PYTHONUNBUFFERED": "1", VARIABLE: str(folder / "state")},
+            command, cwd=cwd, stdout=out, stderr=err, text=True,
+            env={
+                **os.environ, "PYTHONUNBUFFERED": "1", VARIABLE: str(folder / "state"),
+                **environment,
+            },
         )  # fmt: skip
     try:
         until(lambda: process.poll() is not None or PAGE.search(said.read_text()), START)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 import sqlite3
 import struct
+import sys
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, NamedTuple
 
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 
 MCAP, SQLITE = b"\x89MCAP0\r\n", b"SQLite format 3\x00"
 NANO = 1e-9
+ZSTD = "backports.zstd"
+"""The standard library's `compression.zstd`, for a Python that does not have it yet."""
 
 
 class RosbagReader(TableReader):
@@ -308,7 +312,6 @@ def _decompressor(method: str) -> Any:
 
         return LZ4FrameDecompressor()
     if method == "zstd":
-        from backports.zstd import ZstdDecompressor
-
-        return ZstdDecompressor()
+        zstd = import_module("compression.zstd" if sys.version_info >= (3, 14) else ZSTD)
+        return zstd.ZstdDecompressor()
     raise ValueError(f"the compression {method} is not known")

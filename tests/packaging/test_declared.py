@@ -1,0 +1,85 @@
+"""Every package that a file imports is one that pyproject.toml names, each with a lower bound."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+import tomllib
+from collections.abc import Iterator
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+EXTRAS = PROJECT["optional-dependencies"]
+PINNED = {
+    normal.group()
+    for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines()
+    if (normal := re.match(r"[\w.-]+", line.lower().replace("_", "-")))
+}
+FOR_USERS = ("page", "cluster", "control", "lab")
+"""Extras whose packages the program imports; the others are for tests."""
+PAGE = ("page", "server", "scene", "session", "stages", "jobs", "classroom")
+"""Folders of flexgui that may import what only the page needs."""
+GENERATED = {"x0"}
+"""What the text of a generated script imports."""
+
+
+def name_of(requirement: str) -> str:
+    """`numpy` of `numpy>=2.1`."""
+    found = re.match(r"[\w.-]+", requirement)
+    assert found is not None
+    return found.group().lower().replace("_", "-")
+
+
+def declared(*extras: str) -> set[str]:
+    """Packages that an installation with these extras brings."""
+    lines = [*PROJECT["dependencies"], *(line for extra in extras for line in EXTRAS[extra])]
+    return {name_of(line) for line in lines}
+
+
+def imported(folder: Path) -> Iterator[tuple[str, Path]]:
+    """Top-level names of all imports below a folder, those inside functions too."""
+    for path in folder.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                yield from ((alias.name, path) for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
+                yield node.module, path
+
+
+def packages(folder: Path) -> dict[str, Path]:
+    """Packages of others that files below a folder import -> one of the files."""
+    homes = packages_distributions()
+    found = {}
+    for module, path in imported(folder):
+        top = module.partition(".")[0]
+        if top not in sys.stdlib_module_names | {"flexgui"}:
+            found[name_of(homes.get(top, [top])[0])] = path
+    return found
+
+
+@pytest.mark.parametrize("folder", ["core", "flexgui"])
+def test_what_is_imported_is_declared(folder: str) -> None:
+    missing = packages(ROOT / folder).keys() - declared(*FOR_USERS)
+    assert not missing
+
+
+def test_only_the_page_imports_what_only_the_page_needs() -> None:
+    only = declared("page") - declared()
+    folders = [path for path in (ROOT / "flexgui").iterdir() if path.is_dir()]
+    others = [path for path in folders if not path.is_symlink() and path.name not in PAGE]
+    assert len(others) >= 3
+    found = {str(path) for each in [*others, ROOT / "core"] for name, path in packages(each).items()
+             if name in only}  # fmt: skip
+    assert not found
+
+
+def test_every_package_has_a_lower_bound_and_a_tested_version() -> None:
+    lines = [*PROJECT["dependencies"], *(line for extra in EXTRAS.values() for line in extra)]
+    others = [line for line in lines if not line.startswith("flexgui[")]
+    assert [line for line in others if not re.search(r"[>=]=\d", line)] == []
+    assert {name_of(line) for line in others} <= PINNED
