@@ -41,8 +41,9 @@ NOT_LOADED = {
         "flexgui.core.simulate.many",
         "flexgui.core.workbench",
     ),
-    # The server listens before it loads what a page needs.
+    # The server listens before it loads what a page needs, and what only a class does.
     "flexgui.server.serve": (
+        "flexgui.classroom",
         "flexgui.session",
         "flexgui.core.workbench",
         "numba",

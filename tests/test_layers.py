@@ -118,8 +118,10 @@ def imports_of(name: str) -> frozenset[str]:
 
 def room(name: str) -> str:
     """The longest ranked prefix of a dotted name. A stage's folder holds what belongs to two: its
-    panels are of the page, its state and tasks of the session."""
+    panels are of the page, its state and tasks of the session. A class comes in at the server."""
     parts = name.split(".")
+    if name in ("flexgui.classroom.tickets", "flexgui.classroom.demo"):
+        return "flexgui.server"
     if name not in RANKS and parts[:2] in (["flexgui", "stages"], ["flexgui", "classroom"]):
         module = parts[3 if parts[1] == "stages" else 2 :][:1]
         return "flexgui.page" if module and module[0].startswith("panel") else "flexgui.session"

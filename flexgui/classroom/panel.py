@@ -22,7 +22,6 @@ from flexgui.core.effects import catalogue
 from flexgui.core.errors import InputError
 from flexgui.core.study.challenge import LEVELS
 from flexgui.page import widgets
-from flexgui.page.in_browser import let_typing_arrive
 from flexgui.page.panel import PageContext
 from flexgui.page.widgets import Words, joined, paragraph
 from flexgui.sentences.figures import unseen_rms
@@ -62,7 +61,6 @@ class ChallengeControls:
     def __init__(self, context: PageContext) -> None:
         self._context = context
         gui = context.gui
-        let_typing_arrive(context.client)
         self._drawn: Challenge | None = None
         self._form = gui.add_folder("The challenge", order=TOP, visible=False)
         with self._form:

@@ -1,5 +1,5 @@
-"""What runs in the browser itself: the curtain that stands before a page until it is drawn, keys,
-names for those who hear the page, figures to copy."""
+"""What runs in the browser itself, in `browser/`: the curtain that stands before a page
+until it is drawn, keys, names for those who hear the page, figures to copy."""
 
 from __future__ import annotations
 
@@ -10,41 +10,6 @@ from pathlib import Path
 import viser
 from viser import _messages
 
-
-@cache
-def _script() -> str:
-    folder = Path(__file__).parent / "browser"
-    return "\n".join(path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.js")))
-
-
-def help_hands(client: viser.ClientHandle) -> None:
-    """For this browser; a second time it does nothing."""
-    run_javascript(client, _script())
-
-
-LATE_CLICKS = """(() => {
-  if (window.fxLate) return;
-  window.fxLate = true;
-  let typed = -1e9;
-  document.addEventListener("input", () => { typed = performance.now(); }, true);
-  document.addEventListener("click", event => {
-    const button = event.target.closest("button");
-    const rest = typed + 120 - performance.now();
-    if (!button || rest <= 0) return;
-    event.stopPropagation();
-    event.preventDefault();
-    setTimeout(() => button.click(), rest);
-  }, true);
-})();"""
-"""viser keeps one message back for 50 ms, the newest of all inputs: the click would replace what
-was typed, which then never arrives. Twice that and a little more is waited for."""
-
-
-def let_typing_arrive(client: viser.ClientHandle) -> None:
-    """For this browser's whole page."""
-    run_javascript(client, LATE_CLICKS)
-
-
 PURPOSE = "Find out what your robot model does not know."
 """What the page is for, in one line."""
 
@@ -53,6 +18,29 @@ PREPARING = "Preparing the equations"
 BUILDING = "Building the model and its responses"
 DRAWING = "Drawing the arm and the plots"
 """What is prepared, in this order; the curtain ticks them off."""
+
+SCRIPTS = ("page.js", "plots.js", "files.js", "late_clicks.js")
+
+
+@cache
+def asset(name: str) -> str:
+    """The text of a file that browsers get."""
+    return (Path(__file__).parent / "browser" / name).read_text(encoding="utf-8")
+
+
+@cache
+def _scripts() -> str:
+    return "\n".join(asset(name) for name in SCRIPTS)
+
+
+def help_hands(client: viser.ClientHandle) -> None:
+    """For this browser, before its page is built; a second time it does nothing."""
+    run_javascript(client, _scripts())
+
+
+def watch_connection(client: viser.ClientHandle) -> None:
+    """From now on the browser looks by itself whether the server is there."""
+    run_javascript(client, asset("watch.js"))
 
 
 def show_progress(client: viser.ClientHandle, text: str) -> None:

@@ -27,9 +27,6 @@ from flexgui.session.state import STAGES, Part
 CURSOR_INTERVAL = 0.12
 """s: a plot is sent whole each time."""
 
-FOLLOWER = "follower"
-"""The role of who watches a demo."""
-
 BESIDE = 20.0
 """px of the left panel that are not the figures'."""
 
@@ -38,9 +35,7 @@ def build_page(
     client: viser.ClientHandle, session: Session, services: Services, read_only: bool = False
 ) -> Page:
     """Builds everything from the session's state; a follower's page is `read_only`."""
-    demo = getattr(services, "demo", None)
-    follows = demo is not None and demo.role(client) == FOLLOWER
-    return Page(PageContext(client, session, services, read_only or follows))
+    return Page(PageContext(client, session, services, read_only))
 
 
 class Page:

@@ -1,16 +1,23 @@
-"""Who gets a page, and who may open a websocket: decided before viser is asked."""
+"""Who gets a page, and who may open a websocket: decided before viser is asked. The page itself is
+viser's client behind a curtain that says what is coming.
+
+viser's own client shows an empty panel, its scene tree and an empty picture until the server has
+built the page. The curtain covers these, in the colours of the system's theme or of the one that
+was chosen, and is lifted by `flexgui.page.in_browser`.
+"""
 
 from __future__ import annotations
 
 import gzip
 import html
-import http
+import json
 import logging
-import time
 from collections.abc import Callable
 from functools import cache
-from http.cookies import CookieError, SimpleCookie
+from http import HTTPStatus
 from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING
 from urllib.parse import parse_qs, urlsplit
 
 import viser
@@ -18,15 +25,18 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from flexgui.server.entry import Attempts, Word, hosts_of, same
-from flexgui.server.front import ALIVE, behind_curtain
-from flexgui.server.limits import Limits
+from flexgui.page.in_browser import BUILDING, CONNECTING, DRAWING, PREPARING, PURPOSE, asset
+from flexgui.page.layout import THEME_KEPT_AS
+from flexgui.server.options import hosts_of
+from flexgui.server.services import Limits
+
+if TYPE_CHECKING:
+    from flexgui.classroom.tickets import Tickets
 
 log = logging.getLogger(__name__)
 
-CODE, TEACHER = "code", "teacher"
-"""Names in the address: `/?code=K7QM-2XWP`."""
-
+ALIVE = "/alive"
+"""What the page asks for while it is open; answered without a word."""
 HARMLESS = {
     "darkMode", "hideViserLogo", "showStats", "fixedDpr", "logCamera", "forceOrbitOriginTool",
     "initialCameraPosition", "initialCameraLookAt", "initialCameraUp",
@@ -34,9 +44,6 @@ HARMLESS = {
 """Of what viser's client reads from its address; `websocket` and `playbackPath` would let a link
 make our page run another server's scripts."""
 
-TICKET_DAYS = 0.5
-"""A day of lessons."""
-TITLE = "FlexGUI"
 SAFE_HEADERS = {
     # No foreign page may put ours into a frame and let people click in it.
     "Content-Security-Policy": "frame-ancestors 'none'",
@@ -46,198 +53,131 @@ SAFE_HEADERS = {
     "Cache-Control": "no-cache",
 }
 
-ASK = """<!doctype html><html lang="en"><meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1"><title>FlexGUI</title>
-<style>body{{font:1.1rem system-ui,sans-serif;max-width:24rem;margin:20vh auto;padding:0 1rem}}
-input,button{{font:inherit;padding:.5rem;box-sizing:border-box;width:100%;margin:.4rem 0}}
-:root{{color-scheme:light dark}}</style>
-<h1>FlexGUI</h1><p>{sentence}</p>
-<form method="get" action="/"><label>Join code
-<input name="code" autofocus autocomplete="off" autocapitalize="characters" maxlength="64"></label>
-<button>Join</button></form></html>"""
-
-
-WHICH = "Which class do you want to join?"
-WRONG = "That code is not right; look at the board."
-TOO_MANY = "Many wrong codes came from here. The right one is on the board; it opens at any time."
-
 
 class AccessHandler:
     """Given to websockets as `process_request`; runs on the event loop."""
 
     def __init__(
-        self,
-        origins: tuple[str, ...],
-        limits: Limits,
-        *,
-        join: Word | None = None,
-        teacher: Word | None = None,
-        key: bytes = b"",
-        clock: Callable[[], float] = time.monotonic,
+        self, origins: tuple[str, ...], limits: Limits, tickets: Tickets | None = None
     ) -> None:
+        """`tickets` asks a class for its code; without it everybody on this machine gets in."""
         self.origins = frozenset(origins)
         self.open = False
         self.busy: Callable[[], int] = lambda: 0
         """How many websockets there are."""
-        self._hosts = hosts_of(origins)
-        self._limits, self._words = limits, {CODE: join, TEACHER: teacher}
-        self._tickets = {n: w.ticket(key) for n, w in self._words.items() if w is not None}
-        self._attempts = Attempts(limits, clock)
+        self._hosts, self._limits, self._tickets = hosts_of(origins), limits, tickets
 
     def __call__(self, connection: ServerConnection, request: Request) -> Response | None:
         """None lets a websocket in; everything else is an answer to a page."""
         if not self.open:
-            return _text(http.HTTPStatus.SERVICE_UNAVAILABLE, "FlexGUI is starting or ending.")
-        host = _only(request.headers, "Host")
+            return text(HTTPStatus.SERVICE_UNAVAILABLE, "FlexGUI is starting or ending.")
+        remote = connection.remote_address
+        address = str(remote[0]) if remote else "?"
+        host = only(request.headers, "Host")
         if host is None or host.lower() not in self._hosts:
-            return self._no("a foreign Host", connection, "This server has another name.")
+            return _no("a foreign Host", address, "This server has another name.")
         if any("websocket" in v.lower() for v in request.headers.get_all("Upgrade")):
-            return self._websocket(connection, request)
-        return self._page(connection, request)
+            return self._websocket(address, request)
+        return self._page(address, request)
 
     def is_teacher(self, request: Request | None) -> bool:
         """Whether the connection brought the teacher's ticket."""
-        return request is not None and self._has_ticket(request, TEACHER)
+        return (
+            self._tickets is not None and request is not None and self._tickets.is_teacher(request)
+        )
 
-    def _websocket(self, connection: ServerConnection, request: Request) -> Response | None:
-        if _only(request.headers, "Origin") not in self.origins:
-            return self._no("a foreign Origin", connection, "Foreign pages may not connect.")
+    def _websocket(self, address: str, request: Request) -> Response | None:
+        if only(request.headers, "Origin") not in self.origins:
+            return _no("a foreign Origin", address, "Foreign pages may not connect.")
+        tickets = self._tickets
         if (
-            CODE in self._tickets
-            and not self._may_enter(request)
-            and not self._right_words(request)
+            tickets is not None
+            and not tickets.has_ticket(request)
+            and not tickets.right_words(request)
         ):
-            return self._not_in(connection, request)
+            return tickets.ask(address, request)
         if self.busy() >= self._limits.connections:
-            return _text(http.HTTPStatus.SERVICE_UNAVAILABLE, "FlexGUI is full.")
+            return text(HTTPStatus.SERVICE_UNAVAILABLE, "FlexGUI is full.")
         return None
 
-    def _page(self, connection: ServerConnection, request: Request) -> Response:
-        address = urlsplit(request.path)
-        query = parse_qs(address.query, keep_blank_values=True)
-        if address.path == ALIVE:
-            asks = CODE in self._tickets and not self._may_enter(request)
-            return _text(http.HTTPStatus.UNAUTHORIZED if asks else http.HTTPStatus.OK, "")
-        if address.path not in ("/", "/index.html"):
-            return _text(http.HTTPStatus.NOT_FOUND, "There is one page only: /")
-        if self._words.keys() & query.keys():
-            return self._word_in_address(connection, request)
-        if not query.keys() <= HARMLESS:
-            return _redirect(Headers())
-        if CODE in self._tickets and not self._may_enter(request):
-            return self._not_in(connection, request)
-        zipped = any("gzip" in v for v in request.headers.get_all("Accept-Encoding"))
-        return client_page(zipped)
+    def _page(self, address: str, request: Request) -> Response:
+        tickets, parts = self._tickets, urlsplit(request.path)
+        shut = tickets is not None and not tickets.has_ticket(request)
+        if parts.path == ALIVE:
+            return text(HTTPStatus.UNAUTHORIZED if shut else HTTPStatus.OK, "")
+        if parts.path not in ("/", "/index.html"):
+            return text(HTTPStatus.NOT_FOUND, "There is one page only: /")
+        query = parse_qs(parts.query, keep_blank_values=True).keys()
+        if tickets is not None and tickets.names & query:
+            return tickets.welcome(address, request)
+        if not query <= HARMLESS:
+            return redirect(Headers())
+        if tickets is not None and shut:
+            return tickets.ask(address, request)
+        return client_page(any("gzip" in v for v in request.headers.get_all("Accept-Encoding")))
 
-    def _may_enter(self, request: Request) -> bool:
-        return any(self._has_ticket(request, name) for name in self._tickets)
 
-    def _has_ticket(self, request: Request, name: str) -> bool:
-        brought = _cookies(request).get(self._cookie(request, name))
-        return brought is not None and name in self._tickets and same(brought, self._tickets[name])
+def _no(why: str, address: str, sentence: str) -> Response:
+    log.info("Refused %s from %s", why, address)
+    return text(HTTPStatus.FORBIDDEN, sentence)
 
-    def _right_words(self, request: Request) -> list[str]:
-        """The names of the words in the address that are right."""
-        query = parse_qs(urlsplit(request.path).query)
-        return [
-            name
-            for name, word in self._words.items()
-            if word is not None and len(given := query.get(name, [])) == 1 and word.fits(given[0])
-        ]
 
-    def _word_in_address(self, connection: ServerConnection, request: Request) -> Response:
-        """A page with a word in its address; a right one opens, however many were wrong before."""
-        if self._right_words(request):
-            return self._welcome(request)
-        if CODE not in self._tickets or self._may_enter(request):
-            return _redirect(Headers())  # an old address, of a server that asks for nothing here
-        return self._not_in(connection, request)
+def text(status: HTTPStatus, sentence: str) -> Response:
+    """One line."""
+    return answer(status, f"{sentence}\n".encode(), Headers(), "text/plain")
 
-    def _not_in(self, connection: ServerConnection, request: Request) -> Response:
-        """Asks for the code. Words and tickets that are wrong are guesses, none at all is none."""
-        address, guess = _address(connection), self._guessed(request)
-        if guess and self._attempts.wrong(address):
-            log.warning("Many wrong codes from %s; a right one opens all the same.", address)
-        if guess and self._attempts.too_many(address):
-            return _ask(http.HTTPStatus.TOO_MANY_REQUESTS, TOO_MANY)
-        return _ask(http.HTTPStatus.FORBIDDEN, WRONG if "?" in request.path else WHICH)
 
-    def _guessed(self, request: Request) -> bool:
-        cookies = _cookies(request).keys()
-        return "?" in request.path or any(self._cookie(request, n) in cookies for n in self._words)
+def redirect(headers: Headers) -> Response:
+    """To the page, without anything in its address."""
+    headers["Location"] = "/"
+    return answer(HTTPStatus.SEE_OTHER, b"", headers, "text/plain")
 
-    def _welcome(self, request: Request) -> Response:
-        """The ticket, and the address without the word: it stays in no history."""
-        headers = Headers()
-        for name in self._right_words(request):
-            headers["Set-Cookie"] = (
-                f"{self._cookie(request, name)}={self._tickets[name]}; Path=/; HttpOnly; "
-                f"SameSite=Lax; Max-Age={int(TICKET_DAYS * 86400)}"
-            )
-        return _redirect(headers)
 
-    @staticmethod
-    def _cookie(request: Request, name: str) -> str:
-        """Cookies are shared by all ports of a host."""
-        port = (_only(request.headers, "Host") or "").rpartition(":")[2]
-        return f"flexgui_{name}_{port if port.isdigit() else 'web'}"
+def answer(status: HTTPStatus, body: bytes, headers: Headers, kind: str = "text/html") -> Response:
+    """Framed by nobody, kept by nobody."""
+    for name, value in SAFE_HEADERS.items():
+        headers[name] = value
+    headers["Content-Type"] = f"{kind}; charset=utf-8"
+    headers["Content-Length"] = str(len(body))
+    headers["Connection"] = "close"
+    return Response(status.value, status.phrase, headers, body)
 
-    def _no(self, why: str, connection: ServerConnection, sentence: str) -> Response:
-        log.info("Refused %s from %s", why, _address(connection))
-        return _text(http.HTTPStatus.FORBIDDEN, sentence)
+
+def only(headers: Headers, name: str) -> str | None:
+    """The header, where there is exactly one: proxies disagree on which of two counts."""
+    found = headers.get_all(name)
+    return found[0] if len(found) == 1 else None
+
+
+LONGEST = 150_000
+"""ms after which the curtain goes from a page whose stages stand: longer than a first start
+compiles. An empty page stays covered, and its curtain says so."""
+SLOW = (
+    "This takes longer than usual. The page comes by itself; if it does not, look for a message "
+    "where FlexGUI was started."
+)
+SOON = 4_000
+"""ms that the first picture may take once the page says that it is drawn."""
 
 
 @cache
 def client_page(zipped: bool) -> Response:
     """viser's client, which is one file, behind our curtain."""
     path = Path(viser.__file__).parent / "client" / "build" / "index.html"
-    page = behind_curtain(path.read_bytes(), TITLE)
+    page = behind_curtain(path.read_bytes())
     headers = Headers()
     if zipped:
         page = gzip.compress(page)
         headers["Content-Encoding"] = "gzip"
-    return _answer(http.HTTPStatus.OK, page, "text/html; charset=utf-8", headers)
+    return answer(HTTPStatus.OK, page, headers)
 
 
-def _ask(status: http.HTTPStatus, sentence: str) -> Response:
-    page = ASK.format(sentence=html.escape(sentence)).encode()
-    return _answer(status, page, "text/html; charset=utf-8", Headers())
-
-
-def _text(status: http.HTTPStatus, sentence: str) -> Response:
-    return _answer(status, f"{sentence}\n".encode(), "text/plain; charset=utf-8", Headers())
-
-
-def _redirect(headers: Headers) -> Response:
-    headers["Location"] = "/"
-    return _answer(http.HTTPStatus.SEE_OTHER, b"", "text/plain; charset=utf-8", headers)
-
-
-def _answer(status: http.HTTPStatus, body: bytes, kind: str, headers: Headers) -> Response:
-    for name, value in SAFE_HEADERS.items():
-        headers[name] = value
-    headers["Content-Type"] = kind
-    headers["Content-Length"] = str(len(body))
-    headers["Connection"] = "close"
-    return Response(status.value, status.phrase, headers, body)
-
-
-def _only(headers: Headers, name: str) -> str | None:
-    """The header, where there is exactly one: proxies disagree on which of two counts."""
-    found = headers.get_all(name)
-    return found[0] if len(found) == 1 else None
-
-
-def _cookies(request: Request) -> dict[str, str]:
-    found: SimpleCookie = SimpleCookie()
-    for header in request.headers.get_all("Cookie"):
-        try:
-            found.load(header)
-        except CookieError:
-            continue
-    return {name: morsel.value for name, morsel in found.items()}
-
-
-def _address(connection: ServerConnection) -> str:
-    remote = connection.remote_address
-    return str(remote[0]) if remote else "?"
+def behind_curtain(page: bytes) -> bytes:
+    """viser's client with our title, and the curtain as the first thing of its body."""
+    steps = "".join(f"<li>{step}</li>" for step in (CONNECTING, PREPARING, BUILDING, DRAWING))
+    curtain = Template(asset("curtain.html")).substitute(
+        purpose=html.escape(PURPOSE), steps=steps, theme=THEME_KEPT_AS, longest=LONGEST, soon=SOON,
+        slow=json.dumps(SLOW),
+    )  # fmt: skip
+    page = page.replace(b"<title>Viser</title>", b"<title>FlexGUI</title>")
+    return page.replace(b"<body>", b"<body>" + curtain.encode(), 1)

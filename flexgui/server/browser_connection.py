@@ -8,30 +8,30 @@ import logging
 import re
 import threading
 from collections.abc import Callable
-from typing import Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING
 
 import viser
 
-from flexgui.server.services import FOLLOWER, OWN
-from flexgui.server.store import Closable
+from flexgui.server.services import Limits
+from flexgui.server.sessions import SessionStore, folder_bytes
 
-S = TypeVar("S", bound=Closable)
+if TYPE_CHECKING:
+    from flexgui.page.page import Page
+    from flexgui.session import Session
+
+log = logging.getLogger(__name__)
+
+TEACHER, FOLLOWER, OWN = "teacher", "follower", "own"
 
 
-class Page(Protocol):
-    """What `build_page` returns."""
-
-    def close(self) -> None:
-        """Take its widgets and threads away."""
-
-
-class BrowserConnection(Generic[S]):
+class BrowserConnection:
     """Of one browser window; its page may be exchanged while it lasts."""
 
-    def __init__(self, client: viser.ClientHandle, address: str = "") -> None:
+    def __init__(self, client: viser.ClientHandle, address: str, store: SessionStore) -> None:
         self.client, self.address = client, address
+        self._store = store
         self.role = OWN
-        self.session: S | None = None
+        self.session: Session | None = None
         self.counted = False
         """Whether the store counts it as the session's browser."""
         self.answered = False
@@ -41,17 +41,13 @@ class BrowserConnection(Generic[S]):
         self.lock = threading.RLock()
         self._page: Page | None = None
         self._shown = False
-        self._gone = False
-
-    @property
-    def gone(self) -> bool:
+        self.gone = False
         """Whether the browser has left."""
-        return self._gone
 
-    def show(self, build: Callable[[], Any]) -> None:
+    def show(self, build: Callable[[], Page | None]) -> None:
         """Exchanges the page; nothing is built for who has left."""
         with self.lock:
-            if self._gone:
+            if self.gone:
                 return
             self.clear()
             self._shown = True
@@ -64,32 +60,64 @@ class BrowserConnection(Generic[S]):
             if page is not None:
                 page.close()
             self.allowed.clear()
-            if self._shown and not self._gone:
+            if self._shown and not self.gone:
                 self.client.gui.reset()
                 self.client.scene.reset()
 
     def end(self) -> None:
         """The browser has gone."""
         with self.lock:
-            self._gone = True
+            self.gone = True
             page, self._page = self._page, None
         if page is not None:
             page.close()
 
+    # What the guard asks, on the event loop; without waiting for the lock.
+
     def may_use(self, uuid: str | None) -> bool:
-        """A follower may use its own buttons only; asked without waiting for the lock."""
-        if self.session is None and self.role != FOLLOWER:
-            return False
-        return self.role != FOLLOWER or uuid in self.allowed
+        """Whether it may use a widget, or (None) something in the scene; a follower may use its
+        own buttons only."""
+        if self.role == FOLLOWER:
+            return uuid in self.allowed
+        return self.session is not None
+
+    def acted(self) -> None:
+        """Something is being done in its session."""
+        if self.session is not None and self.role != FOLLOWER:
+            self._store.touch(self.session)
+
+    def kept_bytes(self) -> int:
+        """Of the files of its session."""
+        return 0 if self.session is None else folder_bytes(self.session.folder)
 
 
 STORED_AS = "flexgui-session"
 _KEY = re.compile(r"[\w-]{16,64}", re.ASCII)
 
-log = logging.getLogger(__name__)
+
+class Asking:
+    """Waits longer for a browser that does not answer at once, but for a few of them only: on a
+    busy machine an answer takes its time, and whoever never answers must not keep others out."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._at_once, self._longer = limits.key_wait, limits.key_wait_longer
+        self._patience = threading.BoundedSemaphore(limits.asked_longer)
+
+    def key_of(self, client: viser.ClientHandle) -> tuple[str | None, bool]:
+        """Its key, if any, and whether it has answered: who has not may have one all the same."""
+        with contextlib.suppress(TimeoutError):
+            return _stored_key(client, self._at_once), True
+        if not self._patience.acquire(blocking=False):
+            return None, False
+        try:
+            return _stored_key(client, self._longer), True
+        except TimeoutError:
+            return None, False
+        finally:
+            self._patience.release()
 
 
-def stored_key(client: viser.ClientHandle, timeout: float) -> str | None:
+def _stored_key(client: viser.ClientHandle, timeout: float) -> str | None:
     """What the browser kept; None where it kept nothing, TimeoutError where it does not answer."""
     try:
         key = client.local_storage.get_item(STORED_AS, timeout)
@@ -97,29 +125,6 @@ def stored_key(client: viser.ClientHandle, timeout: float) -> str | None:
         log.debug("Client %d has no key: %s", client.client_id, error)
         return None
     return key if key is not None and _KEY.fullmatch(key) else None
-
-
-class Asking:
-    """Waits longer for a browser that does not answer at once, but for a few of them only: on a
-    busy machine an answer takes its time, and whoever never answers must not keep others out."""
-
-    def __init__(self, at_once: float, longer: float, most: int) -> None:
-        """Times in s; `most` browsers are waited for longer."""
-        self._at_once, self._longer = at_once, longer
-        self._patience = threading.BoundedSemaphore(most)
-
-    def key_of(self, client: viser.ClientHandle) -> tuple[str | None, bool]:
-        """Its key, if any, and whether it has answered: who has not may have one all the same."""
-        with contextlib.suppress(TimeoutError):
-            return stored_key(client, self._at_once), True
-        if not self._patience.acquire(blocking=False):
-            return None, False
-        try:
-            return stored_key(client, self._longer), True
-        except TimeoutError:
-            return None, False
-        finally:
-            self._patience.release()
 
 
 def store_key(client: viser.ClientHandle, key: str) -> None:

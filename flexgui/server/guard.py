@@ -1,318 +1,258 @@
-"""Every message of one browser passes here before viser sees it: kinds, fields, what each may be.
-
-The kinds of messages are those that viser 1.1.1's own client sends, without the two of the share
-button and the one that viser passes on to all other browsers (`GuiFormDirtyMessage`).
-"""
+"""What one browser may do: whether a widget is its to use, which values a widget takes by its kind,
+as viser itself checks none, and which uploads are refused before any of their bytes is kept."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from collections.abc import Callable
+from functools import singledispatch
+from typing import Annotated, Any
 
 import msgspec
 import viser
+from msgspec import Meta, convert
 
+from flexgui.server.browser_connection import BrowserConnection
 from flexgui.server.errors import correct, drop_upload, explain, refuse_upload
-from flexgui.server.limits import Limits
-from flexgui.server.values import OverrunError, RefusedError, Transfers, checked, items, number
+from flexgui.server.messages import (
+    FileTransferPart,
+    FileTransferStartUpload,
+    GuiButtonHoldMessage,
+    GuiUpdateMessage,
+    Message,
+    Number,
+    Passive,
+)
+from flexgui.server.services import MEGA, Limits
 
 log = logging.getLogger(__name__)
 
-_DECODE = msgspec.msgpack.Decoder()
 SLIDERS = (viser.GuiSliderHandle, viser.GuiMultiSliderHandle)
-UPLOAD = "FileTransferStartUpload"
-_TARGETS = ("uuid", "source_component_uuid")
 
 
-class Rights(Protocol):
-    """What the connections may do; asked on the event loop, so all but `kept_bytes` is quick."""
+class RefusedError(Exception):
+    """A message that changes nothing; the text is for the log, or for the person if `shown`."""
 
-    def may_act(self, client_id: int, uuid: str | None) -> bool:
-        """Whether the browser may use a widget (None: something in the scene)."""
-
-    def kept_bytes(self, client_id: int) -> int:
-        """Of the files of the browser's session; on another thread, as it walks a folder."""
-
-    def acted(self, client_id: int) -> None:
-        """What the browser sends now is admitted, and may change its session."""
+    def __init__(self, why: str, *, shown: bool = False) -> None:
+        super().__init__(why)
+        self.shown = shown
 
 
 class Guard:
     """Of one connection. What it refuses changes nothing, and the connection goes on."""
 
-    def __init__(
-        self,
-        client_id: int,
-        client: Callable[[], viser.ClientHandle | None],
-        rights: Rights,
-        limits: Limits,
-    ) -> None:
-        self._client_id, self._client, self._rights = client_id, client, rights
-        self._kept_bytes = 0
-        self._transfers = Transfers(limits, lambda: self._kept_bytes)
+    def __init__(self, browser: Callable[[], BrowserConnection | None], limits: Limits) -> None:
+        """`browser` finds the window of the connection, once viser has announced it."""
+        self._browser = browser
+        self._transfers = Transfers(limits)
         self._explained = False
 
-    async def admit(self, raw: str | bytes) -> bytes | None:
+    async def admit(self, raw: bytes, message: Message) -> bytes | None:
         """What viser may read, None where it may not."""
-        message: dict[str, Any] = {}
-        try:
-            message = check_fields(_decoded(raw))
-            self._check_rights(message)
-            if message["type"] == UPLOAD:
-                self._kept_bytes = await asyncio.to_thread(self._rights.kept_bytes, self._client_id)
-            rule = _RULES.get(message["type"])
-            changed = rule is not None and rule(self, message)
-        except RefusedError as refusal:
-            self._refused(message, refusal)
+        if isinstance(message, Passive):
+            return raw
+        browser = self._browser()
+        if browser is None:
             return None
-        if message["type"] not in PASSIVE:
-            self._rights.acted(self._client_id)
-        assert isinstance(raw, bytes)
+        allowed = browser.may_use(message.widget)
+        try:
+            if not allowed:
+                raise RefusedError("who follows changes nothing")
+            changed = await self._checked(browser, message)
+        except (RefusedError, msgspec.ValidationError) as refusal:
+            kind = type(message).__name__
+            log.debug("Client %d, %s: %s", browser.client.client_id, kind, refusal)
+            self._answer(browser.client, message, allowed, refusal)
+            return None
+        browser.acted()
         return msgspec.msgpack.encode(message) if changed else raw
 
-    def moves(self, raw: str | bytes) -> str | None:
-        """The slider that a message moves to a place where it may be; "" for a message that changes
-        nothing, None for any other one."""
-        try:
-            message = check_fields(_decoded(raw))
-            if message["type"] in PASSIVE:
-                return ""
-            if message["type"] != "GuiUpdateMessage":
-                return None
-            handle = self._handle(message["uuid"])
-            checked(handle, message["updates"]["value"])
-        except RefusedError:
-            return None
-        uuid: str = message["uuid"]
-        return uuid if isinstance(handle, SLIDERS) else None
+    def slider(self, message: Message) -> str | None:
+        """The slider that a message moves, if it does."""
+        if isinstance(message, GuiUpdateMessage) and (browser := self._browser()) is not None:
+            handle = browser.client.gui._gui_input_handle_from_uuid.get(message.uuid)
+            return message.uuid if isinstance(handle, SLIDERS) else None
+        return None
 
-    def _check_rights(self, message: dict[str, Any]) -> None:
-        if message["type"] in PASSIVE:
-            return
-        target = next((message[name] for name in _TARGETS if name in message), None)
-        if not self._rights.may_act(self._client_id, target):
-            raise NoRightError("who follows changes nothing")
-
-    def _handle(self, uuid: str) -> Any:
-        """The input that a message is about; RefusedError where it may not be used."""
-        client = self._client()
-        found = None if client is None else client.gui._gui_input_handle_from_uuid.get(uuid)
-        if found is None or found._impl.removed:
-            raise RefusedError("no such widget")
-        if getattr(found, "disabled", False):
-            raise RefusedError("the widget is disabled")
-        return found
-
-    def _update(self, message: dict[str, Any]) -> bool:
-        updates = message["updates"]
-        accepted = checked(self._handle(message["uuid"]), updates["value"])
-        changed: bool = accepted != updates["value"]
-        updates["value"] = accepted
-        return changed
-
-    def _hold(self, message: dict[str, Any]) -> bool:
-        self._handle(message["uuid"])
+    async def _checked(self, browser: BrowserConnection, message: Message) -> bool:
+        """Whether the message had to be changed; RefusedError where it may do nothing."""
+        match message:
+            case GuiUpdateMessage(uuid, updates):
+                given, updates.value = updates.value, checked(_usable(browser, uuid), updates.value)
+                return bool(given != updates.value)
+            case GuiButtonHoldMessage(uuid):
+                _usable(browser, uuid)
+            case FileTransferStartUpload():
+                if not isinstance(_usable(browser, message.widget), viser.GuiUploadButtonHandle):
+                    raise RefusedError("an upload to something that takes none")
+                # On another thread: it walks a folder.
+                self._transfers.begin(message, await asyncio.to_thread(browser.kept_bytes))
+            case FileTransferPart():
+                self._transfers.part(message)
         return False
 
-    def _begin_upload(self, message: dict[str, Any]) -> bool:
-        handle = self._handle(message["source_component_uuid"])
-        if not isinstance(handle, viser.GuiUploadButtonHandle):
-            raise RefusedError("an upload to something that takes none")
-        self._transfers.begin(message)
-        return False
-
-    def _part(self, message: dict[str, Any]) -> bool:
-        self._transfers.part(message)
-        return False
-
-    def _refused(self, message: dict[str, Any], refusal: RefusedError) -> None:
-        kind = message.get("type", "?")
-        log.debug("Client %d, %s: %s", self._client_id, kind, refusal)
-        client = self._client()
-        if client is None:
-            return
-        if isinstance(refusal, OverrunError):
-            drop_upload(client, refusal.transfer)
-        elif kind == UPLOAD:
-            sentence = str(refusal) if refusal.shown else "This page takes no files now."
-            refuse_upload(client, message, sentence)
-        elif isinstance(refusal, NoRightError):
-            correct(client, message.get("uuid", ""))
-            if not self._explained:
-                self._explained = True
-                explain(client)
+    def _answer(
+        self, client: viser.ClientHandle, message: Message, allowed: bool, refusal: Exception
+    ) -> None:
+        """Where the page would go on as if nothing had happened."""
+        match message:
+            case FileTransferStartUpload():
+                shown = isinstance(refusal, RefusedError) and refusal.shown
+                sentence = str(refusal) if shown else "This page takes no files now."
+                refuse_upload(client, message, sentence)
+            case FileTransferPart():
+                drop_upload(client, message.transfer_uuid)
+            case _ if not allowed:
+                correct(client, message.widget or "")
+                if not self._explained:
+                    self._explained = True
+                    explain(client)
 
 
-class NoRightError(RefusedError):
-    """The browser may only look."""
+def _usable(browser: BrowserConnection, uuid: str) -> Any:
+    """The widget, where it may be used."""
+    found = browser.client.gui._gui_input_handle_from_uuid.get(uuid)
+    if found is None or found._impl.removed:
+        raise RefusedError("no such widget")
+    if getattr(found, "disabled", False):
+        raise RefusedError("the widget is disabled")
+    return found
 
 
-_RULES: dict[str, Callable[[Guard, dict[str, Any]], bool]] = {
-    "GuiUpdateMessage": Guard._update,
-    "GuiButtonHoldMessage": Guard._hold,
-    UPLOAD: Guard._begin_upload,
-    "FileTransferPart": Guard._part,
-}
-"""Each says whether it changed the message."""
+SLACK = 1e-9
+"""Of a range: browsers add steps up in floating point (0.1 + 0.2 > 0.3)."""
+
+PlainText = Annotated[
+    str, Meta(max_length=Limits.text_length, pattern=r"\A[^\x00-\x08\x0b\x0c\x0e-\x1f]*\Z")
+]
+"""Without control characters."""
 
 
-def _decoded(raw: str | bytes) -> object:
-    if isinstance(raw, str):
-        raise RefusedError("text, where viser sends bytes")
-    try:
-        return _DECODE.decode(raw)
-    except (ValueError, RecursionError) as error:  # also for text that is no UTF-8
-        raise RefusedError("no MessagePack") from error
+@singledispatch
+def checked(handle: Any, value: object) -> Any:
+    """The value as the widget may have it; RefusedError or ValidationError where it may not."""
+    raise RefusedError(f"a {type(handle).__name__} takes no value")
 
 
-Check = Callable[[object], object]
-
-NAME = 1000
-"""Characters of an id, a scene node's name or a file's name."""
-
-
-def text(limit: int = NAME) -> Check:
-    """A text of at most `limit` characters."""
-
-    def check(value: object) -> None:
-        if not isinstance(value, str) or len(value) > limit:
-            raise RefusedError("no text, or a long one")
-
-    return check
+@checked.register(viser.GuiButtonHandle)
+@checked.register(viser.GuiCheckboxHandle)
+def _bool(handle: Any, value: object) -> bool:
+    return convert(value, bool)
 
 
-def whole(high: int) -> Check:
-    """0, 1, … high."""
-
-    def check(value: object) -> None:
-        if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= high:
-            raise RefusedError("no whole number in its range")
-
-    return check
+@checked.register(viser.GuiTextHandle)
+def _text(handle: Any, value: object) -> str:
+    return convert(value, PlainText)
 
 
-def vector(n: int, each: Check = number) -> Check:
-    """A list of n."""
-
-    def check(value: object) -> None:
-        for item in items(value, n):
-            each(item)
-
-    return check
-
-
-def some(each: Check, most: int) -> Check:
-    """A list of at most `most`."""
-
-    def check(value: object) -> None:
-        if not isinstance(value, list) or len(value) > most:
-            raise RefusedError("no list, or a long one")
-        for item in value:
-            each(item)
-
-    return check
+@checked.register(viser.GuiDropdownHandle)
+@checked.register(viser.GuiButtonGroupHandle)
+def _option(handle: Any, value: object) -> str:
+    found = convert(value, str)
+    if found not in handle.options:
+        raise RefusedError("none of the options")
+    return found
 
 
-def optional(inner: Check) -> Check:
-    """None, or what `inner` takes."""
-
-    def check(value: object) -> None:
-        if value is not None:
-            inner(value)
-
-    return check
+@checked.register(viser.GuiSliderHandle)
+@checked.register(viser.GuiNumberHandle)
+def _number(handle: Any, value: object) -> float:
+    return within(convert(value, Number), handle.min, handle.max)
 
 
-def one_of(*words: str) -> Check:
-    """One of the words."""
-
-    def check(value: object) -> None:
-        if not isinstance(value, str) or value not in words:
-            raise RefusedError("none of the words")
-
-    return check
-
-
-def _bytes(value: object) -> None:
-    if not isinstance(value, bytes):
-        raise RefusedError("no bytes")
+@checked.register(viser.GuiMultiSliderHandle)
+def _ascending(handle: Any, value: object) -> list[float]:
+    n = len(handle.value)
+    found = _numbers(value, (handle.min,) * n, (handle.max,) * n)
+    if found != sorted(found):
+        raise RefusedError("not in ascending order")
+    return found
 
 
-def _only_a_value(value: object) -> None:
-    if not isinstance(value, dict) or set(value) != {"value"}:
-        raise RefusedError("a change of something else than the value")
+@checked.register(viser.GuiVector2Handle)
+@checked.register(viser.GuiVector3Handle)
+def _vector(handle: Any, value: object) -> list[float]:
+    free = (None,) * len(handle.value)
+    return _numbers(value, handle.min or free, handle.max or free)
 
 
-_POINTER = {
-    "ray_origin": optional(vector(3)),
-    "ray_direction": optional(vector(3)),
-    "modifier": optional(text()),
-}
-_NODE = {"name": text(), "owner": text()}
-
-FIELDS: Mapping[str, Mapping[str, Check]] = {
-    "ViewerCameraMessage": {
-        "wxyz": vector(4), "position": vector(3), "fov": number, "near": number, "far": number,
-        "image_height": number, "image_width": number,
-        "look_at": vector(3), "up_direction": vector(3),
-    },
-    "GuiUpdateMessage": {"uuid": text(), "updates": _only_a_value},
-    "GuiButtonHoldMessage": {"uuid": text(), "frequency": number},
-    "GuiFormSubmitMessage": {"uuid": text()},
-    "CommandTriggerMessage": {"uuid": text()},
-    UPLOAD: {
-        "source_component_uuid": text(), "transfer_uuid": text(), "filename": text(),
-        "mime_type": text(), "part_count": whole(2**40), "size_bytes": whole(2**60),
-    },
-    "FileTransferPart": {
-        "source_component_uuid": text(), "transfer_uuid": text(), "part_index": whole(2**40),
-        "content": _bytes,
-    },
-    "SceneNodeClickMessage": {
-        **_NODE, **_POINTER, "instance_index": optional(whole(2**31)), "screen_pos": vector(2),
-    },
-    "SceneNodeDragMessage": {
-        **_NODE, "phase": one_of("start", "update", "end"),
-        "instance_index": optional(whole(2**31)), "start_position": vector(3),
-        "start_screen_pos": vector(2), "end_position": vector(3), "end_screen_pos": vector(2),
-        "button": one_of("left", "middle", "right"), "modifier": optional(text()),
-    },
-    "ScenePointerMessage": {
-        **_POINTER, "event_type": one_of("click", "rect-select"),
-        "screen_pos": some(vector(2), 4),
-    },
-    "TransformControlsUpdateMessage": {**_NODE, "wxyz": vector(4), "position": vector(3)},
-    "TransformControlsDragStartMessage": _NODE,
-    "TransformControlsDragEndMessage": _NODE,
-    "GetRenderResponseMessage": {"payload": _bytes, "render_uuid": text()},
-    "LocalStorageGetItemResponseMessage": {
-        "value": optional(text(Limits.text_length)), "error": optional(text(Limits.text_length)),
-        "request_uuid": text(),
-    },
-}  # fmt: skip
-
-MAY_BE_LEFT_OUT = {"owner"}
-
-PASSIVE = {
-    "ViewerCameraMessage",
-    "GetRenderResponseMessage",
-    "LocalStorageGetItemResponseMessage",
-}
-"""Answers and the own view: they change nobody's session."""
+@checked.register(viser.GuiRgbHandle)
+@checked.register(viser.GuiRgbaHandle)
+def _colour(handle: Any, value: object) -> list[float]:
+    n = len(handle.value)
+    return _numbers(value, (0,) * n, (255,) * n)
 
 
-def check_fields(message: object) -> dict[str, Any]:
-    """The message, whose fields are all there and of their type; else RefusedError."""
-    if not isinstance(message, dict) or not isinstance(message.get("type"), str):
-        raise RefusedError("no message")
-    fields = FIELDS.get(message["type"])
-    if fields is None:
-        raise RefusedError(f"a message {message['type'][:40]!r} that no page sends")
-    given = {key for key in message if key != "type"}
-    if not given <= set(fields) or not set(fields) - MAY_BE_LEFT_OUT <= given:
-        raise RefusedError("fields that do not belong to the message, or too few")
-    for name in given:
-        fields[name](message[name])
-    return message
+def _numbers(value: object, low: tuple[Any, ...], high: tuple[Any, ...]) -> list[float]:
+    found = convert(value, list[Number])
+    if len(found) != len(low):
+        raise RefusedError(f"not a list of {len(low)}")
+    return [within(*each) for each in zip(found, low, high, strict=True)]
+
+
+def within(value: float, low: float | None, high: float | None) -> float:
+    """A number in its range, pulled back where it lies outside by rounding only."""
+    slack = SLACK * max(abs(low or 0.0), abs(high or 0.0))
+    if low is not None and value < low:
+        if value < low - slack:
+            raise RefusedError(f"{value!r} is less than {low!r}")
+        return low
+    if high is not None and value > high:
+        if value > high + slack:
+            raise RefusedError(f"{value!r} is more than {high!r}")
+        return high
+    return value
+
+
+SMALLEST_PART = 64 * 1024
+"""bytes; viser's client sends 512 KiB. Keeps a small file from having a million parts."""
+
+
+class Transfers:
+    """The uploads of one connection: announced bytes that have not arrived yet."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._left: dict[str, int] = {}
+
+    def begin(self, start: FileTransferStartUpload, kept: int) -> None:
+        """`kept` bytes are there already; RefusedError with a sentence where it is too much."""
+        limits, size, name = self._limits, start.size_bytes, short(start.filename)
+        if size > limits.upload_bytes:
+            most = megabytes(limits.upload_bytes)
+            raise RefusedError(f"{name} has {megabytes(size)}; a file may have {most}.", shown=True)
+        if kept + sum(self._left.values()) + size > limits.session_bytes:
+            raise RefusedError(
+                f"With {name} the files of this session would exceed "
+                f"{megabytes(limits.session_bytes)}, which is its limit.",
+                shown=True,
+            )
+        if len(self._left) >= limits.transfers:
+            raise RefusedError(
+                f"{limits.transfers} files are on their way already; wait for them.", shown=True
+            )
+        if start.transfer_uuid in self._left or start.part_count > 1 + size // SMALLEST_PART:
+            raise RefusedError("an upload in far too many parts, or one that has begun")
+        if start.part_count:
+            self._left[start.transfer_uuid] = size
+
+    def part(self, part: FileTransferPart) -> None:
+        """RefusedError where it was not announced, or is more than was: what has come of the file
+        is to be dropped."""
+        left, size = self._left.pop(part.transfer_uuid, 0), len(part.content)
+        if not 0 < size <= left:
+            raise RefusedError("a part that was not announced, or has more bytes than it said")
+        if left > size:
+            self._left[part.transfer_uuid] = left - size
+
+
+def megabytes(size: int) -> str:
+    """In words."""
+    return f"{size / MEGA:,.0f} MB" if size >= MEGA else f"{size / 1000:,.1f} kB"
+
+
+def short(name: str, length: int = 60) -> str:
+    """A file's name that fits into a sentence."""
+    plain = "".join(c if c.isprintable() else "?" for c in name)
+    return plain if len(plain) <= length else plain[: length - 1] + "…"

@@ -1,23 +1,17 @@
-"""What `flexgui serve` was asked for, checked together, what it says in the terminal, and a free
-port, bound before anything starts."""
+"""What `flexgui serve` was asked for, checked together, and the network that it listens in."""
 
 from __future__ import annotations
 
 import errno
-import io
 import ipaddress
 import os
-import secrets
 import socket
-import sys
-from collections.abc import Callable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import quote
+from urllib.parse import urlsplit
 
 from flexgui.core.errors import InputError
-from flexgui.server.access import CODE, TEACHER
-from flexgui.server.entry import Word, checked_code, lan_address, new_code, origin_of
 
 EVERYWHERE = ("0.0.0.0", "::")
 
@@ -60,35 +54,63 @@ class ServeOptions:
             return self.host
         return EVERYWHERE[0] if self.lan else "127.0.0.1"
 
-    def join_word(self) -> Word | None:
-        """The class's code; None where the page stays on this machine."""
-        if not self.lan:
-            return None
-        return Word(new_code() if self.join_code is None else checked_code(self.join_code))
-
-    def teacher_word(self) -> Word | None:
-        """The teacher's token; None where everybody is their own teacher."""
-        return Word(secrets.token_hex(12)) if self.demo and self.lan else None
-
     def more_origins(self, port: int) -> tuple[str, ...]:
         """Besides this machine's own: the network's address first."""
         named = tuple(origin_of(url) for url in self.origins)
-        return (*self._lan_origins(port), *named)
-
-    def _lan_origins(self, port: int) -> tuple[str, ...]:
-        if not self.lan:
-            return ()
         name = lan_address() if self.address in EVERYWHERE else self.address
-        if name is None or is_loopback(name):
-            return ()
-        bracketed = f"[{name}]" if ":" in name else name
-        return (origin_of(f"http://{bracketed}:{port}"),)
+        if not self.lan or name is None or is_loopback(name):
+            return named
+        return (_http_origin(name, port), *named)
 
 
-WAITING = 100
-"""Connections that may wait for the server to be ready."""
+LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
 
-_BUSY = {errno.EADDRINUSE} | ({errno.EACCES} if os.name == "nt" else set())
+_NOWHERE = ("192.0.2.1", 9)
+"""An address for documentation; asking for the way there sends nothing."""
+
+_DEFAULT_PORTS = {"http": 80, "https": 443}
+
+
+def origin_of(url: str) -> str:
+    """`scheme://host[:port]` as a browser writes it; InputError where the text is no such thing."""
+    try:
+        parts = urlsplit(url.strip())
+        host, port = parts.hostname, parts.port
+    except ValueError:
+        parts, host, port = urlsplit(""), None, None
+    if parts.scheme not in _DEFAULT_PORTS or not host or parts.path.strip("/"):
+        raise InputError(f"--origin {url} is no origin; write it like https://lab.example.org.")
+    plain = port is None or port == _DEFAULT_PORTS[parts.scheme]
+    return f"{parts.scheme}://{_bracketed(host)}{'' if plain else f':{port}'}"
+
+
+def _http_origin(name: str, port: int) -> str:
+    return origin_of(f"http://{_bracketed(name)}:{port}")
+
+
+def _bracketed(host: str) -> str:
+    return f"[{host}]" if ":" in host else host
+
+
+def loopback_origins(port: int) -> tuple[str, ...]:
+    """Of a page on this machine."""
+    return tuple(_http_origin(name, port) for name in LOOPBACK_NAMES)
+
+
+def hosts_of(origins: Iterable[str]) -> frozenset[str]:
+    """The `Host` headers that go with the origins."""
+    return frozenset(urlsplit(origin).netloc.lower() for origin in origins)
+
+
+def lan_address() -> str | None:
+    """This machine's address in its network; None without one."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(_NOWHERE)
+            found = str(probe.getsockname()[0])
+        except OSError:
+            return None
+    return None if is_loopback(found) else found
 
 
 def is_loopback(host: str) -> bool:
@@ -101,16 +123,41 @@ def is_loopback(host: str) -> bool:
         return False
 
 
+def neighbours(address: str) -> str:
+    """The address, or the /64 network that one machine may have to itself under IPv6."""
+    try:
+        found = ipaddress.ip_address(address.partition("%")[0])
+    except ValueError:
+        return address
+    mapped = getattr(found, "ipv4_mapped", None)
+    if found.version == 4 or mapped is not None:
+        return str(mapped or found)
+    return str(ipaddress.ip_network((found, 64), strict=False))
+
+
+WAITING = 100
+"""Connections that may wait for the server to be ready."""
+
+_BUSY = {errno.EADDRINUSE} | ({errno.EACCES} if os.name == "nt" else set())
+
+
 def bind(host: str, port: int, tries: int) -> socket.socket:
     """Listens on the port, or on the next one that is free; InputError where there is none."""
     last = min(port + tries - 1, 65535) if port else 0
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
     for candidate in range(port, last + 1):
         try:
-            return _bound_socket(host, candidate)
+            return socket.create_server((host, candidate), family=family, backlog=WAITING)
         except OSError as error:
             if error.errno not in _BUSY:
                 raise InputError(_sentence(host, candidate, error)) from error
     raise InputError(f"The ports {port} to {last} are all busy; choose another with --port.")
+
+
+def _sentence(host: str, port: int, error: OSError) -> str:
+    if error.errno == errno.EACCES:
+        return f"Port {port} is reserved for the system; choose one above 1023 with --port."
+    return f"The address {host} does not belong to this machine ({error}); check --host."
 
 
 def port_of(listener: socket.socket) -> int:
@@ -121,60 +168,4 @@ def port_of(listener: socket.socket) -> int:
 def own_name(listener: socket.socket) -> str:
     """The host of an address that a browser on this machine can use."""
     host = ipaddress.ip_address(listener.getsockname()[0].partition("%")[0])
-    if host.is_unspecified:
-        return "127.0.0.1"
-    return f"[{host}]" if host.version == 6 else str(host)
-
-
-def _bound_socket(host: str, port: int) -> socket.socket:
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    return socket.create_server((host, port), family=family, backlog=WAITING)
-
-
-def _sentence(host: str, port: int, error: OSError) -> str:
-    if error.errno == errno.EACCES:
-        return f"Port {port} is reserved for the system; choose one above 1023 with --port."
-    return f"The address {host} does not belong to this machine ({error}); check --host."
-
-
-def qr_text(address: str) -> str:
-    """A QR code of half blocks, light on dark, for a terminal that can show them."""
-    import segno
-
-    out = io.StringIO()
-    segno.make(address, error="m", micro=False).terminal(out, compact=True, border=2)
-    return out.getvalue().rstrip("\n")
-
-
-PrintLine = Callable[[str], None]
-
-
-def teacher_address(home: str, join: Word | None, teacher: Word | None) -> str:
-    """What the own browser opens."""
-    if teacher is not None:
-        return f"{home}?{TEACHER}={quote(teacher.word)}"
-    return home if join is None else f"{home}?{CODE}={quote(join.word)}"
-
-
-def greet_alone(home: str, print_line: PrintLine) -> None:
-    """The page stays on this machine."""
-    print_line(f"FlexGUI: {home}   (Ctrl-C ends it)")
-
-
-def greet_class(
-    home: str, more: tuple[str, ...], origins: tuple[str, ...], words: tuple[Word, Word | None],
-    print_line: PrintLine,
-) -> None:  # fmt: skip
-    """What is open, to whom, and how to come in."""
-    join, teacher = words
-    for_class = f"{more[0]}/?{CODE}={quote(join.word)}" if more else ""
-    if for_class:
-        print_line(f"FlexGUI for the class: {for_class}   (Ctrl-C ends it)")
-        if sys.stdout.isatty():
-            print_line(qr_text(for_class))
-    else:
-        print_line("No network was found: the page can be reached from this machine only.")
-    print_line(f"Join code: {join.word}")
-    print_line("Open: to everybody in this network who has the code, without encryption (http).")
-    print_line("Pages that may connect: " + ", ".join(origins))
-    print_line(f"Your own: {teacher_address(home, join, teacher)}")
+    return "127.0.0.1" if host.is_unspecified else _bracketed(str(host))

@@ -10,6 +10,7 @@ import contextlib
 import ctypes
 import logging
 import os
+import secrets
 import signal
 import sys
 import threading
@@ -18,33 +19,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any
-
-import viser
+from typing import TYPE_CHECKING
 
 from flexgui.jobs import JobPool
 from flexgui.plain_words import INTERNAL, print_error
 from flexgui.server.app import PageServer, Settings
-from flexgui.server.entry import Word
-from flexgui.server.front import send_plotly, watch_connection
-from flexgui.server.kept import KeptWork, server_key, state_folder
-from flexgui.server.limits import Limits
-from flexgui.server.options import (
-    PrintLine,
-    ServeOptions,
-    bind,
-    greet_alone,
-    greet_class,
-    port_of,
-    teacher_address,
-)
-from flexgui.server.services import Services
-from flexgui.server.store import Kept
+from flexgui.server.options import ServeOptions, bind, port_of
+from flexgui.server.services import Limits, Services
+from flexgui.server.sessions import KeptWork, state_folder
 from flexgui.server.warming import Warming
 
 if TYPE_CHECKING:
-    from flexgui.page.page import Page
+    from flexgui.classroom.tickets import Tickets
     from flexgui.session import Session
+
+log = logging.getLogger("flexgui")
 
 
 def can_open() -> bool:
@@ -72,98 +61,62 @@ Each page is sent megabytes. By default, glibc takes ever more threads' heaps an
 for them and gives nothing back: 100 pages that came and went left 130 MB, with these 3 MB."""
 
 
-def serve(options: ServeOptions, print_line: PrintLine) -> None:
+def serve(options: ServeOptions, print_line: Callable[[str], None]) -> None:
     """Blocks until Ctrl-C; InputError where it cannot begin."""
     options.check()
     sys.setswitchinterval(SWITCH)
     _return_memory()
-    log = _quiet_log()
+    _log_to_terminal()
     make_session = _session_maker(options.scenario, options.data, print_line)
     limits = Limits()
     listener = bind(options.address, options.port, limits.ports)
     port = port_of(listener)
     if options.port not in (0, port):
         print_line(f"Port {options.port} is busy; FlexGUI takes {port}.")
-    join, teacher = options.join_word(), options.teacher_word()
-    more = options.more_origins(port)
+    tickets, more = tickets_of(options), options.more_origins(port)
     pool = JobPool(options.workers)
-    warming = Warming(pool, log, print_line)
+    warming = Warming(pool, print_line)
     settings = Settings(
         make_session=make_session,
-        build_page=_page_builder(warming),
-        welcome=_welcome(warming),
-        services=Services(pool, options.data, limits.upload_bytes, log=log),
-        stop_jobs=_leave_alone,
-        copy_session=_copy_session if options.demo else None,
+        services=Services(pool, options.data, limits.upload_bytes),
+        warming=warming,
         origins=more,
-        join=join,
-        teacher=teacher,
-        key=server_key(),
-        kept=_kept_work(log),
+        tickets=tickets,
+        demo=options.demo,
+        kept=_kept_work(),
         limits=limits,
     )
     with until_asked() as asked:
         server = PageServer(listener, settings)
         try:
             warming.start()
-            _greet(server, more, (join, teacher), print_line)
+            if tickets is None:
+                print_line(f"FlexGUI: {server.address}   (Ctrl-C ends it)")
+            else:
+                tickets.greet(server.address, more, server.origins, print_line)
             if options.browser and can_open():
-                open_soon(teacher_address(server.address, join, teacher))
-            wait(asked)
+                open_soon(
+                    server.address if tickets is None else tickets.own_address(server.address)
+                )
+            while not asked.wait(POLL):
+                pass
         finally:
             end_in_any_case()
-            _close(server, pool)
+            # At the same time: each may take seconds, and both together must not.
+            workers = threading.Thread(target=pool.close, name="flexgui-closing")
+            workers.start()
+            server.close()
+            workers.join()
     print_line("FlexGUI has ended.")
 
 
-def _welcome(warming: Warming) -> Callable[[viser.ClientHandle], None]:
-    def welcome(client: viser.ClientHandle) -> None:
-        watch_connection(client)
-        send_plotly(client)
-        warming.wait()
+def tickets_of(options: ServeOptions) -> Tickets | None:
+    """Asks a class for its code; None where the page stays on this machine."""
+    if not options.lan:
+        return None
+    from flexgui.classroom.tickets import Tickets
 
-    return welcome
-
-
-def _page_builder(
-    warming: Warming,
-) -> Callable[[viser.ClientHandle, Session, Services, bool], Page]:
-    def build(
-        client: viser.ClientHandle, session: Session, services: Services, read_only: bool
-    ) -> Page:
-        from flexgui.page.page import build_page
-
-        warming.admit(client)
-        return build_page(client, session, services, read_only)
-
-    return build
-
-
-def _copy_session(teacher: Session, own: Session) -> None:
-    from flexgui.server.copying import copy_session
-
-    copy_session(teacher, own)
-
-
-def _close(server: PageServer[Any], pool: JobPool) -> None:
-    """At the same time: each may take seconds, and both together must not."""
-    workers = threading.Thread(target=pool.close, name="flexgui-closing")
-    workers.start()
-    server.close()
-    workers.join()
-
-
-def _greet(
-    server: PageServer[Any],
-    more: tuple[str, ...],
-    words: tuple[Word | None, Word | None],
-    print_line: PrintLine,
-) -> None:
-    join, teacher = words
-    if join is None:
-        greet_alone(server.address, print_line)
-    else:
-        greet_class(server.address, more, server.origins, (join, teacher), print_line)
+    return Tickets(options.join_code, secrets.token_hex(12) if options.demo else None)
 
 
 def _return_memory() -> None:
@@ -174,47 +127,33 @@ def _return_memory() -> None:
             set_option(*parameter)
 
 
-def _leave_alone(session: Session) -> None:
-    """With the best they have so far: who comes back finds it. Nothing plays to nobody."""
-    session.stop()
-    session.stop_study()
-    if session.cursor.playing:
-        session.set_cursor(playing=False)
-
-
 def _session_maker(
-    scenario: Path | None, data: Path | None, print_line: PrintLine
+    scenario: Path | None, data: Path | None, print_line: Callable[[str], None]
 ) -> Callable[[str, Path], Session]:
     """The scenario is read before anything is opened, so that its errors end the command."""
-    if scenario is None:
-        return _demo_session
-    from flexgui.core.scenario.data_folder import outside
-    from flexgui.core.scenario.read import read_scenario
-    from flexgui.session import Session
-    from flexgui.stages.data.uploads import fetch_files
+    given, beside = None, Path()
+    if scenario is not None:
+        from flexgui.core.scenario.data_folder import outside
+        from flexgui.core.scenario.read import read_scenario
 
-    given, beside = read_scenario(scenario), scenario.resolve().parent
-    if far := outside(given, beside, data):
-        print_line(far)
+        given, beside = read_scenario(scenario), scenario.resolve().parent
+        if far := outside(given, beside, data):
+            print_line(far)
 
     def make(key: str, folder: Path) -> Session:
+        from flexgui.session import Session
+        from flexgui.stages.data.uploads import fetch_files
+
         session = Session(key, folder)
-        session.open(fetch_files(given, beside, data, folder))
+        if given is not None:
+            session.open(fetch_files(given, beside, data, folder))
         session.keep_here()
         return session
 
     return make
 
 
-def _demo_session(key: str, folder: Path) -> Session:
-    from flexgui.session import Session
-
-    session = Session(key, folder)
-    session.keep_here()
-    return session
-
-
-def _kept_work(log: logging.Logger) -> Kept | None:
+def _kept_work() -> KeptWork | None:
     try:
         return KeptWork(state_folder() / "sessions")
     except OSError as error:
@@ -222,15 +161,13 @@ def _kept_work(log: logging.Logger) -> Kept | None:
         return None
 
 
-def _quiet_log() -> logging.Logger:
-    log = logging.getLogger("flexgui")
+def _log_to_terminal() -> None:
     if not log.handlers:
         handler = logging.StreamHandler(sys.stderr)
         handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
         log.addHandler(handler)
         log.setLevel(logging.WARNING)
         log.propagate = False
-    return log
 
 
 HARD_END = 4.5
@@ -257,12 +194,6 @@ def until_asked() -> Iterator[threading.Event]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-
-
-def wait(asked: threading.Event) -> None:
-    """Until then."""
-    while not asked.wait(POLL):
-        pass
 
 
 def end_in_any_case(seconds: float = HARD_END) -> None:

@@ -6,6 +6,7 @@ import contextlib
 import gc
 import logging
 import threading
+from collections.abc import Callable
 
 import viser
 
@@ -13,7 +14,6 @@ from flexgui.core.errors import InputError
 from flexgui.core.results import Generation
 from flexgui.jobs import JobPool
 from flexgui.page.in_browser import BUILDING, show_progress
-from flexgui.server.options import PrintLine
 
 PREPARING = "Compiling the simulation for this machine, once: about half a minute."
 READY = "Ready."
@@ -21,6 +21,8 @@ NOTICE = (
     "Compiling for this machine, once",
     "{} of {} parts. Measurements and fits come after it.",
 )
+log = logging.getLogger(__name__)
+
 LONGEST = 120.0
 """s that a page waits for the arm's equations; then it makes them for itself."""
 
@@ -31,8 +33,8 @@ class Warming:
     The workers start last, since they would take the first page's time; jobs wait for them.
     """
 
-    def __init__(self, pool: JobPool, log: logging.Logger, print_line: PrintLine) -> None:
-        self._pool, self._log, self._print_line = pool, log, print_line
+    def __init__(self, pool: JobPool, print_line: Callable[[str], None]) -> None:
+        self._pool, self._print_line = pool, print_line
         self._loaded = threading.Event()
         self._lock = threading.Lock()
         self._parts: tuple[int, int] | None = None
@@ -87,7 +89,7 @@ class Warming:
             self._loaded.set()
             self._compile()
         except Exception:
-            self._log.exception("Warming up failed; the first page does it")
+            log.exception("Warming up failed; the first page does it")
         finally:
             self._loaded.set()
         with contextlib.suppress(InputError):  # it has been closed meanwhile

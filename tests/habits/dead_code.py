@@ -33,6 +33,7 @@ PROTOCOLS = [
     "animated", "up_direction", "cell_color", "section_color", "colors",  # viser's handles
     "_plotly_json_str", "_sanctioned_dead_writes", "_lower", "_Typing",
     "unify", "can_convert_from",  # Numba's types
+    "mime_type", "part_index",  # fields of the messages of viser's client
 ]  # fmt: skip
 """Names that somebody else's code looks for."""
 

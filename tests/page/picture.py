@@ -16,7 +16,7 @@ import viser
 from playwright.sync_api import sync_playwright
 
 from flexgui.jobs import JobPool
-from flexgui.server.front import send_plotly
+from flexgui.server.viser_patches import send_plotly
 from flexgui.session import Session
 from tests.conftest import CHROMIUM, FLAGS, ROOT
 from tests.page.conftest import Desktop, Offered

@@ -8,7 +8,7 @@ import pytest
 
 from flexgui.page.in_browser import PURPOSE
 from flexgui.page.layout import DARK
-from flexgui.server.front import LONGEST, SLOW, behind_curtain
+from flexgui.server.access import LONGEST, SLOW, behind_curtain
 from flexgui.session import Session
 from tests.page.conftest import PATIENCE, Desktop
 from tests.page.helpers import FIRST, press, sees, still
@@ -83,7 +83,7 @@ def test_every_slider_and_icon_has_a_name(page: Any) -> None:
 
 
 def test_the_curtain_is_the_first_thing_of_the_body() -> None:
-    made = behind_curtain(b"<html><title>Viser</title><body><div id='root'></div>", "FlexGUI")
+    made = behind_curtain(b"<html><title>Viser</title><body><div id='root'></div>")
     text = made.decode()
     assert "<title>FlexGUI</title>" in text
     assert text.index("fx-curtain") < text.index("id='root'") and PURPOSE in text
@@ -93,7 +93,7 @@ def test_an_empty_page_stays_covered_however_long_it_takes(chromium: Any) -> Non
     context = chromium.new_context()
     page = context.new_page()
     page.clock.install()
-    page.set_content(behind_curtain(b"<html><body></body></html>", "FlexGUI").decode())
+    page.set_content(behind_curtain(b"<html><body></body></html>").decode())
     page.clock.fast_forward(LONGEST + 1000)
     sees(page, SLOW)
     assert page.locator("#fx-curtain").is_visible()

@@ -14,7 +14,7 @@ import pytest
 import viser
 
 from flexgui.jobs import JobPool
-from flexgui.server.front import send_plotly
+from flexgui.server.viser_patches import send_plotly
 from flexgui.session import Session
 from flexgui.session.state import STAGES
 from tests.jobs.helpers import EVEN

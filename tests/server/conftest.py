@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, cast
 
 import pytest
 
+from flexgui.classroom import tickets
 from flexgui.jobs import JobPool
+from flexgui.page import page as page_module
+from flexgui.server import app, sessions
 from flexgui.server.app import PageServer, Settings
-from flexgui.server.limits import Limits
 from flexgui.server.options import bind
-from flexgui.server.services import Services
-from tests.server.helpers import Browser, FakeClock, Pages, Shown, Thing, no_jobs
+from flexgui.server.services import Limits, Services
+from tests.server.helpers import Browser, FakeClock, Pages, Shown, Thing
 
 SMALL = Limits(upload_bytes=100_000, session_bytes=150_000, key_wait=1.0, key_wait_longer=1.0)
 
@@ -23,7 +25,7 @@ SMALL = Limits(upload_bytes=100_000, session_bytes=150_000, key_wait=1.0, key_wa
 class Place:
     """A server and what can be seen of it."""
 
-    server: PageServer[Thing]
+    server: PageServer
     pages: Pages
     clock: FakeClock
 
@@ -48,22 +50,19 @@ MakePlace = Callable[..., Place]
 
 
 @pytest.fixture
-def make_place() -> Iterator[MakePlace]:
-    """Makes servers, and ends them."""
-    made: list[PageServer[Thing]] = []
+def make_place(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[MakePlace]:
+    """Makes servers whose pages do as little as they can, and ends them."""
+    monkeypatch.setenv(sessions.VARIABLE, str(tmp_path / "state"))
+    monkeypatch.setattr(app, "welcome", lambda client: None)
+    made: list[PageServer] = []
 
     def make(limits: Limits = SMALL, **more: Any) -> Place:
         pages, clock = Pages(), FakeClock()
-        log = logging.getLogger("flexgui.test")
-        settings: Settings[Thing] = Settings(
-            make_session=Thing,
-            build_page=pages,
-            services=Services(cast(JobPool, None), log=log),
-            stop_jobs=no_jobs,
-            limits=limits,
-            clock=clock,
-            **more,
-        )
+        monkeypatch.setattr(page_module, "build_page", pages)
+        for module in (sessions, tickets):
+            monkeypatch.setattr(module, "monotonic", clock)
+        services = Services(cast(JobPool, None))
+        settings = Settings(make_session=Thing, services=services, limits=limits, **more)
         made.append(PageServer(bind("127.0.0.1", 0, 1), settings))
         return Place(made[-1], pages, clock)
 

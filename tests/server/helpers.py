@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from http.client import HTTPConnection, HTTPResponse
 from pathlib import Path
-from types import TracebackType
+from types import SimpleNamespace, TracebackType
 from typing import Any, TypeVar
 
 import msgspec
@@ -49,11 +49,15 @@ class Thing:
         self.key, self.folder = key, folder
         self.values: dict[str, Any] = {}
         self.uploads: list[bytes] = []
+        self.cursor = SimpleNamespace(playing=False)
         self.stops = 0
         self.closed = False
 
     def stop(self) -> None:
         self.stops += 1
+
+    def stop_study(self) -> None:
+        pass
 
     def close(self) -> None:
         self.closed = True
@@ -125,10 +129,6 @@ def apart(call: Callable[..., R], *values: Any) -> R:
         return pool.submit(call, *values).result()
 
 
-def no_jobs(session: Thing) -> None:
-    session.stop()
-
-
 class LostError(AssertionError):
     """The server is gone, or it has ended the connection: what is waited for cannot come."""
 
@@ -137,7 +137,7 @@ class LostError(AssertionError):
 class Browser:
     """Speaks viser's protocol; keeps what the server stored in its local storage."""
 
-    server: PageServer[Thing]
+    server: PageServer
     origin: str | None = None
     """None: the right one."""
     storage: dict[str, str] = field(default_factory=dict)
@@ -256,7 +256,7 @@ def _messages(data: str | bytes) -> list[dict[str, Any]]:
     return found
 
 
-def get(server: PageServer[Thing], path: str, **headers: str) -> HTTPResponse:
+def get(server: PageServer, path: str, **headers: str) -> HTTPResponse:
     """A page over plain HTTP."""
     connection = HTTPConnection("127.0.0.1", server.port, timeout=PATIENCE)
     names = {name.replace("_", "-"): value for name, value in headers.items()}

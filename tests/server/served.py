@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from flexgui.server.kept import VARIABLE
+from flexgui.server.sessions import VARIABLE
 from tests.server.helpers import Browser
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from flexgui.classroom.challenging import Challenge, Guess
-from flexgui.server.copying import copy_session
+from flexgui.classroom.demo import copy_session
 from flexgui.session import Session
 from flexgui.stages.diagnose.look import Look
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from flexgui.server.demo import COPY, FOLLOW
-from flexgui.server.entry import Word
+from flexgui.classroom import demo as demo_module
+from flexgui.classroom.demo import COPY, FOLLOW
+from flexgui.classroom.tickets import Tickets
 from tests.server.conftest import MakePlace, Place
 from tests.server.helpers import SILENCE, Browser, Thing, announcement, get, wait_for
 
@@ -16,9 +17,14 @@ def copy(teacher: Thing, own: Thing) -> None:
     own.values = dict(teacher.values)
 
 
+@pytest.fixture(autouse=True)
+def _copied(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(demo_module, "copy_session", copy)
+
+
 @pytest.fixture
 def demo(make_place: MakePlace) -> Place:
-    return make_place(copy_session=copy)
+    return make_place(demo=True)
 
 
 def button(browser: Browser, label: str) -> str:
@@ -36,9 +42,6 @@ def test_the_first_is_the_teacher_and_the_others_follow(demo: Place) -> None:
         mine = demo.page(teacher)
         theirs = demo.page(follower)
         assert not mine.read_only and theirs.read_only and theirs.session is mine.session
-        assert demo.server.services.demo is not None
-        assert demo.server.services.demo.role(mine.client) == "teacher"
-        assert demo.server.services.demo.role(theirs.client) == "follower"
 
 
 def test_a_follower_changes_nothing_and_is_told_why(demo: Place) -> None:
@@ -117,7 +120,7 @@ def test_the_teacher_stays_the_teacher_over_a_reload_and_for_hours(demo: Place) 
 
 
 def test_in_a_class_the_teacher_is_who_has_the_token(make_place: MakePlace) -> None:
-    place = make_place(copy_session=copy, join=Word(CODE), teacher=Word(TOKEN))
+    place = make_place(demo=True, tickets=Tickets(CODE, TOKEN))
     ticket = (get(place.server, f"/?teacher={TOKEN}").getheader("Set-Cookie") or "").split(";")[0]
     with Browser(place.server, path=f"/?code={CODE}") as early:
         early.await_message("GuiMarkdownMessage")

@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from flexgui.server import app
-from flexgui.server.values import folder_bytes
+from flexgui.server import browser_connection
+from flexgui.server.sessions import folder_bytes
 from tests.server.conftest import SMALL, MakePlace, Place
 from tests.server.helpers import (
     CAMERA,
@@ -173,7 +173,7 @@ def test_the_files_of_a_session_have_a_limit_and_no_loop_waits_for_their_count(
         on_loop.append(asyncio._get_running_loop() is not None)
         return folder_bytes(folder)
 
-    monkeypatch.setattr(app, "folder_bytes", count)
+    monkeypatch.setattr(browser_connection, "folder_bytes", count)
     with Browser(place.server) as browser:
         shown = place.page(browser)
         (shown.session.folder / "kept.csv").write_bytes(b"x" * 100_000)

@@ -15,26 +15,34 @@ from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from flexgui.server.access import CODE, TEACHER, AccessHandler
-from flexgui.server.entry import Word, neighbours, new_code
-from flexgui.server.kept import KEY_FILE, VARIABLE, server_key
-from flexgui.server.limits import Limits
+from flexgui.classroom import tickets
+from flexgui.classroom.tickets import CODE, KEY_FILE, TEACHER, Tickets, new_code, server_key
+from flexgui.server.access import AccessHandler
+from flexgui.server.options import neighbours
+from flexgui.server.services import Limits
+from flexgui.server.sessions import VARIABLE
 from tests.server.helpers import FakeClock
 
 PORT = 8080
 GUESSES = 10_000
-KEY = bytes(range(32))
 JOIN, TEACHERS = "K7QM-2XWP", "t0ken"
 
 
-@pytest.fixture
-def access() -> AccessHandler:
-    found = AccessHandler(
-        (f"http://127.0.0.1:{PORT}",), Limits(), join=Word(JOIN), teacher=Word(TEACHERS), key=KEY,
-        clock=FakeClock(),
-    )  # fmt: skip
+@pytest.fixture(autouse=True)
+def _key(tmp_path: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, str(tmp_path))
+
+
+def made() -> AccessHandler:
+    found = AccessHandler((f"http://127.0.0.1:{PORT}",), Limits(), Tickets(JOIN, TEACHERS))
     found.open = True
     return found
+
+
+@pytest.fixture
+def access(monkeypatch: pytest.MonkeyPatch) -> AccessHandler:
+    monkeypatch.setattr(tickets, "monotonic", FakeClock())
+    return made()
 
 
 def asked(
@@ -95,7 +103,17 @@ def test_the_ticket_of_the_code_alone_no_longer_opens(access: AccessHandler) -> 
     plain = JOIN.replace("-", "").encode()
     forged = hmac.new(plain, b"flexgui ticket", hashlib.sha256).hexdigest()
     assert not is_in(asked(access, "192.0.2.1", cookie=f"flexgui_{CODE}_{PORT}={forged}"))
-    assert Word(JOIN).ticket(KEY) != Word(JOIN).ticket(KEY[::-1])
+
+
+def test_a_ticket_holds_over_a_restart_and_not_at_another_server(
+    tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    welcome = asked(made(), "192.0.2.1", f"/?{CODE}={JOIN}")
+    assert welcome is not None
+    cookie = welcome.headers["Set-Cookie"].partition(";")[0]
+    assert is_in(asked(made(), "192.0.2.1", cookie=cookie))
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "another"))
+    assert not is_in(asked(made(), "192.0.2.1", cookie=cookie))
 
 
 def test_wrong_tickets_count_as_guesses(access: AccessHandler) -> None:

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 import pytest
 
 from flexgui.jobs import JobPool
-from flexgui.page.page import build_page
+from flexgui.server import sessions
 from flexgui.server.app import PageServer, Settings
-from flexgui.server.limits import Limits
 from flexgui.server.options import bind
-from flexgui.server.services import Services
+from flexgui.server.services import Limits, Services
 from flexgui.session import Session
 from flexgui.session.latest import LINGER
 from tests.server.conftest import Place
@@ -39,16 +37,16 @@ def descriptors() -> int:
     return sum(1 for _ in Path("/proc/self/fd").iterdir())
 
 
-def settled(server: PageServer[Any], clock: FakeClock, before: tuple[int, int]) -> None:
+def settled(server: PageServer, clock: FakeClock, before: tuple[int, int]) -> None:
     """Sessions, folders, threads and descriptors are as before, once the time has passed."""
-    until(lambda: not server._browsers, PATIENCE, "the leave")
+    until(lambda: server.idle, PATIENCE, "the leave")
 
     def over() -> bool:
         clock.now += Limits.keep_untouched  # each leaves a moment after its browser
         return len(server.store) == 0
 
     until(over, PATIENCE, "the end of the sessions")
-    until(lambda: not list(server._root.iterdir()), PATIENCE, "the end of the folders")
+    until(lambda: not list(server.store.root.iterdir()), PATIENCE, "the end of the folders")
     until(lambda: len(threads()) <= before[0], PATIENCE, "the end of the threads")
     until(lambda: descriptors() <= before[1], PATIENCE, "the end of the descriptors")
 
@@ -56,7 +54,7 @@ def settled(server: PageServer[Any], clock: FakeClock, before: tuple[int, int]) 
 def test_a_hundred_visits_leave_nothing(place: Place) -> None:
     with Browser(place.server) as browser:  # what is made once is made
         place.page(browser)
-    until(lambda: not place.server._browsers, PATIENCE, "the leave")
+    until(lambda: place.server.idle, PATIENCE, "the leave")
     before = (len(threads()), descriptors())
     for _ in range(MANY):
         with Browser(place.server) as browser:
@@ -65,30 +63,27 @@ def test_a_hundred_visits_leave_nothing(place: Place) -> None:
 
 
 @pytest.fixture
-def clock() -> FakeClock:
-    return FakeClock()
+def clock(monkeypatch: pytest.MonkeyPatch) -> FakeClock:
+    found = FakeClock()
+    monkeypatch.setattr(sessions, "monotonic", found)
+    return found
 
 
 @pytest.fixture
-def real(clock: FakeClock) -> Iterator[PageServer[Session]]:
-    settings = Settings[Session](
-        make_session=Session,
-        build_page=build_page,
-        services=Services(cast(JobPool, None), log=logging.getLogger("flexgui.test")),
-        clock=clock,
-    )
+def real(clock: FakeClock) -> Iterator[PageServer]:
+    settings = Settings(make_session=Session, services=Services(cast(JobPool, None)))
     made = PageServer(bind("127.0.0.1", 0, 1), settings)
     yield made
     made.close()
 
 
-def test_visits_of_whole_pages_leave_nothing(real: PageServer[Session], clock: FakeClock) -> None:
+def test_visits_of_whole_pages_leave_nothing(real: PageServer, clock: FakeClock) -> None:
     def visit() -> None:
-        with Browser(real) as browser:  # type: ignore[arg-type]
+        with Browser(real) as browser:
             widget(browser, "3-D playback (HTML)", "GuiButton")
 
     visit()
-    until(lambda: not real._browsers, PATIENCE, "the leave")
+    until(lambda: real.idle, PATIENCE, "the leave")
     until(lambda: "flexgui-crew" not in threads(), PATIENCE, "the rest of the crew")
     before = (len(threads()), descriptors())
     for _ in range(SOME):

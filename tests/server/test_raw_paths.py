@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator
 from pathlib import Path
 from typing import cast
 
 import pytest
 
+from flexgui.classroom.demo import COPY
 from flexgui.jobs import JobPool
-from flexgui.page.page import build_page
 from flexgui.server.app import PageServer, Settings
-from flexgui.server.copying import copy_session
-from flexgui.server.demo import COPY
 from flexgui.server.options import bind
 from flexgui.server.services import Services
 from flexgui.session import Session
@@ -33,17 +30,12 @@ def sessions() -> list[Session]:
 
 
 @pytest.fixture
-def server(sessions: list[Session]) -> Iterator[PageServer[Session]]:
+def server(sessions: list[Session]) -> Iterator[PageServer]:
     def make(key: str, folder: Path) -> Session:
         sessions.append(Session(key, folder))
         return sessions[-1]
 
-    settings = Settings[Session](
-        make_session=make,
-        build_page=build_page,
-        services=Services(cast(JobPool, None), log=logging.getLogger("flexgui.test")),
-        copy_session=copy_session,
-    )
+    settings = Settings(make_session=make, services=Services(cast(JobPool, None)), demo=True)
     made = PageServer(bind("127.0.0.1", 0, 1), settings)
     yield made
     made.close()
@@ -61,12 +53,12 @@ def press(browser: Browser, label: str) -> None:
 
 @pytest.mark.long
 def test_nothing_of_the_server_reaches_a_browser(
-    server: PageServer[Session], sessions: list[Session], tmp_path: Path
+    server: PageServer, sessions: list[Session], tmp_path: Path
 ) -> None:
     hidden = secret(tmp_path)
-    with Browser(server) as teacher:  # type: ignore[arg-type]
+    with Browser(server) as teacher:
         widget(teacher, "Scenario file", "GuiButton")
-        with Browser(server) as browser:  # type: ignore[arg-type]
+        with Browser(server) as browser:
             own = own_copy(browser, sessions)
             files = names(own.folder, hidden)
             button = widget(browser, "Upload a recording or a scenario")

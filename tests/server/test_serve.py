@@ -15,10 +15,11 @@ from pathlib import Path
 
 import pytest
 
+from flexgui.classroom.tickets import qr_text
 from flexgui.core.errors import InputError
 from flexgui.plain_words import INTERNAL
-from flexgui.server.entry import origin_of
-from flexgui.server.options import ServeOptions, bind, port_of, qr_text
+from flexgui.server.options import ServeOptions, bind, origin_of, port_of
+from flexgui.server.serve import tickets_of
 
 STARTING = 60.0
 """s on a machine that compiles everything first."""
@@ -138,8 +139,8 @@ def test_options_that_do_not_fit_are_one_sentence(options: ServeOptions, sentenc
 
 def test_without_a_word_about_the_network_only_this_machine_is_served() -> None:
     assert ServeOptions().address == "127.0.0.1"
-    assert ServeOptions().join_word() is None
-    assert ServeOptions(lan=True).join_word() is not None
+    assert tickets_of(ServeOptions()) is None
+    assert tickets_of(ServeOptions(lan=True)) is not None
 
 
 @pytest.mark.parametrize(

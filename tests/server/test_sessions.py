@@ -5,16 +5,18 @@ from __future__ import annotations
 import contextlib
 import stat
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from flexgui.core.errors import InputError
-from flexgui.server.limits import Limits
-from flexgui.server.store import SessionStore
+from flexgui.server import sessions
+from flexgui.server.services import Limits
+from flexgui.server.sessions import SessionStore
 from tests.server.conftest import SMALL, MakePlace, Place
-from tests.server.helpers import SILENCE, Browser, FakeClock, Thing, no_jobs, wait_for
+from tests.server.helpers import SILENCE, Browser, FakeClock, Thing, wait_for
 
 
 def test_a_reload_keeps_the_session(place: Place) -> None:
@@ -117,18 +119,21 @@ def test_a_full_server_says_so_on_the_page(make_place: MakePlace) -> None:
 
 
 @pytest.fixture
-def clock() -> FakeClock:
-    return FakeClock()
+def clock(monkeypatch: pytest.MonkeyPatch) -> FakeClock:
+    found = FakeClock()
+    monkeypatch.setattr(sessions, "monotonic", found)
+    return found
 
 
 @pytest.fixture
-def store(tmp_path: Path, clock: FakeClock) -> SessionStore[Thing]:
-    limits = Limits(sessions=2)
-    return SessionStore(Thing, tmp_path, limits, stop_jobs=no_jobs, clock=clock)
+def store(clock: FakeClock) -> Iterator[SessionStore]:
+    made = SessionStore(Thing, Limits(sessions=2))
+    yield made
+    made.close()
 
 
 def test_an_hour_after_the_last_browser_left_a_session_ends(
-    store: SessionStore[Thing], clock: FakeClock
+    store: SessionStore, clock: FakeClock
 ) -> None:
     session = store.join(None)
     store.touch(session)
@@ -148,7 +153,7 @@ def test_an_hour_after_the_last_browser_left_a_session_ends(
 
 
 def test_jobs_go_on_over_a_reload_and_stop_soon_after_a_leave(
-    store: SessionStore[Thing], clock: FakeClock
+    store: SessionStore, clock: FakeClock
 ) -> None:
     session = store.join(None)
     store.touch(session)
@@ -168,7 +173,7 @@ def test_jobs_go_on_over_a_reload_and_stop_soon_after_a_leave(
 
 
 def test_a_newcomer_takes_the_place_of_who_left_long_ago(
-    store: SessionStore[Thing], clock: FakeClock
+    store: SessionStore, clock: FakeClock
 ) -> None:
     first, second = store.join(None), store.join(None)
     for session in (first, second):
@@ -185,18 +190,20 @@ def test_a_newcomer_takes_the_place_of_who_left_long_ago(
     assert second.closed and not first.closed
 
 
-def test_a_session_that_cannot_be_made_leaves_no_folder(tmp_path: Path) -> None:
+def test_a_session_that_cannot_be_made_leaves_no_folder() -> None:
     def fail(key: str, folder: Path) -> Thing:
         raise InputError("no")
 
-    store = SessionStore(fail, tmp_path, Limits())
+    store = SessionStore(fail, Limits())
     with pytest.raises(InputError):
         store.join(None)
-    assert not list(tmp_path.iterdir()) and not len(store)
+    assert not list(store.root.iterdir()) and not len(store)
+    store.close()
+    assert not store.root.exists()
 
 
 def test_a_session_in_which_nothing_was_done_is_given_up_soon(
-    store: SessionStore[Thing], clock: FakeClock
+    store: SessionStore, clock: FakeClock
 ) -> None:
     idle, used = store.join(None), store.join(None)
     store.touch(used)
@@ -211,7 +218,7 @@ def test_a_session_in_which_nothing_was_done_is_given_up_soon(
 
 
 def test_a_newcomer_takes_the_place_of_a_session_in_which_nothing_was_done(
-    store: SessionStore[Thing],
+    store: SessionStore,
 ) -> None:
     idle, used = store.join(None), store.join(None)
     store.touch(used)
@@ -221,9 +228,8 @@ def test_a_newcomer_takes_the_place_of_a_session_in_which_nothing_was_done(
     assert idle.closed and not used.closed
 
 
-def test_one_address_does_not_take_every_session(tmp_path: Path, clock: FakeClock) -> None:
-    limits = Limits(sessions=10, sessions_per_address=3)
-    store = SessionStore(Thing, tmp_path, limits, stop_jobs=no_jobs, clock=clock)
+def test_one_address_does_not_take_every_session(clock: FakeClock) -> None:
+    store = SessionStore(Thing, Limits(sessions=10, sessions_per_address=3))
     first = [store.join(None, address="192.0.2.1") for _ in range(3)]
     with pytest.raises(InputError, match="your network address"):
         store.join(None, address="192.0.2.1")
@@ -232,10 +238,11 @@ def test_one_address_does_not_take_every_session(tmp_path: Path, clock: FakeCloc
     store.leave(first[1])
     store.join(None, address="192.0.2.1")
     assert first[1].closed and not first[2].closed
+    store.close()
 
 
-def test_a_loop_of_connections_leaves_room_for_others(tmp_path: Path, clock: FakeClock) -> None:
-    store = SessionStore(Thing, tmp_path, Limits(), stop_jobs=no_jobs, clock=clock)
+def test_a_loop_of_connections_leaves_room_for_others(clock: FakeClock) -> None:
+    store = SessionStore(Thing, Limits())
     for k in range(1000):
         with contextlib.suppress(InputError):
             one = store.join(None, address="192.0.2.1")
@@ -248,6 +255,7 @@ def test_a_loop_of_connections_leaves_room_for_others(tmp_path: Path, clock: Fak
     assert len(store) <= Limits.sessions_per_address
     for k in range(20):
         assert store.join(None, address=f"198.51.100.{k}")
+    store.close()
 
 
 def test_what_a_browser_does_is_noticed(place: Place) -> None:

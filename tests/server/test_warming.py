@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from types import SimpleNamespace
 from typing import Any
@@ -48,7 +47,7 @@ class Pool:
 
 def made(said: list[str]) -> tuple[Any, Pool]:
     pool = Pool()
-    return Warming(pool, logging.getLogger("test"), said.append), pool  # type: ignore[arg-type]
+    return Warming(pool, said.append), pool  # type: ignore[arg-type]
 
 
 @pytest.fixture(autouse=True)

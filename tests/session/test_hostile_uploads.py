@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from flexgui.jobs import JobPool, inputs
-from flexgui.server.guarded import CALLBACK_THREADS
+from flexgui.server.viser_patches import CALLBACK_THREADS
 from flexgui.session import Session
 from flexgui.session.edit import put
 from flexgui.session.state import Topic

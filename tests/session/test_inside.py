@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from flexgui.classroom.demo import copy_session
 from flexgui.core.errors import InputError
 from flexgui.core.progress import Silent
 from flexgui.core.scenario.data_folder import VARIABLE, Within
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.places import without_places
-from flexgui.server.copying import copy_session
 from flexgui.session import Session
 from flexgui.stages.data.rows import headers, length_and_rate
 from flexgui.stages.data.task import play

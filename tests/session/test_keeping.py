@@ -17,7 +17,6 @@ from zlib import crc32
 import numpy as np
 import pytest
 
-import flexgui.server.kept as kept_work
 from flexgui.classroom.challenging import Challenge, Guess
 from flexgui.core.errors import InputError
 from flexgui.core.files import replacing
@@ -25,7 +24,8 @@ from flexgui.core.scenario.read import read_scenario
 from flexgui.core.scenario.schema import Scenario
 from flexgui.library.shipped import shipped_folder
 from flexgui.places import FRESH, OWNER, RESULTS, WORK, earlier_folder, is_kept
-from flexgui.server.kept import KeptWork
+from flexgui.server import sessions
+from flexgui.server.sessions import KeptWork
 from flexgui.session import Session, Topic, keeping
 from flexgui.session.demo import demo_scenario, hidden_scenario
 from flexgui.session.edit import put
@@ -447,11 +447,11 @@ def test_the_oldest_go_first_and_none_that_is_in_use(
         os.utime(folder / WORK, (1e9 + k, 1e9 + k))
     (root / "0" / OWNER).write_text(str(os.getpid()))
     (root / "none").mkdir()
-    monkeypatch.setattr(kept_work, "MOST_BYTES", 250)
-    monkeypatch.setattr(kept_work, "LONGEST", float("inf"))
+    monkeypatch.setattr(sessions, "MOST_BYTES", 250)
+    monkeypatch.setattr(sessions, "LONGEST", float("inf"))
     KeptWork(root)
     assert {p.name for p in root.iterdir()} == {"0", "4", "5"}
-    monkeypatch.setattr(kept_work, "LONGEST", 1.0)
+    monkeypatch.setattr(sessions, "LONGEST", 1.0)
     KeptWork(root)
     assert {p.name for p in root.iterdir()} == {"0"}
 

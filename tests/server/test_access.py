@@ -8,8 +8,9 @@ from dataclasses import replace
 import pytest
 from websockets.exceptions import InvalidStatus
 
+from flexgui.classroom.tickets import LETTERS, Tickets, checked_code, new_code
 from flexgui.core.errors import InputError
-from flexgui.server.entry import LETTERS, Word, checked_code, new_code, origin_of
+from flexgui.server.options import origin_of
 from tests.server.conftest import SMALL, MakePlace, Place
 from tests.server.helpers import Browser, get
 
@@ -69,7 +70,7 @@ def test_an_address_cannot_point_the_page_at_another_server(place: Place) -> Non
 
 
 def test_a_class_needs_the_code(make_place: MakePlace) -> None:
-    place = make_place(join=Word(CODE))
+    place = make_place(tickets=Tickets(CODE))
     assert get(place.server, "/").status == 403
     assert status_of(Browser(place.server)) == 403
     assert status_of(Browser(place.server, path="/?code=WRONG-ONE")) == 403
@@ -77,7 +78,7 @@ def test_a_class_needs_the_code(make_place: MakePlace) -> None:
 
 
 def test_the_code_in_the_address_becomes_a_ticket(make_place: MakePlace) -> None:
-    place = make_place(join=Word(CODE))
+    place = make_place(tickets=Tickets(CODE))
     response = get(place.server, f"/?code={CODE.lower().replace('-', '')}")
     assert (response.status, response.getheader("Location")) == (303, "/")
     cookie = (response.getheader("Set-Cookie") or "").partition(";")
@@ -90,7 +91,7 @@ def test_the_code_in_the_address_becomes_a_ticket(make_place: MakePlace) -> None
 def test_who_guesses_is_told_to_wait_and_a_right_code_opens_all_the_same(
     make_place: MakePlace,
 ) -> None:
-    place = make_place(join=Word(CODE))
+    place = make_place(tickets=Tickets(CODE))
     for _ in range(9):
         assert get(place.server, "/?code=AAAA-AAAA").status == 403
     assert get(place.server, "/?code=AAAA-AAAA").status == 429
@@ -103,7 +104,7 @@ def test_who_guesses_is_told_to_wait_and_a_right_code_opens_all_the_same(
 
 
 def test_a_page_without_a_code_is_no_guess(make_place: MakePlace) -> None:
-    place = make_place(join=Word(CODE))
+    place = make_place(tickets=Tickets(CODE))
     for _ in range(30):
         get(place.server, "/")
         status_of(Browser(place.server))
@@ -125,7 +126,7 @@ def test_an_old_code_in_the_address_is_harmless_where_none_is_asked_for(place: P
 
 
 def test_an_old_code_in_the_address_of_one_who_is_in_is_harmless(make_place: MakePlace) -> None:
-    place = make_place(join=Word(CODE))
+    place = make_place(tickets=Tickets(CODE))
     cookie = (get(place.server, f"/?code={CODE}").getheader("Set-Cookie") or "").partition(";")[0]
     for _ in range(30):
         response = get(place.server, "/?code=OLD1-CODE", Cookie=cookie)

@@ -1,0 +1,286 @@
+"""Everything in which FlexGUI replaces something inside viser 1.1.1, plotly.js 7.1.0 and their
+websocket server. All of it was needed with these versions, which are pinned; the tests of this file
+say when one of the places has changed.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import functools
+import io
+import logging
+import re
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import viser
+import websockets.asyncio.server as websocket_server
+from plotly.offline import get_plotlyjs
+from viser import _assignable_props_api, _messages, infra
+
+from flexgui.page.in_browser import run_javascript
+from flexgui.server.access import AccessHandler
+from flexgui.server.browser_connection import BrowserConnection
+from flexgui.server.connection import GuardedConnection
+from flexgui.server.errors import Reports
+from flexgui.server.guard import Guard
+from flexgui.server.services import Limits
+
+CLOSE_TIMEOUT = 1.0
+"""s that a browser may take to say goodbye; ten would outlast Ctrl-C."""
+OPEN_TIMEOUT = 5.0
+CALLBACK_THREADS = 32
+
+
+def guarded_viser(
+    listener: socket.socket,
+    access: AccessHandler,
+    browsers: Callable[[int], BrowserConnection | None],
+    limits: Limits,
+    reports: Reports,
+) -> viser.ViserServer:
+    """A server on a socket that listens already. Nobody gets in until access is opened."""
+    host, port = listener.getsockname()[:2]
+    options = {
+        "sock": listener,
+        "process_request": access,
+        # Asked again by websockets itself, should the handler ever forget.
+        "origins": sorted(access.origins),
+        "max_size": limits.message_bytes,
+        "open_timeout": OPEN_TIMEOUT,
+        "close_timeout": CLOSE_TIMEOUT,
+        "server_header": None,
+        "logger": _quiet_logger(),
+        "create_connection": functools.partial(GuardedConnection, limits=limits),
+    }
+    # viser prints a box of its own, whatever `verbose` says.
+    with _served_with(options) as calls, contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host=host, port=port, label="FlexGUI", verbose=False)
+    if not calls:
+        stop(server)
+        raise RuntimeError("viser did not start through FlexGUI's access; is it version 1.1.1?")
+    inside = server._websock_server
+    access.busy = lambda: len(inside._live_connections)
+    for kind in NEVER:
+        inside.unregister_handler(kind)
+
+    @inside.on_client_connect
+    def _(connection: infra.WebsockClientConnection) -> None:
+        number = connection.client_id
+        found = connection_of(server, number)
+        assert found is not None
+        found.guard = Guard(functools.partial(browsers, number), limits)
+
+    report_errors(server, reports)
+    let_threads_send(server)
+    keep_hints()
+    return server
+
+
+def stop(server: viser.ViserServer) -> None:
+    """Ends it, without a word: viser prints one."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
+def connection_of(server: viser.ViserServer, client_id: int) -> GuardedConnection | None:
+    """The websocket of a browser, which viser does not give away; None where it has gone."""
+    found = server._websock_server._live_connections.get(client_id)
+    return found if isinstance(found, GuardedConnection) else None
+
+
+NEVER = (
+    _messages.ShareUrlRequest,
+    _messages.ShareUrlDisconnect,
+    _messages.GuiFormDirtyMessage,
+)
+"""Handlers taken away: a public tunnel, its end, and an unchecked message to all browsers."""
+
+_BUILDING = threading.Lock()
+
+
+@contextlib.contextmanager
+def _served_with(options: dict[str, Any]) -> Iterator[list[bool]]:
+    """viser starts its websocket server inside its constructor, by `serve`, and takes no options
+    for it, so anybody could connect to it; here `options` win."""
+    original, calls = websocket_server.serve, list[bool]()
+
+    def serve(handler: Any, host: Any, port: Any, **theirs: Any) -> Any:
+        if calls:  # another server that happens to start now
+            return original(handler, host, port, **theirs)
+        calls.append(True)
+        return original(handler, **{**theirs, **options})
+
+    with _BUILDING:
+        websocket_server.serve = serve  # type: ignore[assignment,misc]
+        try:
+            yield calls
+        finally:
+            websocket_server.serve = original  # type: ignore[misc]
+
+
+@functools.cache
+def _quiet_logger() -> logging.Logger:
+    """Every page, every refused visitor and every port scanner is a "failed" handshake."""
+    silent = ("opening handshake failed", "connection rejected")
+    logger = logging.getLogger("flexgui.websocket")
+    logger.setLevel(logging.WARNING)
+    logger.addFilter(lambda record: not record.getMessage().startswith(silent))
+    return logger
+
+
+def tolerate_leaving(client: viser.ClientHandle) -> None:
+    """viser warns of every browser that goes while its page is drawn, which is no news."""
+    client._websock_connection.get_message_buffer()._sanctioned_dead_writes += 1
+
+
+def report_errors(server: viser.ViserServer, reports: Reports) -> None:
+    """viser prints the errors of callbacks on threads and of `async` callbacks, and forgets them;
+    nobody at the page hears of them."""
+    old = server._thread_executor
+    new = CallbackExecutor(reports)
+    server._thread_executor = server.gui._thread_executor = new
+    server.scene._thread_executor = new
+    old.shutdown(wait=False)
+    loop = server.get_event_loop()
+    loop.call_soon_threadsafe(loop.set_exception_handler, reports.of_loop)
+
+    @server._websock_server.on_client_connect
+    def _(connection: infra.WebsockClientConnection) -> None:
+        inner = connection._handle_incoming_message
+
+        async def careful(client_id: Any, message: Any) -> None:
+            try:
+                await inner(client_id, message)
+            except Exception as error:
+                reports(error, server._connected_clients.get(client_id))
+
+        connection._handle_incoming_message = careful  # type: ignore[method-assign]
+
+
+class CallbackExecutor(ThreadPoolExecutor):
+    """viser queues a callback for every position of a slider, and answers a fast hand later and
+    later. Here a callback of an input that runs or waits is only noted to run once more: it reads
+    the input's value when it runs, so the newest wins before the queue, and values are never taken
+    in another order than they came."""
+
+    def __init__(self, reports: Reports) -> None:
+        super().__init__(CALLBACK_THREADS, thread_name_prefix="flexgui-callback")
+        self._reports = reports
+        self._again: dict[_Mark, bool] = {}
+        """Of the inputs that are at work: whether something newer has come."""
+        self._lock = threading.Lock()
+
+    def submit(
+        self, function: Callable[..., Any], /, *arguments: Any, **options: Any
+    ) -> Future[Any]:
+        """As always, but the future never ends in an error."""
+
+        def careful() -> Any:
+            try:
+                return function(*arguments, **options)
+            except Exception as error:
+                self._reports(error, _client_of(arguments))
+                return None
+
+        # A click or a file has no value, and all of them count.
+        target = getattr(arguments[0], "target", None) if arguments else None
+        if not isinstance(target, viser.GuiInputHandle):
+            return super().submit(careful)
+        mark = function, target._impl.uuid
+        with self._lock:
+            runs = mark in self._again
+            self._again[mark] = runs
+        if not runs:
+            return super().submit(self._run, mark, careful)
+        noted: Future[Any] = Future()
+        noted.set_result(None)
+        return noted
+
+    def _run(self, mark: _Mark, work: Callable[[], Any]) -> None:
+        """Until nothing newer has come."""
+        while True:
+            with self._lock:  # before the value is read: what comes from now on is newer
+                self._again[mark] = False
+            work()
+            with self._lock:
+                if not self._again[mark]:
+                    del self._again[mark]
+                    return
+
+
+_Mark = tuple[object, str]
+"""A callback and the input that it is of."""
+
+
+def _client_of(arguments: tuple[Any, ...]) -> viser.ClientHandle | None:
+    """Of an event, a camera, or the browser itself."""
+    for argument in arguments:
+        for found in (argument, getattr(argument, "client", None)):
+            if isinstance(found, viser.ClientHandle):
+                return found
+    return None
+
+
+def keep_hints() -> None:
+    """viser writes `NDArray[np.float16]` and the like anew for each property that is set, which
+    takes a tenth of the time of a drawing; here each is made once. Elsewhere nothing changes."""
+    kinds = (np.float16, np.float32, np.float64, np.uint8)
+    known = SimpleNamespace(NDArray={kind: npt.NDArray[kind] for kind in kinds})  # type: ignore[valid-type]
+    _assignable_props_api.npt = known  # type: ignore[assignment]
+
+
+class NewsEvent(asyncio.Event):
+    """Wakes only who waits on its own event loop; elsewhere it is a flag.
+
+    viser sets it from whatever thread sends, and then once more on the loop. `asyncio.Event` goes
+    through its list of waiters each time; where the loop changes that list in this moment, the
+    thread's drawing ended in "deque mutated during iteration", and was lost.
+    """
+
+    def set(self) -> None:
+        """As on the loop, where it is called there."""
+        self._value = True
+        if asyncio._get_running_loop() is not None:
+            for waiter in self._waiters:
+                if not waiter.done():
+                    waiter.set_result(True)
+
+
+def let_threads_send(server: viser.ViserServer) -> None:
+    """To all browsers together, and to each one that comes."""
+    server._websock_server.get_message_buffer().message_event.__class__ = NewsEvent
+
+    @server._websock_server.on_client_connect
+    def _(connection: infra.WebsockClientConnection) -> None:
+        connection.get_message_buffer().message_event.__class__ = NewsEvent
+
+
+def send_plotly(client: viser.ClientHandle) -> None:
+    """viser sends plotly.js, which takes long to read, with the first plot of a page; here it comes
+    before, and viser finds that it has been done."""
+    gui = client.gui
+    if not gui._setup_plotly_js:
+        gui._setup_plotly_js = True
+        run_javascript(client, _plotly_script())
+
+
+AFTER_DRAWING = re.compile(
+    r"(function \w+\((\w+)\)\{var (\w+)=\2\._fullLayout;)(?=\3\._redrawFromAutoMarginCount\?)"
+)
+"""The last step of a drawing, which fails where the plot was taken from the page meanwhile."""
+AFTER_REACTING = re.compile(r"(\w+)(?=\.emit\(\"plotly_react\")")
+"""So does this one."""
+
+
+@functools.cache
+def _plotly_script() -> str:
+    text = AFTER_DRAWING.sub(r"\1if(!\3||!\2.emit)return;", get_plotlyjs())
+    return AFTER_REACTING.sub(r"\1.emit&&\1", text)
