@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -16,7 +16,7 @@ from flexgui.core.diagnose.maps import error_maps
 from flexgui.core.results import Outcome, RecordingComparison
 from flexgui.export.report_motion import Motion
 from flexgui.export.report_plot import Plot, packed_plotly, plot
-from flexgui.export.report_sections import diagnosis_block, glance
+from flexgui.export.report_sections import diagnosis_section, glance
 from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.notes import notes
 from flexgui.sentences.written import format_number, quantity, shown_unit, with_unit
@@ -77,17 +77,6 @@ OPEN = 3
 """So many recordings are open; the others open with a click, which keeps the page quick."""
 
 
-@dataclass(frozen=True)
-class RecordingBlock:
-    """One recording's plots; `others` holds the outputs that were not fitted."""
-
-    title: str
-    note: str
-    open: bool
-    fitted: Plot | None
-    others: Plot | None
-
-
 def report_html(outcome: Outcome, scenario_text: str, motion: Motion | None = None) -> str:
     """The whole page as text."""
     text = _rendered(outcome, scenario_text, motion)
@@ -127,7 +116,7 @@ def environment() -> Environment:
 
 def _content(outcome: Outcome) -> dict[str, Any]:
     shown, before = final_comparisons(outcome), given_comparisons(outcome)
-    diagnosed, model = diagnosis_block(outcome), outcome.model
+    diagnosed, model = diagnosis_section(outcome), outcome.model
     return {
         "title": outcome.title,
         "alarms": alarms(outcome),
@@ -165,16 +154,11 @@ FIRST_FIT = "Of the identification: the first fit, of the model as given."
 
 def _recordings(
     comparisons: tuple[RecordingComparison, ...], before: tuple[RecordingComparison, ...]
-) -> list[RecordingBlock]:
+) -> list[dict[str, Any]]:
     points = points_per_line(comparisons)
     return [
-        _block(
-            recording,
-            bar_label(recording, comparisons),
-            k < OPEN,
-            beside(recording, before),
-            points,
-        )
+        {"label": bar_label(recording, comparisons), "open": k < OPEN, "note": recording.note}
+        | _drawn(recording, beside(recording, before), points)
         for k, recording in enumerate(comparisons)
         if recording.channels
     ]
@@ -187,24 +171,20 @@ def points_per_line(comparisons: Sequence[RecordingComparison]) -> int:
     return min(max(SIGNALS // max(lines, 1), FEWEST), POINTS)
 
 
-def _block(
-    recording: RecordingComparison, label: str, opened: bool,
-    before: RecordingComparison | None, points: int,
-) -> RecordingBlock:  # fmt: skip
-    fitted = [c for c in recording.channels if c.fitted]
-    others = [c for c in recording.channels if not c.fitted]
+def _drawn(
+    recording: RecordingComparison, before: RecordingComparison | None, points: int
+) -> dict[str, Any]:
+    """Its figures, those of outputs that were not fitted apart, and how far the tip was missed."""
     about = [ROLES.get(recording.role, recording.role)]
     if recording.tip_rms is not None:
         about.append(f"tip missed by {quantity(recording.tip_rms, 'm')} rms")
     if before is not None and before.tip_rms is not None:
         about.append(f"as given by {quantity(before.tip_rms, 'm')}")
-    return RecordingBlock(
-        title=f"{label} – {', '.join(about)}",
-        note=recording.note,
-        open=opened,
-        fitted=plot(comparison(recording, fitted, before, points)) if fitted else None,
-        others=plot(comparison(recording, others, before, points)) if others else None,
-    )
+    found: dict[str, Any] = {"about": ", ".join(about)}
+    for name, fitted in (("fitted", True), ("others", False)):
+        chosen = [c for c in recording.channels if c.fitted is fitted]
+        found[name] = plot(comparison(recording, chosen, before, points)) if chosen else None
+    return found
 
 
 def _views(
@@ -217,8 +197,7 @@ def _views(
     stated = outcome.diagnosis.floors if outcome.diagnosis is not None else {}
     maps = error_maps(comparisons, stated or believable_floors(comparisons))
     seen = Seen(comparisons[0], comparisons, maps)
-    drawn = [(view.title, view.about, plot(view.draw(seen))) for view in chosen]
-    return [(title, about, figure) for title, about, figure in drawn if figure is not None]
+    return [(v.title, v.about, drawn) for v in chosen if (drawn := plot(v.draw(seen))) is not None]
 
 
 def _missing(

@@ -6,8 +6,8 @@ from __future__ import annotations
 import hashlib
 import os
 import tomllib
-from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -33,55 +33,25 @@ from flexgui.views.summary import doubt
 from flexgui.views.table import Column, Row, Table
 
 
-@dataclass(frozen=True)
-class RankingBlock:
-    """One round's candidates."""
-
-    title: str
-    sentence: str
-    figure: Plot | None
-    table: Table
-    planned: Table | None
-
-
-@dataclass(frozen=True)
-class DiagnosisBlock:
-    """What the template shows."""
-
-    words: tuple[str, ...]
-    formulas: tuple[tuple[str, Markup], ...]
-    ladder_table: Table
-    sizes: Table | None
-    """All parameters after each step."""
-    rounds: tuple[RankingBlock, ...]
-    by_frequency: Plot | None
-    by_time: Plot | None
-    over: Plot | None
-    worst: Table
-    left: Plot | None
-    """What the last model leaves, where that is another one."""
-    not_applicable: Table | None
-
-
-def diagnosis_block(outcome: Outcome) -> DiagnosisBlock | None:
-    """None where nothing was diagnosed."""
+def diagnosis_section(outcome: Outcome) -> dict[str, Any] | None:
+    """What is missing, as the template shows it; None where nothing was diagnosed."""
     found = outcome.diagnosis
     if found is None:
         return None
     maps = error_maps(found.given or outcome.comparisons, found.floors)
-    return DiagnosisBlock(
-        words=all_paragraphs(found),
-        formulas=_formulas(found),
-        ladder_table=ladder_table(found),
-        sizes=sizes_table(found),
-        rounds=tuple(_round(k, one) for k, one in enumerate(found.rounds, start=1)),
-        by_frequency=plot(error_map(maps.by_frequency)),
-        by_time=plot(error_map(maps.by_time, narrow=True)),
-        over=plot(residual_over(patterns(maps))),
-        worst=worst_table(maps.worst),
-        left=_left(found),
-        not_applicable=_not_applicable(found),
-    )
+    return {
+        "words": all_paragraphs(found),
+        "formulas": _formulas(found),
+        "ladder_table": ladder_table(found),
+        "sizes": sizes_table(found),
+        "rounds": [_round(k, one) for k, one in enumerate(found.rounds, start=1)],
+        "by_frequency": plot(error_map(maps.by_frequency)),
+        "by_time": plot(error_map(maps.by_time, narrow=True)),
+        "over": plot(residual_over(patterns(maps))),
+        "worst": worst_table(maps.worst),
+        "left": _left(found),
+        "not_applicable": _not_applicable(found),
+    }
 
 
 def _left(found: Diagnosis) -> Plot | None:
@@ -97,40 +67,34 @@ def _formulas(found: Diagnosis) -> tuple[tuple[str, Markup], ...]:
     return tuple((one.title, mathml(one.formula)) for one in shown)
 
 
-def _round(number: int, one: DiagnosisRound) -> RankingBlock:
+def _round(number: int, one: DiagnosisRound) -> dict[str, Any]:
+    """One round's candidates."""
     titles = {r.effect: r.title for r in one.ranking}
     shown = in_order(one.ranking, one.accepted)
     ending = f"{titles.get(one.accepted, '')} was added" if one.accepted else "nothing was added"
-    return RankingBlock(
-        title=f"Round {number}: {ending}",
-        sentence=round_sentence(one),
-        figure=plot(ranking(shown, one.accepted)),
-        table=ranking_table(shown, one.accepted),
-        planned=_planned(one.experiments),
-    )
+    return {
+        "title": f"Round {number}: {ending}",
+        "sentence": round_sentence(one),
+        "figure": plot(ranking(shown, one.accepted)),
+        "table": ranking_table(shown, one.accepted),
+        "planned": _planned(one.experiments),
+    }
 
 
 def _planned(experiments: tuple[PlannedExperiment, ...]) -> Table | None:
-    if not experiments:
-        return None
     columns = (Column("Experiment"), Column("Expected score", numeric=True))
     rows = tuple(Row((experiment_title(e), format_number(e.score, 3))) for e in experiments)
     text = (
         "Expected score: by how much the squared error of the wrong effect, in squared noise "
         "floors, would be larger after refitting it; above 10 decides."
     )
-    return Table(columns, rows, text)
+    return Table(columns, rows, text) if rows else None
 
 
 def _not_applicable(found: Diagnosis) -> Table | None:
-    if not found.not_applicable:
-        return None
-    known = catalogue()
-    rows = tuple(
-        Row((known[kind].title if kind in known else kind, reason))
-        for kind, reason in found.not_applicable.items()
-    )
-    return Table((Column("Effect"), Column("Why it was not tried")), rows)
+    titles = {kind: effect.title for kind, effect in catalogue().items()}
+    rows = tuple(Row((titles.get(kind, kind), why)) for kind, why in found.not_applicable.items())
+    return Table((Column("Effect"), Column("Why it was not tried")), rows) if rows else None
 
 
 DIGITS = 16
@@ -140,28 +104,17 @@ SEED = "identify"
 """The table of a scenario that holds the seed of its search."""
 
 
-@dataclass(frozen=True)
-class Glance:
-    """Everything that the first page shows beside the title and the summary."""
-
-    found: str
-    doubt: str
-    """In red; empty where the model reaches the noise floor."""
-    figure: Plot | None
-    facts: tuple[tuple[str, str], ...]
-
-
-def glance(outcome: Outcome, scenario_text: str) -> Glance:
-    """Of a whole result."""
+def glance(outcome: Outcome, scenario_text: str) -> dict[str, Any]:
+    """All that the first page shows beside the title and the summary."""
     found = outcome.diagnosis
     steps = () if found is None else found.steps
-    shown = ladder(steps) or fit_bars(final_comparisons(outcome))
-    return Glance(
-        found="" if found is None else verdict_now(found),
-        doubt=doubt(float(np.sqrt(steps[-1].cost_per_sample))) if steps else "",
-        figure=plot(shown),
-        facts=_facts(outcome, scenario_text),
-    )
+    return {
+        "found": "" if found is None else verdict_now(found),
+        # In red; empty where the model reaches the noise floor.
+        "doubt": doubt(float(np.sqrt(steps[-1].cost_per_sample))) if steps else "",
+        "figure": plot(ladder(steps) or fit_bars(final_comparisons(outcome))),
+        "facts": _facts(outcome, scenario_text),
+    }
 
 
 def _facts(outcome: Outcome, scenario_text: str) -> tuple[tuple[str, str], ...]:

@@ -7,13 +7,22 @@ import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from flexgui.core.diagnose.maps import error_maps
-from flexgui.core.results import ChannelComparison, Estimate, Outcome, RecordingComparison
+from flexgui.core.results import (
+    ChannelComparison,
+    Diagnosis,
+    ErrorMaps,
+    Estimate,
+    Outcome,
+    RecordingComparison,
+)
+from flexgui.export.records import as_record
+from flexgui.export.result import parameters
 from flexgui.views.fit_table import bar_label
 from flexgui.views.headline import (
-    belongs_to,
     beside,
     final_comparisons,
     follows,
@@ -45,11 +54,6 @@ def unique_slugs(names: Sequence[str]) -> list[str]:
         taken.add(candidate.lower())
         slugs.append(candidate)
     return slugs
-
-
-def fields_of(record: object, names: str) -> dict[str, Any]:
-    """Fields of a record under their own names, which stand between blanks."""
-    return {name: getattr(record, name) for name in names.split()}
 
 
 Tables = dict[str, pd.DataFrame]
@@ -99,44 +103,29 @@ def parameter_table(outcome: Outcome) -> pd.DataFrame:
     diagnosis a row per fit and parameter."""
     if outcome.diagnosis is None or not outcome.diagnosis.parameters:
         return parameter_table_as_given(outcome)
-    derived, biased = follows(outcome), standing_biased(outcome)
-    rows = [_estimate(outcome, STANDING, e, e.name in derived, biased) for e in standing(outcome)]
-    return pd.DataFrame(rows, columns=PARAMETER_COLUMNS)
-
-
-STANDING = "the model as it now stands"
+    biased = standing_biased(outcome)
+    found = parameters(outcome, standing(outcome), follows(outcome), biased)
+    return _parameter_rows([("the model as it now stands", found)])
 
 
 def parameter_table_as_given(outcome: Outcome) -> pd.DataFrame:
     """A row per parameter of each first fit."""
-    biased = given_biased(outcome)
-    groups = [
-        (fit.label, derived, group)
-        for fit in outcome.fits
-        for derived, group in ((False, fit.estimates), (True, fit.derived))
-    ]
+    groups = [(fit.label, (*fit.estimates, *fit.derived), fit.derived) for fit in outcome.fits]
     if outcome.as_given:
-        groups = [("as given", False, outcome.as_given)]
+        groups = [("as given", outcome.as_given, ())]
+    biased = given_biased(outcome)
+    return _parameter_rows(
+        (label, parameters(outcome, estimates, frozenset(e.name for e in derived), biased))
+        for label, estimates, derived in groups
+    )
+
+
+def _parameter_rows(found: Iterable[tuple[str, list[dict[str, Any]]]]) -> pd.DataFrame:
+    """Of (label of a fit, its parameters as records)."""
     rows = [
-        _estimate(outcome, label, estimate, derived, biased)
-        for label, derived, group in groups
-        for estimate in group
+        {"fit": label, "parameter": one["name"], **one} for label, each in found for one in each
     ]
     return pd.DataFrame(rows, columns=PARAMETER_COLUMNS)
-
-
-def _estimate(
-    outcome: Outcome, fit: str, estimate: Estimate, derived: bool, biased: bool
-) -> dict[str, object]:
-    return {
-        "fit": fit,
-        "parameter": estimate.name,
-        "of": belongs_to(outcome, estimate.name),
-        **fields_of(estimate, "value std unit start lower upper identifiable at_bound"),
-        "derived": derived,
-        "recording": estimate.recording,
-        "biased": biased,
-    }
 
 
 def fit_table(outcome: Outcome) -> pd.DataFrame:
@@ -153,21 +142,17 @@ def fit_table(outcome: Outcome) -> pd.DataFrame:
     return pd.concat(parts, ignore_index=True)[columns] if parts else pd.DataFrame(columns=columns)
 
 
-ERROR_FIELDS = "channel unit fitted fit_percent rms normalised_error relative_error"
-ERROR_COLUMNS = f"recording role fit {ERROR_FIELDS}".split()
+ERROR_COLUMNS = (
+    "recording role fit channel unit fitted fit_percent rms normalised_error relative_error"
+).split()
 
 
 def error_table(comparisons: Sequence[RecordingComparison]) -> pd.DataFrame:
     """A row per recording and output."""
     rows = [
-        {
-            "recording": recording.recording,
-            "role": recording.role,
-            "fit": recording.fit_label,
-            **fields_of(channel, ERROR_FIELDS),
-        }
-        for recording in comparisons
-        for channel in recording.channels
+        {"recording": recording["name"], **recording, **channel}
+        for recording in as_record(comparisons)
+        for channel in recording["channels"]
     ]
     return pd.DataFrame(rows, columns=ERROR_COLUMNS)
 
@@ -219,104 +204,88 @@ def recording_table(
     recording: RecordingComparison, before: RecordingComparison | None = None
 ) -> pd.DataFrame:
     """One row per time; an empty cell is 'no sample'."""
-    parts: Iterable[pd.DataFrame] = [_channel(channel) for channel in recording.channels]
-    if before is not None:
-        parts = [*parts, *(_as_given(channel) for channel in before.channels)]
-    joined = pd.concat(list(parts), axis=1) if recording.channels else pd.DataFrame()
+    parts = [
+        pd.DataFrame(
+            {
+                **_values(channel, "measured", "model", "residual"),
+                f"{channel.channel} counted": channel.counted.astype(int),
+            },
+            index=channel.time,
+        )
+        for channel in recording.channels
+    ]
+    for channel in before.channels if before is not None else ():
+        columns = _values(channel, "model", "residual", which=" as given")
+        parts.append(pd.DataFrame(columns, index=channel.time))
+    joined = pd.concat(parts, axis=1) if recording.channels else pd.DataFrame()
     return joined.rename_axis("t [s]").sort_index().reset_index()
 
 
-def _as_given(channel: ChannelComparison) -> pd.DataFrame:
-    name, unit = channel.channel, channel.unit or "-"
-    values = {
-        f"{name} model as given [{unit}]": channel.model,
-        f"{name} residual as given [{unit}]": channel.residual,
-    }
-    return pd.DataFrame(values, index=channel.time)
+def _values(channel: ChannelComparison, *names: str, which: str = "") -> dict[str, np.ndarray]:
+    """Heading with unit -> a field of an output."""
+    unit = channel.unit or "-"
+    return {f"{channel.channel} {n}{which} [{unit}]": getattr(channel, n) for n in names}
 
 
-def _channel(channel: ChannelComparison) -> pd.DataFrame:
-    name, unit = channel.channel, channel.unit or "-"
-    return pd.DataFrame(
-        {
-            f"{name} measured [{unit}]": channel.measured,
-            f"{name} model [{unit}]": channel.model,
-            f"{name} residual [{unit}]": channel.residual,
-            f"{name} counted": channel.counted.astype(int),
-        },
-        index=channel.time,
-    )
-
-
-def diagnosis_tables(outcome: Outcome) -> dict[str, pd.DataFrame]:
+def diagnosis_tables(outcome: Outcome) -> Tables:
     """File name (without '.csv') -> table; none where nothing was diagnosed."""
-    if outcome.diagnosis is None:
+    found = outcome.diagnosis
+    if found is None:
         return {}
+    maps = error_maps(found.given or outcome.comparisons, found.floors)
     return {
-        "ladder": ladder_table(outcome),
-        "ranking": ranking_table(outcome),
-        "error_map": error_map_table(outcome),
+        "ladder": ladder_table(found),
+        "ranking": ranking_table(found),
+        "error_map": error_map_table(maps),
     }
 
 
-def ladder_table(outcome: Outcome) -> pd.DataFrame:
+LADDER_COLUMNS = "step added channel unit rms floor floor_source validation_rms".split()
+
+
+def ladder_table(found: Diagnosis) -> pd.DataFrame:
     """A row per step and output, in SI units."""
-    assert outcome.diagnosis is not None
     rows = [
-        {
-            "step": k,
-            "added": step.added,
-            **fields_of(e, "channel unit rms floor"),
-            "floor_source": e.floor_source or None,
-            "validation_rms": e.validation_rms,
-        }
-        for k, step in enumerate(outcome.diagnosis.steps)
-        for e in step.errors
+        {"step": k, "added": step.added, **error}
+        for k, step in enumerate(found.steps)
+        for error in as_record(step.errors)
     ]
-    return pd.DataFrame(
-        rows, columns="step added channel unit rms floor floor_source validation_rms".split()
-    )
+    return pd.DataFrame(rows, columns=LADDER_COLUMNS)
 
 
-RANKING_FIELDS = "effect score p_value expected_drop_percent refit_drop_percent delta_bic"
+RANKING_COLUMNS = (
+    "round effect score p_value expected_drop_percent refit_drop_percent delta_bic confused_with "
+    "accepted"
+).split()
 
 
-def ranking_table(outcome: Outcome) -> pd.DataFrame:
+def ranking_table(found: Diagnosis) -> pd.DataFrame:
     """A row per round and candidate."""
-    assert outcome.diagnosis is not None
     rows = [
         {
             "round": k,
-            **fields_of(r, RANKING_FIELDS),
-            "confused_with": " ".join(r.confused_with),
-            "accepted": r.effect == one.accepted,
+            **as_record(effect),
+            "confused_with": " ".join(effect.confused_with),
+            "accepted": effect.effect == one.accepted,
         }
-        for k, one in enumerate(outcome.diagnosis.rounds, start=1)
-        for r in one.ranking
+        for k, one in enumerate(found.rounds, start=1)
+        for effect in one.ranking
     ]
-    columns = f"round {RANKING_FIELDS} confused_with accepted"
-    return pd.DataFrame(rows, columns=columns.split())
+    return pd.DataFrame(rows, columns=RANKING_COLUMNS)
 
 
-def error_map_table(outcome: Outcome) -> pd.DataFrame:
+ERROR_MAP_COLUMNS = "channel unit recording axis axis_unit low high rms floor".split()
+
+
+def error_map_table(maps: ErrorMaps) -> pd.DataFrame:
     """A row per output, recording and time window or frequency band."""
-    assert outcome.diagnosis is not None
-    maps = error_maps(outcome.diagnosis.given or outcome.comparisons, outcome.diagnosis.floors)
     rows = [
-        {
-            "channel": m.channel,
-            "unit": m.unit,
-            "recording": name,
-            "axis": m.axis,
-            "axis_unit": m.axis_unit,
-            "low": m.edges[j],
-            "high": m.edges[j + 1],
-            "rms": m.rms[i, j],
-            "floor": m.floor[i, j],
-        }
+        (
+            m.channel, m.unit, name, m.axis, m.axis_unit,
+            m.edges[j], m.edges[j + 1], m.rms[i, j], m.floor[i, j],
+        )
         for m in (*maps.by_time, *maps.by_frequency)
         for i, name in enumerate(m.recordings)
         for j in range(len(m.edges) - 1)
-    ]
-    columns = "channel unit recording axis axis_unit low high rms floor"
-    return pd.DataFrame(rows, columns=columns.split())
+    ]  # fmt: skip
+    return pd.DataFrame(rows, columns=ERROR_MAP_COLUMNS)

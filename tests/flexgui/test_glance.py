@@ -24,7 +24,7 @@ def test_the_first_page_says_what_it_is_of(
     glocal: Outcome, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
-    facts = dict(glance(glocal, SCENARIO).facts)
+    facts = dict(glance(glocal, SCENARIO)["facts"])
     assert facts["Date"] == "1970-01-01"
     assert facts["Seed"] == "7"
     assert digest(glocal) in facts["Data"]
