@@ -6,12 +6,15 @@ import base64
 import gzip
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
 
-import plotly.graph_objects as go
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from flexgui.views.layout import caption
+from flexgui.views.layout import HEIGHT, Figure, figure_json, plain
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
 
 
 def packed(text: str) -> Markup:
@@ -34,9 +37,12 @@ class Plot:
     caption: str
 
 
-def plot(figure: go.Figure | None) -> Plot | None:
+def plot(figure: Figure | go.Figure | None) -> Plot | None:
     """A figure as JSON that is safe inside a script element."""
     if figure is None:
         return None
-    text = figure.to_json().replace("<", "\\u003c").replace("\u2028", "\\u2028")
-    return Plot(Markup(text), int(figure.layout.height), caption(figure))
+    drawn = plain(figure)
+    text = figure_json(drawn).replace("<", "\\u003c").replace("\u2028", "\\u2028")
+    layout = drawn["layout"]
+    caption = str(layout.get("meta", {}).get("caption", ""))
+    return Plot(Markup(text), int(layout.get("height") or HEIGHT), caption)

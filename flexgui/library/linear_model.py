@@ -23,7 +23,7 @@ from flexgui.core.simulate.response import (
     references,
     step_response,
 )
-from flexgui.library.plots import chosen, from_dict
+from flexgui.library.plots import chosen
 from flexgui.views.dynamics import frequency_response as draw_frequency
 from flexgui.views.dynamics import mode_table
 from flexgui.views.dynamics import poles as draw_poles
@@ -172,9 +172,9 @@ class LinearModel:
             InputError: Where the view is not known.
         """
         views: dict[str, Any] = {
-            "frequency": lambda: from_dict(draw_frequency(self.frequency_response())),
-            "step": lambda: from_dict(draw_step(self.step())),
-            "poles": lambda: from_dict(draw_poles(self.poles, self.modes)),
+            "frequency": lambda: draw_frequency(self.frequency_response()),
+            "step": lambda: draw_step(self.step()),
+            "poles": lambda: draw_poles(self.poles, self.modes),
         }
         return chosen(views, view)
 

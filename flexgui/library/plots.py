@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from flexgui.core.errors import InputError
 from flexgui.core.sentences import did_you_mean
+from flexgui.views.layout import plain
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -26,7 +27,7 @@ def chosen(views: Views, name: str) -> go.Figure:
     figure = views[name]()
     if figure is None:
         raise InputError(f"There is nothing to show in the view {name!r} of this result.")
-    return from_dict(figure.to_plotly_json())
+    return from_dict(plain(figure))
 
 
 def from_dict(figure: Mapping[str, Any]) -> go.Figure:

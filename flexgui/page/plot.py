@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import json
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 from weakref import WeakKeyDictionary, WeakSet
 
-import plotly.graph_objects as go
 import viser
 from viser import _messages
 
-from flexgui.views.layout import Figure, figure_json
+from flexgui.views.layout import Figure, figure_json, plain
 from flexgui.views.preview import cursor_shape
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
 
 MARGIN = {"l": 68, "r": 10, "t": 28, "b": 40}
 CONFIG = {"displayModeBar": False}
+FONT_SIZE = 11
 WIDTH = 540.0
 """px of the panel on the left."""
 
@@ -80,7 +83,8 @@ class Plot:
             self.fit(self._paper.width)
         layout = dict(figure["layout"])
         shapes = layout.pop("shapes", [])
-        layout |= {"margin": MARGIN, "height": None}
+        font = {**layout.get("font", {}), "size": FONT_SIZE}
+        layout |= {"margin": MARGIN, "height": None, "template": {}, "font": font}
         if self._title:
             layout |= titled(self._title, layout)
         self._sent += 1
@@ -92,15 +96,13 @@ class Plot:
         self._draw(cursor)
         self._handle.visible = True
 
-    def show_whole(self, figure: go.Figure | None, height: float = 0.0) -> None:
+    def show_whole(self, figure: Figure | go.Figure | None, height: float = 0.0) -> None:
         """Draws one of the report's figures; `height` in px, 0: as high as it wants to be."""
         if figure is None:
             self.show(None)
             return
-        plain = figure.to_plotly_json()
-        height = height or float(plain["layout"].get("height") or WIDTH / 2)
-        plain["layout"] |= {"template": "none", "font": {**plain["layout"]["font"], "size": 11}}
-        self.show(plain, height=height)
+        drawn = plain(figure)
+        self.show(drawn, height=height or float(drawn["layout"].get("height") or WIDTH / 2))
 
     def fit(self, width: float) -> None:
         """As high as it was, in a panel of another width in px; one that was removed stays so."""

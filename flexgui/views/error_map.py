@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
 from flexgui.core.recording.channels import Role, role_of
 from flexgui.core.results import ChannelComparison, ErrorMap, RecordingComparison, WorstCell
 from flexgui.sentences.written import format_number, quantity
 from flexgui.views import colours
-from flexgui.views.layout import styled
+from flexgui.views.layout import Figure, Pane, heat, named_axis, panes
 from flexgui.views.names import channel_symbol
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.table import Row, Table, numbers, texts
 
 LEAST_SPAN = 10.0
 """Times the floor that the colours span at least: an error at the floor should look pale."""
@@ -29,7 +26,7 @@ LEAST_HEIGHT = 230
 HEIGHT_OF_FRAME, HEIGHT_PER_ROW, GAP = 130, 22, 62
 
 
-def error_map(maps: Sequence[ErrorMap], narrow: bool = False) -> go.Figure | None:
+def error_map(maps: Sequence[ErrorMap], narrow: bool = False) -> Figure | None:
     """One heat map per channel, one below the other, all in the same colours; None without maps.
 
     `narrow`: of each cell only the beginning is written.
@@ -37,61 +34,39 @@ def error_map(maps: Sequence[ErrorMap], narrow: bool = False) -> go.Figure | Non
     shown = [m for m in maps if np.isfinite(m.ratio).any()]
     if not shown:
         return None
-    figure = make_subplots(
-        rows=len(shown), cols=1, vertical_spacing=_spacing(shown),
-        subplot_titles=[f"error of {channel_symbol(m.channel, m.unit)}" for m in shown],
-    )  # fmt: skip
     top = max(LEAST_SPAN, max(float(np.nanmax(m.ratio)) for m in shown))
-    for row, m in enumerate(shown, start=1):
-        figure.add_trace(_heat(m, top, row == 1), row=row, col=1)
-        figure.update_yaxes(
-            row=row, col=1, autorange="reversed", automargin=True,
-            tickvals=list(range(len(m.recordings))), ticktext=row_labels(m),
-        )  # fmt: skip
-        figure.update_xaxes(
-            row=row, col=1, tickvals=list(range(len(m.edges) - 1)), tickangle=0,
-            ticktext=[label.split("–")[0] if narrow else label for label in cell_labels(m.edges)],
-        )  # fmt: skip
     last = shown[-1]
     title = "frequency band" if last.axis == "frequency" else "time since the start"
-    figure.update_xaxes(
-        row=len(shown),
-        col=1,
-        title_text=f"{title} [{last.axis_unit}]",
-        title_standoff=30 if narrow else 8,
-    )
-    figure.update_annotations(x=0.0, xanchor="left", font={"size": 13, "color": colours.TEXT})
+    parts = []
+    for m in shown:
+        cells = [label.split("–")[0] if narrow else label for label in cell_labels(m.edges)]
+        text = f"{title} [{m.axis_unit}]" if m is last else ""
+        x = named_axis(cells, text, tickangle=0)
+        x["title"] |= {"standoff": 30 if narrow else 8}
+        rows = named_axis(row_labels(m), autorange="reversed", automargin=True)
+        name = f"error of {channel_symbol(m.channel, m.unit)}"
+        share = HEIGHT_PER_ROW * len(m.recordings)
+        parts.append(Pane([_heat(m, top, m is shown[0])], rows, x, share, name))
+    height = HEIGHT_OF_FRAME + sum(p.share for p in parts) + GAP * (len(parts) - 1)
+    height = int(max(height, LEAST_HEIGHT))
+    gap = min(GAP / (height - HEIGHT_OF_FRAME + GAP), 0.9 / max(len(parts) - 1, 1))
     text = (
         "Root mean square error in multiples of the noise floor: pale cells are at the noise "
         "floor, dark ones are where the model fails. Empty cells hold no samples."
     )
-    return styled(figure, _height(shown), text)
+    return panes(parts, None, text, height, gap)
 
 
-def _heat(m: ErrorMap, top: float, legend: bool) -> go.Heatmap:
+def _heat(m: ErrorMap, top: float, legend: bool) -> Figure:
     ticks = [t for t in TICKS if t <= top * 1.01]
-    bar: dict[str, Any] = {
-        "title": {"text": "× noise floor", "side": "right"}, "thickness": 12,
-        "tickvals": [float(np.log10(t)) for t in ticks], "ticktext": [str(t) for t in ticks],
-        "len": 1.0,
-    }  # fmt: skip
-    ratio = m.ratio
-    return go.Heatmap(
-        z=np.log10(np.maximum(ratio, 1e-3)),
-        x=list(range(ratio.shape[1])),
-        y=list(range(ratio.shape[0])),
-        zmin=0.0,
-        zmax=float(np.log10(top)),
-        colorscale=[list(stop) for stop in colours.RISING],
-        showscale=legend,
-        colorbar=bar,
-        xgap=1,
-        ygap=1,
-        customdata=np.stack([ratio, m.rms], axis=-1),
+    named = {"tickvals": [float(np.log10(t)) for t in ticks], "ticktext": [str(t) for t in ticks]}
+    return heat(
+        np.log10(np.maximum(m.ratio, 1e-3)), colours.RISING, "× noise floor",
+        zmin=0.0, zmax=float(np.log10(top)), showscale=legend, colorbar={**named, "len": 1.0},
+        xgap=1, ygap=1, customdata=np.stack([m.ratio, m.rms], axis=-1),
         hovertemplate="%{customdata[0]:.3g} times the noise floor, rms %{customdata[1]:.3g} "
-        + (m.unit or "–")
-        + "<extra></extra>",
-    )
+        f"{m.unit or '–'}<extra></extra>",
+    )  # fmt: skip
 
 
 def row_labels(m: ErrorMap) -> list[str]:
@@ -110,24 +85,11 @@ def cell_labels(edges: np.ndarray) -> list[str]:
     return [f"{low}–{high}" for low, high in zip(texts, texts[1:], strict=False)]
 
 
-def _height(maps: Sequence[ErrorMap]) -> int:
-    rows = sum(len(m.recordings) for m in maps)
-    return max(HEIGHT_OF_FRAME + HEIGHT_PER_ROW * rows + GAP * (len(maps) - 1), LEAST_HEIGHT)
-
-
-def _spacing(maps: Sequence[ErrorMap]) -> float:
-    return min(GAP / (_height(maps) - HEIGHT_OF_FRAME + GAP), 0.9 / max(len(maps) - 1, 1))
-
-
 def worst_table(cells: Sequence[WorstCell]) -> Table:
     """The worst cells, worst first."""
     columns = (
-        Column("Recording"),
-        Column("Output"),
-        Column("Where"),
-        Column("Rms error", numeric=True),
-        Column("× noise floor", numeric=True),
-    )
+        *texts("Recording", "Output", "Where"), *numbers("Rms error", "× noise floor")
+    )  # fmt: skip
     rows = tuple(
         Row(
             (

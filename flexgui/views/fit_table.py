@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-import plotly.graph_objects as go
 
 from flexgui.core.results import ChannelComparison, Outcome, RecordingComparison
 from flexgui.sentences.written import format_number, quantity
 from flexgui.views.colours import channel_colour, channel_edge
-from flexgui.views.layout import Figure, ax, figure, styled
+from flexgui.views.layout import Figure, axis, figure, headline
 from flexgui.views.names import channel_symbol, format_percent
 from flexgui.views.pooled import (
     ESTIMATE,
@@ -22,20 +22,16 @@ from flexgui.views.pooled import (
     tip_rms,
     with_role,
 )
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.table import Row, Table, numbers, texts
 
 FIT_IS = "FIT is 100 % for a perfect match and 0 % for a model no better than a constant."
 ROLES = {ESTIMATE: "estimation", VALIDATE: "validation"}
 
+OF_ROW = texts("Recording", "Role", "Output")
 COLUMNS = (
-    Column("Recording"),
-    Column("Role"),
-    Column("Output"),
-    Column("FIT [%]", numeric=True),
-    Column("Rms error", numeric=True),
-    Column("‖r‖ / ‖y − mean‖ [–]", numeric=True),
-    Column("‖r‖ / ‖y‖ [–]", numeric=True),
-)
+    *OF_ROW, *numbers("FIT [%]", "Rms error", "‖r‖ / ‖y − mean‖ [–]", "‖r‖ / ‖y‖ [–]")
+)  # fmt: skip
+GIVEN_COLUMNS = numbers("FIT as given [%]", "Rms as given")
 
 
 def fit_table(
@@ -75,18 +71,15 @@ def overview(
 ) -> Table | None:
     """A row per fitted output and one for the tip, over all recordings of each role; `before` as
     in `fit_table`. None where nothing was compared."""
-    heads: list[Column] = []
-    columns: list[dict[str, str]] = []
+    heads, columns = [*texts("Output")], list[dict[str, str]]()
     for role in (ESTIMATE, VALIDATE):
         for title, chosen in (("", comparisons), (" as given", before)):
             if with_role(chosen, role):
-                heads += [
-                    Column(f"{what}, {ROLES[role]}{title}", True) for what in ("FIT [%]", "Rms")
-                ]
+                heads += numbers(*(f"{what}, {ROLES[role]}{title}" for what in ("FIT [%]", "Rms")))
                 columns += _pooled(with_role(chosen, role))
     names = list(dict.fromkeys(name for column in columns for name in column))
     rows = tuple(Row((n, *(column.get(n, "") for column in columns))) for n in names)
-    return Table((Column("Output"), *heads), rows, FIT_IS) if rows else None
+    return Table(tuple(heads), rows, FIT_IS) if rows else None
 
 
 def _pooled(chosen: Sequence[RecordingComparison]) -> tuple[dict[str, str], dict[str, str]]:
@@ -99,12 +92,6 @@ def _pooled(chosen: Sequence[RecordingComparison]) -> tuple[dict[str, str], dict
     if distance is not None and np.isfinite(distance):
         errors["tip"] = quantity(distance, "m")
     return dict(zip(symbols, fits, strict=True)), errors
-
-
-GIVEN_COLUMNS = (
-    Column("FIT as given [%]", numeric=True),
-    Column("Rms as given", numeric=True),
-)
 
 
 def channel_errors_by_role(
@@ -150,10 +137,9 @@ def variants(outcome: Outcome) -> Table | None:
         *(_errors_of_variant(v.comparisons) for v in outcome.variants),
     ]
     keys = list(errors[0]) or list(dict.fromkeys(k for e in errors for k in e))
-    columns = (Column("Recording"), Column("Role"), Column("Output"))
     rows = [_row_of_variants(key, [e.get(key, float("nan")) for e in errors]) for key in keys]
     return Table(
-        columns + tuple(Column(text, numeric=True) for text in titles),
+        OF_ROW + numbers(*titles),
         (*_means_of_variants(keys, errors), *rows),
         "Normalised error ‖measured − model‖ / ‖measured − its mean‖, no unit; the least of each "
         "row is coloured. Rows of all recordings hold the mean.",
@@ -191,35 +177,63 @@ def _row_of_variants(key: Key, values: Sequence[float], strong: bool = False) ->
     return Row(heads + tuple(format_number(v, 3, keep_zeros=True) for v in values), strong, best)
 
 
-def fit_bars(comparisons: Sequence[RecordingComparison]) -> go.Figure | None:
+def fit_bars(comparisons: Sequence[RecordingComparison]) -> Figure | None:
     """What each FIT leaves to 100 %: one group of bars per recording, one bar per fitted output;
     None without a FIT. On a logarithmic axis good models differ too."""
-    known = [c for r in comparisons for c in r.channels if c.fitted and np.isfinite(c.fit_percent)]
-    figure = go.Figure()
-    for name in dict.fromkeys(c.channel for c in known):
-        bars = [(r, c) for r in comparisons for c in r.channels if c.fitted and c.channel == name]
-        figure.add_bar(
-            x=[bar_label(r, comparisons) for r, _ in bars],
-            y=[100.0 * c.normalised_error for _, c in bars],
-            name=channel_symbol(name, bars[0][1].unit),
-            marker={
-                "color": channel_colour(name),
-                "line": {"color": channel_edge(name), "width": 1},
-                "pattern": {
-                    "shape": ["/" if r.role == VALIDATE else "" for r, _ in bars],
-                    "fillmode": "overlay",
-                },
-            },
-            hovertemplate="%{x}: %{y:.3g} %",
-        )
-    if not known:
-        return None
-    figure.update_yaxes(title_text="error [% of the motion]", type="log", dtick="D2")
-    figure.update_xaxes(title_text="recording", type="category", automargin=True)
     text = "‖measured − model‖ / ‖measured − its mean‖, in per cent: 100 % minus the FIT."
     if any(r.role == VALIDATE for r in comparisons):
         text += " Hatched: recordings that no fit has seen."
-    return styled(figure, 360, text, barmode="group", bargap=0.25)
+    return _bars(
+        comparisons, lambda c: 100.0 * c.normalised_error, "%{x}: %{y:.3g} %",
+        axis("recording", type="category", automargin=True),
+        axis("error [% of the motion]", type="log", dtick="D2"), caption=text, height=360,
+    )  # fmt: skip
+
+
+AXIS_END = 118.0
+"""%, of the axis: above a bar that is full its output is written."""
+
+
+def live_fit(comparisons: Sequence[RecordingComparison]) -> Figure | None:
+    """The FIT itself, each bar with the name of its output; None where nothing has a FIT."""
+    drawn = _bars(
+        comparisons, lambda c: round(c.fit_percent, 3), "%{x}: %{y:.2f} %<extra></extra>",
+        axis(type="category", tickangle=0 if len(comparisons) < 10 else 45),
+        axis("FIT [%]", range=[0.0, AXIS_END], tickvals=[0, 50, 100]),
+        title=headline("FIT (hatched: validation)"),
+    )  # fmt: skip
+    for bar in drawn["data"] if drawn else ():
+        bar |= {"x": [label.removeprefix("θ2 = ") for label in bar["x"]]}
+        bar |= {"text": [bar["name"]] * len(bar["x"]), "textposition": "outside"}
+        bar |= {"textangle": 0, "cliponaxis": False}
+    return drawn
+
+
+def _bars(
+    comparisons: Sequence[RecordingComparison], size: Callable[[ChannelComparison], float],
+    hover: str, x: Figure, y: Figure, **layout: Any,
+) -> Figure | None:  # fmt: skip
+    fitted = [(r, c) for r in comparisons for c in r.channels if c.fitted]
+    known = dict.fromkeys(c.channel for _, c in fitted if np.isfinite(c.fit_percent))
+    traces = []
+    for name in known:
+        bars = [(r, c) for r, c in fitted if c.channel == name]
+        hatch = ["/" if r.role == VALIDATE else "" for r, _ in bars]
+        sizes = [size(c) for _, c in bars]
+        traces.append(
+            {
+                "type": "bar", "name": channel_symbol(name, bars[0][1].unit),
+                "x": [bar_label(r, comparisons) for r, _ in bars],
+                "y": [value if np.isfinite(value) else None for value in sizes],
+                "marker": {
+                    "color": channel_colour(name),
+                    "line": {"color": channel_edge(name), "width": 1},
+                    "pattern": {"shape": hatch, "fillmode": "overlay"},
+                },
+                "hovertemplate": hover,
+            }
+        )  # fmt: skip
+    return figure(traces, x, y, barmode="group", bargap=0.25, **layout) if traces else None
 
 
 def bar_label(recording: RecordingComparison, among: Sequence[RecordingComparison]) -> str:
@@ -228,38 +242,3 @@ def bar_label(recording: RecordingComparison, among: Sequence[RecordingCompariso
     if len(same) == 1:
         return recording.recording
     return f"{recording.recording} ({recording.fit_label})"
-
-
-AXIS_END = 118.0
-"""%, of the axis: above a bar that is full its output is written."""
-
-
-def live_fit(comparisons: Sequence[RecordingComparison]) -> Figure | None:
-    """None where nothing has a FIT."""
-    known = [c for r in comparisons for c in r.channels if c.fitted and np.isfinite(c.fit_percent)]
-    names = list(dict.fromkeys(c.channel for c in known))
-    if not names:
-        return None
-    traces = [_bars(name, comparisons) for name in names]
-    return figure(
-        traces, ax("", type="category", tickangle=0 if len(comparisons) < 10 else 45),
-        ax("FIT [%]", range=[0.0, AXIS_END], tickvals=[0, 50, 100]), "FIT (hatched: validation)",
-        barmode="group", bargap=0.25,
-    )  # fmt: skip
-
-
-def _bars(name: str, comparisons: Sequence[RecordingComparison]) -> Figure:
-    bars = [(r, c) for r in comparisons for c in r.channels if c.fitted and c.channel == name]
-    hatch = ["/" if r.role == VALIDATE else "" for r, _ in bars]
-    return {
-        "type": "bar", "name": channel_symbol(name, bars[0][1].unit),
-        "x": [bar_label(r, comparisons).removeprefix("θ2 = ") for r, _ in bars],
-        "text": [channel_symbol(name, bars[0][1].unit)] * len(bars), "textposition": "outside",
-        "textangle": 0, "cliponaxis": False,
-        "y": [round(c.fit_percent, 3) if np.isfinite(c.fit_percent) else None for _, c in bars],
-        "marker": {
-            "color": channel_colour(name), "line": {"color": channel_edge(name), "width": 1},
-            "pattern": {"shape": hatch, "fillmode": "overlay"},
-        },
-        "hovertemplate": "%{x}: %{y:.2f} %<extra></extra>",
-    }  # fmt: skip

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
-import plotly.graph_objects as go
 
 from flexgui.core.results import Diagnosis, LadderStep
 from flexgui.sentences.figures import LEFT_BY_ALL, unseen_rms
 from flexgui.sentences.written import estimate_text, format_number, quantity
 from flexgui.views import colours
 from flexgui.views.headline import COMPLETE
-from flexgui.views.layout import styled
+from flexgui.views.layout import Figure, axis, figure
 from flexgui.views.names import channel_symbol, plain_symbol
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.table import Row, Table, numbers, texts
 
 GIVEN = "as given"
 
@@ -45,63 +45,64 @@ MANY = 300.0
 """Times the floor, from which the axis names decades only."""
 
 
-def ladder(steps: Sequence[LadderStep]) -> go.Figure | None:
+def ladder(steps: Sequence[LadderStep]) -> Figure | None:
     """A pair of bars per step, standing on the floor; None without steps."""
     if not steps:
         return None
     labels = [folded(label) for label in step_labels(steps)]
-    estimation = [float(np.sqrt(step.cost_per_sample)) for step in steps]
-    validation = [unseen_rms(step.errors) for step in steps]
-    figure = go.Figure()
-    figure.add_trace(_bars(labels, estimation, "estimation recordings", "", steps))
-    if any(np.isfinite(v) for v in validation):
-        figure.add_trace(_bars(labels, validation, "validation recordings", "/", steps))
-    _add_band(figure)
-    _add_reductions(figure, estimation)
-    highest = max([v for v in (*estimation, *validation) if np.isfinite(v)], default=1.0)
-    figure.update_yaxes(
-        type="log", title_text="error [× noise floor]", **_ticks(MARGIN * highest),
-        range=[np.log10(BAND), np.log10(MARGIN * max(highest, 1.5))],
-    )  # fmt: skip
-    figure.update_xaxes(
-        type="category", automargin=True, tickangle=0, range=[-0.5, len(labels) - 0.5]
-    )
+    errors = {"estimation": [float(np.sqrt(step.cost_per_sample)) for step in steps]}
+    errors["validation"] = [unseen_rms(step.errors) for step in steps]
+    finite = [v for values in errors.values() for v in values if np.isfinite(v)]
+    highest = max(finite, default=1.0)
+    bars = [
+        _bars(labels, values, role, steps)
+        for role, values in errors.items()
+        if values is errors["estimation"] or np.isfinite(values).any()
+    ]
     text = (
         "Root mean square error over all outputs, each in multiples of its noise floor "
         f"({LEFT_BY_ALL}). In the band, at 1 and below, nothing remains to be explained."
     )
-    return styled(figure, 340, text, barmode="group", bargap=0.45, bargroupgap=0.08)
-
-
-def _add_band(figure: go.Figure) -> None:
-    """The noise floor: where a complete model ends."""
-    figure.add_hrect(
-        y0=BAND, y1=1.0, fillcolor=colours.faded(colours.ADDED, 0.22), line_width=0, layer="below"
-    )
-    figure.add_hline(y=1.0, line={"color": colours.ADDED, "width": 2})
-    figure.add_annotation(
-        text="noise floor", x=0.0, xref="paper", xanchor="left", xshift=4, showarrow=False,
-        y=float(np.log10(np.sqrt(BAND))), font={"size": 11},
+    across = {"type": "rect", "xref": "x domain", "x0": 0, "x1": 1, "y0": BAND, "y1": 1.0}
+    floor = {"type": "line", "xref": "x domain", "x0": 0, "x1": 1, "y0": 1.0, "y1": 1.0}
+    name = {
+        "text": "noise floor", "x": 0.0, "xref": "paper", "xanchor": "left", "xshift": 4,
+        "showarrow": False, "y": float(np.log10(np.sqrt(BAND))), "font": {"size": 11},
+    }  # fmt: skip
+    shown = [np.log10(BAND), np.log10(MARGIN * max(highest, 1.5))]
+    return figure(
+        bars,
+        axis(type="category", automargin=True, tickangle=0, range=[-0.5, len(labels) - 0.5]),
+        axis("error [× noise floor]", type="log", range=shown, **_ticks(MARGIN * highest)),
+        text, 340, barmode="group", bargap=0.45, bargroupgap=0.08,
+        shapes=[
+            across | {
+                "fillcolor": colours.faded(colours.ADDED, 0.22), "line": {"width": 0},
+                "layer": "below",
+            },
+            floor | {"line": {"color": colours.ADDED, "width": 2}},
+        ],
+        annotations=[name, *_reductions(errors["estimation"])],
     )  # fmt: skip
 
 
-def _add_reductions(figure: go.Figure, errors: Sequence[float]) -> None:
+def _reductions(errors: Sequence[float]) -> Iterator[Figure]:
     """An arrow from each step to the next where the error falls, with the factor."""
-    for k, (before, after) in enumerate(zip(errors[:-1], errors[1:], strict=True)):
+    for k, (before, after) in enumerate(pairwise(errors)):
         if not (np.isfinite(before) and np.isfinite(after) and after * LEAST_REDUCTION < before):
             continue
         times = format_number(before / after, 2, keep_zeros=True)
-        end = float(np.log10(max(after, 1.0)))
-        figure.add_annotation(
-            x=k + ARRIVES, y=end, ax=k + LEAVES, ay=float(np.log10(before)), xref="x", yref="y",
-            axref="x", ayref="y", showarrow=True, arrowhead=2, arrowsize=1.2, arrowwidth=2,
-            arrowcolor=colours.ADDED, text="",
-        )  # fmt: skip
-        figure.add_annotation(
-            x=k + 0.5 * (ARRIVES + LEAVES), y=0.5 * (end + float(np.log10(before))),
-            text=f"<b>÷ {times}</b>", showarrow=False, xanchor="left", xshift=8, yshift=8,
-            font={"size": 14},
-        )  # fmt: skip
+        begin, end = float(np.log10(before)), float(np.log10(max(after, 1.0)))
+        yield {
+            "x": k + ARRIVES, "y": end, "ax": k + LEAVES, "ay": begin, "xref": "x", "yref": "y",
+            "axref": "x", "ayref": "y", "showarrow": True, "arrowhead": 2, "arrowsize": 1.2,
+            "arrowwidth": 2, "arrowcolor": colours.ADDED, "text": "",
+        }  # fmt: skip
+        yield {
+            "x": k + 0.5 * (ARRIVES + LEAVES), "y": 0.5 * (end + begin),
+            "text": f"<b>÷ {times}</b>", "showarrow": False, "xanchor": "left", "xshift": 8,
+            "yshift": 8, "font": {"size": 14},
+        }  # fmt: skip
 
 
 def _ticks(end: float) -> dict[str, list[float] | list[str]]:
@@ -111,27 +112,27 @@ def _ticks(end: float) -> dict[str, list[float] | list[str]]:
     return {"tickvals": ticks, "ticktext": [f"{tick:g}" for tick in ticks]}
 
 
+HATCHES = {"estimation": "", "validation": "/"}
+
+
 def _bars(
-    labels: Sequence[str], values: Sequence[float], name: str, hatch: str,
-    steps: Sequence[LadderStep],
-) -> go.Bar:  # fmt: skip
+    labels: Sequence[str], values: Sequence[float], role: str, steps: Sequence[LadderStep]
+) -> Figure:
+    name, hatch = f"{role} recordings", HATCHES[role]
     known = [v if np.isfinite(v) else None for v in values]
-    return go.Bar(
-        x=list(labels),
+    return {
+        "type": "bar", "name": name, "x": list(labels), "base": 1.0,
         # Noise that is a little smaller than its estimate does not hang below the floor.
-        y=[None if v is None else max(v - 1.0, 0.0) for v in known],
-        base=1.0,
-        name=name,
-        marker={
+        "y": [None if v is None else max(v - 1.0, 0.0) for v in known],
+        "marker": {
             "color": colours.faded(colours.RESIDUAL, 0.55) if hatch else colours.RESIDUAL,
             "pattern": {"shape": hatch, "fillmode": "overlay", "fgcolor": colours.RESIDUAL},
         },
-        text=["" if v is None else f"{format_number(v, 2, keep_zeros=True)} ×" for v in known],
-        textposition="outside",
-        cliponaxis=False,
-        customdata=[step.title for step in steps],
-        hovertemplate=f"%{{customdata}}<br>{name}: %{{text}} the noise floor<extra></extra>",
-    )
+        "text": ["" if v is None else f"{format_number(v, 2, keep_zeros=True)} ×" for v in known],
+        "textposition": "outside", "cliponaxis": False,
+        "customdata": [step.title for step in steps],
+        "hovertemplate": f"%{{customdata}}<br>{name}: %{{text}} the noise floor<extra></extra>",
+    }  # fmt: skip
 
 
 def step_labels(steps: Sequence[LadderStep]) -> list[str]:
@@ -152,14 +153,9 @@ def folded(label: str) -> str:
 def ladder_table(diagnosis: Diagnosis) -> Table:
     """A row per step and output, in units."""
     columns = (
-        Column("Model"),
-        Column("Output"),
-        Column("Rms error", numeric=True),
-        Column("On validation", numeric=True),
-        Column("Noise floor", numeric=True),
-        Column("Noise floor from"),
-        Column("Error / noise floor", numeric=True),
-    )
+        *texts("Model", "Output"), *numbers("Rms error", "On validation", "Noise floor"),
+        *texts("Noise floor from"), *numbers("Error / noise floor"),
+    )  # fmt: skip
     rows = []
     for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):
         for k, e in enumerate(step.errors):
@@ -180,9 +176,9 @@ def sizes_table(diagnosis: Diagnosis) -> Table | None:
     known = {e.name: e for step in diagnosis.steps for e in step.parameters}
     if not known:
         return None
-    columns = [Column("Model")] + [Column(plain_symbol(e.symbol, n)) for n, e in known.items()]
+    columns = texts("Model", *(plain_symbol(e.symbol, name) for name, e in known.items()))
     rows = []
     for label, step in zip(step_labels(diagnosis.steps), diagnosis.steps, strict=True):
         mine = {e.name: estimate_text(e) for e in step.parameters}
         rows.append(Row((label, *(mine.get(name, "") for name in known))))
-    return Table(tuple(columns), tuple(rows), COMPLETE)
+    return Table(columns, tuple(rows), COMPLETE)

@@ -1,34 +1,34 @@
-"""The common look of all figures: clear ground, thin grid, text that a page may recolour.
+"""All figures are put together here: axes, lines, panes, one look that a page may recolour.
 
-Small figures are plain dictionaries, as `go.Figure` takes them: Plotly's own objects cost more
-than all the rest, and these are drawn with every move of a slider.
+A figure is plain data, as Plotly takes it: Plotly's own objects cost more than all the rest, and
+some figures are drawn with every move of a slider.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import msgspec
 import numpy as np
-import plotly.graph_objects as go
 
 from flexgui.views import colours
 
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', sans-serif"
+HEIGHT = 260
+"""px, for a panel about 560 px wide."""
+
+Figure = dict[str, Any]
+"""{'data': traces, 'layout': …}, or a part of it."""
 
 
-def styled(figure: go.Figure, height: int, caption: str, **layout: Any) -> go.Figure:
-    """The figure in the house's look; `caption` travels in `layout.meta`."""
-    figure.update_layout(**frame(height, caption), **layout)
-    figure.update_xaxes(**axis())
-    figure.update_yaxes(**axis())
-    return figure
-
-
-def frame(height: int, caption: str) -> dict[str, Any]:
-    """The look of a whole figure, as a layout."""
+def frame(height: int, caption: str) -> Figure:
+    """The look of a whole figure, as a layout; the caption travels in `meta`."""
     return {
-        "template": "none",
+        "template": {},
         "height": height,
         "meta": {"caption": caption},
         "paper_bgcolor": colours.CLEAR,
@@ -45,11 +45,8 @@ def frame(height: int, caption: str) -> dict[str, Any]:
     }
 
 
-def axis(text: str = "") -> dict[str, Any]:
-    """The look of one axis."""
-    title: dict[str, Any] = {"standoff": 8}
-    if text:
-        title["text"] = text
+def axis(text: str = "", **more: Any) -> Figure:
+    """One axis with its title."""
     return {
         "gridcolor": colours.GRID,
         "linecolor": colours.AXIS,
@@ -58,95 +55,157 @@ def axis(text: str = "") -> dict[str, Any]:
         "ticklen": 4,
         "zeroline": False,
         "showline": True,
-        "title": title,
+        "title": {"text": text, "standoff": 5},
+        **more,
     }
 
 
-def caption(figure: go.Figure) -> str:
-    """The caption that `styled` stored."""
-    meta = figure.layout.meta or {}
-    return str(meta.get("caption", ""))
+def named_axis(names: Sequence[str], text: str = "", **more: Any) -> Figure:
+    """An axis that has names at 0, 1, 2, …"""
+    ticks = {"tickvals": list(range(len(names))), "ticktext": list(names)}
+    return axis(text, **ticks, **more)
 
 
-def title(figure: go.Figure, row: int, text: str, axis: str = "y") -> None:
-    """Name the axis of one row of subplots."""
-    update = figure.update_yaxes if axis == "y" else figure.update_xaxes
-    update(title_text=text, row=row, col=1)
-
-
-Figure = dict[str, Any]
-
-
-def figure(traces: list[Figure], x: Figure, y: Figure, title: str = "", **layout: Any) -> Figure:
-    """A figure in the house's look with one pair of axes."""
-    base = frame(260, "") | {"xaxis": x, "yaxis": y, "font": {**frame(0, "")["font"], "size": 11}}
-    if title:
-        base["title"] = {
-            "text": title, "x": 0.01, "xanchor": "left", "y": 0.985, "yanchor": "top",
-            "font": {"size": 12},
-        }  # fmt: skip
-    return {"data": traces, "layout": base | layout}
-
-
-def ax(text: str, **more: Any) -> Figure:
-    """One axis."""
-    return axis(text) | {"title": {"text": text, "standoff": 4}} | more
-
-
-def line(x: np.ndarray, y: np.ndarray, name: str, colour: str, **more: Any) -> Figure:
-    """A line through points."""
-    width, dash = more.pop("width", 1.6), more.pop("dash", "solid")
+def figure(
+    traces: Sequence[Figure],
+    x: Figure,
+    y: Figure,
+    caption: str = "",
+    height: int = HEIGHT,
+    **layout: Any,
+) -> Figure:
+    """Traces over one pair of axes."""
     return {
-        "type": "scatter", "mode": "lines", "x": short(x), "y": short(y), "name": name,
-        "line": {"color": colour, "width": width, "dash": dash},
-    } | more  # fmt: skip
+        "data": list(traces),
+        "layout": frame(height, caption) | {"xaxis": x, "yaxis": y} | layout,
+    }
 
 
-def dots(x: np.ndarray, y: np.ndarray, name: str, colour: str, **marker: Any) -> Figure:
+class Pane(NamedTuple):
+    """One pair of axes among several."""
+
+    traces: Sequence[Figure]
+    y: Figure
+    x: Figure | None = None
+    """None where all panes share one."""
+    share: float = 1.0
+    """Of the room, against those of the others."""
+    title: str = ""
+    """Above it."""
+
+
+def panes(
+    parts: Sequence[Pane],
+    x: Figure | None = None,
+    caption: str = "",
+    height: int = HEIGHT,
+    gap: float = 0.05,
+    beside: bool = False,
+    **layout: Any,
+) -> Figure:
+    """Panes below one another, or beside; a name stands in the legend once.
+
+    Args:
+        parts: From the top, or from the left.
+        x: The axis that all of them share, below the last.
+        caption: Of the whole figure.
+        height: px
+        gap: Between two panes, as a share of the figure.
+        beside: From the left to the right.
+        layout: More of Plotly's layout.
+    """
+    whole, data, named = frame(height, caption), list[Figure](), set[str | None]()
+    notes: list[Figure] = []
+    if x is not None:
+        whole["xaxis"] = x | {"anchor": f"y{number(len(parts) - 1)}"}
+    for k, (part, span) in enumerate(zip(parts, _spans(parts, gap, beside), strict=True)):
+        own = "" if part.x is None else number(k)
+        whole[f"yaxis{number(k)}"] = part.y | {"anchor": f"x{own}"}
+        if part.x is not None:
+            whole[f"xaxis{own}"] = part.x | {"anchor": f"y{number(k)}"}
+        whole[f"xaxis{own}" if beside else f"yaxis{number(k)}"] |= {"domain": span}
+        for trace in part.traces:
+            name = trace.get("name")
+            legend = {"legendgroup": name, "showlegend": name not in named} if name else {}
+            data.append(legend | trace | {"xaxis": f"x{own}", "yaxis": f"y{number(k)}"})
+            named.add(name)
+        if part.title:
+            left, top = (span[0], 1.0) if beside else (0.0, span[1])
+            notes.append(note(part.title, left, top, size=13))
+    return {"data": data, "layout": whole | {"annotations": notes} | layout}
+
+
+def number(k: int) -> str:
+    """What Plotly calls the k-th axis, from 0."""
+    return "" if k == 0 else str(k + 1)
+
+
+def _spans(parts: Sequence[Pane], gap: float, beside: bool) -> list[list[float]]:
+    """Where each pane begins and ends, as shares of the figure."""
+    free = (1.0 - gap * (len(parts) - 1)) / sum(part.share for part in parts)
+    found, begin = [], 0.0
+    for part in parts:
+        end = min(begin + free * part.share, 1.0)
+        found.append([begin, end] if beside else [1.0 - end, 1.0 - begin])
+        begin = end + gap
+    return found
+
+
+def line(x: Any, y: Any, name: str, colour: str, hover: str = "", **more: Any) -> Figure:
+    """A line through points; arrays are shortened, lists travel as they are. `more`: its width
+    and dash, and whatever Plotly knows of a trace."""
+    stroke = {"color": colour, "width": more.pop("width", 1.6), "dash": more.pop("dash", "solid")}
+    return _points(x, y, name, hover) | {"mode": "lines", "line": stroke, **more}
+
+
+def dots(x: Any, y: Any, name: str, colour: str, hover: str = "", **marker: Any) -> Figure:
     """Points."""
+    look = {"color": colour, "size": 7, **marker}
+    return _points(x, y, name, hover) | {"mode": "markers", "marker": look}
+
+
+def _points(x: Any, y: Any, name: str, hover: str) -> Figure:
+    """What has no name stands in no legend."""
+    legend = {"name": name} if name else {"showlegend": False}
+    shown = {"hovertemplate": hover} if hover else {}
+    return {"type": "scatter", "x": short(x), "y": short(y), **legend, **shown}
+
+
+def heat(z: np.ndarray, scale: Sequence[tuple[float, str]], title: str, **more: Any) -> Figure:
+    """A map of colours; its cells lie at 0, 1, 2, …"""
+    bar = {"title": {"text": title, "side": "right"}, "thickness": 12} | more.pop("colorbar", {})
+    rows, columns = z.shape
     return {
-        "type": "scatter", "mode": "markers", "x": short(x), "y": short(y), "name": name,
-        "marker": {"color": colour, "size": 7} | marker,
+        "type": "heatmap", "z": z, "x": list(range(columns)), "y": list(range(rows)),
+        "colorscale": [list(stop) for stop in scale], "colorbar": bar, **more,
     }  # fmt: skip
 
 
-def short(values: np.ndarray) -> np.ndarray:
-    """As exact as a pixel can show; what is not finite is a gap."""
+def short(values: Any) -> Any:
+    """As exact as a pixel can show; what is not finite is a gap. Lists stay as they are."""
+    if isinstance(values, list):
+        return values
     found = np.asarray(values, dtype=np.float32)
     return np.where(np.isfinite(found), found, np.float32(np.nan))
 
 
-HEIGHT = 260
-"""px, for a panel about 560 px wide."""
-
-MARGIN = {"l": 68, "r": 12, "t": 24, "b": 38}
-FONT_SIZE = 12
-
-
-def small_figure(
-    traces: list[dict[str, Any]],
-    x: dict[str, Any],
-    y: dict[str, Any],
-    caption: str,
-    **layout: Any,
-) -> Figure:
-    """Traces over one pair of axes; `x` and `y` come from `small_axis`."""
-    whole = frame(HEIGHT, caption) | {
-        "margin": MARGIN,
-        "xaxis": x,
-        "yaxis": y,
-        "uirevision": "keep",
-    }
-    whole["template"] = {}  # the name of one is only understood by Plotly's objects
-    whole["font"] = whole["font"] | {"size": FONT_SIZE}
-    return {"data": traces, "layout": whole | layout}
+def note(text: str, x: float, y: float, size: int = 11, yanchor: str = "bottom") -> Figure:
+    """Words at a place of the figure, in shares of its width and height."""
+    return {
+        "text": text, "xref": "paper", "yref": "paper", "x": x, "y": y, "xanchor": "left",
+        "yanchor": yanchor, "showarrow": False, "font": {"size": size, "color": colours.TEXT},
+    }  # fmt: skip
 
 
-def small_axis(text: str, **more: Any) -> dict[str, Any]:
-    """The look of one axis."""
-    look = axis(text)
-    look["title"] = look["title"] | {"standoff": 4}
-    return look | more
+def headline(text: str) -> Figure:
+    """A title on the left, as a part of a layout."""
+    place = {"x": 0.01, "xanchor": "left", "y": 0.985, "yanchor": "top"}
+    return {"text": text, "font": {"size": 12}, **place}
+
+
+def plain(figure: Figure | go.Figure) -> Figure:
+    """Plain data of a figure, also of one that a plugin made with Plotly's objects."""
+    return figure if isinstance(figure, dict) else figure.to_plotly_json()
 
 
 POINTS = 2000

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -15,7 +14,7 @@ from flexgui.core.recording.channels import channel_kind, is_channel, joint_of
 from flexgui.core.recording.recording import Recording
 from flexgui.sentences.written import ShownUnit, shown_unit
 from flexgui.views import colours
-from flexgui.views.layout import Figure, axis, frame, short, trace
+from flexgui.views.layout import Figure, Pane, axis, line, number, panes, trace
 from flexgui.views.names import channel_symbol
 
 POINTS = 600
@@ -35,34 +34,19 @@ def preview(recording: Recording, slides: Sequence[bool] = ()) -> Figure:
 
     `slides` tells for each joint whether it slides: its positions are in m then.
     """
-    kinds = _kinds(recording)
-    layout = frame(700, "") | {"xaxis": axis("time [s]") | {"anchor": f"y{len(kinds)}"}}
-    layout["font"] = {**layout["font"], "size": 11}
-    layout["hovermode"] = "x unified"
-    height, gap = 1.0 / max(len(kinds), 1), 0.05
-    data: list[Figure] = []
-    for row, names in enumerate(kinds):
+    kinds, parts = _kinds(recording), []
+    for names in kinds:
         starts = _starts(recording, names)
         values = np.concatenate([recording[n] - s for n, s in zip(names, starts, strict=True)])
         si = _unit(names[0], slides)
         unit = shown_unit(values, si)
-        number = "" if row == 0 else str(row + 1)
-        top = 1.0 - row * height
         change = "Δ" if any(starts) else ""
-        label = unit.label(", ".join(change + _symbol(name, si) for name in names))
-        layout[f"yaxis{number}"] = axis(label) | {
-            "anchor": "x", "domain": [max(top - height + gap, 0.0), top],
-        }  # fmt: skip
-        data += [
-            _line(recording, n, start, unit, number, _symbol(n, si))
-            for n, start in zip(names, starts, strict=True)
-        ]
-    layout["shapes"] = masked(recording, kinds)
-    seen: set[str] = set()
-    for line in data:  # each joint once
-        line["showlegend"] = line["name"] not in seen
-        seen.add(line["name"])
-    return {"data": data, "layout": layout}
+        symbols = [_symbol(name, si) for name in names]
+        label = unit.label(", ".join(change + symbol for symbol in symbols))
+        each = zip(names, starts, symbols, strict=True)
+        parts.append(Pane([_line(recording, n, s, unit, text) for n, s, text in each], axis(label)))
+    shapes = masked(recording, kinds)
+    return panes(parts, axis("time [s]"), hovermode="x unified", shapes=shapes)
 
 
 def _starts(recording: Recording, names: Sequence[str]) -> list[float]:
@@ -98,48 +82,33 @@ def _symbol(name: str, unit: str) -> str:
     return channel_symbol(name.removesuffix("_ref"), unit) + ("*" if name.endswith("_ref") else "")
 
 
-def _line(
-    recording: Recording, name: str, start: float, unit: ShownUnit, number: str, symbol: str
-) -> Figure:
-    """In the colour and the dash of its joint."""
+def _line(recording: Recording, name: str, start: float, unit: ShownUnit, symbol: str) -> Figure:
+    """In the colour and the dash of its joint, with which it is shown and hidden."""
     x, y = trace(recording.time, (recording[name] - start) * unit.factor, POINTS)
-    number_of = int(re.sub(r"\D", "", name) or 1) - 1
-    look = colours.joint(number_of)
-    if joint_of(name) is None:
-        look["color"] = colours.MEASURED
-    label = f"{'Δ' if start else ''}{symbol}"
-    return {
-        "type": "scatter", "mode": "lines", "x": short(x), "y": short(y),
-        "name": _group(name, symbol), "legendgroup": _group(name, symbol), "xaxis": "x",
-        "yaxis": f"y{number}", "line": {"width": 1.3, **look},
-        "hovertemplate": f"{label} %{{y:.4g}} {unit.name}<extra></extra>",
-    }  # fmt: skip
-
-
-def _group(name: str, symbol: str) -> str:
-    """What the legend calls it: signals of one joint are shown and hidden together."""
     joint = joint_of(name)
-    return f"tip {symbol}" if joint is None else f"joint {joint + 1}"
+    look = colours.joint(int(re.sub(r"\D", "", name) or 1) - 1)
+    colour = colours.MEASURED if joint is None else look["color"]
+    group = f"tip {symbol}" if joint is None else f"joint {joint + 1}"
+    hover = f"{'Δ' if start else ''}{symbol} %{{y:.4g}} {unit.name}<extra></extra>"
+    return line(x, y, group, colour, hover, width=1.3, dash=look["dash"])
 
 
-def masked(recording: Recording, kinds: Sequence[Sequence[str]]) -> list[dict[str, Any]]:
+def masked(recording: Recording, kinds: Sequence[Sequence[str]]) -> list[Figure]:
     """Grey bands over the stretches of a channel that the user masked."""
     shapes = []
     for row, names in enumerate(kinds):
-        number = "" if row == 0 else str(row + 1)
         for name in names:
-            counted = recording.counted.get(name)
-            if counted is None:
-                continue
+            counted = recording.counted.get(name, np.ones(0))
             edges = np.flatnonzero(np.diff(np.concatenate([[1], counted.astype(int), [1]])))
-            for start, stop in edges.reshape(-1, 2):
-                shapes.append(
-                    {
-                        "type": "rect", "xref": "x", "yref": f"y{number} domain", "y0": 0, "y1": 1,
-                        "x0": float(recording.time[start]), "x1": float(recording.time[stop - 1]),
-                        "fillcolor": colours.faded(colours.START, 0.35), "line": {"width": 0},
-                    }
-                )  # fmt: skip
+            shapes += [
+                {
+                    "type": "rect", "xref": "x", "yref": f"y{number(row)} domain",
+                    "x0": float(recording.time[start]), "x1": float(recording.time[stop - 1]),
+                    "y0": 0, "y1": 1,
+                    "fillcolor": colours.faded(colours.START, 0.35), "line": {"width": 0},
+                }
+                for start, stop in edges.reshape(-1, 2)
+            ]  # fmt: skip
     return shapes
 
 
@@ -147,7 +116,7 @@ CURSOR = "cursor"
 """Name of the line among a figure's shapes."""
 
 
-def cursor_shape(time: float) -> dict[str, Any]:
+def cursor_shape(time: float) -> Figure:
     """The time-line's cursor in any figure whose first axis is time in s."""
     return {
         "type": "line", "name": CURSOR,
@@ -181,48 +150,35 @@ def sparkline(
     curves = [(time, shown, colours.MEASURED, "")]
     if expected is not None and len(expected) > 1:
         along = np.linspace(float(time[0]), float(time[-1]), len(expected))
-        curves.append((along, expected, colours.MODEL, "4 3"))
+        curves.append((along, expected, colours.MODEL, "stroke-dasharray='4 3'"))
     finite = np.concatenate([y[np.isfinite(y)] for _, y, _, _ in curves])
     if finite.size == 0:
         return Markup("")
-    low, high = float(finite.min()), float(finite.max())
-    begin, end = float(time[0]), float(time[-1])
+    low, begin = float(finite.min()), float(time[0])
+    spans = (float(time[-1]) - begin or 1.0, float(finite.max()) - low or 1.0)
+    width, height = size
     lines = Markup("").join(
-        _polyline(_path(x, y, (begin, end), (low, high), size), colour, dash)
-        for x, y, colour, dash in curves
-    )
+        Markup("<path d='{}' fill='none' stroke='{}' stroke-width='1.3' {}/>").format(
+            _path(
+                width * (x - begin) / spans[0],
+                height - MARGIN - (height - 2.0 * MARGIN) * (y - low) / spans[1],
+            ),
+            colour, Markup(dash),
+        )
+        for along, values, colour, dash in curves
+        for x, y in (trace(along, values, SPARKS),)
+    )  # fmt: skip
     frame = Markup("<svg class='spark' role='img' aria-label='{}' viewBox='0 0 {} {}' {}>{}</svg>")
     shape = Markup("width='{}' height='{}' preserveAspectRatio='none'").format(*size)
     return frame.format(title, *size, shape, lines)
 
 
-def _polyline(path: str, colour: str, dash: str) -> Markup:
-    line = Markup("<path d='{}' fill='none' stroke='{}' stroke-width='1.3' {}/>")
-    dashed = Markup("stroke-dasharray='{}'").format(dash) if dash else ""
-    return line.format(path, colour, dashed)
-
-
-def _path(
-    x: np.ndarray,
-    y: np.ndarray,
-    along: tuple[float, float],
-    over: tuple[float, float],
-    size: tuple[int, int],
-) -> str:
+def _path(x: np.ndarray, y: np.ndarray) -> str:
     """'M0.0 14.0L1.0 13.2…' with a new piece behind every gap."""
-    x, y = trace(x, y, SPARKS)
-    width, height = size
-    span, rise = along[1] - along[0] or 1.0, over[1] - over[0] or 1.0
-    across = width * (np.asarray(x) - along[0]) / span
-    up = height - MARGIN - (height - 2.0 * MARGIN) * (np.asarray(y) - over[0]) / rise
-    pieces, drawing = [], False
-    for a, b in zip(across, up, strict=True):
-        if not np.isfinite(b):
-            drawing = False
-            continue
-        pieces.append(f"{'L' if drawing else 'M'}{a:.1f} {b:.1f}")
-        drawing = True
-    return "".join(pieces)
+    known = np.isfinite(y)
+    begins = known & ~np.concatenate([[False], known[:-1]])
+    pieces = zip(begins[known], x[known], y[known], strict=True)
+    return "".join(f"{'M' if begin else 'L'}{a:.1f} {b:.1f}" for begin, a, b in pieces)
 
 
 SIZE = (340, 54)

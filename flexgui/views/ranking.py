@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import plotly.graph_objects as go
 from markupsafe import Markup
 
 from flexgui.core.results import RankedEffect
 from flexgui.sentences.ranked import ORDER, nesting, tie, worth_listing
 from flexgui.sentences.written import estimate_text, format_number
 from flexgui.views import colours
-from flexgui.views.layout import styled
+from flexgui.views.layout import Figure, axis, figure
 from flexgui.views.names import equals, plain_symbol, typeset
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.table import Row, Table, numbers, texts
 
 PALE = colours.faded(colours.ADDED, 0.5)
 """Of effects that were not added."""
@@ -25,13 +24,10 @@ LEAST_SEEN = 0.5
 """%: a shorter bar is one or two pixels wide, and a figure of such bars looks empty."""
 
 COLUMNS = (
-    Column("Effect"),
-    Column("Explains, refitted [%]", numeric=True),
-    Column("Estimate before refitting [%]", numeric=True),
-    Column("Evidence ΔBIC", numeric=True),
-    Column("Chance of noise", numeric=True),
-    Column("Relation to others"),
-    Column("Size when refitted"),
+    *texts("Effect"),
+    *numbers("Explains, refitted [%]", "Estimate before refitting [%]"),
+    *numbers("Evidence ΔBIC", "Chance of noise"),
+    *texts("Relation to others", "Size when refitted"),
 )
 
 
@@ -40,39 +36,37 @@ def _is_seen(one: RankedEffect) -> bool:
     return any(drop is not None and drop >= LEAST_SEEN for drop in drops)
 
 
-def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> go.Figure | None:
+def ranking(ranked: Sequence[RankedEffect], accepted: str | None = None) -> Figure | None:
     """Two bars per effect: what the linear screen expects and what a refit explains; None where
     nothing explains anything."""
     shown = worth_listing(ranked)[:SHOWN]
     if not any(_is_seen(r) for r in shown):
         return None
-    figure = go.Figure()
-    titles = [r.title for r in shown]
-    figure.add_bar(
-        y=titles, x=[r.expected_drop_percent for r in shown], orientation="h",
-        name="estimate before refitting", marker={"color": colours.faded(colours.START, 0.45)},
-        hovertemplate="%{y}: %{x:.1f} % before refitting<extra></extra>",
-    )  # fmt: skip
-    figure.add_bar(
-        y=titles, x=[r.refit_drop_percent for r in shown], orientation="h", name="after refitting",
-        marker={"color": [_colour(r, accepted) for r in shown]},
-        hovertemplate="%{y}: %{x:.2f} % after refitting<extra></extra>",
-    )  # fmt: skip
-    figure.update_xaxes(title_text="error explained [%]", range=[0, 103])
-    figure.update_yaxes(autorange="reversed", automargin=True, type="category")
+    bar = {"type": "bar", "orientation": "h", "y": [r.title for r in shown]}
+    found = [colours.ADDED if accepted in (None, r.effect) else PALE for r in shown]
+    expected = bar | {
+        "name": "estimate before refitting", "x": [r.expected_drop_percent for r in shown],
+        "marker": {"color": colours.faded(colours.START, 0.45)},
+        "hovertemplate": "%{y}: %{x:.1f} % before refitting<extra></extra>",
+    }  # fmt: skip
+    refitted = bar | {
+        "name": "after refitting", "x": [r.refit_drop_percent for r in shown],
+        "marker": {"color": found},
+        "hovertemplate": "%{y}: %{x:.2f} % after refitting<extra></extra>",
+    }  # fmt: skip
     text = (
         "Error: squared, above the noise floor. Pale: a linear estimate before refitting. Full: "
         "what is explained after the effect and all other parameters are refitted; only the best "
         "few are refitted."
     )
-    height = 150 + 34 * len(shown)
-    styled(figure, height, text, barmode="group", bargap=0.3)
+    drawn = figure(
+        [expected, refitted], axis("error explained [%]", range=[0, 103]),
+        axis(autorange="reversed", automargin=True, type="category"), text, 150 + 34 * len(shown),
+        barmode="group", bargap=0.3,
+    )  # fmt: skip
     # From the edge of the figure: the names of effects take much of its width.
-    return figure.update_layout(legend_xref="container")
-
-
-def _colour(ranked: RankedEffect, accepted: str | None) -> str:
-    return colours.ADDED if ranked.effect == accepted or accepted is None else PALE
+    drawn["layout"]["legend"] |= {"xref": "container"}
+    return drawn
 
 
 def ranking_table(ranked: Sequence[RankedEffect], accepted: str | None = None) -> Table:

@@ -19,6 +19,16 @@ class Column:
     numeric: bool = False
 
 
+def texts(*titles: str) -> tuple[Column, ...]:
+    """Columns of words."""
+    return tuple(Column(title) for title in titles)
+
+
+def numbers(*titles: str) -> tuple[Column, ...]:
+    """Columns of numbers."""
+    return tuple(Column(title, numeric=True) for title in titles)
+
+
 @dataclass(frozen=True)
 class Row:
     """The texts of one row; `strong` for a mean or a best."""

@@ -11,7 +11,7 @@ from flexgui.core.simulate.response import step_response
 from flexgui.stages.arm.chart import NO_LINE, Chart, chart
 from flexgui.views import colours
 from flexgui.views.dynamics import DOTS, frequency_response, noisy_step, step
-from flexgui.views.layout import Figure, ax, dots, figure, line
+from flexgui.views.layout import Figure, axis, dots, figure, line
 from tests.flexgui.test_live_views import NAMES, at
 
 SINGLE = 1e-6
@@ -81,7 +81,7 @@ def test_gains_far_below_the_largest_run_along_the_edge() -> None:
 def test_what_no_axis_can_hold_is_a_gap(bad: float) -> None:
     x = np.array([0.0, 1.0, 2.0])
     trace = {**line(x, x, "a", "#000"), "y": np.array([1.0, bad, -3.0])}
-    found = chart(figure([trace], ax("time [s]"), ax("y [m]"))).data[1]
+    found = chart(figure([trace], axis("time [s]"), axis("y [m]"))).data[1]
     assert np.array_equal(found, [1.0, np.nan, -3.0], equal_nan=True)
 
 
@@ -91,6 +91,6 @@ def test_the_look_stays_while_only_numbers_change() -> None:
     def shown(factor: float) -> Figure:
         x = np.linspace(0.0, 1.0, 5)
         drawn = [line(x, factor * x, "a", "#000"), dots(x[1:3], factor * x[1:3], "b", "#111")]
-        return figure(drawn, ax("time [s]"), ax("y [m]"))
+        return figure(drawn, axis("time [s]"), axis("y [m]"))
 
     assert chart(shown(1.0)).look == chart(shown(3.0)).look

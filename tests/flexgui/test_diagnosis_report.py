@@ -203,12 +203,11 @@ def test_without_a_diagnosis_nothing_is_said_of_it(glocal: Outcome, tmp_path: Pa
 def test_bars_stand_on_the_floor_and_end_at_the_error() -> None:
     figure = ladder(FOUND.steps)
     assert figure is not None
-    estimation, validation = figure.data
-    tops = [b + y for b, y in zip([estimation.base] * 2, estimation.y, strict=True)]
-    assert tops == pytest.approx([9.0, 1.0])
-    assert estimation.base == validation.base == 1.0
-    assert [1.0 + y for y in validation.y] == pytest.approx([9.5, 1.1])
-    assert figure.layout.yaxis.type == "log"
+    estimation, validation = figure["data"]
+    assert [1.0 + y for y in estimation["y"]] == pytest.approx([9.0, 1.0])
+    assert estimation["base"] == validation["base"] == 1.0
+    assert [1.0 + y for y in validation["y"]] == pytest.approx([9.5, 1.1])
+    assert figure["layout"]["yaxis"]["type"] == "log"
 
 
 def test_without_validation_there_is_one_set_of_bars() -> None:
@@ -218,7 +217,7 @@ def test_without_validation_there_is_one_set_of_bars() -> None:
     ]
     figure = ladder(alone)
     assert figure is not None
-    assert len(figure.data) == 1
+    assert len(figure["data"]) == 1
     assert ladder(()) is None
 
 
@@ -282,7 +281,7 @@ def test_the_ranking_marks_what_was_added_and_names_its_rivals() -> None:
     assert "f<sub>c1</sub> = 1.200" in table.rows[0].cells[-1]
     figure = ranking(RANKING, "coulomb_friction")
     assert figure is not None
-    assert list(figure.data[1].x) == [97.0, 95.0, None]
+    assert list(figure["data"][1]["x"]) == [97.0, 95.0, None]
     assert ranking(()) is None
 
 
@@ -291,9 +290,9 @@ def test_maps_share_their_colours_and_show_every_recording(diagnosed: Outcome) -
     for shown in (maps.by_frequency, maps.by_time):
         figure = error_map(shown)
         assert figure is not None
-        assert len(figure.data) == len(FLOORS)
-        assert len({(h.zmin, h.zmax) for h in figure.data}) == 1
-        assert figure.data[0].z.shape == shown[0].rms.shape
+        assert len(figure["data"]) == len(FLOORS)
+        assert len({(h["zmin"], h["zmax"]) for h in figure["data"]}) == 1
+        assert figure["data"][0]["z"].shape == shown[0].rms.shape
     assert error_map(()) is None
     assert row_labels(maps.by_time[0])[0] == "th1 (θ₂ 23°)"
     assert len(worst_table(maps.worst).rows) == 10
@@ -305,8 +304,8 @@ def test_patterns_are_drawn_for_both_directions(diagnosed: Outcome) -> None:
     maps = error_maps(diagnosed.comparisons, FLOORS)
     figure = residual_over(maps.over[:2])
     assert figure is not None
-    lines = [t for t in figure.data if t.mode == "lines+markers"]
-    assert [t.name for t in lines] == ["forwards", "backwards"] * 2
+    lines = [t for t in figure["data"] if t["mode"] == "lines+markers"]
+    assert [t["name"] for t in lines] == ["forwards", "backwards"] * 2
     assert residual_over(()) is None
 
 
@@ -319,7 +318,7 @@ def test_what_explains_nothing_is_in_no_list() -> None:
     ]
     assert "Not listed: 1 that explain nothing." in ranking_table(shown).caption
     figure = ranking(shown)
-    assert figure is not None and none.title not in figure.data[0].y
+    assert figure is not None and none.title not in figure["data"][0]["y"]
     assert ranking((none,)) is None
     little = replace(none, refit_drop_percent=None, expected_drop_percent=0.5 * LEAST_SEEN)
     assert ranking((little,)) is None, "bars that nobody sees make an empty figure"

@@ -23,9 +23,9 @@ def test_the_floor_is_always_named(end: float) -> None:
 def test_labels_stay_level_from_three_effects_on() -> None:
     kinds = ("Coulomb friction", "Structural damping", "Wrong scale of a sensor")
     figure = ladder((FOUND.steps[0], *(step(title, title, 4.0, 4.0) for title in kinds)))
-    assert figure is not None and figure.layout.xaxis.tickangle == 0
-    assert figure.data[0].x[1:] == ("+ Coulomb<br>friction", "+ Structural<br>damping",
-                                    "+ Wrong<br>scale of a<br>sensor")  # fmt: skip
+    assert figure is not None and figure["layout"]["xaxis"]["tickangle"] == 0
+    assert figure["data"][0]["x"][1:] == ["+ Coulomb<br>friction", "+ Structural<br>damping",
+                                    "+ Wrong<br>scale of a<br>sensor"]  # fmt: skip
 
 
 @pytest.mark.parametrize("seconds", [1.9157083333333333, 3.0, 0.29])

@@ -88,13 +88,14 @@ def test_the_ladder_falls_into_the_band_with_an_arrow_and_the_factor() -> None:
     ]
     figure = ladder(steps)
     assert figure is not None
-    texts = [a.text for a in figure.layout.annotations]
+    layout = figure["layout"]
+    texts = [a["text"] for a in layout["annotations"]]
     assert "<b>÷ 25</b>" in texts and "noise floor" in texts
-    arrows = [a for a in figure.layout.annotations if a.showarrow]
+    arrows = [a for a in layout["annotations"] if a["showarrow"]]
     assert len(arrows) == 1, "none where nothing falls"
-    assert (arrows[0].ay, arrows[0].y) == pytest.approx((np.log10(20.0), 0.0))
-    band = next(s for s in figure.layout.shapes if s.type == "rect")
-    assert (band.y0, band.y1) == (BAND, 1.0)
+    assert (arrows[0]["ay"], arrows[0]["y"]) == pytest.approx((np.log10(20.0), 0.0))
+    band = next(s for s in layout["shapes"] if s["type"] == "rect")
+    assert (band["y0"], band["y1"]) == (BAND, 1.0)
 
 
 @pytest.mark.parametrize(("recording", "time"), [("th1", 1.25), ("a long one", None)])

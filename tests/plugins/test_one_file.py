@@ -459,7 +459,6 @@ VIEW = '''
 
 import plotly.graph_objects as go
 
-from flexgui.views.layout import styled
 from flexgui.views.of_recording.view import RecordingView, Seen
 
 
@@ -476,7 +475,7 @@ class ErrorHistogram(RecordingView):
         for c in seen.current.channels:
             if c.fitted:
                 figure.add_histogram(x=c.residual[c.counted], name=c.channel)
-        return styled(figure, 300, "")
+        return figure.update_layout(height=300)
 '''
 
 

@@ -8,7 +8,6 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
-import plotly.graph_objects as go
 
 from flexgui.core.montecarlo.estimates import (
     EstimateRow,
@@ -21,12 +20,12 @@ from flexgui.core.montecarlo.estimates import (
     least_scatter,
     pooled,
 )
-from flexgui.core.montecarlo.printed import stiffness
+from flexgui.core.montecarlo.printed import MEAN, Numbers, stiffness
 from flexgui.sentences.written import format_number
 from flexgui.stages.study.baselines import snr
 from flexgui.views import colours
-from flexgui.views.layout import styled
-from flexgui.views.table import Column, Row, Table
+from flexgui.views.layout import Figure, axis, dots, figure, line
+from flexgui.views.table import Row, Table, numbers, texts
 
 DIGITS = {"epsilon": (4, 4), "d": (1, 3)}
 """Decimals in the shown unit, as the paper prints them: in general, and of deviations below 1."""
@@ -106,14 +105,12 @@ def _by_fit(
     tables: Sequence[EstimateTable], columns: Callable[[EstimateTable], Iterable[Filled]], text: str
 ) -> Table:
     """A row per fit; beside each other the columns of each table."""
-    filled = [column for table in tables for column in columns(table)]
-    heads = (Column("Fit"), *(Column(title, numeric=True) for title, _ in filled))
-    cells = zip(*(each for _, each in filled), strict=True)
+    titles, found = zip(*(c for table in tables for c in columns(table)), strict=True)
     rows = (
         Row((fit_name(fit.label, fit.theta2), *here), strong=fit.label in STRONG)
-        for fit, here in zip(tables[0].rows, cells, strict=True)
+        for fit, *here in zip(tables[0].rows, *found, strict=True)
     )
-    return Table(heads, tuple(rows), text)
+    return Table((*texts("Fit"), *numbers(*titles)), tuple(rows), text)
 
 
 def _biases(found: Iterable[Spread], true: Sequence[float]) -> Iterator[str]:
@@ -132,44 +129,40 @@ def _relative(EI: Spread) -> str:
 def explained_table(table: EstimateTable, prior: ValleyPrior) -> Table:
     """Deviations along the valley: found against expected of prior and search alone."""
     columns = (
-        Column("Fit"), Column("quantity"), Column("found", numeric=True),
-        Column("prior and search alone", numeric=True), Column("ratio", numeric=True),
-        Column("uniform prior cut along the valley", numeric=True),
+        *texts("Fit", "quantity"), *numbers("found", "prior and search alone", "ratio"),
+        *numbers("uniform prior cut along the valley"),
     )  # fmt: skip
     rows = []
     for e in (*explained(table, prior), *pooled(table, prior)):
         symbol, unit, factor = shown(e.name)
-        rows.append(
-            Row(
-                (
-                    e.label, f"std of {symbol} [{unit}]", format_number(e.found * factor, 3),
-                    format_number(e.expected * factor, 3), f"{e.ratio:.2f}",
-                    format_number(prior.flat[e.name].std * factor, 3),
-                ),
-                strong=e.label == "all fits",
-            )
-        )  # fmt: skip
+        sizes = (e.found, e.expected, prior.flat[e.name].std)
+        found, expected, flat = (format_number(size * factor, 3) for size in sizes)
+        cells = (e.label, f"std of {symbol} [{unit}]", found, expected, f"{e.ratio:.2f}", flat)
+        rows.append(Row(cells, strong=e.label == "all fits"))
     return Table(columns, tuple(rows), f"At {snr(table.snr_db)}, {table.runs} runs per fit.")
 
 
 def deviation_table(tables: Sequence[EstimateTable]) -> Table:
     """The deviation of the mean of the local estimates by both formulas, and as found."""
     columns = (
-        Column("SNR"), Column("quantity"), Column("sqrt(Σ std²)/δ", numeric=True),
-        Column("sqrt(Σ std²/δ), the caption's", numeric=True),
-        Column("found over the runs' means", numeric=True), Column("printed", numeric=True),
+        *texts("SNR", "quantity"), *numbers("sqrt(Σ std²)/δ", "sqrt(Σ std²/δ), the caption's"),
+        *numbers("found over the runs' means", "printed"),
     )  # fmt: skip
     rows = []
     for table in tables:
         published = comparable(table)
         for d in table.deviations:
-            symbol, unit, factor = shown(d.name) if d.name != "EI" else ("EI", "N m²", 1.0)
-            printed = "–"
-            if published is not None and d.name != "EI":
-                printed = format_number(published[7][1 if d.name == "epsilon" else 3], 3)
+            symbol, unit, factor = shown(d.name)
+            place = PRINTED_DEVIATION.get(d.name)
+            printed = published and place and format_number(published[MEAN][place], 3)
             cells = [format_number(v * factor, 3) for v in (d.of_mean, d.caption, d.found)]
-            rows.append(Row((snr(table.snr_db), f"{symbol} [{unit}]", *cells, printed)))
+            name = f"{symbol} [{unit}]"
+            rows.append(Row((snr(table.snr_db), name, *cells, printed or "–")))
     return Table(columns, tuple(rows), "Of this study's local estimates; δ is their number.")
+
+
+PRINTED_DEVIATION = {"epsilon": 1, "d": 3}
+"""Place of its deviation in the paper's rows."""
 
 
 GPA, MM = 1e-9, 1e3
@@ -178,85 +171,57 @@ MARKS = {None: "circle", 20.0: "diamond"}
 
 def study_valley(
     tables: Sequence[EstimateTable], prior: ValleyPrior | None, true_EI: float
-) -> go.Figure | None:
+) -> Figure | None:
     """Every run's pair, the paper's means, the curve ε d⁴ = const and the prior; None where ε
     and d are not what was estimated."""
     if not tables or {"epsilon", "d"} != set(tables[0].rows[0].values):
         return None
-    figure = go.Figure()
-    pairs = [p for t in tables for row in t.rows for p in row.pairs]
-    low = min(p["epsilon"] for p in pairs)
-    high = max(p["epsilon"] for p in pairs)
-    if prior is not None:
-        low, high = prior.bounds["epsilon"]
-        _add_box(figure, prior)
-    _add_curve(figure, low, high, true_EI)
-    for table in tables:
-        _add_ours(figure, table)
-    for table in tables:
-        _add_paper(figure, table)
-    figure.update_xaxes(title_text="ε [GPa]")
-    figure.update_yaxes(title_text="d [mm]")
+    found = [p["epsilon"] for t in tables for row in t.rows for p in row.pairs]
+    low, high = (min(found), max(found)) if prior is None else prior.bounds["epsilon"]
+    epsilon = np.linspace(low, high, 201)
+    d = (12.0 * true_EI / epsilon) ** 0.25
+    look: Figure = {"width": 2, "hoverinfo": "skip"}
+    curve = line(epsilon * GPA, d * MM, "ε d⁴ = const", colours.MODEL, **look)
+    published = [(t, means) for t in tables if (means := comparable(t)) is not None]
+    traces = [curve, *map(_ours, tables), *(_papers(*pair) for pair in published)]
     text = ["Dots: every fit of every run.", "Curve: all pairs with the true EI."]
-    if any(comparable(table) is not None for table in tables):
+    if published:
         text.insert(1, "Large marks: the paper's means.")
     if prior is not None:
+        (x0, x1), (y0, y1) = prior.bounds["epsilon"], prior.bounds["d"]
+        x, y = np.array([x0, x1, x1, x0, x0]) * GPA, np.array([y0, y0, y1, y1, y0]) * MM
+        look = {"width": 1.2, "dash": "dot", "hoverinfo": "skip"}
+        traces.insert(0, line(x, y, "prior", colours.BOUND, **look))
         text.append("Box: the prior, in which the first population is drawn.")
-    return styled(figure, 480, " ".join(text), hovermode="closest")
+    axes = (axis("ε [GPa]"), axis("d [mm]"))
+    return figure(traces, *axes, " ".join(text), 480, hovermode="closest")
 
 
-def _add_box(figure: go.Figure, prior: ValleyPrior) -> None:
-    (x0, x1), (y0, y1) = prior.bounds["epsilon"], prior.bounds["d"]
-    x, y = np.array([x0, x1, x1, x0, x0]) * GPA, np.array([y0, y0, y1, y1, y0]) * MM
-    line = {"color": colours.BOUND, "width": 1.2, "dash": "dot"}
-    figure.add_scatter(x=x, y=y, mode="lines", name="prior", line=line, hoverinfo="skip")
+def _ours(table: EstimateTable) -> Figure:
+    single = [
+        (p["epsilon"] * GPA, p["d"] * MM, f"{row.label}, run {k}")
+        for row in table.rows
+        if row.label != "local mean"
+        for k, p in enumerate(row.pairs, start=1)
+    ]
+    x, y, labels = (list(each) for each in zip(*single, strict=True))
+    colour = colours.faded(colours.MEASURED if table.snr_db is None else colours.ADDED, 0.55)
+    hover = "%{text}<br>%{x:.4f} GPa, %{y:.2f} mm<extra></extra>"
+    return dots(x, y, f"here, {snr(table.snr_db)}", colour, hover, size=6) | {"text": labels}
 
 
-def _add_curve(figure: go.Figure, low: float, high: float, EI: float) -> None:
-    epsilon = np.linspace(low, high, 201)
-    d = (12.0 * EI / epsilon) ** 0.25
-    figure.add_scatter(
-        x=epsilon * GPA, y=d * MM, mode="lines", name="ε d⁴ = const",
-        line={"color": colours.MODEL, "width": 2}, hoverinfo="skip",
-    )  # fmt: skip
+def _papers(table: EstimateTable, published: Sequence[Numbers]) -> Figure:
+    x, y = [n[0] for n in published], [n[2] for n in published]
+    look = {
+        "size": 11, "symbol": MARKS.get(table.snr_db, "square"),
+        "line": {"width": 1, "color": colours.HOVER_BACKGROUND},
+    }  # fmt: skip
+    name, hover = f"paper, {snr(table.snr_db)}", "paper, %{text}<br>%{x:.4f} GPa, %{y:.1f} mm"
+    marks = dots(x, y, name, colours.RESIDUAL, f"{hover}<extra></extra>", **look)
+    return marks | {"text": [row.label for row in table.rows]}
 
 
-def _add_ours(figure: go.Figure, table: EstimateTable) -> None:
-    single = [(row, k, p) for row in table.rows for k, p in enumerate(row.pairs)]
-    single = [s for s in single if s[0].label != "local mean"]
-    colour = colours.MEASURED if table.snr_db is None else colours.ADDED
-    figure.add_scatter(
-        x=[p["epsilon"] * GPA for _, _, p in single],
-        y=[p["d"] * MM for _, _, p in single],
-        mode="markers",
-        name=f"here, {snr(table.snr_db)}",
-        marker={"color": colours.faded(colour, 0.55), "size": 6},
-        text=[f"{row.label}, run {k + 1}" for row, k, _ in single],
-        hovertemplate="%{text}<br>%{x:.4f} GPa, %{y:.2f} mm<extra></extra>",
-    )
-
-
-def _add_paper(figure: go.Figure, table: EstimateTable) -> None:
-    published = comparable(table)
-    if published is None:
-        return
-    figure.add_scatter(
-        x=[n[0] for n in published],
-        y=[n[2] for n in published],
-        mode="markers",
-        name=f"paper, {snr(table.snr_db)}",
-        marker={
-            "color": colours.RESIDUAL,
-            "size": 11,
-            "symbol": MARKS.get(table.snr_db, "square"),
-            "line": {"width": 1, "color": colours.HOVER_BACKGROUND},
-        },
-        text=[row.label for row in table.rows],
-        hovertemplate="paper, %{text}<br>%{x:.4f} GPa, %{y:.1f} mm<extra></extra>",
-    )
-
-
-SYMBOLS = {"epsilon": ("ε", "GPa", 1e-9), "d": ("d", "mm", 1e3)}
+SYMBOLS = {"epsilon": ("ε", "GPa", 1e-9), "d": ("d", "mm", 1e3), "EI": ("EI", "N m²", 1.0)}
 """name -> symbol, shown unit, factor."""
 
 RATES = {

@@ -10,8 +10,15 @@ import pandas as pd
 
 from flexgui import __version__
 from flexgui.core.errors import InputError
-from flexgui.core.montecarlo.estimates import agreements, comparable, explained, pooled
-from flexgui.core.montecarlo.summary import LEVELS, Summary
+from flexgui.core.montecarlo.estimates import (
+    Agreement,
+    EstimateTable,
+    agreements,
+    comparable,
+    explained,
+    pooled,
+)
+from flexgui.core.montecarlo.summary import LEVELS, BaselineRow, Summary
 from flexgui.core.scenario.read import scenario_toml
 from flexgui.export.folder import dumps, swap_in, work_folder
 from flexgui.export.report import environment
@@ -40,6 +47,7 @@ from flexgui.stages.study.plots_methods import (
     sweep_path,
     sweep_table,
 )
+from flexgui.views.layout import Figure
 from flexgui.views.table import Table
 
 REPORT = "study.html"
@@ -113,67 +121,60 @@ def sections(s: Summary) -> Iterator[Section]:
     """As many as there are results for."""
     if s.tables:
         yield _section(
-            "estimates",
-            "Estimates",
-            [study_valley(s.tables, s.prior, s.true_EI)],
-            [
-                ("Tables I and II", parameter_table(s.tables)),
-                ("The same in EI", stiffness_table(s.tables, s.stiffness)),
-                ("Deviation of the mean of the local estimates", deviation_table(s.tables)),
-            ],
-        )
+            "estimates", "Estimates", [study_valley(s.tables, s.prior, s.true_EI)],
+            {
+                "Tables I and II": parameter_table(s.tables),
+                "The same in EI": stiffness_table(s.tables, s.stiffness),
+                "Deviation of the mean of the local estimates": deviation_table(s.tables),
+            },
+        )  # fmt: skip
     clean = next((t for t in s.tables if t.snr_db is None and t.runs > 1), None)
     if clean is not None and s.prior is not None:
-        table = ("Deviations along the valley", explained_table(clean, s.prior))
-        yield _section("prior", "What prior and search explain", [], [table])
+        tables = {"Deviations along the valley": explained_table(clean, s.prior)}
+        yield _section("prior", "What prior and search explain", [], tables)
     if s.tables and s.bias:
-        yield _section(
-            "bias",
-            "Bias in EI",
-            [bias_figure(s.tables, s.bias, s.true_EI)],
-            [("Sources", bias_table(s.bias, s.settings.points))],
-        )
-    if s.validation is not None:
-        v = s.validation
-        table = ("FIT", sweep_table(v))
-        yield _section("sweeps", "Validation sweeps", [sweep_path(v), sweep_fits(v)], [table])
-    yield from _later_sections(s)
-
-
-def _later_sections(s: Summary) -> Iterator[Section]:
+        figures = [bias_figure(s.tables, s.bias, s.true_EI)]
+        tables = {"Sources": bias_table(s.bias, s.settings.points)}
+        yield _section("bias", "Bias in EI", figures, tables)
+    if (v := s.validation) is not None:
+        tables = {"FIT": sweep_table(v)}
+        yield _section("sweeps", "Validation sweeps", [sweep_path(v), sweep_fits(v)], tables)
     if s.baselines:
         low, high = min(s.settings.points), max(s.settings.points)
-        middle = sorted({r.points for r in s.baselines})
-        points = len(s.settings.points) if len(s.settings.points) in middle else middle[-1]
+        known = {r.points for r in s.baselines}
+        points = len(s.settings.points) if len(s.settings.points) in known else max(known)
         figures = [baseline_figure(s.baselines), pole_figure(s.baselines, points, low, high)]
-        tables = [
-            ("All rows", baseline_table(s.baselines)),
-            ("What each row says", conclusion_table(s.baselines)),
-        ]
+        tables = {
+            "All rows": baseline_table(s.baselines),
+            "What each row says": conclusion_table(s.baselines),
+        }
         yield _section("baselines", "Baselines", figures, tables)
     if s.planning is not None:
-        tables = [
-            ("The best experiments", candidate_table(s.planning)),
-            ("Length", length_table(s.planning)),
-            ("Predicted and found", predicted_table(s.planning)),
-        ]
+        tables = {
+            "The best experiments": candidate_table(s.planning),
+            "Length": length_table(s.planning),
+            "Predicted and found": predicted_table(s.planning),
+        }
         yield _section("advice", "Experiment advice", [planning_figure(s.planning)], tables)
 
 
-def _section(id: str, title: str, figures: list, tables: list[tuple[str, Table]]) -> Section:
+def _section(
+    id: str, title: str, figures: list[Figure | None], tables: dict[str, Table]
+) -> Section:
     drawn = tuple(p for f in figures if (p := plot(f)) is not None)
-    return Section(id, title, drawn, tuple(tables))
+    return Section(id, title, drawn, tuple(tables.items()))
 
-
-Frames = dict[str, pd.DataFrame]
 
 TIMES = "baseline_times"
 """The one table that no two runs of a study share to the last digit."""
 
+Rows = Iterator[dict[str, object]]
+"""Of a table: name of each column -> value."""
 
-def study_frames(summary: Summary) -> Frames:
+
+def study_frames(summary: Summary) -> dict[str, pd.DataFrame]:
     """File name (without '.csv') -> table; a part that is not finished has none."""
-    named: dict[str, Callable[[Summary], pd.DataFrame]] = {
+    named: dict[str, Callable[[Summary], Rows]] = {
         "estimates": _estimates,
         "runs": _runs,
         "deviation_of_mean": _deviations,
@@ -186,137 +187,110 @@ def study_frames(summary: Summary) -> Frames:
         "candidates": _candidates,
         "predicted": _predicted,
     }
-    made = {name: make(summary) for name, make in named.items()}
+    made = {name: pd.DataFrame(rows(summary)) for name, rows in named.items()}
     return {name: frame for name, frame in made.items() if len(frame)}
 
 
-def _ratio(snr_db: float | None) -> float:
-    return float("inf") if snr_db is None else snr_db
+def _ratio(of: EstimateTable | BaselineRow | Agreement) -> dict[str, object]:
+    return {"snr_db": float("inf") if of.snr_db is None else of.snr_db}
 
 
-def _estimates(s: Summary) -> pd.DataFrame:
-    rows = []
+def _fields(of: object, **columns: str) -> dict[str, object]:
+    """Column -> attribute of a result."""
+    return {column: getattr(of, name) for column, name in columns.items()}
+
+
+def _estimates(s: Summary) -> Rows:
     for table in s.tables:
         published = comparable(table)
         for k, row in enumerate(table.rows):
-            found: dict[str, object] = {
-                "snr_db": _ratio(table.snr_db), "fit": row.label, "theta2": row.theta2,
-                "runs": table.runs,
-            }  # fmt: skip
-            for name, value in row.values.items():
+            fit = {"fit": row.label, "theta2": row.theta2, "runs": table.runs}
+            spread = dict(row.values)
+            suffixes = [""] if len(row.EI) == 1 else [str(i + 1) for i in range(len(row.EI))]
+            spread |= {f"EI{suffix}": EI for suffix, EI in zip(suffixes, row.EI, strict=True)}
+            found: dict[str, object] = _ratio(table) | fit
+            for name, value in spread.items():
                 found |= {f"{name}_mean": value.mean, f"{name}_std": value.std}
-            for i, EI in enumerate(row.EI):
-                suffix = "" if len(row.EI) == 1 else str(i + 1)
-                found |= {f"EI{suffix}_mean": EI.mean, f"EI{suffix}_std": EI.std}
             found["EI_of_means"] = row.EI_of_means
             if published is not None:
                 names = ("epsilon_GPa", "epsilon_std_GPa", "d_mm", "d_std_mm")
                 found |= {f"paper_{n}": v for n, v in zip(names, published[k], strict=True)}
-            rows.append(found)
-    return pd.DataFrame(rows)
+            yield found
 
 
-def _runs(s: Summary) -> pd.DataFrame:
-    rows = [
-        {"snr_db": _ratio(table.snr_db), "fit": row.label, "run": k + 1, **pair}
-        for table in s.tables
-        for row in table.rows
-        for k, pair in enumerate(row.pairs)
-    ]
-    return pd.DataFrame(rows)
+def _runs(s: Summary) -> Rows:
+    for table in s.tables:
+        for row in table.rows:
+            for k, pair in enumerate(row.pairs, start=1):
+                yield _ratio(table) | {"fit": row.label, "run": k, **pair}
 
 
-def _deviations(s: Summary) -> pd.DataFrame:
-    rows = [
-        (_ratio(t.snr_db), d.name, d.of_mean, d.caption, d.found)
-        for t in s.tables
-        for d in t.deviations
-    ]
-    return pd.DataFrame(rows, columns="snr_db quantity of_mean caption found".split())
+def _deviations(s: Summary) -> Rows:
+    columns = {"quantity": "name", "of_mean": "of_mean", "caption": "caption", "found": "found"}
+    return (_ratio(t) | _fields(d, **columns) for t in s.tables for d in t.deviations)
 
 
-def _beside(s: Summary) -> pd.DataFrame:
-    rows = [
-        (_ratio(a.snr_db), a.label, a.name, a.ours, a.paper, a.deviation, a.within)
-        for a in agreements(s.tables)
-    ]
-    names = "snr_db fit quantity here paper paper_std within"
-    return pd.DataFrame(rows, columns=names.split())
+def _beside(s: Summary) -> Rows:
+    columns = {
+        "fit": "label", "quantity": "name", "here": "ours", "paper": "paper",
+        "paper_std": "deviation", "within": "within",
+    }  # fmt: skip
+    return (_ratio(a) | _fields(a, **columns) for a in agreements(s.tables))
 
 
-def _valley(s: Summary) -> pd.DataFrame:
+def _valley(s: Summary) -> Rows:
     clean = next((t for t in s.tables if t.snr_db is None), None)
     if clean is None or s.prior is None:
-        return pd.DataFrame()
-    rows = [
-        (e.label, e.name, e.found, e.expected, e.ratio, s.prior.flat[e.name].std)
-        for e in (*explained(clean, s.prior), *pooled(clean, s.prior))
-    ]
-    names = "fit quantity found prior_and_search ratio uniform_prior"
-    return pd.DataFrame(rows, columns=names.split())
+        return
+    columns = {
+        "fit": "label", "quantity": "name", "found": "found", "prior_and_search": "expected",
+        "ratio": "ratio",
+    }  # fmt: skip
+    for e in (*explained(clean, s.prior), *pooled(clean, s.prior)):
+        yield _fields(e, **columns) | {"uniform_prior": s.prior.flat[e.name].std}
 
 
-def _sweeps(s: Summary) -> pd.DataFrame:
-    if s.validation is None:
-        return pd.DataFrame()
-    frame = pd.DataFrame({"sweep": s.validation.sweeps})
-    for level in LEVELS:
-        for k in range(2):
-            frame[f"{level}_fit{k + 1}_percent"] = s.validation.fits[level][:, k]
-    return frame
+def _sweeps(s: Summary) -> Rows:
+    if (v := s.validation) is None:
+        return
+    for row, number in enumerate(v.sweeps):
+        fits = {f"{n}_fit{k + 1}_percent": v.fits[n][row, k] for n in LEVELS for k in range(2)}
+        yield {"sweep": number, **fits}
 
 
-def _baselines(s: Summary) -> pd.DataFrame:
-    rows = [
-        {
-            "points": r.points, "snr_db": _ratio(r.snr_db), "method": r.method,
-            **{f"fit_{kind}_percent": value for kind, value in r.fit.items()},
-            "pole_error": r.pole_error, "parameters": r.parameters, "result": result_words(r),
-        }
-        for r in s.baselines
-    ]  # fmt: skip
-    return pd.DataFrame(rows)
+def _baselines(s: Summary) -> Rows:
+    for r in s.baselines:
+        fits = {f"fit_{kind}_percent": value for kind, value in r.fit.items()}
+        own = {"pole_error": r.pole_error, "parameters": r.parameters, "result": result_words(r)}
+        yield {"points": r.points, **_ratio(r), "method": r.method, **fits, **own}
 
 
-def _times(s: Summary) -> pd.DataFrame:
-    rows = [
-        (r.points, _ratio(r.snr_db), r.method, r.seconds, conclusion)
-        for r, conclusion in zip(s.baselines, conclusions(s.baselines), strict=True)
-    ]
-    return pd.DataFrame(rows, columns="points snr_db method seconds conclusion".split())
+def _times(s: Summary) -> Rows:
+    for r, conclusion in zip(s.baselines, conclusions(s.baselines), strict=True):
+        took = {"method": r.method, "seconds": r.seconds, "conclusion": conclusion}
+        yield {"points": r.points, **_ratio(r), **took}
 
 
-def _bias(s: Summary) -> pd.DataFrame:
-    rows = []
+def _bias(s: Summary) -> Rows:
     for source in s.bias:
-        for draw in range(len(source.local)):
-            each = {f"local_{k + 1}": v for k, v in enumerate(source.local[draw])}
-            rows.append(
-                {
-                    "excitation": source.excitation, "rates": source.rates, "draw": draw + 1,
-                    **each, "glocal": source.glocal[draw],
-                }
-            )  # fmt: skip
-    return pd.DataFrame(rows)
+        which = {"excitation": source.excitation, "rates": source.rates}
+        draws = zip(source.local, source.glocal, strict=True)
+        for draw, (local, glocal) in enumerate(draws, start=1):
+            each = {f"local_{k}": v for k, v in enumerate(local, start=1)}
+            yield {**which, "draw": draw, **each, "glocal": glocal}
 
 
-def _candidates(s: Summary) -> pd.DataFrame:
+def _candidates(s: Summary) -> Rows:
     if s.planning is None:
-        return pd.DataFrame()
-    rows = []
+        return
     for c in s.planning.candidates:
-        found: dict[str, object] = {
-            "experiment": c.experiment.name, "theta2": c.experiment.theta2,
-            "seconds": c.experiment.seconds, "chosen": c in s.planning.chosen,
-        }  # fmt: skip
+        columns = {"experiment": "name", "theta2": "theta2", "seconds": "seconds"}
+        found = _fields(c.experiment, **columns) | {"chosen": c in s.planning.chosen}
         for e in c.expected:
             found |= {f"{e.target}_std": e.std, f"{e.target}_bias": e.bias}
-        rows.append(found)
-    return pd.DataFrame(rows)
+        yield found
 
 
-def _predicted(s: Summary) -> pd.DataFrame:
-    if s.planning is None:
-        return pd.DataFrame()
-    rows = [(p.label, p.target, p.predicted, p.found) for p in s.planning.predicted]
-    return pd.DataFrame(rows, columns="fit target predicted found".split())
+def _predicted(s: Summary) -> Rows:
+    columns = {"fit": "label", "target": "target", "predicted": "predicted", "found": "found"}
+    return (_fields(p, **columns) for p in (s.planning.predicted if s.planning else ()))

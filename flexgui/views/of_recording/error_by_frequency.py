@@ -1,8 +1,7 @@
 """Working point × frequency."""
 
-import plotly.graph_objects as go
-
 from flexgui.views.error_map import error_map
+from flexgui.views.layout import Figure
 from flexgui.views.of_recording.view import RecordingView, Seen
 
 
@@ -14,5 +13,5 @@ class ErrorByFrequency(RecordingView):
     about = "Working point × frequency [× noise floor]: pale is noise, dark is failing."
     place = 1
 
-    def draw(self, seen: Seen) -> go.Figure | None:
+    def draw(self, seen: Seen) -> Figure | None:
         return error_map(seen.maps.by_frequency, narrow=True)

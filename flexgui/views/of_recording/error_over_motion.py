@@ -1,8 +1,7 @@
 """The error against speed, place, acceleration or deflection."""
 
-import plotly.graph_objects as go
-
 from flexgui.core.results import ErrorMaps, ErrorOver
+from flexgui.views.layout import Figure
 from flexgui.views.missing_torque import residual_over
 from flexgui.views.of_recording.view import RecordingView, Seen
 
@@ -19,7 +18,7 @@ class ErrorOverMotion(RecordingView):
     nothing = "The error follows neither speed, place, acceleration nor deflection."
     place = 3
 
-    def draw(self, seen: Seen) -> go.Figure | None:
+    def draw(self, seen: Seen) -> Figure | None:
         return residual_over(patterns(seen.maps))
 
 

@@ -5,12 +5,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import plotly.graph_objects as go
 
 from flexgui.core.recording.channels import Role, role_of
 from flexgui.core.results import ErrorMaps, RecordingComparison
+from flexgui.views.layout import Figure
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
 
 
 @dataclass(frozen=True)
@@ -65,5 +69,5 @@ class RecordingView(ABC):
     """Where it stands in the list; equal places stand in the order of their titles."""
 
     @abstractmethod
-    def draw(self, seen: Seen) -> go.Figure | None:
-        """Draw the figure; None where there is nothing to show."""
+    def draw(self, seen: Seen) -> Figure | go.Figure | None:
+        """Draw the figure, plain or an object of Plotly; None where there is nothing to show."""
