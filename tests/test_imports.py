@@ -58,6 +58,12 @@ NOT_LOADED = {
         "scipy.signal",
         "scipy.optimize",
     ),
+    # A challenge on the page needs nothing of what only a class does.
+    "flexgui.session, flexgui.stages.diagnose.panel": (
+        "flexgui.classroom.demo",
+        "flexgui.classroom.hand_in",
+        "flexgui.classroom.tickets",
+    ),
     # The page shows this panel, and computes nothing of it.
     "flexgui.stages.study.panel": ("scipy.signal", "scipy.stats"),
 }

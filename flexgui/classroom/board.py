@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+
+from flexgui.views.table import Column, Row, Table
 
 CLASSES, MOST = 50, 200
 """Seeds that are remembered, and entries of each; the oldest go first."""
@@ -108,3 +110,42 @@ class Board:
 def plain_name(text: str) -> str:
     """One short line."""
     return " ".join("".join(c for c in text if c.isprintable()).split())[:LONGEST_NAME]
+
+
+SOMEBODY = "somebody"
+
+MARKS = {"*": "used the tool before guessing", "°": "changed the guess"}
+"""Behind a name."""
+
+
+def board_table(entries: Sequence[Entry], waiting: int) -> Table:
+    """In the order given; `waiting` have guessed and not seen the truth."""
+    columns = (
+        Column("Who"), Column("Guess"), Column("Found"), Column("Size"),
+        Column("Time", numeric=True),
+    )  # fmt: skip
+    rows = tuple(
+        Row(
+            (
+                " ".join(((e.name or SOMEBODY), *_marks(e))), e.guess,
+                f"{e.found} of {e.hidden}", e.size or "–", clock(e.seconds),
+            ),
+            strong=e.complete,
+        )
+        for e in entries
+    )  # fmt: skip
+    used = {mark for e in entries for mark in _marks(e)}
+    notes = [f"{mark} {meaning}." for mark, meaning in MARKS.items() if mark in used]
+    if waiting:
+        notes.append(f"{waiting} more committed to a guess and have not revealed it yet.")
+    return Table(columns, rows, " ".join(notes))
+
+
+def _marks(e: Entry) -> tuple[str, ...]:
+    return tuple(m for m, it in zip(MARKS, (e.asked, e.changed), strict=True) if it)
+
+
+def clock(seconds: float) -> str:
+    """'3:05 min'"""
+    whole = int(round(seconds))
+    return f"{whole // 60}:{whole % 60:02d} min"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from flexgui.classroom.board import Entry, plain_name
 from flexgui.classroom.judging import NONE_GUESSED, NONE_TITLE, Guess, Judgement, judged
-from flexgui.classroom.task import hide
+from flexgui.classroom.truth import hide, truth_in_words
 from flexgui.core.errors import InputError
 from flexgui.core.scenario.read import parse_scenario
 from flexgui.jobs import Event, Finished, Task
@@ -205,7 +205,6 @@ class Challenging(Uploading, ABC):
 
     def reveal(self, services: Services) -> bool:
         """Reads the truth, after a guess; a tool that was not asked yet is asked now."""
-        from flexgui.classroom.truth import truth_in_words
         from flexgui.core.study.challenge import opened
 
         known = self.challenge

@@ -6,10 +6,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from flexgui.classroom.board import plain_name
-from flexgui.classroom.board_table import board_table
+from flexgui.classroom.board import board_table, plain_name
 from flexgui.classroom.challenging import NONE_TITLE, Challenge, Revealed, ToolAnswer
-from flexgui.classroom.hand_in import HandIn
 from flexgui.classroom.judging import (
     NONE_GUESSED,
     AskedSize,
@@ -125,6 +123,8 @@ class ChallengeControls:
         session, known = self._context.session, self._context.session.challenge
         if known is None or not known.guesses:
             return
+        from flexgui.classroom.hand_in import HandIn  # late: few hand anything in
+
         name = session.nickname or plain_name(str(self._name.value))
         given = HandIn(name, known.guesses, known.sealed, known.asked, known.changed)
         content = given.text().encode()

@@ -1,15 +1,30 @@
-"""What a challenge hides, for a person."""
+"""What a challenge hides: made in a worker, and told to a person."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from flexgui.core.effects import effect
 from flexgui.core.effects.sizes import typical
-from flexgui.core.parameters import Parameter
-from flexgui.core.study.challenge import TRUTH_FILE, obfuscated_truth, opened
-from flexgui.core.study.rig import bare_model
+
+if TYPE_CHECKING:
+    from flexgui.core.parameters import Parameter
+    from flexgui.core.progress import Progress
+
+
+def hide(seed: int, level: str, folder: str, *, progress: Progress) -> tuple[str, str]:
+    """(scenario as TOML, obfuscated truth); the recordings lie in `folder` afterwards."""
+    from flexgui.core.recording.save import save_recording
+    from flexgui.core.scenario.read import scenario_toml
+    from flexgui.core.study.challenge import make_challenge
+
+    progress.stage("Hiding an effect in an arm, and recording it")
+    made = make_challenge(seed, level)
+    for r in made.recordings:
+        save_recording(r, Path(folder) / f"{r.name}.csv")
+    return scenario_toml(made.scenario), made.obfuscated
 
 
 def revealed(place: Path) -> str:
@@ -17,11 +32,15 @@ def revealed(place: Path) -> str:
 
     `place` is a challenge's folder, its zip, or the obfuscated file itself.
     """
+    from flexgui.core.study.challenge import TRUTH_FILE, obfuscated_truth, opened
+
     return truth_in_words(opened(obfuscated_truth(place), TRUTH_FILE))
 
 
 def truth_in_words(text: str) -> str:
     """What was obfuscated, for a person: the effects, their sizes, how well they show."""
+    from flexgui.core.study.rig import bare_model
+
     truth = json.loads(text)
     values, shown = truth["values"], truth["shown"]
     kinds = [effect(kind) for kind in truth["effects"]]

@@ -13,21 +13,6 @@ from flexgui.page.panel import PageContext
 from flexgui.page.widgets import Words, paragraph
 from flexgui.session.run_state import QUEUED, STOPPING, Run
 
-STAYS = Markup("""<style>
-.mantine-ScrollArea-content div:not(.fx):has(.fx-busy) { overflow: visible !important; }
-div:has(> .fx > .fx-busy), div:has(> .fx > .fx-busy) + div, div:has(> .fx > .fx-busy) + div + div {
-  position: sticky; z-index: 3; background: var(--mantine-color-body);
-  box-shadow: -.7em 0 var(--mantine-color-body), .7em 0 var(--mantine-color-body); }
-div:has(> .fx > .fx-busy) { top: 0; }
-div:has(> .fx > .fx-busy) + div { top: 2.8rem; padding-top: .3rem; }
-div:has(> .fx > .fx-busy) + div + div { top: 4rem; }
-.fx:has(> .fx-busy) { height: 2.9rem; overflow: hidden; }
-.fx .fx-busy span { font-weight: 400; }
-</style>""")
-"""However far the panel is scrolled, all three stand on top of it: what was pressed may be far
-below. Nothing around them may clip for that. The sentence has two lines, so that nothing jumps
-when it changes."""
-
 
 class Busy:
     """Seen while a job of one of `kinds` waits or runs."""
@@ -54,7 +39,7 @@ class Busy:
         self._stop.visible = running
         self._stop.disabled = run.phase == STOPPING or self._context.read_only
         head, tail, note = how_it_stands(run)
-        now = Markup("{}<p class='lead fx-busy'>{}<span>{}</span></p>").format(STAYS, head, tail)
+        now = Markup("<p class='lead fx-busy'>{}<span>{}</span></p>").format(head, tail)
         self._status.show(now if running else paragraph(otherwise(), "lead"))
         self._aside.show(paragraph(note, "soft") if running and note else "")
 

@@ -1,5 +1,5 @@
-"""What runs in the browser itself, in `browser/`: the curtain that stands before a page
-until it is drawn, keys, names for those who hear the page, figures to copy."""
+"""What runs in the browser itself, in `browser/`: the page's style, the curtain that stands before
+it until it is drawn, keys, names for those who hear the page, figures to copy."""
 
 from __future__ import annotations
 
@@ -19,6 +19,13 @@ BUILDING = "Building the model and its responses"
 DRAWING = "Drawing the arm and the plots"
 """What is prepared, in this order; the curtain ticks them off."""
 
+STYLE = """(() => {
+  if (document.getElementById("fx-style")) return;
+  const style = document.createElement("style");
+  style.id = "fx-style";
+  style.textContent = %s;
+  document.head.append(style);
+})();"""
 SCRIPTS = ("page.js", "plots.js", "files.js", "late_clicks.js")
 
 
@@ -30,7 +37,7 @@ def asset(name: str) -> str:
 
 @cache
 def _scripts() -> str:
-    return "\n".join(asset(name) for name in SCRIPTS)
+    return "\n".join([STYLE % json.dumps(asset("page.css")), *map(asset, SCRIPTS)])
 
 
 def help_hands(client: viser.ClientHandle) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 import viser
 
-from flexgui.page.in_browser import lift
+from flexgui.page.in_browser import help_hands, lift
 from flexgui.page.layout import CONTROLS, PLOTS, PageLayout, Widths, Window
 from flexgui.page.painter import Painter
 from flexgui.page.panel import PageContext, Panel
@@ -44,6 +44,7 @@ class Page:
     def __init__(self, context: PageContext) -> None:
         self.context = context
         gui = context.gui
+        help_hands(context.client)
         self._layout = PageLayout(context.client)
         fresh_paper(gui)
         others = set(gui._gui_input_handle_from_uuid)

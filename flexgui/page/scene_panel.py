@@ -8,7 +8,6 @@ import time
 import numpy as np
 
 from flexgui.core.arm.arm import Arm
-from flexgui.page.in_browser import help_hands
 from flexgui.page.layout import Widths, Window, aspect, covered
 from flexgui.page.panel import PageContext
 from flexgui.page.recording_in_scene import ErrorsInScene, exaggeration, has_camera, plays
@@ -75,7 +74,6 @@ class Scene:
         self._closed = threading.Event()
         self._swings = False
         context.theme.followers.append(self.set_dark)
-        help_hands(context.client)
 
     def draw(self, topics: frozenset[Topic]) -> None:
         """Shows what the session says now."""

@@ -31,20 +31,9 @@ from flexgui.session.tour_card import (
 from flexgui.stages.data.panel_own import upload_hint
 
 CARD = Markup("<div class='tour {}'><p class='lead'>{}</p><p>{}</p></div>")
-QUIET = Markup("""<style>
-div:has(> .fx > .fx-tour) { height: 0; overflow: hidden; }
-div:has(> .fx > .fx-tour) + div { display: flex; justify-content: flex-end; padding: 0;
-  margin-bottom: -.5em; }
-div:has(> .fx > .fx-tour) + div button { width: auto; padding: 0 .9em;
-  border: none !important; background: none !important; font-size: .8em;
-  color: var(--mantine-color-dimmed) !important; text-decoration: underline; }
-</style><span class='fx-tour'></span>""")
-"""A small word on the right: it is always there, and invites nobody."""
-
-AWAY = Markup("""<style>div:has(> .fx > .fx-away) + div { display: none; }</style>
-<span class='fx-away'></span>""")
-"""Hides the button below it: one that were removed would take with it the note of the file that it
-sends, for which the next file waits."""
+QUIET = Markup("<span class='fx-tour'></span>")
+AWAY = Markup("<span class='fx-away'></span>")
+"""Marks: the button below is a small word, or hidden."""
 
 OPEN_MINE = "Open my recordings"
 """Beside the tour's offer: who has own files need not walk through somebody else's."""

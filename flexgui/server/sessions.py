@@ -69,15 +69,10 @@ class SessionStore:
     def __len__(self) -> int:
         return len(self._entries)
 
-    def find(self, key: str | None) -> Session | None:
-        """The session of a key."""
-        entry = self._entries.get(key or "")
-        return None if entry is None else entry.session
-
     def knows(self, key: str | None) -> bool:
         """Whether the key opens something: a session, or work that was kept of one."""
         kept = self._kept_work is not None and self._kept_work.knows(key)
-        return kept or self.find(key) is not None
+        return kept or key in self._entries
 
     def join(self, key: str | None, *, pinned: bool = False, address: str = "") -> Session:
         """The key's session, or a new one, with one more browser; InputError where all is full.

@@ -149,7 +149,7 @@ def test_an_hour_after_the_last_browser_left_a_session_ends(
     store.leave(session)
     clock.now += 3600.0
     store.sweep()
-    assert session.closed and not session.folder.exists() and store.find(session.key) is None
+    assert session.closed and not session.folder.exists() and not store.knows(session.key)
 
 
 def test_jobs_go_on_over_a_reload_and_stop_soon_after_a_leave(
@@ -267,4 +267,4 @@ def test_what_a_browser_does_is_noticed(place: Place) -> None:
     wait_for(lambda: all(shown.closed for shown in place.pages.all))
     place.clock.now += Limits.keep_untouched
     wait_for(lambda: len(place.server.store) == 1)
-    assert place.server.store.find(session.key) is session
+    assert place.server.store.knows(session.key)

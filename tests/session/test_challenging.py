@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from flexgui.classroom.board import MOST, Board, Entry
-from flexgui.classroom.board_table import board_table
+from flexgui.classroom.board import MOST, Board, Entry, board_table
 from flexgui.classroom.challenging import Challenge, Guess
 from flexgui.classroom.judging import asked_sizes, judged, read_sizes
 from flexgui.core.effects import catalogue
