@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from flexgui import __version__
@@ -17,6 +14,7 @@ from flexgui.core.results import Outcome, RecordingComparison
 from flexgui.export.report_motion import Motion
 from flexgui.export.report_plot import Plot, packed_plotly, plot
 from flexgui.export.report_sections import diagnosis_section, glance
+from flexgui.export.template import environment
 from flexgui.sentences.identifiability import sentences_of_fits
 from flexgui.sentences.notes import notes
 from flexgui.sentences.written import format_number, quantity, shown_unit, with_unit
@@ -40,23 +38,6 @@ from flexgui.views.of_recording.view import Seen, believable_floors
 from flexgui.views.parameter_tables import between_runs, given_parameters, standing_parameters
 from flexgui.views.summary import alarms, distinguishable, lead
 from flexgui.views.table import Column, Row, Table, affine, matrices
-
-_NUMBER = r"\d[\d.,]*\)?(?:~×~10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
-_NAME = r"[µmckMG]?(?:rad|deg|Pa|Hz|dB|N|m|g|s|V|A|W|J)[²³⁴]?"
-_UNIT = rf"(?:%|°|(?:1~?/~?)?{_NAME}(?:(?:~?/~?|~){_NAME})*)"
-_PATTERN = (
-    rf"(?:~=~)?[-−]?(?:{_NUMBER}(?:~±~\(?{_NUMBER})?(?:~{_UNIT}(?![\w²³⁴])|~×(?!\S))"
-    rf"|{_NUMBER}~±~{_NUMBER})"
-)
-_QUANTITY = re.compile(_PATTERN.replace("~", "[ \u00a0]"))
-"""~ stands for a space of either kind: some of them are glued already."""
-NO_BREAK = "\u00a0"
-
-
-def glued(text: str) -> str:
-    """The text, or Markup, with spaces inside its quantities that no line breaks at."""
-    return type(text)(_QUANTITY.sub(lambda found: found[0].replace(" ", NO_BREAK), text))
-
 
 LARGEST = 4_000_000
 """Bytes: a mail takes such a report, and a browser opens it at once."""
@@ -98,20 +79,6 @@ def _rendered(outcome: Outcome, scenario_text: str, motion: Motion | None) -> st
             **_content(outcome),
         )
     )
-
-
-@cache
-def environment() -> Environment:
-    """Of the templates."""
-    made = Environment(
-        loader=PackageLoader("flexgui.export"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    made.filters["glued"] = glued
-    return made
 
 
 def _content(outcome: Outcome) -> dict[str, Any]:

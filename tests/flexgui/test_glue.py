@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from markupsafe import Markup
 
-from flexgui.export.report import NO_BREAK, glued
+from flexgui.export.template import NO_BREAK, glued
 
 WHOLE = [
     "520.83 ± 0.02 N m²",

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import cache
-
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from flexgui.core.results import Outcome
 from flexgui.export.model_format import ModelFormat, in_c, linear_header, scheduled
+from flexgui.export.template import program
 
 FOLDER = "model_c"
 
@@ -44,21 +41,7 @@ def c_sources(outcome: Outcome) -> dict[str, str]:
         "E_basis": [in_c(text, names) for text in model.basis],
         "A_basis": [in_c(text, names) for text in model.A_basis],
     }
-    return {name: c_template(name, values) for name in ("flexmodel.h", "flexmodel.c")}
-
-
-def c_template(name: str, values: Mapping[str, object]) -> str:
-    """A C file from its template; what people wrote comes into it as plain lines only."""
-    return _templates().get_template(f"{name}.j2").render(values)
-
-
-@cache
-def _templates() -> Environment:
-    """C is no HTML: nothing is escaped."""
-    return Environment(
-        loader=PackageLoader("flexgui.export"), undefined=StrictUndefined,
-        keep_trailing_newline=True, autoescape=False,
-    )  # fmt: skip
+    return {name: program(name, **values) for name in ("flexmodel.h", "flexmodel.c")}
 
 
 def _numbers(matrix: np.ndarray) -> str:

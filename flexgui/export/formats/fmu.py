@@ -9,17 +9,17 @@ import subprocess
 import sys
 import tempfile
 import uuid
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from pathlib import Path
-from xml.etree import ElementTree
 
 from flexgui import __version__
 from flexgui.core.results import DescriptorModel, Outcome
 from flexgui.export.folder import zipped
-from flexgui.export.formats.c_code import c_sources, c_template
+from flexgui.export.formats.c_code import c_sources
 from flexgui.export.formats.python_control import ELBOW
 from flexgui.export.model_format import ModelFormat, linear_header, plain, scheduled
+from flexgui.export.template import program, xml
 
 IDENTIFIER = "flexmodel"
 NO_LIBRARY = (
@@ -45,10 +45,13 @@ def fmu(outcome: Outcome) -> bytes:
     token = _token(sources)
     names = scheduled((*outcome.model.basis, *outcome.model.A_basis))
     postures = ", ".join(repr(ELBOW) for _ in names) or "0.0"
-    sources["fmi3.c"] = c_template("fmi3.c", {"token": token, "postures": postures})
+    sources["fmi3.c"] = program("fmi3.c", token=token, postures=postures)
     library = shared_library(sources)
     inside = {f"sources/{name}": text.encode() for name, text in sources.items()}
-    inside["sources/buildDescription.xml"] = _build_description(sources)
+    inside["sources/buildDescription.xml"] = xml(
+        "buildDescription.xml", declared=True, identifier=IDENTIFIER,
+        sources=sorted(name for name in sources if name.endswith(".c")),
+    )  # fmt: skip
     inside["modelDescription.xml"] = _description(outcome, token, library is not None)
     if library is not None:
         inside[f"binaries/{library_place()}"] = library
@@ -63,55 +66,25 @@ def _token(sources: dict[str, str]) -> str:
 
 def _description(outcome: Outcome, token: str, compiled: bool) -> bytes:
     header = linear_header(outcome, "an FMU of the linear model")
-    root = ElementTree.Element(
-        "fmiModelDescription",
-        fmiVersion="3.0", modelName=plain(outcome.title) or IDENTIFIER, instantiationToken=token,
-        description=" ".join([*header, *([] if compiled else [NO_LIBRARY])]),
-        generationTool=f"FlexGUI {__version__}", variableNamingConvention="structured",
+    return xml(
+        "modelDescription.xml", declared=True, name=plain(outcome.title) or IDENTIFIER,
+        identifier=IDENTIFIER, token=token, version=__version__,
+        about=" ".join([*header, *([] if compiled else [NO_LIBRARY])]),
+        variables=_variables(outcome.model),
     )  # fmt: skip
-    ElementTree.SubElement(
-        root, "CoSimulation", modelIdentifier=IDENTIFIER,
-        canHandleVariableCommunicationStepSize="true", canGetAndSetFMUState="true",
-    )  # fmt: skip
-    variables = ElementTree.SubElement(root, "ModelVariables")
-    structure = ElementTree.SubElement(root, "ModelStructure")
-    for reference, attributes in enumerate(_variables(outcome.model)):
-        attributes["valueReference"] = str(reference)
-        ElementTree.SubElement(variables, "Float64", attributes)
-        if attributes["causality"] == "output":
-            ElementTree.SubElement(structure, "Output", valueReference=str(reference))
-    for output in structure.findall("Output"):
-        ElementTree.SubElement(structure, "InitialUnknown", output.attrib)
-    return _xml(root)
 
 
-def _variables(model: DescriptorModel) -> Iterator[dict[str, str]]:
+def _variables(model: DescriptorModel) -> list[dict[str, str]]:
     """Attributes in the order of their value references; sources/fmi3.c counts the same way."""
-    yield {"name": "time", "causality": "independent", "variability": "continuous"}
-    for name in model.inputs:
-        yield {"name": f"u.{name}", "causality": "input", "start": "0"}
-    for name in scheduled((*model.basis, *model.A_basis)):
-        yield {"name": f"posture.{name}", "causality": "input", "start": repr(ELBOW)}
-    for name in model.outputs:
-        yield {"name": f"y.{name}", "causality": "output"}
-    for name in model.states:
-        yield {"name": f"x.{name}", "causality": "local", "initial": "exact", "start": "0"}
-
-
-def _build_description(sources: dict[str, str]) -> bytes:
-    root = ElementTree.Element("fmiBuildDescription", fmiVersion="3.0")
-    how = ElementTree.SubElement(root, "BuildConfiguration", modelIdentifier=IDENTIFIER)
-    files = ElementTree.SubElement(how, "SourceFileSet", language="C99")
-    for name in sorted(name for name in sources if name.endswith(".c")):
-        ElementTree.SubElement(files, "SourceFile", name=name)
-    ElementTree.SubElement(how, "Library", name="m")
-    return _xml(root)
-
-
-def _xml(root: ElementTree.Element) -> bytes:
-    ElementTree.indent(root)
-    text: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
-    return text + b"\n"
+    postures = scheduled((*model.basis, *model.A_basis))
+    local = {"causality": "local", "initial": "exact", "start": "0"}
+    return [
+        {"name": "time", "causality": "independent", "variability": "continuous"},
+        *({"name": f"u.{n}", "causality": "input", "start": "0"} for n in model.inputs),
+        *({"name": f"posture.{n}", "causality": "input", "start": repr(ELBOW)} for n in postures),
+        *({"name": f"y.{n}", "causality": "output"} for n in model.outputs),
+        *({"name": f"x.{n}"} | local for n in model.states),
+    ]
 
 
 NAMES = ("cc", "gcc", "clang")

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from xml.etree import ElementTree
 
 import numpy as np
 import scipy
 
 from flexgui.core.results import Link, Mechanism, Outcome
 from flexgui.export.model_format import ModelFormat, header
+from flexgui.export.template import xml
 
 CARRIED = frozenset({"arm", "damping", "dry"})
 """What an effect may act on to be in the file; of the drive, see `_drive_is_carried`."""
@@ -62,150 +62,20 @@ class Mjcf(ModelFormat):
 
 def mjcf(outcome: Outcome, arm: Mechanism) -> bytes:
     """Its text; the header compares the chain's first frequencies with the model's."""
-    root = ElementTree.Element("mujoco", model="arm")
-    about = "\n".join(["", *_header(outcome, arm), ""])
-    root.append(ElementTree.Comment(about))
-    ElementTree.SubElement(root, "compiler", angle="radian")
-    option = ElementTree.SubElement(
-        root, "option", timestep=repr(_step(arm)), integrator="implicitfast",
-        gravity=f"{arm.gravity[0]!r} {arm.gravity[1]!r} 0",
+    chord = [1.0 - (i - 0.5) / HINGES for i in range(1, HINGES + 1)]
+    return xml(
+        "model.xml", declared=False, arm=arm, header=_header(outcome, arm), step=_step(arm),
+        pieces=pieces, motion=_motion, chord=chord,
+        thickness=THICKNESS, slender=SLENDER, point=POINT,
     )  # fmt: skip
-    ElementTree.SubElement(option, "flag", contact="disable")
-    world = ElementTree.SubElement(root, "worldbody")
-    tendons, actuators, sensors = (
-        ElementTree.SubElement(root, tag) for tag in ("tendon", "actuator", "sensor")
-    )
-    ground = _ground(world, arm.base_stiffness)
-    place = _Place(ground, 0.0)
-    for k, link in enumerate(arm.links):
-        if link.on_ground:
-            place = _Place(ground, 0.0)
-        place = _add_link(place, link, k + 1)
-        _add_drive(actuators, link, k + 1)
-        _add_sensors(sensors, tendons, link, k + 1)
-    ElementTree.SubElement(place.body, "site", name="tip", pos=_along(place.x))
-    ElementTree.SubElement(sensors, "framepos", name="z", objtype="site", objname="tip")
-    ElementTree.indent(root)
-    text: bytes = ElementTree.tostring(root, encoding="utf-8")
-    return text + b"\n"
-
-
-class _Place:
-    """Where the next body hangs: x m along a body."""
-
-    def __init__(self, body: ElementTree.Element, x: float) -> None:
-        self.body, self.x = body, x
-
-
-def _ground(world: ElementTree.Element, stiffness: float | None) -> ElementTree.Element:
-    """The ground, or a weightless plate on springs."""
-    if stiffness is None:
-        return world
-    base = ElementTree.SubElement(world, "body", name="base")
-    _inertial(base, 0.0, POINT, POINT)
-    for axis in ("1 0 0", "0 1 0"):
-        ElementTree.SubElement(base, "joint", type="slide", axis=axis, stiffness=repr(stiffness))
-    return base
-
-
-def _add_link(place: _Place, link: Link, number: int) -> _Place:
-    """The bodies of a segment; the place of its end."""
-    for i, piece in enumerate(pieces(link)):
-        body = ElementTree.SubElement(place.body, "body", pos=_along(place.x))
-        if i == 0:
-            body = _add_joints(body, link, number)
-            body.set("name", f"segment{number}")
-        else:
-            bend = {"name": f"bend{number}_{i}", "type": "hinge", "axis": "0 0 1"}
-            damping = link.damping_time * piece.stiffness
-            _joint(body, bend, stiffness=piece.stiffness, damping=damping)
-        _inertial(body, piece.length / 2.0, piece.mass, piece.mass * piece.length**2 / 12.0)
-        _shape(body, 0.0, piece.length, SLENDER * link.length)
-        place = _Place(body, piece.length)
-    if link.tip_mass or link.tip_inertia:
-        load = ElementTree.SubElement(place.body, "body", pos=_along(place.x))
-        _inertial(load, 0.0, link.tip_mass + POINT, link.tip_inertia + POINT)
-        _shape(load, 0.0, SLENDER * link.length, 2.0 * SLENDER * link.length)
-    return place
-
-
-def _add_joints(body: ElementTree.Element, link: Link, number: int) -> ElementTree.Element:
-    """The motor's joint, and behind it the spring's where there is one; the body behind both. A
-    rotor without a gear is a body of its own between them."""
-    given = {
-        "armature": link.hub_inertia,
-        "damping": link.joint_damping,
-        "frictionloss": link.dry_friction,
-    }
-    moves = _motion(link)
-    _joint(body, {"name": f"motor{number}", **moves}, **given)
-    if link.rotor_inertia:
-        body.set("name", f"rotor{number}")
-        _inertial(body, 0.0, POINT, link.rotor_inertia + POINT)
-        body = ElementTree.SubElement(body, "body", pos=_along(0.0))
-    if link.joint_stiffness is not None:
-        _joint(body, {"name": f"spring{number}", **moves}, stiffness=link.joint_stiffness)
-    return body
 
 
 def _motion(link: Link) -> dict[str, str]:
+    """How a motor moves it."""
     if link.joint == "revolute":
         return {"type": "hinge", "axis": "0 0 1"}
     axis = f"{math.cos(link.axis_angle)!r} {math.sin(link.axis_angle)!r} 0"
     return {"type": "slide", "axis": axis}
-
-
-def _joint(body: ElementTree.Element, attributes: dict[str, str], **values: float) -> None:
-    """A joint with those values that are not zero."""
-    numbers = {key: repr(float(value)) for key, value in values.items() if value}
-    ElementTree.SubElement(body, "joint", {**attributes, **numbers})
-
-
-def _shape(body: ElementTree.Element, start: float, end: float, radius: float) -> None:
-    """To look at: what moves is told by the inertia beside it, and nothing touches."""
-    ends = f"{_along(start)} {_along(end)}"
-    ElementTree.SubElement(body, "geom", type="capsule", fromto=ends, size=repr(radius))
-
-
-def _inertial(body: ElementTree.Element, x: float, mass: float, transverse: float) -> None:
-    along = THICKNESS * transverse if x else transverse
-    ElementTree.SubElement(
-        body, "inertial", pos=_along(x), mass=repr(mass),
-        diaginertia=f"{along!r} {transverse!r} {transverse!r}",
-    )  # fmt: skip
-
-
-def _along(x: float) -> str:
-    return f"{x!r} 0 0"
-
-
-def _add_drive(actuators: ElementTree.Element, link: Link, number: int) -> None:
-    """A velocity loop where that is what drives the joint, else a torque; ctrl is its input."""
-    limits = {} if link.limit is None else {"forcerange": f"{-link.limit!r} {link.limit!r}"}
-    which = {"name": f"drive{number}", "joint": f"motor{number}"}
-    if link.gain is None:
-        ElementTree.SubElement(actuators, "motor", {**which, **limits})
-    else:
-        ElementTree.SubElement(actuators, "velocity", {**which, "kv": repr(link.gain), **limits})
-
-
-def _add_sensors(
-    sensors: ElementTree.Element, tendons: ElementTree.Element, link: Link, number: int
-) -> None:
-    """Encoder, its rate, the drive's torque, and the chord angle of a segment that bends: a sum
-    over its hinges, each by how far the end is from it."""
-    joint, drive = f"motor{number}", f"drive{number}"
-    ElementTree.SubElement(sensors, "jointpos", name=f"theta{number}", joint=joint)
-    ElementTree.SubElement(sensors, "jointvel", name=f"dtheta{number}", joint=joint)
-    ElementTree.SubElement(sensors, "actuatorfrc", name=f"u{number}", actuator=drive)
-    if not link.modes:
-        return
-    name = f"deflection{number}"
-    chord = ElementTree.SubElement(tendons, "fixed", name=name)
-    for i in range(1, HINGES + 1):
-        far = repr(1.0 - (i - 0.5) / HINGES)
-        ElementTree.SubElement(chord, "joint", joint=f"bend{number}_{i}", coef=far)
-    ElementTree.SubElement(sensors, "tendonpos", name=name, tendon=name)
 
 
 def _drive_is_carried(arm: Mechanism) -> bool:
@@ -257,6 +127,11 @@ class Piece:
     mass: float
     stiffness: float
     """N m/rad of the hinge; 0 for the first piece."""
+
+    @property
+    def inertia(self) -> float:
+        """kg m², across it about its centre."""
+        return self.mass * self.length**2 / 12.0
 
 
 def pieces(link: Link) -> tuple[Piece, ...]:
@@ -327,8 +202,8 @@ class _Chain:
         for piece in pieces(link):
             if piece.stiffness:
                 hanging = (*hanging, self._spring(piece.stiffness, root, 0j, True))
-            inertia = piece.mass * piece.length**2 / 12.0
-            self._bodies.append((root + along * piece.length / 2.0, piece.mass, inertia, hanging))
+            centre = root + along * piece.length / 2.0
+            self._bodies.append((centre, piece.mass, piece.inertia, hanging))
             root = root + along * piece.length
         self._bodies.append((root, link.tip_mass, link.tip_inertia, hanging))
         return root, hanging

@@ -8,43 +8,8 @@ import numpy as np
 
 from flexgui.core.results import DescriptorModel, Outcome
 from flexgui.export.model_format import FUNCTIONS, ModelFormat, linear_header, scheduled
+from flexgui.export.template import program
 from flexgui.views.table import factor
-
-TEMPLATE = '''\
-"""
-{header}
-"""
-
-from math import cos, sin  # noqa: F401
-
-import control
-import numpy as np
-
-{matrices}
-
-STATES = {states}
-INPUTS = {inputs}
-OUTPUTS = {outputs}
-
-
-def system({arguments}):
-    """The linear model with the joints at these positions, in rad (m on a slide)."""
-    E = {E}
-    A = {A}
-    return control.ss(
-        np.linalg.solve(E, A), np.linalg.solve(E, B), C, D,
-        states=STATES, inputs=INPUTS, outputs=OUTPUTS,
-    )
-
-
-if __name__ == "__main__":
-    model = system()
-    print(f"{{len(STATES)}} states, inputs {{INPUTS}}, outputs {{OUTPUTS}}")
-    frequencies, damping, poles = control.damp(model, doprint=False)
-    for pole, frequency, ratio in zip(poles, frequencies, damping):
-        hertz = frequency / (2.0 * np.pi)
-        print(f"pole {{pole:.5g}} 1/s: {{hertz:.5g}} Hz, damping {{ratio:.4f}}")
-'''
 
 ELBOW = 1.5707963267948966
 """rad, the default of each scheduled joint: an arm that is bent at a right angle."""
@@ -65,7 +30,8 @@ def script(outcome: Outcome) -> str:
     """Its text."""
     model = outcome.model
     names = scheduled((*model.basis, *model.A_basis))
-    return TEMPLATE.format(
+    return program(
+        "model_control.py",
         header="\n".join(linear_header(outcome, "a script for python-control")).replace('"', "'"),
         matrices="\n".join(_matrices(model)),
         states=list(model.states),

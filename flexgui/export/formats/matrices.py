@@ -1,4 +1,4 @@
-"""The descriptor model for MATLAB, Octave or SciPy (.mat)."""
+"""The matrices of the linear model: for MATLAB, Octave and SciPy (.mat), and as lists (.json)."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from flexgui.core.results import DescriptorModel, Outcome
+from flexgui.export.folder import dumps
 from flexgui.export.model_format import ModelFormat, linear_header
 from flexgui.views.table import factor
 
@@ -25,6 +26,31 @@ class MatFile(ModelFormat):
         file = io.BytesIO()
         scipy.io.savemat(file, content, oned_as="column")
         return {"model.mat": file.getvalue()}
+
+
+class JsonFile(ModelFormat):
+    """The matrices term by term, for any program."""
+
+    kind = "json"
+    label = "Model (.json)"
+
+    def files(self, outcome: Outcome) -> dict[str, bytes]:
+        model = outcome.model
+        content = {
+            "E_basis": model.basis,
+            "E_terms": model.E_terms,
+            "A_basis": model.A_basis,
+            "A_terms": model.A_terms,
+            "B": model.B,
+            "C": model.C,
+            "D": model.D,
+            "states": model.states,
+            "inputs": model.inputs,
+            "outputs": model.outputs,
+            "note": note(model),
+            "about": linear_header(outcome, "the linear model"),
+        }
+        return {"model.json": dumps(content).encode()}
 
 
 def note(model: DescriptorModel) -> str:

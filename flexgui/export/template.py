@@ -1,0 +1,64 @@
+"""The templates of what is exported: pages and XML, and text in which nothing is escaped."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from typing import Any
+from xml.etree import ElementTree
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+_NUMBER = r"\d[\d.,]*\)?(?:~×~10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
+_NAME = r"[µmckMG]?(?:rad|deg|Pa|Hz|dB|N|m|g|s|V|A|W|J)[²³⁴]?"
+_UNIT = rf"(?:%|°|(?:1~?/~?)?{_NAME}(?:(?:~?/~?|~){_NAME})*)"
+_PATTERN = (
+    rf"(?:~=~)?[-−]?(?:{_NUMBER}(?:~±~\(?{_NUMBER})?(?:~{_UNIT}(?![\w²³⁴])|~×(?!\S))"
+    rf"|{_NUMBER}~±~{_NUMBER})"
+)
+_QUANTITY = re.compile(_PATTERN.replace("~", "[ \u00a0]"))
+"""~ stands for a space of either kind: some of them are glued already."""
+NO_BREAK = "\u00a0"
+
+
+def glued(text: str) -> str:
+    """The text, or Markup, with spaces inside its quantities that no line breaks at."""
+    return type(text)(_QUANTITY.sub(lambda found: found[0].replace(" ", NO_BREAK), text))
+
+
+@cache
+def environment() -> Environment:
+    """Of pages and XML: what people wrote is escaped."""
+    made = Environment(
+        loader=PackageLoader("flexgui.export"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters["glued"] = glued
+    return made
+
+
+def xml(template: str, /, *, declared: bool, **values: Any) -> bytes:
+    """A file of XML from its template, indented, with its comments; `declared` begins as XML does
+    for who asks for it."""
+    source = environment().get_template(f"{template}.j2").render(values)
+    keeps = ElementTree.XMLParser(target=ElementTree.TreeBuilder(insert_comments=True))
+    root = ElementTree.fromstring(source, keeps)
+    ElementTree.indent(root)
+    text = ElementTree.tostring(root, encoding="utf-8", xml_declaration=declared)
+    return bytes(text) + b"\n"
+
+
+@cache
+def _programs() -> Environment:
+    return Environment(
+        loader=PackageLoader("flexgui.export"), undefined=StrictUndefined,
+        keep_trailing_newline=True, autoescape=False,
+    )  # fmt: skip
+
+
+def program(template: str, /, **values: Any) -> str:
+    """A program's text from its template; what people wrote comes into it as plain lines only."""
+    return _programs().get_template(f"{template}.j2").render(values)
