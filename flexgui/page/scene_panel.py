@@ -90,7 +90,7 @@ class Scene:
                 self._show_live(stage, view)
             else:
                 self._show_recording(stage, motion)
-            stage.set_visible(camera=has_camera(session))
+            stage.show_camera(has_camera(session))
             self._show_effects(stage)
             self._errors.draw(stage)
             if session.live.mode is not None and not self._swings:
@@ -156,9 +156,6 @@ class Scene:
     def _show_live(self, stage: Stage, view: LiveModel) -> None:
         if self._shown is view:
             return
-        if not isinstance(self._shown, LiveModel):
-            stage.show_ghost(None)
-            stage.show_paths(None)
         self._shown = view
         self._rebuild(stage, view.model.arm, view.numbers.p, view.q)
 
@@ -175,7 +172,7 @@ class Scene:
         if fresh and self._was_aimed:
             self._aim(stage)
         k, ghost = motion.frame(cursor.time), motion.apart(cursor.error)
-        stage.show_both(motion.motion.q[k], None if ghost is None else ghost[k])
+        stage.show(motion.motion.q[k], None if ghost is None else ghost[k])
 
     def set_dark(self, dark: bool) -> None:
         """The floor suits the page's ground."""

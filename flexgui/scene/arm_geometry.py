@@ -71,18 +71,14 @@ class Shape:
     def __init__(self, modes: int, length: float) -> None:
         from flexgui.core.arm import shapes
 
-        self.x = np.linspace(0.0, length, STATIONS)
+        self.x, self.step = np.linspace(0.0, length, STATIONS, retstep=True)
         # Midpoints between the stations too, for Simpson's rule.
         fine = np.linspace(0.0, length, 2 * STATIONS - 1)
-        powers = [shapes.exponent(i) for i in range(modes)]
-        self.deflection = np.array([self.x**a for a in powers]).reshape(modes, STATIONS)
-        self.slope = np.array([a * fine ** (a - 1) for a in powers]).reshape(modes, len(fine))
-        self.shortening = np.zeros((modes, modes, STATIONS))
-        for i, a in enumerate(powers):
-            for j, b in enumerate(powers):
-                c = a + b - 1
-                self.shortening[i, j] = -a * b / (2.0 * c) * self.x**c
-        self.integral = _running_simpson(length)
+        a = np.array([shapes.exponent(i) for i in range(modes)], dtype=float)
+        self.deflection = self.x ** a[:, None]
+        self.slope = a[:, None] * fine ** (a[:, None] - 1.0)
+        c = a[:, None] + a - 1.0
+        self.shortening = -(np.outer(a, a) / (2.0 * c))[..., None] * self.x ** c[..., None]
 
     def stated(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Along and across (N, stations): the model's own statement, second order in v (N, m)."""
@@ -91,18 +87,14 @@ class Shape:
 
     def inextensible(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The same to second order, but the line keeps its length however far it bends."""
+        from scipy.integrate import cumulative_simpson  # late: it loads all of scipy.optimize
+
         direction = v @ self.slope
-        return np.cos(direction) @ self.integral, np.sin(direction) @ self.integral
-
-
-def _running_simpson(length: float) -> np.ndarray:
-    """(2 stations - 1, stations): integrals from the root to each station."""
-    weights = np.zeros((2 * STATIONS - 1, STATIONS))
-    h = length / (STATIONS - 1)
-    for k in range(1, STATIONS):
-        weights[:, k] = weights[:, k - 1]
-        weights[2 * k - 2 : 2 * k + 1, k] += h / 6.0 * np.array([1.0, 4.0, 1.0])
-    return weights
+        along, across = (
+            cumulative_simpson(part(direction), dx=0.5 * self.step, initial=0.0)[:, ::2]
+            for part in (np.cos, np.sin)
+        )
+        return along, across
 
 
 class ArmGeometry:

@@ -6,43 +6,39 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from viser import FrameHandle, LabelHandle, LineSegmentsHandle, MeshHandle, SceneApi
+from viser import LabelHandle, LineSegmentsHandle, MeshHandle, SceneApi
 
 from flexgui.scene import paint
 from flexgui.scene.arm_geometry import beam_faces
-from flexgui.scene.pose import RAIL, Body, JointMark, Pose, Spot, mark_faces
+from flexgui.scene.pose import RAIL, Body, Pose, mark_faces
 
 LABEL_SCALE = 1.25
 
 
 class MarkNodes:
-    """Built once; `show` moves what is there."""
+    """Arcs and texts of the joints' angles, built once."""
 
     def __init__(self, scene: SceneApi, path: str, body: Body, pose: Pose) -> None:
-        self.scene, self.path = scene, path
-        marks = body.marks(pose)
-        self.arcs: list[MeshHandle] = [self._arc(k, mark) for k, mark in enumerate(marks)]
-        self.labels: list[LabelHandle] = [self._label(k, mark) for k, mark in enumerate(marks)]
+        self.arcs: list[MeshHandle] = []
+        self.labels: list[LabelHandle] = []
+        for k, mark in enumerate(body.marks(pose), start=1):
+            arc = scene.add_mesh_simple(
+                f"{path}/arc{k}", mark.vertices, mark_faces(), color=paint.INK, side="double",
+                cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+            label = scene.add_label(
+                f"{path}/label{k}", mark.text, position=mark.label, anchor="center-center",
+                font_screen_scale=LABEL_SCALE,
+            )  # fmt: skip
+            self.arcs.append(arc)
+            self.labels.append(label)
 
     def show(self, body: Body, pose: Pose) -> None:
         """Moves arcs and labels, and writes the angles."""
-        marks = body.marks(pose)
-        for arc, label, mark in zip(self.arcs, self.labels, marks, strict=True):
+        for arc, label, mark in zip(self.arcs, self.labels, body.marks(pose), strict=True):
             arc.vertices = mark.vertices
             label.position = mark.label
             label.text = mark.text
-
-    def _arc(self, k: int, mark: JointMark) -> MeshHandle:
-        return self.scene.add_mesh_simple(
-            f"{self.path}/arc{k + 1}", mark.vertices, mark_faces(), color=paint.INK, side="double",
-            cast_shadow=False, receive_shadow=False,
-        )  # fmt: skip
-
-    def _label(self, k: int, mark: JointMark) -> LabelHandle:
-        return self.scene.add_label(
-            f"{self.path}/label{k + 1}", mark.text, position=mark.label, anchor="center-center",
-            font_screen_scale=LABEL_SCALE,
-        )  # fmt: skip
 
 
 HUB_HEIGHT = 1.35
@@ -72,14 +68,31 @@ class ArmNodes:
     """Built once; `show` moves what is there."""
 
     def __init__(self, scene: SceneApi, path: str, body: Body, style: Style, pose: Pose) -> None:
-        self.scene, self.path, self.style = scene, path, style
+        self.scene, self.style = scene, style
         self.beams: list[MeshHandle] = [
-            self._beam(k, vertices) for k, vertices in enumerate(pose.beams)
-        ]
-        self.joints = [self._frame(f"joint{k + 1}", s) for k, s in enumerate(pose.joints)]
-        self.origins = [self._frame(f"origin{k + 1}", s) for k, s in enumerate(pose.origins)]
-        self.ends = [self._frame(f"end{k + 1}", s) for k, s in enumerate(pose.ends)]
-        self._add_tip(body)
+            scene.add_mesh_simple(
+                f"{path}/beam{k}", vertices, beam_faces(), color=style.colour,
+                opacity=style.opacity, cast_shadow=style.machine, receive_shadow=False,
+            )
+            for k, vertices in enumerate(pose.beams, start=1)
+        ]  # fmt: skip
+        self.joints, self.origins, self.ends = (
+            [
+                scene.add_frame(
+                    f"{path}/{name}{k}", show_axes=False, position=spot.place,
+                    wxyz=paint.about_vertical(spot.angle),
+                )
+                for k, spot in enumerate(spots, start=1)
+            ]
+            for name, spots in (
+                ("joint", pose.joints), ("origin", pose.origins), ("end", pose.ends)
+            )
+        )  # fmt: skip
+        self.tip = scene.add_icosphere(
+            f"{self.ends[-1].name}/marker", TIP_RADIUS * body.reach, style.colour,
+            opacity=style.opacity, cast_shadow=False, receive_shadow=False,
+            position=(0.0, 0.0, 0.5 * body.sections[-1].height),
+        )  # fmt: skip
         self.hubs = [self._hub(k, body) for k in range(len(self.joints))] if style.machine else []
         self.rebuild(body)
 
@@ -117,26 +130,6 @@ class ArmNodes:
             across = max(section.thickness, thickest.thickness)
             radius = max(HUB_SHARE * across * 1.25, LEAST_HUB * body.reach)
             hub.scale = (radius, radius, HUB_HEIGHT * max(section.height, thickest.height))
-
-    def _beam(self, k: int, vertices) -> MeshHandle:  # type: ignore[no-untyped-def]
-        return self.scene.add_mesh_simple(
-            f"{self.path}/beam{k + 1}", vertices, beam_faces(),
-            color=self.style.colour, opacity=self.style.opacity,
-            cast_shadow=self.style.machine, receive_shadow=False,
-        )  # fmt: skip
-
-    def _frame(self, name: str, spot: Spot) -> FrameHandle:
-        return self.scene.add_frame(
-            f"{self.path}/{name}", show_axes=False, position=spot.place,
-            wxyz=paint.about_vertical(spot.angle),
-        )  # fmt: skip
-
-    def _add_tip(self, body: Body) -> None:
-        self.tip = self.scene.add_icosphere(
-            f"{self.ends[-1].name}/marker", TIP_RADIUS * body.reach, self.style.colour,
-            opacity=self.style.opacity, cast_shadow=False, receive_shadow=False,
-            position=(0.0, 0.0, 0.5 * body.sections[-1].height),
-        )  # fmt: skip
 
     def _hub(self, k: int, body: Body):  # type: ignore[no-untyped-def]
         """A unit cylinder that turns with the joint, or a unit box on a rail."""
@@ -176,33 +169,33 @@ class PathNodes:
     """Built once; each change replaces the points in place."""
 
     def __init__(self, scene: SceneApi, path: str, lift: float) -> None:
-        self.scene, self.path, self.lift = scene, path, lift
-        self.model = self._lines("model", paint.MODEL, 2.5)
-        self.measured = self._lines("measured", paint.MEASURED, 2.5)
-        self.errors = self._lines("errors", paint.RESIDUAL, 2.0)
-        self.now = self._lines("error_now", paint.RESIDUAL, 4.0)
+        self.model, self.measured, self.errors, self.now = (
+            scene.add_line_segments(
+                f"{path}/{name}", NOTHING, colour, thickness=thickness, visible=False,
+                thickness_units="screen", position=(0.0, 0.0, lift),
+            )
+            for name, colour, thickness in (
+                ("model", paint.MODEL, 2.5), ("measured", paint.MEASURED, 2.5),
+                ("errors", paint.RESIDUAL, 2.0), ("error_now", paint.RESIDUAL, 4.0),
+            )
+        )  # fmt: skip
 
     def show(self, model: np.ndarray | None, measured: np.ndarray | None) -> None:
         """Tip paths (N, 3) of the same samples; None where there is none."""
-        self._put(self.model, None if model is None else polyline(model))
-        self._put(self.measured, None if measured is None else polyline(measured))
+        _put(self.model, None if model is None else polyline(model))
+        _put(self.measured, None if measured is None else polyline(measured))
         both = None if model is None or measured is None else error_lines(model, measured)
-        self._put(self.errors, both)
+        _put(self.errors, both)
 
-    def show_error(self, model: np.ndarray, measured: np.ndarray | None) -> None:
+    def show_error(self, model: np.ndarray, measured: np.ndarray | None = None) -> None:
         """The error at this moment between two places (3,)."""
-        self._put(self.now, None if measured is None else np.array([[model, measured]]))
+        _put(self.now, None if measured is None else np.array([[model, measured]]))
 
-    def _lines(self, name: str, colour: paint.Rgb, thickness: float) -> LineSegmentsHandle:
-        return self.scene.add_line_segments(
-            f"{self.path}/{name}", NOTHING, colour, thickness=thickness, thickness_units="screen",
-            visible=False, position=(0.0, 0.0, self.lift),
-        )  # fmt: skip
 
-    def _put(self, handle: LineSegmentsHandle, points: np.ndarray | None) -> None:
-        if points is not None and len(points):
-            handle.points = points.astype(np.float32)
-        handle.visible = points is not None and len(points) > 0
+def _put(handle: LineSegmentsHandle, points: np.ndarray | None) -> None:
+    if points is not None and len(points):
+        handle.points = points.astype(np.float32)
+    paint.switch(handle, points is not None and len(points) > 0)
 
 
 def polyline(path: np.ndarray) -> np.ndarray:
@@ -243,9 +236,29 @@ class CameraNodes:
         self.top = 0.5 * body.sections[-1].height
         self.centre = np.full(2, np.inf)
         self.frame = scene.add_frame(f"{path}/place", show_axes=False)
-        self._build(scene)
+        width, depth, height, size, cross = (
+            share * self.reach for share in (*PICTURE, HEIGHT, SIZE, CROSS)
+        )
+        scene.add_camera_frustum(
+            f"{self.frame.name}/camera", 2.0 * float(np.arctan2(0.5 * depth, height)),
+            width / depth, scale=size, thickness=2.0, thickness_units="screen",
+            color=paint.MEASURED, wxyz=DOWN, position=(0.0, 0.0, height), variant="filled",
+            cast_shadow=False,
+        )  # fmt: skip
+        ends = np.array([(-width, -depth), (width, -depth), (width, depth), (-width, depth)])
+        rim = np.column_stack([0.5 * ends, np.zeros(4)])
+        eye = np.broadcast_to([0.0, 0.0, height], rim.shape)
+        for name, points, colour, thickness in (
+            ("rays", np.stack([eye, rim], axis=1), PALE, 1.2),
+            ("picture", np.stack([rim, np.roll(rim, -1, axis=0)], axis=1), paint.MEASURED, 1.8),
+        ):
+            scene.add_line_segments(
+                f"{self.frame.name}/{name}", points, colour, thickness=thickness,
+                thickness_units="screen",
+            )  # fmt: skip
+        arms = np.array([[(-1, 0, 0), (1, 0, 0)], [(0, -1, 0), (0, 1, 0)]])
         self.cross = scene.add_line_segments(
-            f"{tip_path}/cross", self._cross(), paint.LINE, thickness=2.5, thickness_units="screen",
+            f"{tip_path}/cross", cross * arms, paint.LINE, thickness=2.5, thickness_units="screen",
             position=(0.0, 0.0, self.top + 0.02 * self.reach),
         )  # fmt: skip
         self.show(pose)
@@ -258,29 +271,3 @@ class CameraNodes:
             return
         self.centre = tip[:2].copy()
         self.frame.position = (tip[0], tip[1], tip[2] + self.top)
-
-    def _build(self, scene: SceneApi) -> None:
-        width, depth = (share * self.reach for share in PICTURE)
-        height = HEIGHT * self.reach
-        fov = 2.0 * float(np.arctan2(0.5 * depth, height))
-        scene.add_camera_frustum(
-            f"{self.frame.name}/camera", fov, width / depth, scale=SIZE * self.reach,
-            thickness=2.0, thickness_units="screen", color=paint.MEASURED, wxyz=DOWN,
-            position=(0.0, 0.0, height), variant="filled", cast_shadow=False,
-        )  # fmt: skip
-        corners = 0.5 * np.array(
-            [(-width, -depth), (width, -depth), (width, depth), (-width, depth)]
-        )
-        edge = np.column_stack([corners, np.zeros(4)])
-        eye = np.array([0.0, 0.0, height])
-        rays = np.array([(eye, corner) for corner in edge])
-        rim = np.array([(edge[i], edge[(i + 1) % 4]) for i in range(4)])
-        name = self.frame.name
-        scene.add_line_segments(f"{name}/rays", rays, PALE, thickness=1.2, thickness_units="screen")
-        scene.add_line_segments(
-            f"{name}/picture", rim, paint.MEASURED, thickness=1.8, thickness_units="screen"
-        )
-
-    def _cross(self) -> np.ndarray:
-        a = CROSS * self.reach
-        return np.array([[(-a, 0, 0), (a, 0, 0)], [(0, -a, 0), (0, a, 0)]], dtype=float)

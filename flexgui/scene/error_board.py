@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from viser import ImageHandle, SceneNodeHandle, SceneNodePointerEvent
+from viser import ImageHandle, SceneNodePointerEvent
 
 from flexgui.scene import paint
 from flexgui.scene.scene import Owner, Stage
@@ -38,6 +38,9 @@ TEXT = 0.046
 RIGHT = np.array([1.0, 0.0, 0.0])
 DOWN = np.array([0.0, -np.sin(LEANING), -np.cos(LEANING)])
 AWAY = np.cross(RIGHT, DOWN)
+HALF = 0.5 * float(np.arctan2(DOWN[2], DOWN[1]))
+UPRIGHT = (float(np.cos(HALF)), float(np.sin(HALF)), 0.0, 0.0)
+"""wxyz of the frame whose x is RIGHT, y DOWN and z AWAY: a turn about x."""
 
 Pick = Callable[[int, int], None]
 """Called with row and column."""
@@ -51,20 +54,41 @@ class ErrorBoard:
         pick: Pick | None,
     ) -> None:  # fmt: skip
         """ratio (rows, columns): error in times the floor, NaN where nothing was measured."""
-        self._stage, self._shape = stage, ratio.shape
-        reach = stage.body.reach
-        self.width = WIDTH * reach
-        self.height = min(ROW * len(labels), HIGHEST) * reach
-        self.centre = np.array(CENTRE) * reach
+        self._reach, self._shape = stage.body.reach, ratio.shape
+        self.width = WIDTH * self._reach
+        self.height = min(ROW * len(labels), HIGHEST) * self._reach
+        self.centre = np.array(CENTRE) * self._reach
         stage.detach(NAME)
-        place = f"{stage.anchor('base')}_errors_"
+        place, rows = f"{stage.anchor('base')}_errors_", len(labels)
         self._mark = owner.scene.add_line_segments(
             f"{place}mark", _frame(self.width / ratio.shape[1], self.height / ratio.shape[0]),
             paint.MEASURED, thickness=3.0, thickness_units="screen", visible=False,
         )  # fmt: skip
-        handles = [self._picture(owner, place, ratio, pick), self._mark]
-        handles += self._words(owner, place, labels)
-        stage.attach(NAME, *handles)
+        picture = owner.scene.add_image(
+            f"{place}board", cells(ratio), self.width, self.height, format="png",
+            cast_shadow=False, receive_shadow=False, wxyz=UPRIGHT, position=self.centre,
+        )  # fmt: skip
+        height = TEXT * self._reach
+        title = owner.scene.add_label(
+            f"{place}title", TITLE, position=self._point(0.5, -0.7 / rows),
+            font_size_mode="scene", font_scene_height=height, anchor="bottom-center",
+        )  # fmt: skip
+        names = [
+            owner.scene.add_label(
+                f"{place}row{k}", text, position=self._point(-0.015, (k + 0.5) / rows),
+                font_size_mode="scene", font_scene_height=min(height, 0.85 * self.height / rows),
+                anchor="center-right",
+            )
+            for k, text in enumerate(labels)
+        ]  # fmt: skip
+        stage.attach(NAME, picture, self._mark, title, *names)
+        if pick is not None:
+
+            @picture.on_click
+            def _(event: SceneNodePointerEvent[ImageHandle]) -> None:
+                found = self.cell(event.ray_origin, event.ray_direction)
+                if found is not None:
+                    pick(*found)
 
     def mark(self, row: int, share: float) -> None:
         """Frames the cell of a row at a share of the columns."""
@@ -85,45 +109,10 @@ class ErrorBoard:
             return None
         return int(v * self._shape[0]), int(u * self._shape[1])
 
-    def _picture(
-        self, owner: Owner, place: str, ratio: np.ndarray, pick: Pick | None
-    ) -> SceneNodeHandle:
-        handle = owner.scene.add_image(
-            f"{place}board", cells(ratio), self.width, self.height, format="png",
-            cast_shadow=False, receive_shadow=False, wxyz=_turned(), position=self.centre,
-        )  # fmt: skip
-        if pick is not None:
-
-            @handle.on_click
-            def _(event: SceneNodePointerEvent[ImageHandle]) -> None:
-                found = self.cell(event.ray_origin, event.ray_direction)
-                if found is not None:
-                    pick(*found)
-
-        return handle
-
-    def _words(self, owner: Owner, place: str, labels: Sequence[str]) -> list[SceneNodeHandle]:
-        height = min(TEXT * self._stage.body.reach, 0.85 * self.height / len(labels))
-        found: list[SceneNodeHandle] = [
-            owner.scene.add_label(
-                f"{place}row{k}", text, position=self._point(-0.015, (k + 0.5) / len(labels)),
-                font_size_mode="scene", font_scene_height=height, anchor="center-right",
-            )
-            for k, text in enumerate(labels)
-        ]  # fmt: skip
-        found.append(
-            owner.scene.add_label(
-                f"{place}title", TITLE, position=self._point(0.5, -0.7 / len(labels)),
-                font_size_mode="scene", font_scene_height=TEXT * self._stage.body.reach,
-                anchor="bottom-center",
-            )
-        )  # fmt: skip
-        return found
-
     def _point(self, u: float, v: float, before: float = 0.0) -> np.ndarray:
         """(3,) m at shares of width and height, a little before the board."""
         across = RIGHT * (u - 0.5) * self.width + DOWN * (v - 0.5) * self.height
-        return np.asarray(self.centre + across - AWAY * before * self._stage.body.reach)
+        return np.asarray(self.centre + across - AWAY * before * self._reach)
 
 
 def cells(ratio: np.ndarray) -> np.ndarray:
@@ -144,12 +133,6 @@ def _frame(width: float, height: float) -> np.ndarray:
     a, b = 0.5 * width * RIGHT, 0.5 * height * DOWN
     corners = np.array([-a - b, a - b, a + b, -a + b])
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
-
-
-def _turned() -> tuple[float, float, float, float]:
-    """wxyz of the frame whose x is RIGHT, y DOWN and z AWAY: a turn about x."""
-    angle = float(np.arctan2(DOWN[2], DOWN[1]))
-    return float(np.cos(0.5 * angle)), float(np.sin(0.5 * angle)), 0.0, 0.0
 
 
 SHADES = 24

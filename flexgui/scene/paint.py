@@ -3,12 +3,12 @@ them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from viser import SceneApi, SceneNodeHandle
+from viser import GridHandle, LineSegmentsHandle, SceneApi, SceneNodeHandle
 
 from flexgui.views import colours
 
@@ -44,6 +44,12 @@ def put(node: SceneNodeHandle, place: Sequence[float] | np.ndarray, angle: float
     turn = about_vertical(angle)
     if tuple(node.wxyz) != turn:
         node.wxyz = turn
+
+
+def switch(node: SceneNodeHandle, visible: bool) -> None:
+    """Shows or hides a node; nothing is sent where it is so."""
+    if node.visible != visible:
+        node.visible = visible
 
 
 ROOT = "/stage"
@@ -96,8 +102,10 @@ def view_of(
     """
     spread = np.tan(0.5 * FIELD)
     aim, half = np.array(AIM) * reach, np.array([HALF_WIDTH, HALF_HEIGHT]) * reach
-    if places is not None and len(places):
-        aim, half = _around(places, aim, half, MARGIN * reach)
+    if places is not None and (np.abs(places - aim)[:, :2].max(axis=0) > half).any():
+        low, high = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
+        aim[:2] = 0.5 * (low + high)
+        half = np.maximum(half, 0.5 * (high - low) + MARGIN * reach)
     distance = max(half[1] / spread, half[0] / (spread * max(aspect, 0.2)))
     lifted, turned = DIRECTIONS[side]
     away = np.array([np.sin(turned), -np.cos(turned), 0.0]) * (np.cos(lifted) * distance)
@@ -113,18 +121,6 @@ def lowered(view: View, share: float) -> np.ndarray:
     right = np.cross(ahead / distance, view.up)
     up = np.cross(right / np.linalg.norm(right), ahead / distance)
     return -share * np.tan(0.5 * view.fov) * distance * up
-
-
-def _around(
-    places: np.ndarray, aim: np.ndarray, half: np.ndarray, margin: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Aim (3,) m and half width and height (2,) m; as usual where that shows all the places."""
-    away = np.abs(places[:, :2] - aim[:2]).max(axis=0)
-    if (away <= half).all():
-        return aim, half
-    low, high = places[:, :2].min(axis=0), places[:, :2].max(axis=0)
-    middle = np.array([*(0.5 * (low + high)), aim[2]])
-    return middle, np.maximum(half, 0.5 * (high - low) + margin)
 
 
 def light(scene: SceneApi, fine: bool) -> None:
@@ -161,76 +157,48 @@ DARK: tuple[Rgb, Rgb, Rgb] = ((48, 53, 59), (72, 78, 86), (20, 20, 20))
 EXPOSURE = 0.6
 """Of three.js: light that is shown as it is."""
 
-CELLS = 5
-"""From one strong line of the shaded floor to the next."""
 
-
-class Floor(Protocol):
+class Floor(NamedTuple):
     """What is under the arm."""
 
-    def set_dark(self, dark: bool) -> None:
-        """Lines that suit the page's ground."""
-
-    def remove(self) -> None:
-        """Takes it from the scene."""
+    node: GridHandle | LineSegmentsHandle
+    set_dark: Callable[[bool], None]
+    """Takes the colours of the dark or the light theme."""
 
 
 def add_floor(scene: SceneApi, path: str, reach: float, dark: bool, fine: bool) -> Floor:
-    """A shaded floor takes the arm's shadow; without a graphics card it costs half of the time
-    that a picture takes, lines nearly nothing."""
-    return (ShadedFloor if fine else LineFloor)(scene, path, reach, dark)
-
-
-class ShadedFloor:
-    """One large plane whose every pixel is computed."""
-
-    def __init__(self, scene: SceneApi, path: str, reach: float, dark: bool) -> None:
-        cell, strong, _ = DARK if dark else LIGHT
-        size = cell_size(reach)
-        self._grid = scene.add_grid(
+    """A fine floor is a plane that takes the arm's shadow; without a graphics card it costs half
+    of the time that a picture takes, lines nearly nothing."""
+    if fine:
+        size = spacing(reach)
+        grid = scene.add_grid(
             path, WIDTH * reach, WIDTH * reach, plane="xy", cell_size=size,
-            section_size=CELLS * size, cell_color=cell, section_color=strong, shadow_opacity=0.14,
-            fade_distance=FADE * reach, position=(0.0, 0.0, -DEPTH * reach),
+            section_size=EVERY * size, shadow_opacity=0.14, fade_distance=FADE * reach,
+            position=(0.0, 0.0, -DEPTH * reach),
         )  # fmt: skip
 
-    def set_dark(self, dark: bool) -> None:
-        """Take the colours of the dark or the light theme."""
-        self._grid.cell_color, self._grid.section_color = (DARK if dark else LIGHT)[:2]
+        def colour_grid(dark: bool) -> None:
+            grid.cell_color, grid.section_color = (DARK if dark else LIGHT)[:2]
 
-    def remove(self) -> None:
-        """Take it out of the scene."""
-        self._grid.remove()
+        colour_grid(dark)
+        return Floor(grid, colour_grid)
+    points, strength, strong = floor_lines(reach)
+    lines = scene.add_line_segments(
+        path, points, line_colours(strength, strong, dark), thickness=1.0, thickness_units="screen"
+    )
 
+    def colour_lines(dark: bool) -> None:
+        lines.colors = line_colours(strength, strong, dark)
 
-class LineFloor:
-    """Only the pixels of the lines are drawn."""
-
-    def __init__(self, scene: SceneApi, path: str, reach: float, dark: bool) -> None:
-        points, self._strength, self._strong = floor_lines(reach)
-        self._lines = scene.add_line_segments(
-            path, points, self._colours(dark), thickness=1.0, thickness_units="screen"
-        )
-
-    def set_dark(self, dark: bool) -> None:
-        """Take the colours of the dark or the light theme."""
-        self._lines.colors = self._colours(dark)
-
-    def remove(self) -> None:
-        """Take it out of the scene."""
-        self._lines.remove()
-
-    def _colours(self, dark: bool) -> np.ndarray:
-        """(k, 2, 3) uint8"""
-        cell, strong, ground = (light_of(colour) for colour in (DARK if dark else LIGHT))
-        line = np.where(self._strong[:, None, None], strong, cell)
-        mixed = ground + self._strength[:, :, None] * (line - ground)
-        return np.asarray(np.round(255.0 * mixed), dtype=np.uint8)
+    return Floor(lines, colour_lines)
 
 
-def cell_size(reach: float) -> float:
-    """m, a power of ten: where pixels are computed anyway, more lines cost nothing."""
-    size = float(10.0 ** np.floor(np.log10(reach)))
-    return size if size <= 0.25 * reach else size / 10.0
+def line_colours(strength: np.ndarray, strong: np.ndarray, dark: bool) -> np.ndarray:
+    """(k, 2, 3) uint8 of the lines' ends."""
+    cell, section, ground = (light_of(colour) for colour in (DARK if dark else LIGHT))
+    line = np.where(strong[:, None, None], section, cell)
+    mixed = ground + strength[:, :, None] * (line - ground)
+    return np.asarray(np.round(255.0 * mixed), dtype=np.uint8)
 
 
 def spacing(reach: float) -> float:

@@ -10,7 +10,6 @@ import numpy as np
 import rich
 import viser
 
-from flexgui.core.arm.arm import Arm
 from flexgui.core.trajectory import Trajectory
 from flexgui.scene.scene import Stage
 
@@ -32,11 +31,13 @@ def playback_html(
         # Fine light leaves all but invisible until its image is decoded: 10 s in software.
         stage = Stage(server, motion.arm, motion.p, motion.q[0])
         stage.exaggeration = exaggeration
-        _look(server, stage)
+        view, camera = stage.view(), server.initial_camera
+        camera.position, camera.look_at, camera.fov = view.position, view.look_at, view.fov
+        camera.up = view.up
         stage.show_paths(motion.q[index], None if ghost is None else ghost[index])
         recorder = server.get_scene_serializer()
         for i in index:
-            stage.show_both(motion.q[i], None if ghost is None else ghost[i])
+            stage.show(motion.q[i], None if ghost is None else ghost[i])
             recorder.insert_sleep(1.0 / FRAMES_PER_SECOND)
         return recorder.as_html()
 
@@ -57,13 +58,6 @@ def _private_server() -> Iterator[viser.ViserServer]:
         console.quiet = before
 
 
-def _look(server: viser.ViserServer, stage: Stage) -> None:
-    view = stage.view()
-    camera = server.initial_camera
-    camera.position, camera.look_at, camera.fov = view.position, view.look_at, view.fov
-    camera.up = view.up
-
-
 def frame_indices(time: np.ndarray) -> np.ndarray:
     """(k,) samples nearest to the frames' times, over at most MOST_SECONDS."""
     elapsed = np.asarray(time, dtype=float) - float(time[0])
@@ -79,12 +73,9 @@ def playback_note(motion: Trajectory, exaggeration: float = 1.0) -> str:
     length = float(motion.time[-1] - motion.time[0])
     shown = f"the first {MOST_SECONDS:g} s" if length > MOST_SECONDS else f"{length:.3g} s"
     larger = "" if exaggeration == 1.0 else f"; the bending is drawn {exaggeration:g} times larger"
-    return f"Motion of {_named(motion.arm)}, {shown} at {FRAMES_PER_SECOND:g} frames/s{larger}."
-
-
-def _named(arm: Arm) -> str:
-    """'the arm "paper"': as a bare word some names read as a part of the sentence."""
-    return f'the arm "{arm.name}"' if arm.name else "the arm"
+    # In quotes: as bare words some names read as a part of the sentence.
+    arm = f'the arm "{motion.arm.name}"' if motion.arm.name else "the arm"
+    return f"Motion of {arm}, {shown} at {FRAMES_PER_SECOND:g} frames/s{larger}."
 
 
 def embedded(page: str, title: str, height: int = 520) -> str:

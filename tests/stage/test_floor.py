@@ -12,8 +12,7 @@ from flexgui.scene.paint import (
     FINEST,
     RADIUS,
     ROOT,
-    LineFloor,
-    ShadedFloor,
+    add_floor,
     floor_lines,
     light_of,
     spacing,
@@ -51,9 +50,10 @@ def test_lines_stand_at_round_numbers_within_a_circle(reach: float) -> None:
 
 @pytest.mark.parametrize("dark", [False, True])
 def test_lines_end_in_the_ground(fresh: viser.ViserServer, dark: bool) -> None:
-    found = LineFloor(fresh.scene, "/floor", 1.0, not dark)
+    found = add_floor(fresh.scene, "/floor", 1.0, not dark, fine=False)
     found.set_dark(dark)
-    colours = np.asarray(found._lines.colors, dtype=int)
+    assert isinstance(found.node, viser.LineSegmentsHandle)
+    colours = np.asarray(found.node.colors, dtype=int)
     at_the_edge = floor_lines(1.0)[1] < 1e-4
     assert at_the_edge.any()
     edge = np.unique(colours[at_the_edge])
@@ -75,8 +75,8 @@ def test_points_are_seen_in_the_colour_that_was_asked_for() -> None:
 
 def test_only_fine_light_computes_every_pixel_of_the_floor(fresh: viser.ViserServer) -> None:
     plain, q = stage_of(fresh)
-    assert isinstance(plain._floor, LineFloor)
+    assert isinstance(plain.floor.node, viser.LineSegmentsHandle)
     fresh.scene.reset()
     fine = Stage(fresh, plain.body.arm, plain.body.p, q, fine=True)
-    assert isinstance(fine._floor, ShadedFloor)
+    assert isinstance(fine.floor.node, viser.GridHandle)
     assert f"{ROOT}_floor" in fresh.scene._handle_from_node_name

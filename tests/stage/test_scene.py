@@ -11,7 +11,6 @@ import viser
 
 from flexgui.core.arm.presets import presets
 from flexgui.core.arm.slots import arm_vector
-from flexgui.scene.pose import Pose
 from flexgui.scene.scene import MOST_EXAGGERATION, Stage
 from tests.helpers import ARMS, chain, random_state, with_modes
 
@@ -69,19 +68,19 @@ def test_every_name_is_added_once(fresh: viser.ViserServer, name: str) -> None:
         motion = np.array([q, 1.1 * q, 1.2 * q])
         stage.show_paths(motion, 1.05 * motion)
         for row in motion:
-            stage.show_both(row, 1.05 * row)
+            stage.show(row, 1.05 * row)
         stage.exaggeration = 10.0
-        stage.set_visible(camera=False, ghost=False)
-        stage.show_ghost(None)
+        stage.show_camera(False)
+        stage.show(motion[0])
     names = added(found)
     assert len(names) == len(set(names))
 
 
 def test_moving_adds_no_node_and_few_messages(fresh: viser.ViserServer) -> None:
     stage, q = stage_of(fresh)
-    stage.show_both(q, q)
+    stage.show(q, q)
     with messages(fresh) as found:
-        stage.show_both(1.1 * q, 1.2 * q)
+        stage.show(1.1 * q, 1.2 * q)
     assert not added(found)
     assert 0 < len(found) < PER_FRAME
 
@@ -109,18 +108,20 @@ def test_other_numbers_of_the_same_arm_move_the_nodes_that_are_there(
     stage, q = stage_of(fresh)
     thicker = with_modes(2, 2)
     with messages(fresh) as found:
-        stage.rebuild(thicker, arm_vector(thicker))
+        stage.rebuild(thicker, arm_vector(thicker), q)
     assert not added(found)
     assert np.ptp(stage.model.beams[0].vertices[:, 2]) == pytest.approx(0.05, abs=SINGLE)
 
 
-def test_another_number_of_modes_keeps_nodes_and_joints(fresh: viser.ViserServer) -> None:
+def test_another_number_of_modes_keeps_nodes(fresh: viser.ViserServer) -> None:
     stage, q = stage_of(fresh)
-    stage.show_both(q, q)
+    stage.show(q, q)
     stage.show_paths(q[None], q[None])
     other = ARMS["3-3"]
+    posture = np.zeros(other.coordinates)
+    posture[:2] = q[:2]
     with messages(fresh) as found:
-        stage.rebuild(other, arm_vector(other))
+        stage.rebuild(other, arm_vector(other), posture)
     assert not added(found)
     assert stage.pose.coordinates == pytest.approx(tuple(q[:2]))
     assert not stage.paths.model.visible
@@ -131,7 +132,7 @@ def test_another_kind_of_arm_replaces_the_nodes(fresh: viser.ViserServer) -> Non
     old = stage.model.beams[0].name
     other = ARMS["slide"]
     with messages(fresh) as found:
-        stage.rebuild(other, arm_vector(other))
+        stage.rebuild(other, arm_vector(other), np.zeros(other.coordinates))
     assert old not in added(found)
     assert stage.body.arm is other
     stage.show(np.zeros(other.coordinates))
@@ -139,20 +140,26 @@ def test_another_kind_of_arm_replaces_the_nodes(fresh: viser.ViserServer) -> Non
 
 def test_the_ghost_is_hidden_until_it_is_known(fresh: viser.ViserServer) -> None:
     stage, q = stage_of(fresh)
-    group = stage._ghost_group
+    group = fresh.scene._handle_from_node_name["/stage/ghost"]
     assert not group.visible
-    stage.show_ghost(q)
+    stage.show(q, q)
     assert group.visible
-    stage.set_visible(ghost=False)
-    stage.show_ghost(1.1 * q)
+    stage.show(1.1 * q)
     assert not group.visible
-    stage.set_visible(ghost=True)
-    assert group.visible
+
+
+def test_the_camera_is_hidden_where_the_rig_has_none(fresh: viser.ViserServer) -> None:
+    stage, _ = stage_of(fresh)
+    stage.show_camera(False)
+    assert not stage.camera.cross.visible
+    other = ARMS["slide"]
+    stage.rebuild(other, arm_vector(other), np.zeros(other.coordinates))
+    assert not stage.camera.cross.visible
 
 
 def test_the_error_line_joins_the_two_tips(fresh: viser.ViserServer) -> None:
     stage, q = stage_of(fresh)
-    stage.show_both(q, 1.1 * q)
+    stage.show(q, 1.1 * q)
     line = stage.paths.now.points[0]
     tips = stage.body.tip_points(np.array([q, 1.1 * q]))
     assert np.abs(line - tips).max() < SINGLE
@@ -178,18 +185,12 @@ def test_the_camera_moves_only_when_the_tip_leaves_its_picture(fresh: viser.Vise
     assert np.allclose(stage.camera.frame.position[:2], stage.pose.tip.place[:2])
 
 
-def test_what_is_attached_follows_and_goes(fresh: viser.ViserServer) -> None:
-    stage, q = stage_of(fresh)
-    poses: list[Pose] = []
+def test_what_is_attached_goes(fresh: viser.ViserServer) -> None:
+    stage, _ = stage_of(fresh)
     node = fresh.scene.add_icosphere(f"{stage.anchor('joint2')}/friction", 0.02)
-    stage.attach("friction", node, follow=poses.append)
-    stage.show(1.1 * q)
-    assert len(poses) == 2
-    assert poses[-1] is stage.pose
+    stage.attach("friction", node)
     stage.detach("friction")
     assert node._impl.removed
-    stage.show(q)
-    assert len(poses) == 2
     stage.detach("never there")
 
 
